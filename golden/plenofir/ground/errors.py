@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one exception for input that the user can correct, and the exit codes of the commands."""
 
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,10 +38,9 @@ def validation_error(error: "ValidationError", *, where: str) -> InputError:
         return InputError(f"{field} is missing", where=where)
     if first["type"] == "extra_forbidden":
         return InputError(f"there is no field {field}", where=where)
-    if first["type"] == "value_error":
+    text = re.sub("^(Value error, )?([A-Z][a-z]+ (?=should ))?", "", text)
+    if isinstance(first["input"], dict):
         # A rule about several fields says which; their values would fill the line.
-        subject = f"{field}: " if field else ""
-        return InputError(subject + text.removeprefix("Value error, "), where=where)
-    for begin in ("Input should", "String should"):
-        text = text.replace(begin, "should")
-    return InputError(f"{field} = {first['input']!r} {text[0].lower() + text[1:]}", where=where)
+        return InputError(f"{field}: {text}" if field else text, where=where)
+    colon = "" if text.startswith("should ") else ":"
+    return InputError(f"{field} = {first['input']!r}{colon} {text}", where=where)
