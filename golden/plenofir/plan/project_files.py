@@ -107,10 +107,9 @@ def _with_parallel_camera(plan: Plan, out: Path) -> list[Path]:
     grey = core.channels == 1 and core.pixels_per_clock == 1 and core.pixel_bits in PARALLEL_BITS
     if not grey or plan.sensor is not None:
         raise InputError(
-            f"{PARALLEL} has no core as that of {plan.scene}",
+            f"{PARALLEL} takes grey micro images of {min(PARALLEL_BITS)} to {max(PARALLEL_BITS)} "
+            f"bits, one pixel a clock, unlike {plan.scene}",
             where="top",
-            expected=f"grey micro images of {min(PARALLEL_BITS)} to {max(PARALLEL_BITS)} bits, one "
-            "pixel a clock",
         )
     generics = {**board_generics(core, PARALLEL), "ROWS": plan.rows}
     own = out / f"{PARALLEL}.vhd"
