@@ -464,6 +464,20 @@ def developed() -> None:
         shot(tab, "developed.png")
 
 
+def designed() -> None:
+    """The page of `plenofir design --page`."""
+    command = [sys.executable, "-m", "plenofir", "design", "--camera", "f193-mla2"]
+    command += ["--focus", "1500", "--near", "500", "--far", "5000", "--page", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, browser() as found:
+        assert server.stdout is not None
+        address = server.stdout.readline().split()[0]
+        tab = found.new_context(viewport={"width": 1200, "height": 860}).new_page()
+        tab.goto(address)
+        tab.evaluate("plenofir.ready")
+        shot(tab, "design.jpg")
+        server.terminate()
+
+
 PICTURES: dict[str, Callable[[], None]] = {
     "flower": flower,
     "stack": stack,
@@ -481,6 +495,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "moving-sum": moving_sum,
     "viewer": viewer,
     "developed": developed,
+    "design": designed,
 }
 
 

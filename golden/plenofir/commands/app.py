@@ -18,6 +18,7 @@ from plenofir.commands import (
     bitstream,
     board,
     capture,
+    design,
     develop,
     inspect,
     light_fields,
@@ -62,7 +63,7 @@ def _root(
         raise typer.Exit
 
 
-for group in (sim, rays, plan, develop, capture, inspect, light_fields, view, batch):
+for group in (sim, rays, design, plan, develop, capture, inspect, light_fields, view, batch):
     app.registered_commands += group.app.registered_commands
 for name, group in (
     ("bitstream", bitstream),

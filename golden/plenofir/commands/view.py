@@ -104,6 +104,11 @@ def view(
             write_file(out, content)
             typer.echo(f"{export}: {len(content) / 1e6:.1f} MB")
             return
+    serve_page(page, port, browser)
+
+
+def serve_page(page: "Page", port: int, browser: bool) -> None:
+    """Serve a page until Ctrl-C, in the browser if wanted."""
     from plenofir.view import serve
 
     def ready(address: str) -> None:

@@ -16,6 +16,7 @@ class Wanted(NamedTuple):
 
     binning: int = 1  # micro lenses to be made one, in each dimension
     after: int = 0  # number of the frame that it has; the next ones are wanted
+    query: Mapping[str, str] = MappingProxyType({})  # all that it says, as it is
 
 
 class Part(NamedTuple):

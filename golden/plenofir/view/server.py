@@ -110,7 +110,8 @@ class _Handler(_Nothing):
             after = self.get_query_argument("after", "0")
             if binning not in _BINNINGS or not _NUMBER.fullmatch(after):
                 raise HTTPError(400)
-            wanted = Wanted(int(binning), int(after))
+            query = {name: self.get_query_argument(name) for name in self.request.query_arguments}
+            wanted = Wanted(int(binning), int(after), query)
             part = await asyncio.wrap_future(self.parts.make(name, wanted))
         if part is None:
             raise HTTPError(404)

@@ -88,6 +88,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "picture": ("picture.png",),
     "plot": ("plot.png",),
     "export": ("page.html",),
+    "csv_file": ("planes.csv",),
     "source": ("folder",),
     "ise": ("folder",),
     "device": ("LFE5U-45F", "LFE5U-85F", "XC6SLX45", "xc7a35t", "gw1nr-9", "x"),
@@ -217,7 +218,8 @@ def calls(draw: Any, command: Words) -> Call:
     """Draw a call of a command: most of its parts are as they should be."""
     words = list(command)
     for parameter in COMMANDS[command].params:
-        if parameter.name in ("version", "debug"):
+        # A page would be served until Ctrl-C.
+        if parameter.name in ("version", "debug", "page"):
             continue
         given = draw(st.integers(0, 19)) > 0 if parameter.required else not draw(st.integers(0, 2))
         # Without, it would serve until Ctrl-C.

@@ -268,6 +268,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("reproduce",): check_reproduce,
     ("batch",): check_batch,
     ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),
+    ("design",): lambda p: {str(p[name]) for name in ("plot", "csv_file") if p[name]},
 }
 
 

@@ -5,11 +5,13 @@
 """
 
 from plenofir.camera.rays.camera import (
+    FIELDS,
     Camera,
     MainLens,
     MicroLensArray,
     Sensor,
     camera_names,
+    camera_of,
     load_camera,
 )
 from plenofir.camera.rays.condition import condition_numbers
@@ -35,6 +37,7 @@ from plenofir.camera.rays.measured import (
 from plenofir.camera.rays.model import RayModel
 
 __all__ = [
+    "FIELDS",
     "Camera",
     "Cover",
     "Distances",
@@ -49,6 +52,7 @@ __all__ = [
     "abbe_limit",
     "airy_radius",
     "camera_names",
+    "camera_of",
     "condition_numbers",
     "covering_slices",
     "depth_of_field",

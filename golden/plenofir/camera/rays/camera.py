@@ -5,6 +5,7 @@ All lengths are in mm. A description is a small TOML file; those of some known c
 """
 
 import tomllib
+from collections.abc import Mapping
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any
@@ -138,6 +139,41 @@ class Camera(_Part):
             entrance_pupil_diameter_mm=None if diameter is None else diameter * abs(shrunk),
         )
         return self.model_copy(update={"name": f"{self.name} reversed", "main_lens": turned})
+
+
+# Where a camera's data stand in its file, by the names that commands and pages take them under.
+FIELDS = {
+    "focal_length": ("main_lens", "focal_length_mm"),
+    "exit_pupil": ("main_lens", "exit_pupil_mm"),
+    "pupil": ("main_lens", "entrance_pupil_diameter_mm"),
+    "lens_focal_length": ("micro_lenses", "focal_length_mm"),
+    "lens_pitch": ("micro_lenses", "pitch_mm"),
+    "pixel": ("sensor", "pixel_pitch_mm"),
+    "columns": ("sensor", "columns"),
+    "rows": ("sensor", "rows"),
+}
+
+
+def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
+    """A camera from its lengths, or another one with these lengths in place of its own.
+
+    `given`: names of `FIELDS` and their values in mm (pixels for columns and rows). Raises
+    `InputError` if one of them is not possible, or is missing.
+    """
+    content: dict[str, Any] = {"main_lens": {}, "micro_lenses": {}, "sensor": {}}
+    if known is not None:
+        content = known.model_dump(exclude_unset=True)
+    for name, value in given.items():
+        part, field = FIELDS[name]
+        content[part] = {**content[part], field: value}
+    if known is None or given:
+        content["name"] = "camera" if known is None else f"{known.name}, changed"
+    try:
+        return Camera.model_validate(content)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        name = next((n for n, place in FIELDS.items() if place == wrong["loc"]), "camera")
+        raise InputError(f"{wrong['input']!r}; {wrong['msg']}", where=name) from None
 
 
 def camera_names() -> list[str]:

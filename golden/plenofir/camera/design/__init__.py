@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Design a plenoptic camera: every figure that follows from lens, micro lenses, sensor and focus.
+
+`design` computes them, `design_plot` draws them. All lengths are in mm, angles in degrees;
+distances count from the micro lenses.
+"""
+
+from plenofir.camera.design.figures import Design, Figure, PlaneFigures, design
+from plenofir.camera.design.plots import PLOTS, design_plot, encode_figure
+
+__all__ = [
+    "PLOTS",
+    "Design",
+    "Figure",
+    "PlaneFigures",
+    "design",
+    "design_plot",
+    "encode_figure",
+]

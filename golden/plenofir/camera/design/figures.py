@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of a camera, computed by the ray model."""
+
+from dataclasses import asdict, dataclass, fields
+from fractions import Fraction
+from math import atan, degrees, hypot, inf, isfinite
+
+from plenofir.camera.rays import (
+    RayModel,
+    State,
+    covering_slices,
+    diffraction_note,
+    rayleigh_limit,
+)
+from plenofir.ground.errors import InputError
+
+# Micro images may miss each other by so much, or overlap, and are called matched.
+_MATCHED = 0.05
+_FEWEST_PIXELS = 3
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One derived figure."""
+
+    name: str  # as in JSON
+    value: float | int | None  # None where the camera's data do not tell it, or it is infinite
+    unit: str
+    text: str  # what it is
+
+
+@dataclass(frozen=True)
+class PlaneFigures:
+    """A refocused plane and what the camera makes of it; lengths in mm.
+
+    inf stands for what reaches infinity, None for what there is not.
+    """
+
+    a: Fraction
+    distance_mm: float
+    near_mm: float
+    far_mm: float
+    depth_of_field_mm: float
+    # of the object, a micro lens and a pixel of a view's finest interpolation (1/M of it) wide
+    lens_sample_mm: float
+    pixel_sample_mm: float
+    disparity_px: float  # between the outermost views that are not vignetted
+    depth_error_mm: float  # what an error of that disparity makes of the distance
+
+    @classmethod
+    def names(cls) -> list[str]:
+        """Names of the fields."""
+        return [field.name for field in fields(cls)]
+
+    def row(self) -> dict[str, object]:
+        """For JSON and CSV: a as text, None for what is infinite."""
+        found = {
+            name: None if isinstance(value, float) and not isfinite(value) else value
+            for name, value in asdict(self).items()
+        }
+        return {**found, "a": str(self.a)}
+
+
+@dataclass(frozen=True)
+class Design:
+    """Figures of a camera, its planes in a range, and what to look at."""
+
+    model: RayModel
+    near_mm: float
+    far_mm: float
+    disparity_error_px: float
+    gap: int  # G, views between the outermost ones that are not vignetted
+    figures: tuple[Figure, ...]
+    planes: tuple[PlaneFigures, ...]  # the slices that cover the range, from near to far
+    gaps_mm: tuple[tuple[float, float], ...]  # what no slice covers
+    warnings: tuple[str, ...]
+
+    def content(self) -> dict[str, object]:
+        """All of it for JSON."""
+        return {
+            "camera": _without_infinity(self.model.camera.model_dump(exclude_none=True)),
+            "micro_image_px": self.model.micro_image_size,
+            "disparity_error_px": self.disparity_error_px,
+            "gap": self.gap,
+            "figures": {figure.name: figure.value for figure in self.figures},
+            "planes": [plane.row() for plane in self.planes],
+            "gaps_mm": [[near, None if far == inf else far] for near, far in self.gaps_mm],
+            "warnings": list(self.warnings),
+        }
+
+
+def _without_infinity(content: object) -> object:
+    """What JSON can hold: None for an exit pupil at infinity."""
+    if isinstance(content, dict):
+        return {name: _without_infinity(value) for name, value in content.items()}
+    return None if content == inf else content
+
+
+def lens_sample(model: RayModel, distance_mm: float) -> float:
+    """How far apart neighbouring micro lenses see on an object: rays of the central view.
+
+    `distance_mm`: of the object from the micro lenses.
+    """
+    pitch = model.camera.micro_lenses.pitch_mm
+    front = model.image_distance_mm + model.camera.main_lens.principal_plane_separation_mm
+    (slope, height), (first_slope, first_height) = (
+        tuple(map(float, model.object_ray(0, s))) for s in (pitch, 0.0)
+    )
+    return abs((slope - first_slope) * (distance_mm - front) + height - first_height)
+
+
+def depth_error(model: RayModel, distance_mm: float, gap: int, error_px: float) -> float:
+    """By how much a distance is off if a disparity is: half of what both signs make together.
+
+    inf where the farther one is not in front of infinity.
+    """
+    depth = distance_mm - model.entrance_pupil_mm
+    disparity = float(model.disparity(depth, gap))
+    ends = [model.depth(disparity + sign * error_px, gap) for sign in (-1, 1)]
+    if any(end.state() is not State.REAL for end in ends):
+        return inf
+    return abs(float(ends[0].mm) - float(ends[1].mm)) / 2
+
+
+def _plane(model: RayModel, a: Fraction, gap: int, error_px: float) -> PlaneFigures | None:
+    """The figures of a plane; None if it lies not in front of the lens."""
+    planes = model.planes(float(a))
+    if planes.centre.state() is not State.REAL or planes.near.state() is not State.REAL:
+        return None
+    distance, near = float(planes.centre.mm), float(planes.near.mm)
+    far = float(planes.far.mm) if planes.far.state() is State.REAL else inf
+    sample = lens_sample(model, distance)
+    return PlaneFigures(
+        a=a,
+        distance_mm=distance,
+        near_mm=near,
+        far_mm=far,
+        depth_of_field_mm=far - near,
+        lens_sample_mm=sample,
+        pixel_sample_mm=sample / model.micro_image_size,
+        disparity_px=float(model.disparity(distance - model.entrance_pupil_mm, gap)),
+        depth_error_mm=depth_error(model, distance, gap, error_px),
+    )
+
+
+def _views(model: RayModel) -> int:
+    """G of the outermost views that lie in the entrance pupil."""
+    most, bound = model.micro_image_size - 1, model.outermost_view
+    return most if bound is None else max(1, min(most, 2 * bound))
+
+
+def _field_of_view(model: RayModel, pixels: float | None) -> float | None:
+    """Angle in degrees that so many pixels see in front of the lens; None if unknown."""
+    if pixels is None:
+        return None
+    array, pitch = model.camera.micro_lenses, model.camera.sensor.pixel_pitch_mm
+    # Micro images are farther apart than micro lenses.
+    outermost = pixels * pitch / 2 / (1 + array.focal_length_mm / model.exit_pupil_mm)
+    return 2 * degrees(atan(abs(float(model.object_ray(0, outermost)[0]))))
+
+
+def resolved_step(model: RayModel, a: float) -> Fraction:
+    """Smallest step in a, in 1/M, between planes whose depths of field do not overlap."""
+    m = model.micro_image_size
+    for step in range(1, 4 * m):
+        near, far = model.near_border(a), model.far_border(a + step / m)
+        if near.state() is not State.REAL or far.state() is not State.REAL:
+            continue
+        if float(far.mm) <= float(near.mm):
+            return Fraction(step, m)
+    return Fraction(4)
+
+
+def _optics(model: RayModel) -> list[Figure]:
+    """Micro images and f-numbers."""
+    camera, array = model.camera, model.camera.micro_lenses
+    pixel, diameter = camera.sensor.pixel_pitch_mm, camera.main_lens.entrance_pupil_diameter_mm
+    stretch = 1 + array.focal_length_mm / model.exit_pupil_mm
+    pitch = array.pitch_mm * stretch
+    # Entrance pupil whose micro images touch: views M apart, M not rounded.
+    touching = float(model.baseline(1)) * pitch / pixel
+    f = camera.main_lens.focal_length_mm
+    return [
+        Figure(
+            "pixels_per_lens", array.pitch_mm / pixel, "px", "pixels under a micro lens, p_M / p_p"
+        ),
+        Figure("micro_image_pitch_px", pitch / pixel, "px", "micro images from centre to centre"),
+        Figure("M", model.micro_image_size, "px", "M, size of the micro images that are used"),
+        Figure(
+            "micro_lens_f_number",
+            array.focal_length_mm / array.pitch_mm,
+            "",
+            "f-number of the micro lenses, f_s / p_M",
+        ),
+        Figure(
+            "matched_f_number", f / touching, "", "f-number of the main lens that makes them touch"
+        ),
+        Figure("matched_pupil_mm", touching, "mm", "diameter of the entrance pupil for that"),
+        Figure(
+            "f_number",
+            None if diameter is None else f / diameter,
+            "",
+            "f-number of the main lens as it is",
+        ),
+        Figure(
+            "micro_image_fill",
+            None if diameter is None else diameter / touching,
+            "",
+            "micro images: diameter over distance",
+        ),
+        Figure(
+            "rayleigh_limit_um",
+            _finite(1000 * rayleigh_limit(camera)),
+            "um",
+            "Rayleigh limit of a micro lens, 550 nm",
+        ),
+        Figure("pixel_um", 1000 * pixel, "um", "pixel pitch"),
+    ]
+
+
+def _picture(model: RayModel) -> list[Figure]:
+    """Sizes of pictures and fields of view."""
+    sensor, array = model.camera.sensor, model.camera.micro_lenses
+    pitch = array.pitch_mm * (1 + array.focal_length_mm / model.exit_pupil_mm)
+    sizes = {"columns": sensor.columns, "rows": sensor.rows}
+    views = {
+        name: None if n is None else int(n * sensor.pixel_pitch_mm / pitch)
+        for name, n in sizes.items()
+    }
+    m = model.micro_image_size
+    diagonal = None
+    if sensor.columns is not None and sensor.rows is not None:
+        diagonal = hypot(sensor.columns, sensor.rows)
+    found = [Figure("views", m * m, "", "views, M x M")]
+    for name, size in views.items():
+        found.append(Figure(f"view_{name}", size, "px", f"{name} of a view: micro lenses"))
+    for name, size in views.items():
+        raster = None if size is None else size * m
+        found.append(Figure(f"raster_{name}", raster, "px", f"{name} of the aligned raw image"))
+    for name, text, pixels in (
+        ("field_of_view_x_deg", "horizontal", sensor.columns),
+        ("field_of_view_y_deg", "vertical", sensor.rows),
+        ("field_of_view_deg", "diagonal", diagonal),
+    ):
+        angle = _field_of_view(model, pixels)
+        found.append(Figure(name, angle, "deg", f"{text} field of view"))
+    return found
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+def _directions(model: RayModel, gap: int, near_mm: float, far_mm: float) -> list[Figure]:
+    """Focus, virtual cameras, and focus settings of the range."""
+    near, far = (float(model.focus_setting(d)) for d in (near_mm, far_mm))
+    step = float(resolved_step(model, (near + far) / 2))
+    pupil, tilt = _finite(model.exit_pupil_mm), float(model.tilt(gap)) + 0.0
+    ends = "outermost views in the pupil"
+    return [
+        Figure("extension_mm", model.extension_mm, "mm", "main lens from infinity focus"),
+        Figure("exit_pupil_mm", pupil, "mm", "micro lenses to exit pupil"),
+        Figure(
+            "entrance_pupil_mm", model.entrance_pupil_mm, "mm", "micro lenses to virtual cameras"
+        ),
+        Figure("baseline_1_mm", float(model.baseline(1)), "mm", "baseline, neighbouring views"),
+        Figure("gap", gap, "", f"G, {ends}"),
+        Figure("baseline_mm", float(model.baseline(gap)), "mm", f"baseline, {ends}"),
+        Figure("tilt_deg", tilt, "deg", f"tilt, {ends}"),
+        Figure("a_near", near, "", "a of the near end of the range"),
+        Figure("a_far", far, "", "a of the far end of the range"),
+        Figure("resolved_step", step, "", "step in a between separate depths of field"),
+    ]
+
+
+def _warnings(model: RayModel, figures: dict[str, Figure], gaps: bool, covered: bool) -> list[str]:
+    """What the figures say against the camera."""
+    camera = model.camera
+    found = [
+        camera.thin_lens_note(),
+        model.micro_image_note(),
+        diffraction_note(camera),
+        model.vignetting_note((model.micro_image_size - 1) // 2),
+    ]
+    fill = figures["micro_image_fill"].value
+    wanted = figures["matched_f_number"].value
+    if fill is not None and fill > 1 + _MATCHED:
+        found.append(
+            f"micro images overlap by {100 * (fill - 1):.0f} %: stop the main lens down to "
+            f"f/{wanted:.2g}"
+        )
+    if fill is not None and fill < 1 - _MATCHED:
+        found.append(
+            f"micro images fill {100 * fill:.0f} % of their distance, what is between them stays "
+            f"dark: open the main lens to f/{wanted:.2g}, or take micro lenses of a longer focal "
+            "length"
+        )
+    if camera.pixels_per_lens < _FEWEST_PIXELS:
+        found.append(
+            f"{camera.pixels_per_lens:.3g} pixels under a micro lens are too few directions to "
+            "refocus"
+        )
+    if gaps:
+        found.append("parts of the range are sharp in no slice; steps of 1/M are too coarse there")
+    if not covered:
+        found.append("no slice is sharp in the range")
+    return [text for text in found if text]
+
+
+def design(
+    model: RayModel, near_mm: float, far_mm: float = inf, *, disparity_error_px: float = 0.1
+) -> Design:
+    """Compute every figure of a camera at once.
+
+    `model`: the camera, focused. `near_mm`, `far_mm`: the range of distances that matters; far may
+    be inf. `disparity_error_px`: how well a disparity between the outermost views can be measured,
+    in pixels of the views. Raises `InputError` if the range is empty or that error not positive.
+    """
+    if not 0 < disparity_error_px < inf:
+        raise InputError(
+            f"{disparity_error_px:g}; give a positive number of pixels", where="disparity_error"
+        )
+    gap = _views(model)
+    cover = covering_slices(model, near_mm, far_mm)
+    listed = [
+        *_optics(model),
+        *_picture(model),
+        *_directions(model, gap, near_mm, far_mm),
+        Figure("slices", len(cover.slices), "", "slices that cover the range"),
+    ]
+    rows = (_plane(model, part.a, gap, disparity_error_px) for part in reversed(cover.slices))
+    planes = tuple(row for row in rows if row is not None)
+    warnings = _warnings(model, {f.name: f for f in listed}, bool(cover.gaps), bool(cover.slices))
+    return Design(
+        model,
+        near_mm,
+        far_mm,
+        disparity_error_px,
+        gap,
+        tuple(listed),
+        planes,
+        cover.gaps,
+        tuple(warnings),
+    )

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``design``: every figure that follows from a camera's data, at once."""
+
+import csv
+import io
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from plenofir.commands import options
+from plenofir.commands.console import print_json, print_table
+from plenofir.commands.results import check_file
+from plenofir.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from plenofir.camera.design import Design
+    from plenofir.camera.rays import Camera
+
+app = typer.Typer()
+
+
+def _length(flag: str, text: str) -> Any:
+    return typer.Option(flag, help=f"{text} in mm.")
+
+
+def _camera(name: str | None, lengths: dict[str, float | int | None]) -> "Camera":
+    """A known camera with some of its lengths changed, or one from its lengths alone."""
+    from plenofir.camera.rays import camera_of, load_camera
+
+    given = {key: value for key, value in lengths.items() if value is not None}
+    if name is None:
+        needed = ("focal_length", "lens_focal_length", "lens_pitch", "pixel")
+        missing = [options.typed(key) for key in needed if key not in given]
+        if missing:
+            raise InputError(
+                f"give --camera, or {', '.join(missing)} too: a camera needs these lengths"
+            )
+    known = None if name is None else load_camera(name)
+    return camera_of(known, given)
+
+
+def _print(found: "Design") -> None:
+    model = found.model
+    rows = [
+        [f.text, "unknown" if f.value is None else f"{f.value:.6g}", f.unit] for f in found.figures
+    ]
+    print_table(
+        ["figure", "", "unit"],
+        rows,
+        title=f"{model.camera.name}, M = {model.micro_image_size}",
+        left=("figure", "unit"),
+        width=90,
+    )
+    heads = ["a", "distance", "near", "far", "micro lens", "pixel / M", "disparity", "error"]
+    cells = [
+        [
+            str(p.a),
+            *(f"{value:.5g}" for value in (p.distance_mm, p.near_mm, p.far_mm)),
+            *(f"{value:.4g}" for value in (p.lens_sample_mm, p.pixel_sample_mm)),
+            f"{round(p.disparity_px, 9) + 0.0:.4g}",
+            f"{p.depth_error_mm:.4g}",
+        ]
+        for p in found.planes
+    ]
+    far = "infinity" if found.far_mm == inf else f"{found.far_mm:g} mm"
+    print_table(
+        heads,
+        cells,
+        title=f"slices from {found.near_mm:g} mm to {far}; mm, disparity in pixels for G = "
+        f"{found.gap}, error of the distance for {found.disparity_error_px:g} pixels",
+        width=100,
+    )
+    for near, far_end in found.gaps_mm:
+        typer.echo(f"not covered: {near:.1f} to {far_end:.1f} mm")
+    for warning in found.warnings:
+        typer.echo(f"note: {warning}")
+
+
+def _csv(found: "Design") -> bytes:
+    from plenofir.camera.design import PlaneFigures
+
+    text = io.StringIO()
+    writer = csv.DictWriter(text, PlaneFigures.names(), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(plane.row() for plane in found.planes)
+    return text.getvalue().encode()
+
+
+@app.command()
+def design(
+    near: Annotated[float, options.distance("--near", "Nearest distance that matters, in mm.")],
+    camera: options.CameraIfGiven = None,
+    far: Annotated[
+        float, options.distance("--far", "Farthest distance that matters in mm, or inf.")
+    ] = inf,
+    focus: options.Focus = inf,
+    micro_image: options.MicroImageIfGiven = None,
+    focal_length: Annotated[float | None, _length("--focal-length", "Main lens, f_U")] = None,
+    exit_pupil: Annotated[
+        float | None,
+        _length(
+            "--exit-pupil",
+            "Exit pupil from the micro lenses (inf if telecentric)",
+        ),
+    ] = None,
+    pupil: Annotated[float | None, _length("--pupil", "Diameter of the entrance pupil")] = None,
+    lens_focal_length: Annotated[
+        float | None, _length("--lens-focal-length", "Micro lenses, f_s")
+    ] = None,
+    lens_pitch: Annotated[float | None, _length("--lens-pitch", "Micro lenses, p_M")] = None,
+    pixel: Annotated[float | None, _length("--pixel", "Pixel pitch, p_p")] = None,
+    columns: Annotated[int | None, typer.Option(help="Columns of the sensor.", min=1)] = None,
+    rows: Annotated[int | None, typer.Option(help="Rows of the sensor.", min=1)] = None,
+    disparity_error: Annotated[
+        float,
+        options.number("--disparity-error", "Error of a disparity in pixels of the views."),
+    ] = 0.1,
+    as_json: options.AsJson = False,
+    csv_file: Annotated[
+        Path | None, typer.Option("--csv", help="Write the slices into this CSV file.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Draw the figures: SVG, PDF or PNG.")
+    ] = None,
+    page: Annotated[
+        bool, typer.Option("--page", help="Open a page with sliders in the browser.")
+    ] = False,
+    port: Annotated[int, typer.Option(help="TCP port of that page; 0: any.", min=0, max=65535)] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the browser, or only serve.")
+    ] = True,
+) -> None:
+    """Everything that follows from lens, micro lenses, sensor and focus; for camera builders.
+
+    Lengths that are given take the place of the camera's.
+    """
+    from plenofir.camera.design import PLOTS, design_plot, encode_figure
+    from plenofir.camera.design import design as designed
+    from plenofir.camera.rays import RayModel
+    from plenofir.ground.files import write_file
+
+    lengths = {
+        "focal_length": focal_length,
+        "exit_pupil": exit_pupil,
+        "pupil": pupil,
+        "lens_focal_length": lens_focal_length,
+        "lens_pitch": lens_pitch,
+        "pixel": pixel,
+        "columns": columns,
+        "rows": rows,
+    }
+    known = _camera(camera, lengths)
+    m = micro_image or max(2, known.micro_image_size)
+    model = RayModel.focused(known, focus, m)
+    csv_path = None if csv_file is None else check_file(str(csv_file), (".csv",))
+    plot_path = None if plot is None else check_file(str(plot), PLOTS)
+    found = designed(model, near, far, disparity_error_px=disparity_error)
+    if page:
+        from plenofir.commands.view import serve_page
+        from plenofir.view.design import design_page
+
+        serve_page(design_page(found, focus), port, browser)
+        return
+    if csv_path is not None:
+        write_file(csv_path, _csv(found))
+    if plot_path is not None:
+        write_file(plot_path, encode_figure(design_plot(found), plot_path.suffix))
+    if as_json:
+        print_json(found.content())
+        return
+    _print(found)

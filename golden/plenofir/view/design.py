@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a camera's figures with sliders: all numbers come from `plenofir.camera.design`."""
+
+import json
+from collections.abc import Mapping
+from math import inf, isfinite
+from typing import Any
+
+from plenofir.camera.design import Design, design, design_plot, encode_figure
+from plenofir.camera.rays import FIELDS, RayModel, camera_of
+from plenofir.ground.errors import InputError
+from plenofir.view.page import Page, Part, Wanted
+
+# What may be changed: name, text, unit, and from how small to how large beside the given value.
+_SLIDERS = (
+    ("focal_length", "main lens, f_U", "mm", 10.0),
+    ("exit_pupil", "exit pupil, d_A'", "mm", 10.0),
+    ("pupil", "entrance pupil, diameter", "mm", 10.0),
+    ("lens_focal_length", "micro lenses, f_s", "mm", 10.0),
+    ("lens_pitch", "micro lenses, p_M", "mm", 10.0),
+    ("pixel", "pixels, p_p", "mm", 10.0),
+    ("focus", "focus distance", "mm", 100.0),
+    ("near", "near end of the range", "mm", 100.0),
+    ("far", "far end of the range", "mm", 100.0),
+    ("disparity_error", "error of a disparity", "px", 100.0),
+)
+
+
+def _values(found: Design, focus_mm: float) -> dict[str, float | None]:
+    """The sliders' values for a design; None where there is none."""
+    camera = found.model.camera
+    values = {name: getattr(getattr(camera, FIELDS[name][0]), FIELDS[name][1]) for name in FIELDS}
+    return {
+        **values,
+        "focus": focus_mm,
+        "near": found.near_mm,
+        "far": found.far_mm,
+        "disparity_error": found.disparity_error_px,
+    }
+
+
+def _number(query: Mapping[str, str], name: str) -> float:
+    try:
+        return float(query[name])
+    except ValueError:
+        raise InputError(f"{query[name]!r} is no number", where=name) from None
+
+
+def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design:
+    """The design with what a page's sliders say; M follows the lengths where they change."""
+    own = {**_values(found, focus_mm)}
+    given = {name: _number(query, name) for name, *_ in _SLIDERS if name in query}
+    lengths = {name: value for name, value in given.items() if name in FIELDS}
+    camera = camera_of(found.model.camera, lengths)
+    m = found.model.micro_image_size
+    if {"lens_pitch", "pixel"} & lengths.keys():
+        m = max(2, camera.micro_image_size)
+    near, far, focus, error = (
+        given.get(name, own[name]) for name in ("near", "far", "focus", "disparity_error")
+    )
+    assert None not in (near, far, focus, error)
+    model = RayModel.focused(camera, focus, m)  # type: ignore[arg-type]
+    return design(model, near, far, disparity_error_px=error)  # type: ignore[arg-type]
+
+
+def _slider(name: str, text: str, unit: str, times: float, value: float | None) -> dict[str, Any]:
+    # What is infinite or unknown stays so until it is moved, and starts from somewhere then.
+    known = value is not None and isfinite(value)
+    start = value if value is not None and known and value > 0 else 20.0 if value is None else 1e3
+    return {
+        "name": name,
+        "text": text,
+        "unit": unit,
+        "low": start / times,
+        "high": start * times,
+        "start": start,
+        "shown": f"{value:g} {unit}" if known else "infinity" if value == inf else "unknown",
+    }
+
+
+def design_page(found: Design, focus_mm: float) -> Page:
+    """A page whose sliders change the camera; figures and plots are computed here.
+
+    `found`: what it begins with. `focus_mm`: the focus distance of its camera.
+    """
+    values = _values(found, focus_mm)
+    field = {
+        "title": found.model.camera.name,
+        "sliders": [_slider(*slider, values[slider[0]]) for slider in _SLIDERS],
+        "texts": {f.name: [f.text, f.unit] for f in found.figures},
+    }
+
+    def figures(wanted: Wanted) -> Part:
+        try:
+            content = _changed(found, focus_mm, wanted.query).content()
+        except InputError as error:
+            # Lengths that no camera can have: said beside the sliders.
+            content = {"refused": str(error)}
+        return Part(json.dumps(content, allow_nan=False).encode(), "application/json")
+
+    def plot(wanted: Wanted) -> Part:
+        drawing = design_plot(_changed(found, focus_mm, wanted.query))
+        return Part(encode_figure(drawing, ".svg"), "image/svg+xml")
+
+    return Page(
+        "design.html", ("design.js",), field, {"figures.json": figures, "plot.svg": plot}, _packed
+    )
+
+
+def _packed(_: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
+    raise InputError("this page computes as it is used and cannot be one file")
