@@ -28,10 +28,14 @@ from plenofir_studies.ray_stability import all_outcomes, summary
 from plenofir_studies.ray_validation import rounding_sentences
 from resource_tables import (
     board_builds,
+    device_shares,
+    device_sources,
     ecp5_table,
     engine_table,
     flow_figures,
+    left_out_of_scenes,
     moving_sum_tables,
+    placed_table,
     resource_tables,
     sensor_table,
     stack_tables,
@@ -56,6 +60,15 @@ TOPS = (
     "parallel_top",
 )
 TABLES = DOCS / "measured" / "tables.md"
+SHARES = (
+    "Estimated use in percent: LUTs (ALMs, halves of CPEs) / flip-flops / block RAM / multipliers; "
+    "of the whole board where\nthe scene is for the board of that device. Empty where a scene does "
+    "not fit: [the first table](../resources.md#your-fpga)\nsays why."
+)
+PLACED_CORES = (
+    "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers; the "
+    "other scenes are estimates."
+)
 EXPORTS = project.root() / "build" / "docs"
 EXPORT_BYTES = 8_000_000
 ENTITIES = project.root() / "build" / "docs" / "entities"
@@ -101,6 +114,14 @@ def measured_tables() -> str:
             "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
         ),
         many_pixels.page(),
+        measured(
+            "Scenes on devices",
+            "resources.md",
+            ("Shares of a device", [SHARES, "", *device_shares()]),
+            ("Cores that were placed", [PLACED_CORES, "", *placed_table()]),
+            ("What was left out", left_out_of_scenes()),
+            ("Where the amounts are from", device_sources()),
+        ),
         measured("Clocks of cores and arrays", "resources.md", ("Clocks on an ECP5", ecp5_table())),
         measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
     )

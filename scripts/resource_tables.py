@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 
 from marks import between_marks
 from plenofir.fpga.bitstream.nextpnr import load_builds
@@ -31,7 +32,7 @@ from plenofir.fpga.synthesis.placers import load_placed_cores
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.plan import load_scene, make_plan
+from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.figures import (
     SENSORS,
     Design,
@@ -42,6 +43,7 @@ from plenofir.plan.figures import (
     stack_designs,
 )
 from plenofir.plan.left_out import full_core
+from plenofir.plan.scene import scene_files
 
 MEMORY_COLUMNS = 1024
 MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
@@ -213,26 +215,55 @@ def resource_tables(text: str) -> str:
     return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
 
 
-_SHOWN = ("grey-microscope", "rgb-480p", "rgb-720p", "thesis-m3", "video-m11", "lytro1-raw")
+def _scenes() -> list[str]:
+    """Names of the shipped scenes."""
+    return [file.stem for file in scene_files()]
 
 
-def _on_device(scene: str, device: str) -> str:
-    """What a scene's core takes of a device, or why it can't be there."""
+@cache
+def _plan_on(scene: str, device: str) -> Plan | str:
+    """The plan of a scene on a device, or in few words why there is none."""
     try:
-        plan = make_plan(load_scene(scene, device))
+        return make_plan(load_scene(scene, device))
     except InputError as error:
         over = re.search(r"needs (\d+) of (\d+) ([^;(]+)", str(error))
         if over is not None:
             return f"{over[1]} of {over[2]} {over[3].strip()}"
-        return "too slow" if "MHz" in str(error) else "no such core"
-    names = FAMILIES[DEVICES[device].family].names
-    video = plan.video_needs or dict.fromkeys(names, 0)
-    lut, blocks = (plan.needs[name] - video[name] for name in (names[0], names[2]))
-    at_once = f", {plan.core.pixels_per_clock} px" if plan.core.pixels_per_clock > 1 else ""
-    placed = load_placed_cores().get(device, {})
+        if "MHz" in str(error):
+            return "too slow"
+        if "no mode" in str(error) or 'build.path "video"' in str(error):
+            return "board's video"
+        raise
+
+
+def _clock_of(scene: str, plan: Plan) -> float | None:
+    """Clock in MHz of a scene's core on a device, or of its board, if it was placed."""
+    build = load_builds().get(scene)
+    if build is not None and build.device == plan.device:
+        return next(clock.reached_mhz for clock in build.timing if clock.clock == "clk")
+    placed = load_placed_cores().get(plan.device, {})
     found = placed.get(scene, placed.get(f"{scene} core"))
-    clock = "" if found is None else f" **{found.fmax_mhz:g} MHz**"
-    return f"{lut} + {blocks}{at_once}{clock}"
+    if found is not None:
+        return found.fmax_mhz
+    # In the slowest grade.
+    grades = json.loads((project.DATA / "ecp5.json").read_text()).get(scene, {})
+    lowest = grades.get("6")
+    if plan.path == "core" and lowest and f"lfe5u-{lowest['device']}f" == plan.device:
+        return float(lowest["fmax_mhz"])
+    return None
+
+
+def _on_device(scene: str, device: str) -> str:
+    """What a scene's core takes of a device, or why it can't be there."""
+    plan = _plan_on(scene, device)
+    if isinstance(plan, str):
+        return plan
+    names = FAMILIES[DEVICES[device].family].names
+    lut, blocks = (plan.needs[name] for name in (names[0], names[2]))
+    at_once = f", {plan.core.pixels_per_clock} px" if plan.core.pixels_per_clock > 1 else ""
+    clock = _clock_of(scene, plan)
+    whole = " board" if plan.path == "video" else ""
+    return f"{lut} + {blocks}{whole}{at_once}" + (f" **{clock:g} MHz**" if clock else "")
 
 
 def device_table(text: str) -> str:
@@ -241,8 +272,60 @@ def device_table(text: str) -> str:
     for device in DEVICES.values():
         total, names = device.total, FAMILIES[device.family].names
         has = f"{total.lut} {names[0]}, {total.ramb16} {names[2]}"
-        rows.append((device.title, has, *(_on_device(scene, device.name) for scene in _SHOWN)))
-    return put(text, "devices", table(f"device | it has | {' | '.join(_SHOWN)}", rows))
+        rows.append((device.title, has, *(_on_device(scene, device.name) for scene in _scenes())))
+    return put(text, "devices", table(f"device | it has | {' | '.join(_scenes())}", rows))
+
+
+def device_shares() -> list[str]:
+    """Make the table of the shares of a device that scenes take, where they fit."""
+    rows = []
+    for device in DEVICES.values():
+        cells = []
+        for scene in _scenes():
+            plan = _plan_on(scene, device.name)
+            shares = (
+                ""
+                if isinstance(plan, str)
+                else " / ".join(
+                    f"{100 * need / plan.available[name]:.0f}" if plan.available[name] else "-"
+                    for name, need in plan.needs.items()
+                )
+            )
+            cells.append(shares)
+        rows.append((device.title, *cells))
+    return table(f"device | {' | '.join(_scenes())}", rows)
+
+
+def placed_table() -> list[str]:
+    """Make the table of the cores that were placed on devices with other open tools."""
+    return table(
+        "device | scene | MHz | LUT | flip-flops | block RAM | multipliers",
+        (
+            (DEVICES[name].title, scene.removesuffix(" core"), core.fmax_mhz, *core.amounts)
+            for name, cores in load_placed_cores().items()
+            for scene, core in cores.items()
+        ),
+    )
+
+
+def left_out_of_scenes() -> list[str]:
+    """Make the table of what was left out of each scene's core, on the first device it fits."""
+    rows = []
+    for scene in _scenes():
+        plans = [_plan_on(scene, name) for name in DEVICES]
+        found = [plan for plan in plans if not isinstance(plan, str)]
+        core = next((plan for plan in found if plan.path == "core"), found[0])
+        parts = "; ".join(part.what for part in core.left_out)
+        rows.append((scene, f"{len(found)} of {len(DEVICES)}", parts))
+    return table("scene | devices it fits | left out", rows)
+
+
+def device_sources() -> list[str]:
+    """Make the table of where the amounts of each family's devices are from."""
+    families = {device.family: device.source for device in DEVICES.values()}
+    return table(
+        "family | amounts", ((FAMILIES[f].title, source) for f, source in families.items())
+    )
 
 
 def sensor_table(text: str) -> str:

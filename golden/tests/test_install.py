@@ -134,3 +134,51 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
 def test_what_a_user_imports() -> None:
     assert issubclass(InputError, ValueError)
     assert (Path(plenofir.__file__).parent / "py.typed").is_file()
+
+
+def test_components_of_a_scene_from_an_installation(call, tmp_path: Path) -> None:
+    done = call(
+        *("plenofir", "project", "grey-microscope", "--device", "xc7z020", "--tool", "ipxact"),
+        *("--out", "components"),
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "interrupt_mask" in (tmp_path / "components" / "refocuser_axi.xml").read_text()
+
+
+PROJECTS = {
+    "vivado": ("xc7z020", "scene_top.xdc"),
+    "quartus": ("5ceba4", "scene_top.sdc"),
+    "radiant": ("lifcl-40", "scene_top.pdc"),
+    "gowin": ("gw2ar-18", "scene_top.sdc"),
+    "diamond": ("lfe5u-45f", "scene_top.lpf"),
+    "ise": ("xc6slx9", "scene_top.ucf"),
+    "ipxact": ("xc7z010", "package_ip.tcl"),
+}
+
+
+@pytest.mark.slow
+def test_projects_from_the_wheel_in_an_empty_environment(tmp_path: Path) -> None:
+    """As a user installs it, with what the package index has: nothing of this environment."""
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=project.root(), check=True, stdout=subprocess.DEVNULL)
+    (wheel,) = tmp_path.glob("*.whl")
+    subprocess.run([sys.executable, "-m", "venv", str(tmp_path / "empty")], check=True)
+    programs = tmp_path / "empty" / "bin"
+    pip = [str(programs / "python"), "-m", "pip", "-q", "--disable-pip-version-check", "install"]
+    done = subprocess.run([*pip, f"{wheel}[projects]"], capture_output=True, text=True)
+    if "No matching distribution" in done.stderr or "Could not fetch URL" in done.stderr:
+        pytest.skip("the package index cannot be reached")
+    assert done.returncode == 0, done.stderr
+    for tool, (device, file) in PROJECTS.items():
+        words = ("project", "grey-microscope", "--tool", tool, "--device", device, "--out", tool)
+        done = subprocess.run(
+            [programs / "plenofir", *words],
+            cwd=tmp_path,
+            env={"HOME": str(tmp_path), "PATH": ""},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, ""), tool
+        names = {path.name for path in (tmp_path / tool).iterdir()}
+        assert {file, "README", "raster_refocuser.vhd"} <= names, tool

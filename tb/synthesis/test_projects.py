@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from plenofir.fpga import devices
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.project_files import PARALLEL, TOOLS, tool_of, write_project
@@ -19,15 +21,20 @@ DEVICES = {
     "quartus": "5cseba6",
     "radiant": "lifcl-40",
     "gowin": "gw2ar-18",
+    "diamond": "lfe5u-25f",
     "ise": "xc6slx45",
+    "gatemate": "ccgm1a1",
+    "trellis": "lfe5u-12f",
 }
+IN_VHDL = [name for name, tool in TOOLS.items() if not tool.verilog]
+IN_VERILOG = [name for name, tool in TOOLS.items() if tool.verilog]
 
 
-@pytest.mark.parametrize("name", list(TOOLS))
+@pytest.mark.parametrize("name", IN_VHDL)
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     plan = make_plan(load_scene("grey-microscope", DEVICES[name]))
-    assert tool_of(plan, None)[0] == name
+    assert tool_of(plan, name)[0] == name
     folder, top = tmp_path / "project", PARALLEL if parallel else "scene_top"
     files = write_project(plan, name, folder, parallel=parallel)
     assert all((folder / file).is_file() for file in files)
@@ -79,8 +86,34 @@ def test_a_tool_of_another_family_is_refused() -> None:
         tool_of(plan, "quartus")
     with pytest.raises(InputError, match="'xst' is no tool; choose from vivado"):
         tool_of(plan, "xst")
-    with pytest.raises(InputError, match="no vendor's tool"):
-        tool_of(make_plan(load_scene("thesis-m3", "ccgm1a1")), None)
+
+
+def test_every_device_has_a_tool() -> None:
+    first = {family: name for name, tool in reversed(TOOLS.items()) for family in tool.families}
+    for device in devices.DEVICES.values():
+        assert first[device.family] in TOOLS
+    plan = make_plan(load_scene("thesis-m3", "ccgm1a1"))
+    assert tool_of(plan, None)[0] == "gatemate"
+    assert tool_of(make_plan(load_scene("thesis-m3", "lfe5u-85f")), None)[0] == "diamond"
+
+
+@pytest.mark.parametrize("name", IN_VERILOG)
+def test_a_project_in_verilog(name: str, tmp_path: Path) -> None:
+    """Yosys reads what the project's scripts read, and finds the top and its clock."""
+    plan = make_plan(load_scene("thesis-m3", DEVICES[name]))
+    write_project(plan, name, tmp_path)
+    text = "".join(p.read_text() for p in tmp_path.iterdir() if p.suffix in (".tcl", ".ys", ""))
+    assert "scene_top.v" in text
+    assert f"scene_top.{TOOLS[name].constraints[0]}" in text
+    assert ("--12k" if name == "trellis" else "-A 1") in text
+    run_yosys(
+        [
+            "read_verilog scene_top.v",
+            "hierarchy -check -top scene_top",
+            "select -assert-count 1 scene_top/i:clk",
+        ],
+        tmp_path / "read.log",
+    )
 
 
 def test_a_board_is_no_project(tmp_path: Path) -> None:

@@ -241,7 +241,8 @@ def project(
     tool: Annotated[
         str | None,
         typer.Option(
-            help="vivado, quartus, radiant, gowin or ise; ipxact: components for a catalog.",
+            help="vivado, quartus, radiant, diamond, gowin, ise, gatemate or trellis; ipxact: "
+            "components for a catalog.",
             show_default="the tool of the device",
         ),
     ] = None,

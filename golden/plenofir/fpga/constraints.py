@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-Language = Literal["xdc", "quartus-sdc", "gowin-sdc", "radiant-pdc", "ucf", "lpf", "cst", "pdc"]
-"""Vivado, Quartus, Gowin EDA, Radiant, ISE, Diamond; for pins alone Gowin and nextpnr-nexus."""
+Language = Literal[
+    "xdc", "quartus-sdc", "gowin-sdc", "radiant-pdc", "ucf", "lpf", "ccf", "cst", "pdc"
+]
+"""Vivado, Quartus, Gowin EDA, Radiant, ISE, Diamond; with pins alone GateMate, Gowin, Nexus."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ _PINS: Mapping[Language, str] = {
     "pdc": "ldc_set_location -site {{{pin}}} [get_ports {port}]",
     "cst": 'IO_LOC "{port}" {pin};',
     "ucf": 'NET "{port}" LOC = "{pin}";',
+    "ccf": 'NET "{port}" Loc = "{pin}";',
     "lpf": 'LOCATE COMP "{port}" SITE "{pin}";',
 }
 # How each tool finds registers by a part of their name; Vivado's names end with _reg.
@@ -82,6 +85,8 @@ def _clock(language: Language, port: str, mhz: float) -> Iterator[str]:
         yield f'TIMESPEC "TS_{port}" = PERIOD "{port}" {period} ns HIGH 50 %;'
     elif language == "lpf":
         yield f'FREQUENCY PORT "{port}" {mhz:g} MHZ;'
+    elif language == "ccf":
+        yield f"# {port} has {mhz:g} MHz; the file has no words for it, p_r tells what it reaches."
     elif language in _REGISTERS:
         yield f"create_clock -name {port} -period {period} [get_ports {port}]"
     else:
@@ -93,6 +98,8 @@ def _crossing(language: Language, crossing: Crossing) -> Iterator[str]:
     if language == "ucf":
         yield f'INST "*{name}*" TNM = FFS "{name}";'
         yield f'TIMESPEC "TS_{name}" = {end.upper()} "{name}" TIG;'
+    elif language == "ccf":
+        yield f"# Paths {end} {name} need no time."
     elif language == "lpf":
         yield f'BLOCK PATH {end.upper()} CELL "*{name}*";'
     elif language in _REGISTERS:

@@ -64,6 +64,7 @@ class Device:
     # families without an open router what was placed on the nearest one (`assumed`).
     clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
     assumed: bool = False
+    source: str = ""  # where the amounts are from
 
     @property
     def title(self) -> str:
@@ -90,10 +91,9 @@ class Device:
 
 _ECP5_CLOCKS = ((1, 110.0), (16, 80.0), (32, 70.0))
 # LUTs (Cyclone V: ALMs), flip-flops, block RAMs of 18 Kbit (Cyclone V: 10, GateMate: 20),
-# multipliers; package; the part with its usual package and slowest grade; the document.
+# multipliers; package; the part with its usual package and slowest grade. Sources: `_SOURCES`.
 _Row = tuple[str, int, int, int, int, str, str]
 _ROWS: dict[Family, tuple[_Row, ...]] = {
-    # Xilinx DS160, table 1.
     "spartan6": (
         ("xc6slx9", 5720, 11440, 32, 16, "csg324", "xc6slx9-2csg324"),
         ("xc6slx16", 9112, 18224, 32, 32, "csg324", "xc6slx16-2csg324"),
@@ -103,7 +103,6 @@ _ROWS: dict[Family, tuple[_Row, ...]] = {
         ("xc6slx100", 63288, 126576, 268, 180, "fgg484", "xc6slx100-2fgg484"),
         ("xc6slx150", 92152, 184304, 268, 180, "fgg484", "xc6slx150-2fgg484"),
     ),
-    # Xilinx DS180 (Artix-7, Kintex-7), DS190 (Zynq-7000): a block RAM of 36 Kbit counts twice.
     "series7": (
         ("xc7z010", 17600, 35200, 120, 80, "clg400", "xc7z010clg400-1"),
         ("xc7a35t", 20800, 41600, 100, 90, "csg324", "xc7a35tcsg324-1"),
@@ -112,32 +111,42 @@ _ROWS: dict[Family, tuple[_Row, ...]] = {
         ("xc7a100t", 63400, 126800, 270, 240, "csg324", "xc7a100tcsg324-1"),
         ("xc7a200t", 134600, 269200, 730, 740, "fbg484", "xc7a200tfbg484-1"),
     ),
-    # Intel CV-51001: the block RAMs that Quartus counts, two multipliers of 18 bits in a DSP block.
     "cyclonev": (
         ("5ceba4", 18480, 73920, 308, 132, "f23", "5CEBA4F23C8"),
-        ("5cseba6", 41910, 166036, 553, 224, "u23", "5CSEBA6U23I7"),
+        ("5cseba6", 41910, 167640, 553, 224, "u23", "5CSEBA6U23I7"),
     ),
-    # Lattice FPGA-DS-02012.
     "ecp5": (
         ("lfe5u-12f", 24288, 24288, 56, 28, "cabga381", "LFE5U-12F-6BG381C"),
         ("lfe5u-25f", 24288, 24288, 56, 28, "cabga381", "LFE5U-25F-6BG381C"),
         ("lfe5u-45f", 43848, 43848, 108, 72, "cabga381", "LFE5U-45F-6BG381C"),
         ("lfe5u-85f", 83640, 83640, 208, 156, "cabga381", "LFE5U-85F-6BG381C"),
     ),
-    # Lattice FPGA-DS-02049; LIFCL-40 as nextpnr counts it.
     "nexus": (
         ("lifcl-17", 13824, 13824, 24, 24, "cabga256", "LIFCL-17-7BG256C"),
         ("lifcl-40", 32256, 32256, 84, 56, "cabga400", "LIFCL-40-7BG400C"),
     ),
-    # Gowin DS117, DS226, DS1103, DS1228; GW2AR-18 and GW5A-25 as nextpnr counts them.
     "gw1n": (("gw1nr-9", 8640, 6480, 26, 20, "qn88p", "GW1NR-LV9QN88PC6/I5"),),
     "gw2a": (("gw2ar-18", 20736, 15552, 46, 48, "qn88", "GW2AR-LV18QN88C8/I7"),),
     "gw5a": (
         ("gw5a-25", 23040, 23040, 56, 0, "mg121n", "GW5A-LV25MG121NC1/I0"),
         ("gw5ast-138", 138240, 138240, 340, 0, "pg484a", "GW5AST-LV138PG484AC1/I0"),
     ),
-    # Cologne Chip DS1001.
     "gatemate": (("ccgm1a1", 40960, 40960, 64, 0, "fbga324", "CCGM1A1"),),
+}
+_NEXTPNR = "what nextpnr counts ({})"
+_SOURCES: dict[Family, str] = {
+    "spartan6": "Xilinx DS160, table 1",
+    "series7": "Xilinx DS180, DS190 (Zynq-7000); a block RAM of 36 Kbit counts twice",
+    "cyclonev": "what Quartus Prime's fitter says that the part has (5CEBA4F23C8: 18,480 ALMs, 308 "
+    "M10K, 66 DSP blocks; 5CSEBA6U23I7: 41,910, 553, 112); an ALM has four flip-flops, a DSP block "
+    "two multipliers. The data sheet (CV-51001) has 41,509 ALMs and 557 M10K for the 5CSEBA6",
+    "ecp5": f"{_NEXTPNR.format('prjtrellis')}; Lattice FPGA-DS-02012",
+    "nexus": f"{_NEXTPNR.format('prjoxide')}; Lattice FPGA-DS-02049",
+    "gw1n": f"{_NEXTPNR.format('apicula')}; Gowin DS117",
+    "gw2a": f"{_NEXTPNR.format('apicula')}; Gowin DS226",
+    "gw5a": f"{_NEXTPNR.format('apicula')}, for the GW5A-25; Gowin DS1103, and DS1228 for the "
+    "GW5AST-138. Their multipliers are not counted: Yosys has no rule for them",
+    "gatemate": f"{_NEXTPNR.format('peppercorn')}; Cologne Chip DS1001. Multipliers are logic",
 }
 _CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
     "spartan6": ((1, 74.25),),
@@ -169,6 +178,7 @@ def _device(family: Family, row: _Row) -> Device:
         part,
         _CLOCKS.get(family, _ECP5_CLOCKS),
         family in _ASSUMED,
+        _SOURCES[family],
     )
 
 

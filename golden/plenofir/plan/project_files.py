@@ -2,6 +2,7 @@
 """Projects of a scene's core for vendors' tools, which edalize writes."""
 
 import importlib.util
+import logging
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,12 +15,14 @@ from plenofir.fpga.bitstream.top_level import board_generics, top_with_generics
 from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.devices import DEVICES, Device
 from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.synthesis.ecp5 import NAMES
+from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
 from plenofir.plan.configure import clock_mhz, configure, needed_sources, top_of
 from plenofir.plan.planned import Plan
 
-ToolName = Literal["vivado", "quartus", "radiant", "gowin", "ise"]
+ToolName = Literal["vivado", "quartus", "radiant", "diamond", "gowin", "ise", "gatemate", "trellis"]
 
 
 PARALLEL = "parallel_top"
@@ -38,6 +41,7 @@ class Tool:
     constraints: tuple[str, Language, str]
     options: Callable[[Device], dict[str, Any]]
     run: str  # what builds it, for people
+    verilog: bool = False  # takes no VHDL: GHDL makes Verilog of it
 
 
 TOOLS: dict[str, Tool] = {
@@ -53,6 +57,10 @@ TOOLS: dict[str, Tool] = {
         "Lattice Radiant", ("nexus",), False, ("pdc", "radiant-pdc", "PDC"),
         lambda device: {"part": device.part}, "radiantc NAME.tcl, radiantc NAME_run.tcl",
     ),
+    "diamond": Tool(
+        "Lattice Diamond", ("ecp5",), False, ("lpf", "lpf", "LPF"),
+        lambda device: {"part": device.part}, "diamondc NAME.tcl, diamondc NAME_run.tcl",
+    ),
     "gowin": Tool(
         "Gowin EDA", ("gw1n", "gw2a", "gw5a"), True, ("sdc", "gowin-sdc", "SDC"),
         lambda device: {"part": device.part}, "make",
@@ -62,6 +70,17 @@ TOOLS: dict[str, Tool] = {
         lambda device: {
             "family": "spartan6", "device": device.name, "package": device.package, "speed": "-2",
         }, "make",
+    ),
+    "gatemate": Tool(
+        "Cologne Chip's toolchain (Yosys, p_r)", ("gatemate",), False, ("ccf", "ccf", "CCF"),
+        lambda device: {"device": device.part}, "make", verilog=True,
+    ),
+    "trellis": Tool(
+        "Yosys, nextpnr and Project Trellis", ("ecp5",), False, ("lpf", "lpf", "LPF"),
+        lambda device: {"nextpnr_options": [
+            f"--{NAMES[device.name]}", "--package", device.package.upper(),
+            "--lpf-allow-unconstrained",
+        ]}, "make", verilog=True,
     ),
 }  # fmt: skip
 """Tools by the name that users type."""
@@ -76,16 +95,12 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     device = DEVICES[plan.device]
     fitting = [tool for tool, known in TOOLS.items() if device.family in known.families]
     title = FAMILIES[device.family].title
-    if name is None and not fitting:
-        raise InputError(
-            f"{title} has no vendor's tool here; make pnr places it with open tools", where="tool"
-        )
     chosen = name or fitting[0]
     if chosen not in fitting:
         fits = next(d.name for d in DEVICES.values() if d.family in TOOLS[chosen].families)
         raise InputError(
             f"{TOOLS[chosen].title} does not build for {title}; take another device, such as "
-            f"--device {fits}" + (f", or --tool {fitting[0]}" if fitting else ""),
+            f"--device {fits}, or --tool {fitting[0]}",
             where="tool",
         )
     return chosen, TOOLS[chosen]
@@ -130,17 +145,23 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado
 
+    # It says that a tool is not installed, which nobody asked for.
+    logging.getLogger("edalize").setLevel(logging.CRITICAL)
     tool, device = TOOLS[name], DEVICES[plan.device]
     top = PARALLEL if parallel else top_of(plan)
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: list[dict[str, str]] = []
         sources = (_with_parallel_camera if parallel else configure)(plan, Path(configured))
+        kind = "vhdlSource"
+        constraints = Constraints({"clk": clock_mhz(plan)}, crossings_of(sources))
+        if tool.verilog:
+            kind = "verilogSource"
+            sources = [write_verilog(sources, top, {}, Path(configured))]
         for source in sources:
             shutil.copy(source, folder / source.name)
-            files.append({"name": source.name, "file_type": "vhdlSource"})
+            files.append({"name": source.name, "file_type": kind})
         ending, language, kind = tool.constraints
-        constraints = Constraints({"clk": clock_mhz(plan)}, crossings_of(sources))
         (folder / f"{top}.{ending}").write_text(constraints.text(language))
         files.append({"name": f"{top}.{ending}", "file_type": kind})
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
@@ -153,7 +174,8 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         names = [file["name"] for file in files]
         (folder / "README").write_text(_readme(plan, tool, top, names, constraints))
         publish_files(folder, out)
-        return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
+        sources_end = {".vhd", ".v"}
+        return sorted(p.name for p in folder.iterdir() if p.suffix not in sources_end)
 
 
 def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
@@ -165,10 +187,18 @@ def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Con
     )
     if top == PARALLEL:
         about = "a whole design but for its pins: give its ports those of the board."
+    checked = (
+        "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
+        "this order as VHDL-93; the constraints name a port of the top level and registers."
+    )
+    if tool.verilog:
+        checked = (
+            "The Verilog is what GHDL makes of the VHDL. The project itself was never built;\n"
+            "make pnr of plenofir places the same core with Yosys and nextpnr."
+        )
     return (
         f"{plan.scene} on the {DEVICES[plan.device].title}, a project for {tool.title}.\n\n"
-        "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
-        "this order as VHDL-93; the constraints name a port of the top level and registers.\n\n"
+        f"{checked}\n\n"
         f"Build: {tool.run.replace('NAME', top)}\n"
         f"Top level: {top}; {about}\n"
         f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n"

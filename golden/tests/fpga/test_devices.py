@@ -2,17 +2,26 @@
 """The table of devices, and what cores take of each family, beside what Yosys counted."""
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from plenofir.fpga.devices import DEVICES, device_name
+from plenofir.fpga.bitstream.nextpnr import load_builds
+from plenofir.fpga.devices import DEVICES, Usage, device_name
 from plenofir.fpga.families import FAMILIES
+from plenofir.fpga.hdl import hdl_sources
 from plenofir.fpga.synthesis.comparison import load_comparison
 from plenofir.fpga.synthesis.counts import COUNTED, counted_cores, load_counts, usage_of_cells
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.few_pins import three_pins
-from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, open_carries
+from plenofir.fpga.synthesis.placers import (
+    PLACERS,
+    REPORTED,
+    load_placed_cores,
+    open_carries,
+    place_core,
+)
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.plan import load_scene, make_plan
 
@@ -62,6 +71,7 @@ def test_every_device_has_all_that_a_plan_needs() -> None:
         assert device.total.lut
         assert device.total.ramb16
         assert device.clock_mhz(1)
+        assert device.source
         assert bool(device.total.dsp) == bool(FAMILIES[device.family].multipliers)
 
 
@@ -152,3 +162,26 @@ def test_a_constant_at_a_chain_is_left_open(tmp_path: Path) -> None:
     file.write_text(json.dumps({"modules": {"core": {"cells": cells}}}))
     with pytest.raises(AssertionError, match="begins with INIT0"):
         open_carries(file)
+
+
+def test_amounts_of_ecp5_are_those_of_recorded_builds() -> None:
+    for build in load_builds().values():
+        device = DEVICES[build.device]
+        for kind, amount in device.amounts(device.total).items():
+            assert build.utilisation[kind][1] == amount
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(PLACERS))
+def test_amounts_are_what_nextpnr_counts(name: str, tmp_path: Path) -> None:
+    """A register more or less, placed: the report says what the device has."""
+    if find_spec(PLACERS[name].package) is None:
+        pytest.skip("nextpnr is not installed (scripts/setup.sh pnr)")
+    (source,) = (path for path in hdl_sources() if path.stem == "synchroniser")
+    device = DEVICES[name]
+    place_core(name, device.family, [source], "synchroniser", {}, tmp_path)
+    there = json.loads((tmp_path / "report.json").read_text())["utilization"]
+    lut, flip_flops, blocks, multipliers = (
+        there[kinds[0]]["available"] if kinds else 0 for kinds in REPORTED[device.family]
+    )
+    assert Usage(lut, flip_flops, blocks, dsp=multipliers) == device.total

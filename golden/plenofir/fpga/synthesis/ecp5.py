@@ -18,7 +18,7 @@ from plenofir.ground.errors import InputError
 DEVICE = "45k"
 PACKAGE = "CABGA381"
 LARGER_DEVICE = "85k"
-NAMES = {"lfe5u-25f": "25k", "lfe5u-45f": DEVICE, "lfe5u-85f": LARGER_DEVICE}
+NAMES = {"lfe5u-12f": "12k", "lfe5u-25f": "25k", "lfe5u-45f": DEVICE, "lfe5u-85f": LARGER_DEVICE}
 """nextpnr's names of the devices."""
 # DP16KD of the smaller device.
 _BLOCK_RAMS = 108

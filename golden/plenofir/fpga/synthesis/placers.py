@@ -88,7 +88,7 @@ PLACERS: dict[str, Placer] = {
         package="yowasp_nextpnr_himbaechel_gatemate",
         part="CCGM1A1",
         options=("--vopt", "allow-unconstrained", "--vopt", "out=placed.txt"),
-        pins=("pins.ccf", "cst", Constraints()),
+        pins=("pins.ccf", "ccf", Constraints()),
         pack=("yowasp-gmpack", "placed.txt", "plenofir.bit"),
         result="placed.txt",
         bitstream="plenofir.bit",
@@ -96,14 +96,14 @@ PLACERS: dict[str, Placer] = {
 }
 """Devices that are placed, by name."""
 
-# Names of nextpnr's reports for what a device has.
-_REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
+REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
     "gw1n": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
     "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
     "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
     "gatemate": (("CPE_LT",), ("CPE_FF",), ("RAM_HALF",), ()),
 }
+"""Names that nextpnr's reports have for LUTs, flip-flops, block RAMs, multipliers."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def place_core(
     run_tool([tool_command(placer.pack[0]), *placer.pack[1:]], directory / "pack.log")
     used = report["utilization"]
     amounts = tuple(
-        sum(used[kind]["used"] for kind in kinds if kind in used) for kinds in _REPORTED[family]
+        sum(used[kind]["used"] for kind in kinds if kind in used) for kinds in REPORTED[family]
     )
     fmax = min(clock["achieved"] for clock in report["fmax"].values())
     return PlacedCore(round(fmax, 1), amounts)
