@@ -231,7 +231,7 @@ def _plan_on(scene: str, device: str) -> Plan | str:
             return f"{over[1]} of {over[2]} {over[3].strip()}"
         if "MHz" in str(error):
             return "too slow"
-        if "no mode" in str(error) or 'build.path "video"' in str(error):
+        if "no mode" in str(error) or "build.path" in str(error):
             return "board's video"
         raise
 
