@@ -30,8 +30,9 @@ IN_VHDL = [name for name, tool in TOOLS.items() if not tool.verilog]
 IN_VERILOG = [name for name, tool in TOOLS.items() if tool.verilog]
 
 
-@pytest.mark.parametrize("name", IN_VHDL)
-@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize(
+    ("name", "parallel"), [*((name, False) for name in IN_VHDL), ("gowin", True), ("ise", True)]
+)
 def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     plan = make_plan(load_scene("grey-microscope", DEVICES[name]))
     assert tool_of(plan, name)[0] == name

@@ -22,7 +22,8 @@ from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_v
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 
-# nextpnr-nexus does not reach the global clocks from every pin; the oscillator drives them.
+# nextpnr-nexus does not reach the global clocks from every pin; the oscillator drives them. It
+# takes no ldc_create_clock, so the clock to aim at is an option, and wants a place for every pin.
 _OSCILLATOR = f"""
 module clocked(input data_in, output data_out);
   wire clk;
@@ -82,6 +83,7 @@ PLACERS: dict[str, Placer] = {
     ),
     "gw1nr-9": _gowin("GW1NR-LV9QN88PC6/I5", "GW1N-9C", ("52", "3", "10")),
     "gw2ar-18": _gowin("GW2AR-LV18QN88C8/I7", "GW2A-18C", ("4", "88", "15")),
+    # Of its pins those for configuration by SPI are used: both tools have to be told.
     "gw5a-25": _gowin("GW5A-LV25MG121NES", "GW5A-25A", ("E2", "H11", "G11"), "sspi_as_gpio"),
     "ccgm1a1": Placer(
         tool="yowasp-nextpnr-himbaechel-gatemate",
@@ -180,6 +182,7 @@ def place_core(
     )
     if family == "nexus":
         open_carries(netlist)
+    # YoWASP's tools see nothing outside of the folder that they run in: all names are in it.
     file, language, constraints = placer.pins
     (directory / file).write_text(constraints.text(language))
     run_tool(

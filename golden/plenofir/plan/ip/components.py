@@ -150,7 +150,7 @@ def _bus() -> Interface:
             ports[f"{channel}{name}"] = Port(f"s_axi_ctrl_{channel}{name}".lower(), mode, bits)
         ports[f"{channel}VALID"] = Port(f"s_axi_ctrl_{channel}VALID".lower(), mode)
         ports[f"{channel}READY"] = Port(f"s_axi_ctrl_{channel}READY".lower(), back)
-    return Interface("s_axi_ctrl", "aximm", "slave", ports)
+    return Interface("s_axi_ctrl", "aximm", "slave", ports, {"PROTOCOL": "AXI4LITE"})
 
 
 def _clocked(*interfaces: Interface) -> tuple[Interface, ...]:
