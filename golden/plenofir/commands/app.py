@@ -53,7 +53,10 @@ class UsageError(ValueError):
 def _root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Show where an error arose; anywhere on the line.")
+        bool,
+        typer.Option(
+            "--debug", help="Print the traceback of an error; may stand anywhere on the line."
+        ),
     ] = False,
 ) -> None:
     if version:

@@ -39,7 +39,7 @@ def batch(
     ] = "local",
     workers: Annotated[
         int | None,
-        typer.Option(help="Local processes; as many as processors if not given.", min=1),
+        typer.Option(help="Number of local processes. Without it one for each processor.", min=1),
     ] = None,
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",

@@ -149,7 +149,7 @@ def build(
     scene: options.SceneIfGiven = None,
     board: Annotated[
         BoardName | None,
-        typer.Option(help="Board; without it that of the scene, or the Atlys."),
+        typer.Option(help="Board. Without it that of the scene, or the Atlys."),
     ] = None,
     device: Annotated[
         str | None, typer.Option(help="Device of a board that is sold with several.")

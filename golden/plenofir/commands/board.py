@@ -23,7 +23,9 @@ def _board() -> None:
 def load(
     calib: Annotated[str, typer.Argument(help="Calibration file of the camera.")],
     port: Annotated[str, typer.Option(help="Serial port, such as /dev/ttyUSB1.")],
-    baud: Annotated[int, typer.Option(help="Bits a second.", min=300, max=4_000_000)] = 115200,
+    baud: Annotated[
+        int, typer.Option(help="Bits a second of the serial port.", min=300, max=4_000_000)
+    ] = 115200,
 ) -> None:
     """Load a calibration into the board's resampler; the next frame uses it."""
     from plenofir.camera.calibration import load_calibration

@@ -41,7 +41,9 @@ def calibrate(
     ] = "auto",
     order: Annotated[
         Literal["auto", "1", "2", "3"],
-        typer.Option(help="Order of the grid (distortion); auto: as low as will do."),
+        typer.Option(
+            help="Order of the grid's polynomial, for distortion; auto takes the lowest that fits."
+        ),
     ] = "auto",
     picture: Annotated[
         str | None, typer.Option(help="Draw the centres found into the white image: a PNG file.")
@@ -53,7 +55,10 @@ def calibrate(
         typer.Option(help="White image with the main lens reversed, for its entrance pupil."),
     ] = None,
     reversed_focus: Annotated[
-        float, options.distance("--reversed-focus", "Focus distance of that in mm, or inf.")
+        float,
+        options.distance(
+            "--reversed-focus", "Focus distance of the camera in that picture in mm, or inf."
+        ),
     ] = inf,
 ) -> None:
     """Find the micro image centres of a camera from its white image.
@@ -231,16 +236,20 @@ def decode(
     colour: Annotated[
         Literal["camera", "balanced", "srgb"],
         typer.Option(
-            help="Of a Lytro: camera's colours, white balance, or its matrix to sRGB too."
+            help="Lytro files: the camera's colours, white balance, or its matrix to sRGB too."
         ),
     ] = "balanced",
     demosaic: Annotated[
         Literal["edge-aware", "bilinear"],
-        typer.Option(help="Of a Lytro: how missing colours are interpolated."),
+        typer.Option(help="Lytro files: how missing colours are interpolated."),
     ] = "edge-aware",
     gamma: Annotated[
         float,
-        typer.Option(help="1: linear light. 2.2 or so: brighter, to look at.", min=0.2, max=5.0),
+        typer.Option(
+            help="Gamma of the result: 1 keeps linear light, 2.2 is brighter, to look at.",
+            min=0.2,
+            max=5.0,
+        ),
     ] = 1.0,
 ) -> None:
     """Resample a raw capture to aligned micro images of M x M pixels.

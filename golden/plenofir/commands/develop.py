@@ -72,7 +72,7 @@ def develop(
         Path | None, typer.Option(help="White image of the camera, to calibrate with.")
     ] = None,
     calib: Annotated[
-        str | None, typer.Option(help="Calibration file instead (plenofir calibrate).")
+        str | None, typer.Option(help="Calibration file (plenofir calibrate) in place of --white.")
     ] = None,
     dark: Dark = None,
     micro_image: options.MicroImageIfGiven = None,
@@ -80,7 +80,10 @@ def develop(
     focus: options.Focus = inf,
     out: Annotated[str, typer.Option(help="Folder for pictures and page.")] = "developed",
     slices: Annotated[
-        int, typer.Option(help="Most refocused pictures over the range of depths.", min=1, max=99)
+        int,
+        typer.Option(
+            help="Largest number of refocused pictures over the range of depths.", min=1, max=99
+        ),
     ] = 9,
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,

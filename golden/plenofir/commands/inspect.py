@@ -44,7 +44,9 @@ def inspect(
     dark: Dark = None,
     position: Annotated[
         list[float] | None,
-        options.numbers("--position", "Position of the micro lenses in a picture, in its order."),
+        options.numbers(
+            "--position", "Position of the micro lenses in mm, one for each picture in their order."
+        ),
     ] = None,
     collimator: Annotated[
         Path | None,

@@ -114,7 +114,8 @@ def compose(
     ] = "auto",
     micro_image: options.MicroImageIfGiven = None,
     keep: Annotated[
-        int | None, typer.Option("--views", help="Keep so many central views a side.", min=1)
+        int | None,
+        typer.Option("--views", help="Keep this many central views along each side.", min=1),
     ] = None,
 ) -> None:
     """Compose an aligned raw image from views, whatever they are stored as.
@@ -324,7 +325,10 @@ def depth_map(
         ),
     ] = None,
     window: Annotated[
-        int, typer.Option("--window", help="Side of the matching window, odd.", min=1)
+        int,
+        typer.Option(
+            "--window", help="Side of the matching window in pixels, an odd number.", min=1
+        ),
     ] = 7,
     method: Annotated[
         Literal["guided", "windows", "structure-tensor"],
@@ -336,7 +340,10 @@ def depth_map(
     confidence: Annotated[
         float,
         typer.Option(
-            "--confidence", help="Least confidence of a pixel that counts as known.", min=0, max=1
+            "--confidence",
+            help="Pixels with less confidence than this count as unknown.",
+            min=0,
+            max=1,
         ),
     ] = 0.3,
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",

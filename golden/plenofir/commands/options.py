@@ -321,7 +321,7 @@ _SHARPEN = typer.Option(
     "taps (-b, 1 + 2b, -b), a micro lens apart, such as 1/16.",
     callback=_sharpening,
 )
-_ARITH = typer.Option(help="Exact sums, or products from tables.")
+_ARITH = typer.Option(help="Arithmetic: exact sums, or products from tables.")
 _SCENE = typer.Option(
     help="Scene: a TOML file or a shipped scene; it settles everything about the core."
 )
@@ -337,7 +337,7 @@ Radius = Annotated[int, _RADIUS]
 OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
 OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-_CAMERA = typer.Option("--camera", help="Shipped camera (plenofir cameras) or TOML file.")
+_CAMERA = typer.Option("--camera", help="Camera: a shipped one (plenofir cameras) or a TOML file.")
 Camera = Annotated[str, _CAMERA]
 Focus = Annotated[
     float, distance("--focus", "Focus distance of the camera from the micro lenses in mm, or inf.")
@@ -354,14 +354,14 @@ Border = Annotated[Literal["normalise", "zero"], _BORDER]
 Exposure = Annotated[
     str,
     typer.Option(
-        help="To look at: auto takes black and white from the picture, a number is EV (1: twice "
+        help="Exposure: auto takes black and white from the picture, a number is EV (1: twice "
         "the light), auto+1 is both. off: values as they are, for other programs."
     ),
 ]
 Gamma = Annotated[
     float | None,
     typer.Option(
-        help="To look at; without it 2.2 for light that the file calls linear, else 1.",
+        help="Gamma of the result. Without it 2.2 if the file's light is linear, else 1.",
         min=0.2,
         max=5.0,
     ),
@@ -370,7 +370,7 @@ Upsample = Annotated[
     bool,
     typer.Option(
         "--upsample/--no-upsample",
-        help="A picture of the raw image's size, or one pixel for each micro lens.",
+        help="Make a picture of the raw image's size, or one pixel for each micro lens.",
     ),
 ]
 

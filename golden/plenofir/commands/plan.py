@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from plenofir.plan.planned import Plan, PlannedSensor
     from plenofir.plan.sensor.resampler import Load
 
-Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file, or a shipped scene.")]
+Scene = Annotated[str, typer.Argument(help="Scene: a TOML file or a shipped scene.")]
 Part = Annotated[
     str | None,
     typer.Option(
-        "--device", help="Another device than the scene's, such as xc7a35t; plenofir devices."
+        "--device", help="Device in place of the scene's, such as xc7a35t (see plenofir devices)."
     ),
 ]
 
@@ -219,7 +219,9 @@ def configure(
     ] = False,
     calib: Annotated[
         str | None,
-        typer.Option(help="Calibration for a sensor that has one loaded: for its serial port."),
+        typer.Option(
+            help="Calibration to load over the board's serial port: its lines are written."
+        ),
     ] = None,
     device: Part = None,
 ) -> None:
@@ -338,7 +340,8 @@ def _count(plan: "Plan") -> None:
 @app.command()
 def synth(
     scene: Annotated[
-        str | None, typer.Argument(help="Scene profile; all that are shipped if none.")
+        str | None,
+        typer.Argument(help="Scene: a TOML file or a shipped scene. Without it all shipped ones."),
     ] = None,
     out: Annotated[
         str | None,

@@ -23,8 +23,12 @@ MicroImage = Annotated[
         "--micro-image", "-M", min=2, help="M: micro image size in pixels; else the camera's."
     ),
 ]
-Gap = Annotated[int, typer.Option("--gap", help="G: views between the two cameras.")]
-View = Annotated[int, typer.Option("--view", help="i: the first of them, from the centre.")]
+Gap = Annotated[
+    int, typer.Option("--gap", help="G: how many views the second camera is from the first.")
+]
+View = Annotated[
+    int, typer.Option("--view", help="i: the first camera's view, counted from the centre.")
+]
 
 app = typer.Typer()
 
@@ -88,7 +92,7 @@ def distance(
     verbose: Annotated[
         bool,
         typer.Option(
-            "--verbose", help="How many times an error of each of the camera's data counts, too."
+            "--verbose", help="Print how strongly an error of each number of the camera counts."
         ),
     ] = False,
 ) -> None:
@@ -189,7 +193,8 @@ def depth(
     gap: Gap = 1,
     view: View = 0,
     per_view: Annotated[
-        bool, typer.Option("--per-view", help="Disparity is divided by the gap.")
+        bool,
+        typer.Option("--per-view", help="The disparity is in pixels per view: divided by the gap."),
     ] = False,
     as_json: options.AsJson = False,
 ) -> None:
@@ -233,7 +238,7 @@ def slices(
     far: Annotated[float, options.distance("--far", "Farthest distance in mm, or inf.")],
     focus: options.Focus = inf,
     micro_image: MicroImage = None,
-    whole: Annotated[bool, typer.Option("--whole", help="Only whole numbers a.")] = False,
+    whole: Annotated[bool, typer.Option("--whole", help="Use slices of integer a only.")] = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Fewest slices whose depths of field cover a range, and the gaps that remain."""

@@ -43,7 +43,10 @@ _BY_SCENE = (
 def sim(
     context: typer.Context,
     raw: Annotated[
-        Path | None, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB; a flower if none.")
+        Path | None,
+        typer.Option(
+            help="Raw image: 8 or 16 bit, grey or RGB. Without it a photograph of a flower."
+        ),
     ] = None,
     calib: Annotated[
         Path | None,
@@ -51,7 +54,9 @@ def sim(
     ] = None,
     bayer: Annotated[
         options.Bayer | None,
-        typer.Option(help="Filters of a raw capture's first 2 x 2 pixels, if it is a mosaic."),
+        typer.Option(
+            help="Colour filters of the first 2 x 2 pixels, if the raw capture is a mosaic."
+        ),
     ] = None,
     scene: options.SceneIfGiven = None,
     micro_image: options.MicroImage = 5,
@@ -59,17 +64,20 @@ def sim(
     engine: options.EngineOrStack = "fir",
     radius: options.Radius = 1,
     parallel_rows: Annotated[
-        int, typer.Option(help="fir: rows that are filtered at once.", min=1)
+        int, typer.Option(help="Rows that are filtered at once (engine fir).", min=1)
     ] = 1,
     any_rows: Annotated[
         bool,
         typer.Option(
-            "--any-rows", help="moving_sum: frames of any number of rows without a pause."
+            "--any-rows",
+            help="Frames of any number of rows follow without a pause (engine moving_sum).",
         ),
     ] = False,
     pixels: Annotated[
         options.Pixels,
-        typer.Option(help="moving_sum, which it implies: neighbouring pixels that come together."),
+        typer.Option(
+            help="Neighbouring pixels that come with a clock; above 1 the engine is moving_sum."
+        ),
     ] = "1",
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",

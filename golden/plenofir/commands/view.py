@@ -53,7 +53,10 @@ def view(
         typer.Option(help="Instead of a picture: a folder that grows, a video, or /dev/video0."),
     ] = None,
     rate: Annotated[
-        float, typer.Option(help="Frames a second of a folder's old frames.", min=0.1, max=1000)
+        float,
+        typer.Option(
+            help="Frames a second at which a folder's old frames are shown.", min=0.1, max=1000
+        ),
     ] = 25.0,
     a: Annotated[
         str | None,

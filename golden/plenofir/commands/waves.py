@@ -79,8 +79,12 @@ def _group() -> None:
 
 @app.command()
 def compare(
-    a: Annotated[str, typer.Argument(help="Waveform A: VCD, FST or GHW.", show_default=False)],
-    b: Annotated[str, typer.Argument(help="Waveform B: VCD, FST or GHW.", show_default=False)],
+    a: Annotated[
+        str, typer.Argument(help="First waveform file: VCD, FST or GHW.", show_default=False)
+    ],
+    b: Annotated[
+        str, typer.Argument(help="Second waveform file: VCD, FST or GHW.", show_default=False)
+    ],
     signals: Annotated[
         list[str] | None,
         typer.Option(
@@ -97,12 +101,12 @@ def compare(
         str,
         typer.Option(
             "--clock",
-            help="Clock. If left out, the outermost clk; none: at every change.",
+            help="Clock. Without it the outermost clk; none compares at every change.",
         ),
     ] = "",
-    strict: Annotated[bool, typer.Option("--strict", help="Undefined values count too.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Compare undefined values too.")] = False,
     listed: Annotated[
-        bool, typer.Option("--list", help="Name the signals behind the numbers.")
+        bool, typer.Option("--list", help="List the names of the signals that are counted.")
     ] = False,
     as_json: options.AsJson = False,
 ) -> None:
