@@ -10,7 +10,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
 from plenofir.commands.rasters import check_raster
-from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, SimulatorName
+from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, Lanes, SimulatorName
 from plenofir.ground.errors import EXIT_MISMATCH
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from plenofir.fpga.core.engine import Engine
     from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.request import Run
+    from plenofir.plan.sensor.sensor_chain import SensorFrame
+    from plenofir.plan.sensor.sensor_csi import CsiFrame
     from plenofir.plan.sensor.sensor_run import Sensor
 
 app = typer.Typer()
@@ -88,9 +90,10 @@ def sim(
     simulator: Annotated[SimulatorName, typer.Option(help="Simulator of the VHDL.")] = "ghdl",
     chain: Annotated[
         Chain,
-        typer.Option(help="The core, or the whole board from serial bits to serial bits."),
+        typer.Option(help="The core, a whole board over HDMI, or a camera over CSI-2."),
     ] = "core",
     board: Annotated[HdmiBoardName, typer.Option(help="Board of the chain.")] = "atlys",
+    lanes: Annotated[Lanes, typer.Option(help="Lanes of the chain csi.")] = "1",
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
     ] = False,
@@ -118,6 +121,7 @@ def sim(
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
     options.require("bayer", "calib", calib is None and bayer is not None)
     options.require("calib", "raw", raw is None and calib is not None)
+    options.require("chain", "calib", chain == "csi" and calib is None)
     if scene is not None and calib is not None:
         options.refuse_both("calib", options.typed("scene"))
     settings = options.focus_settings(a or ["-3/5"], micro_image)
@@ -166,9 +170,12 @@ def sim(
         from plenofir.plan.sensor.sensor_run import load_sensor
 
         sensor = load_sensor(raw, calib, micro_image, bayer)
-        if waves and chain == "hdmi":
-            options.refuse_both("waves", options.typed("chain", "hdmi"), "leave one of them out")
-        _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
+        if waves and chain != "core":
+            options.refuse_both("waves", options.typed("chain", chain), "leave one of them out")
+        _run_raw(
+            *(sensor, lambda path, folder: run_of(path, core_for(path), folder)),
+            *(Path(out), int(lanes)),
+        )
         return
     if raw is not None and scene is None:
         # Any picture can be simulated.
@@ -182,7 +189,12 @@ def sim(
             _run(run_of(path, core_for(path), Path(out)))
 
 
-def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Path) -> None:
+def _run_raw(
+    sensor: "Sensor",
+    make_run: "Callable[[Path, Path], Run]",
+    out: Path,
+    lanes: int,
+) -> None:
     """Resample a capture in the VHDL, and refocus what comes out."""
     from plenofir.fpga.simulate.report import report_summary
     from plenofir.ground.images import write_png
@@ -195,7 +207,11 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
         write_png(path, sensor.raster(golden))
         what = make_run(path, out)
         what.core.check_limits()
-        frame = sensor.board_frame if what.chain == "hdmi" else None
+        frame: SensorFrame | CsiFrame | None = None
+        if what.chain == "hdmi":
+            frame = sensor.board_frame
+        elif what.chain == "csi":
+            frame = sensor.csi_frame(lanes)
     with kept_bars() as show:
         report, aligned = run_raw(sensor, golden, make_run, out, what.simulator, frame, show)
     for name, value in [*sensor_summary(sensor, aligned), *report_summary(what.core, report)]:

@@ -60,7 +60,7 @@ def long_packet(channel: int, kind: int, payload: bytes) -> bytes:
     return header(channel, kind, len(payload)) + payload + crc
 
 
-def packed(pixels: npt.NDArray[np.unsignedinteger], bits: int) -> bytes:
+def packed(pixels: npt.NDArray[np.integer], bits: int) -> bytes:
     """Bytes of a line: the high bits of 1, 4 or 2 pixels, then a byte with the low bits of all.
 
     InputError for a line that does not end with such a group.
@@ -82,7 +82,7 @@ def packed(pixels: npt.NDArray[np.unsignedinteger], bits: int) -> bytes:
 
 
 def frame_packets(
-    picture: npt.NDArray[np.unsignedinteger], bits: int, *, channel: int = 0, number: int = 0
+    picture: npt.NDArray[np.integer], bits: int, *, channel: int = 0, number: int = 0
 ) -> list[bytes]:
     """Packets of a frame (rows, columns): its start, its lines, its end."""
     lines = [long_packet(channel, raw_kind(bits), packed(line, bits)) for line in picture]

@@ -13,5 +13,6 @@ HdmiBoardName = Literal["atlys", "ulx3s"]
 BoardName = Literal[HdmiBoardName, "ecp5-eval"]
 """Rows of `plenofir.fpga.boards.BOARDS`."""
 SimulatorName = Literal["ghdl", "nvc", "verilator"]
-Chain = Literal["core", "hdmi"]
-"""The core alone, or a board from serial bits to serial bits."""
+Chain = Literal["core", "hdmi", "csi"]
+"""The core alone, a board from serial bits to serial bits, a camera from its lanes' bytes on."""
+Lanes = Literal["1", "2", "4"]

@@ -65,6 +65,16 @@ class ScreenReport(Report):
     shown: tuple[ShownReport, ...]
 
 
+class CsiReport(Report):
+    """What ``report.json`` holds of frames that came over MIPI CSI-2 besides."""
+
+    lanes: int
+    format: str
+    packets: int
+    packet_bytes: int
+    faults: int
+
+
 class StackReport(Report):
     """What ``report.json`` holds of a stack and its depth index besides."""
 
@@ -105,6 +115,11 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
         ("arithmetic", report.arithmetic.kind),
         *([("border", report.border)] if core.normalises else []),
         *([("chain", f"{report.board}, serial TMDS bits in and out")] if report.board else []),
+        *(
+            [("chain", f"CSI-2, {report.lanes} lanes, {report.packets} packets of {report.format}")]
+            if isinstance(report, CsiReport)
+            else []
+        ),
         ("result", agree),
         (
             "error",

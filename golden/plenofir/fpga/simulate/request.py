@@ -43,7 +43,8 @@ class Run(BaseModel):
     out: Path  # folder for the results
     simulator: str = "ghdl"  # "ghdl", "nvc" or "verilator"
     waves: bool = False
-    # "core" alone, or "hdmi": the whole board from serial TMDS bits to serial TMDS bits.
+    # "core" alone; "hdmi": the whole board from serial TMDS bits to serial TMDS bits; "csi": from
+    # the bytes of a D-PHY's lanes to the core's pixels.
     chain: Chain = "core"
     board: BoardName = "atlys"  # of the chain "hdmi"
     # What the board shows: besides the slices each output, with and without its text; of the core
@@ -68,7 +69,7 @@ def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConf
     raw = read_image(path)
     return CoreConfiguration(
         max_columns=raw.shape[1],
-        channels=1 if raw.ndim == 2 and chain == "core" else 3,
+        channels=1 if raw.ndim == 2 and chain != "hdmi" else 3,
         pixel_bits=8 * raw.dtype.itemsize,
         **fields,
     )

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.engine import Generics
@@ -15,6 +16,12 @@ from plenofir.refocus.operator import Image
 
 CORE = "sensor_raster"
 _HALF = (1 << 20) - 1
+
+
+def load_words(loads: Sequence[Load]) -> npt.NDArray[np.int32]:
+    """Words of the load port for a bench: kind, address, low and high 20 bits each."""
+    words = [(kind, address, word & _HALF, word >> 20) for kind, address, word in loads]
+    return np.array(words, "<i4")
 
 
 def sensor_generics(core: ResamplerConfiguration, *, mosaic: bool) -> Generics:
@@ -48,8 +55,8 @@ def run_sensor(
     output = directory / "output.bin"
     output.unlink(missing_ok=True)
     frames.astype("<i4").tofile(directory / "input.bin")
-    words = [(kind, address, word & _HALF, word >> 20) for kind, address, word in loads]
-    np.array(words, "<i4").tofile(directory / "loads.bin")
+    words = load_words(loads)
+    words.tofile(directory / "loads.bin")
     in_channels = 1 if red_place is not None else core.channels
     pairs, seconds = FileBench("sensor_bench", CORE, hdl.hdl_sources()).run(
         simulator,

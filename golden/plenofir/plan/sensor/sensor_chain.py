@@ -40,6 +40,15 @@ class SensorFrame:
     raw: Image  # grey or a mosaic, shape (rows, columns), or RGB; uint8
 
     @property
+    def lines(self) -> int:
+        """Raw lines in the resampler's ring."""
+        return self.sensor.core.lines
+
+    def simulation(self, what: Run, raster: Picture) -> Simulation:
+        """The way of this frame, its raster by the model as the raw image."""
+        return SensorBoardSimulation(what, raster, self)
+
+    @property
     def mode(self) -> VideoMode:
         """Timing that the frame comes under."""
         return chain.mode_for(self.sensor.columns, self.sensor.rows)

@@ -5,7 +5,6 @@ import json
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
 from plenofir.fpga.simulate.request import Progress, Run
 from plenofir.fpga.simulate.run import run
+from plenofir.fpga.simulate.simulations import simulation_of
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, check_folder, publish_run
@@ -24,7 +24,8 @@ from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
 from plenofir.plan.sensor.sensor_bench import run_sensor
-from plenofir.plan.sensor.sensor_chain import SensorBoardSimulation, SensorFrame
+from plenofir.plan.sensor.sensor_chain import SensorFrame
+from plenofir.plan.sensor.sensor_csi import CsiFrame
 from plenofir.refocus.operator import Image
 
 ALIGNED = "aligned.png"
@@ -64,6 +65,21 @@ class Sensor:
         told = description(core, shown)
         sensor = BoardSensor(core, red, columns, rows, raster, told, tuple(chip.loads()))
         return SensorFrame(sensor, self.capture.pixels)
+
+    def csi_frame(self, lanes: int) -> CsiFrame:
+        """The capture as it comes over CSI-2.
+
+        InputError if no raw packet holds it, or the resampler would have to stop the sensor.
+        """
+        return CsiFrame(
+            resampler=self.chip.core,
+            loads=tuple(self.chip.loads()),
+            red_place=None if self.bayer is None else red_place(self.bayer),
+            raw=self.capture.pixels,
+            bits=self.capture.full_scale.bit_length(),
+            lanes=lanes,
+            where=str(self.raw),
+        )
 
     def golden(self) -> Image:
         """Raster of micro images by the bit-true model."""
@@ -133,15 +149,15 @@ def run_raw(
     make_run: Callable[[Path, Path], Run],
     out: Path,
     simulator: str,
-    frame: SensorFrame | None = None,
+    frame: SensorFrame | CsiFrame | None = None,
     progress: Progress | None = None,
 ) -> tuple[Report, SensorReport]:
     """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
 
     `golden` is its raster by the model (`Sensor.golden`); `make_run` makes the run of the
-    refocuser, given the raster's file and the folder for results. A `frame` goes into a board that
-    makes the raster once more. `out` gets the results of `plenofir.fpga.simulate.run.run`, and
-    ``aligned.png``; ``report.json`` holds both reports.
+    refocuser, given the raster's file and the folder for results. A `frame` goes into a board, or
+    over CSI-2, and the raster is made once more. `out` gets the results of
+    `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))
     chip, raw = sensor.chip, sensor.capture.pixels
@@ -172,10 +188,7 @@ def run_raw(
         write_png(aligned, sensor.raster(result.frames[0]))
         results = work / "results"
         what = make_run(aligned, results)
-        if frame is None:
-            report = run(what, progress)
-        else:
-            report = run(what, progress, partial(SensorBoardSimulation, frame=frame))
+        report = run(what, progress, simulation_of if frame is None else frame.simulation)
         write_png(results / ALIGNED, sensor.raster(result.frames[0]))
         decoded = decode(
             sensor.frame,
@@ -194,7 +207,7 @@ def run_raw(
             first_mismatch=comparison.first,
             clocks=result.clocks,
             clocks_per_raw_pixel=round(result.input_clocks / (raw.shape[0] * raw.shape[1]), 6),
-            lines=(chip.core if frame is None else frame.sensor.core).lines,
+            lines=(frame or chip.core).lines,
             lines_needed=chip.needs.least,
             lines_at_full_rate=chip.needs.full_rate,
             distortion_px=chip.accuracy.distortion_px,

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Raw frames of a sensor over MIPI CSI-2, from the bytes of a D-PHY's lanes to the picture."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.fpga.csi import LANES, RAW_BITS, frame_packets, lane_clocks
+from plenofir.fpga.simulate.file_bench import BenchResult, core_generics, core_sources, output_poll
+from plenofir.fpga.simulate.report import CsiReport, Report
+from plenofir.fpga.simulate.request import Run
+from plenofir.fpga.simulate.simulations import Simulation
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Picture
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
+from plenofir.plan.sensor.sensor_bench import load_words
+from plenofir.refocus.operator import Image
+
+TOP = "csi_bench"
+FAULTS = (
+    *("headers corrected", "headers damaged", "payloads damaged", "packets cut short"),
+    *("lanes missing", "packets out of order", "wrong sizes", "pixels lost"),
+)
+"""What `csi_receiver` counts."""
+# Of the core and of the lanes, in ps; a raw pixel comes every other clock of the core, as sensors
+# have it whose lines and frames have gaps.
+_CLOCK_PS = 10_000
+_CLOCKS_PER_PIXEL = 2
+# Clocks of the lanes between packets; lines of the raster between frames besides the core's own.
+_GAP = 24
+_BLANK_LINES = 16
+# Generics that the core has, too, under other names in the bench.
+_RENAMED = {
+    "PIXEL_BITS": "RAW_BITS",
+    "MAX_COLUMNS": "RAW_COLUMNS",
+    "FRACTION_BITS": "RAW_FRACTION_BITS",
+    "GUARD_BITS": "RAW_GUARD_BITS",
+}
+
+
+@dataclass(frozen=True)
+class CsiFrame:
+    """A sensor's raw frame, the resampler for it, and the lanes that it comes on."""
+
+    resampler: ResamplerConfiguration
+    loads: tuple[Load, ...]
+    red_place: tuple[int, int] | None  # of a mosaic
+    raw: Image  # shape (rows, columns)
+    bits: int  # of a pixel: 8, 10 or 12
+    lanes: int
+    where: str  # what messages call the capture
+
+    def __post_init__(self) -> None:
+        """Refuse what no raw packet holds."""
+        if self.raw.ndim == 3:
+            raise InputError(
+                "a capture in colours",
+                where=self.where,
+                expected="a grey one, or a mosaic: a sensor's lines have one channel",
+            )
+        if self.bits not in RAW_BITS:
+            raise InputError(
+                f"values up to {(1 << self.bits) - 1}",
+                where=self.where,
+                expected="8, 10 or 12 bits: RAW8, RAW10 or RAW12",
+            )
+        if self.lanes not in LANES:
+            raise InputError(f"{self.lanes} lanes", where="lanes", expected="1, 2 or 4")
+
+    @property
+    def lines(self) -> int:
+        """Raw lines in the resampler's ring."""
+        return self.resampler.lines
+
+    @property
+    def byte_ps(self) -> int:
+        """Period of the lanes' clock."""
+        pixels = 8 * self.lanes / self.bits
+        return 2 * round(_CLOCKS_PER_PIXEL * pixels * _CLOCK_PS / 2)
+
+    def simulation(self, what: Run, raster: Picture) -> Simulation:
+        """The way of this frame, its raster by the model as the raw image."""
+        return CsiSimulation(what, raster, self)
+
+
+class CsiSimulation(Simulation):
+    """The frame comes over the lanes, once for each slice."""
+
+    name = "from CSI-2"
+
+    def __init__(self, what: Run, raw: Picture, frame: CsiFrame) -> None:
+        super().__init__(what, raw)
+        self.frame = frame
+        self.packets = [
+            frame_packets(frame.raw, frame.bits, number=number + 1) for number in range(self.frames)
+        ]
+
+    def check(self) -> None:
+        """It takes whatever the core takes."""
+
+    def run(
+        self,
+        simulator: Simulator,
+        directory: Path,
+        waves: Path | None,
+        progress: Callable[[int], None],
+    ) -> BenchResult:
+        """Send the frame for each slice, and take what the core makes of it."""
+        del waves
+        frame, core, (rows, columns) = self.frame, self.core, self.raw.shape[:2]
+        directory.mkdir(parents=True, exist_ok=True)
+        clocks = self._clocks(frame, self.packets)
+        clocks.astype("<i4").tofile(directory / "input.bin")
+        words = load_words(frame.loads)
+        words.tofile(directory / "loads.bin")
+        output = directory / "output.bin"
+        ours = {k: v for k, v in frame.resampler.generics().items() if k != "CHANNELS"}
+        red = frame.red_place
+        seconds = simulator.simulate(
+            [*core_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"],
+            TOP,
+            {
+                **{_RENAMED.get(name, name): value for name, value in ours.items()},
+                **{k: v for k, v in core_generics(core).items() if k != "INPUT_LINES"},
+                "LANES": frame.lanes,
+                "MOSAIC": red is not None,
+                "RED_PLACE": 0 if red is None else 2 * red[0] + red[1],
+                "BYTE_PS": frame.byte_ps,
+                "CLOCKS": len(clocks),
+                "LOADS": len(words),
+                "RAW_ROWS": frame.raw.shape[0],
+                "COLUMNS": columns,
+                "ROWS": rows,
+                "FRAMES": self.frames,
+                "SWEEP_FRAMES": 1 if self.frames > 1 else 0,
+            },
+            directory,
+            poll=output_poll(output, core.channels, progress),
+        )
+        lines = (directory / "clocks.txt").read_text().splitlines()
+        pairs = [(name, int(value)) for name, value in map(str.split, lines)]
+        counts = dict(pairs)
+        _check(counts, [value for name, value in pairs if name == "fault"], self.frames, self.raw)
+        shape = (self.frames, *self.raw.shape)
+        return BenchResult(
+            frames=np.fromfile(output, "<i4").reshape(shape).astype(self.raw.dtype),
+            clocks=counts["clocks"],
+            input_clocks=counts["input_clocks"],
+            latency_clocks=counts["latency"],
+            slices=tuple(value for name, value in pairs if name == "slice"),
+            seconds=seconds,
+        )
+
+    def _clocks(self, frame: CsiFrame, packets: Sequence[Sequence[bytes]]) -> Image:
+        """Clocks of the lanes: packets, lanes late by a clock each, a blank behind each frame."""
+        blank = (self.core.delay + _BLANK_LINES) * max(self.raw.shape[1], frame.raw.shape[1])
+        gap = np.zeros((blank * _CLOCK_PS // frame.byte_ps, frame.lanes), np.uint16)
+        skews = range(frame.lanes)
+        parts = [[lane_clocks(p, frame.lanes, skews=skews, gap=_GAP), gap] for p in packets]
+        return np.vstack([part for pair in parts for part in pair])
+
+    def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
+        """Say what went over the lanes."""
+        del result, golden, folder
+        sent = [packet for packets in self.packets for packet in packets]
+        return CsiReport(
+            **dict(report),
+            lanes=self.frame.lanes,
+            format=f"RAW{self.frame.bits}",
+            packets=len(sent),
+            packet_bytes=sum(map(len, sent)),
+            faults=0,
+        )
+
+
+def _check(counts: dict[str, int], faults: Sequence[int], frames: int, raw: Image) -> None:
+    """Refuse pixels that are missing or wrongly framed, and faults that were told."""
+    pixels = frames * raw.shape[0] * raw.shape[1]
+    told = [f"{count} {what}" for count, what in zip(faults, FAULTS, strict=True) if count]
+    if told or counts["received"] != pixels:
+        raise SimulationError(
+            f"{counts['received']} of {pixels} pixels received, {counts['accepted']} raw ones "
+            f"accepted; told: {', '.join(told) or 'nothing'}"
+        )
+    if counts["framing_errors"] or counts["error_flags"]:
+        raise SimulationError(
+            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
+            f"error flags {counts['error_flags']:011b}"
+        )
