@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A camera's CSI-2 from a file through csi_receiver, sensor_raster and a core into a file.
 --
--- Reads in the working directory loads.bin, four words of 32 bits for each word of the load port (kind, address, low 20
--- bits, high 20 bits), and when these are loaded input.bin: a word for each lane in each clock of the lanes, the byte in
--- the low bits, bit 8 valid, bit 9 sync. Writes output.bin, a word for each channel of each pixel, and clocks.txt, one
--- "name value" pair a line.
+-- Reads in the working directory loads.bin, four words of 32 bits for each word of the load port (kind, address, low
+-- 20 bits, high 20 bits), and when these are loaded input.bin: a word for each lane in each clock of the lanes, the
+-- byte in the low bits, bit 8 valid, bit 9 sync. Writes output.bin, a word for each channel of each pixel, and
+-- clocks.txt, one "name value" pair a line.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -221,14 +221,18 @@ begin
     );
 
   widen : process (raster_tdata) is
+
+    variable narrow : std_logic_vector(RAW_BITS - 1 downto 0);
+
   begin
 
     s_axis_tdata <= (others => '0');
 
     for c in 0 to CHANNELS - 1 loop
 
-      s_axis_tdata(c * PIXEL_BITS + RAW_BITS - 1 downto c * PIXEL_BITS) <=
-                                                                           raster_tdata((c + 1) * RAW_BITS - 1 downto c * RAW_BITS);
+      narrow := raster_tdata((c + 1) * RAW_BITS - 1 downto c * RAW_BITS);
+
+      s_axis_tdata(c * PIXEL_BITS + RAW_BITS - 1 downto c * PIXEL_BITS) <= narrow;
 
     end loop;
 
