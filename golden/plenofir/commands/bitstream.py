@@ -189,9 +189,6 @@ def build(
         print_line("timing", f"{entry.constraint}: met, {best}")
     for clock, constraint in report.clocks.items():
         print_line("clock", f"{clock}: timed by {constraint.split(' = ')[0]}")
-    if report.trimmed:
-        modules = ", ".join(f"{module} {number}" for module, number in report.trimmed.items())
-        print_line("trimmed", f"registers that are constant or not read: {modules}")
     for warning in report.warnings[:_SHOWN_WARNINGS]:
         times = f" ({warning.times} times)" if warning.times > 1 else ""
         print_line("warning", f"{warning.tool}: {warning.code}: {warning.text}{times}")

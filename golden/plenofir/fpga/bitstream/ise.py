@@ -21,12 +21,10 @@ from plenofir.fpga.bitstream.ise_reports import (
     Timing,
     Treatment,
     derived,
-    latches,
     messages,
     read_timing,
     read_utilisation,
     treatments,
-    trimmed_by_module,
 )
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.bitstream.top_level import (
@@ -141,7 +139,6 @@ class BuildReport:
     utilisation: dict[str, tuple[int, int]]  # kind of site: used, there
     timing: list[Timing]
     clocks: dict[str, str]  # clock behind a PLL to the constraint that the tools derived for it
-    trimmed: dict[str, int]  # registers that XST took away as constant or not read, by module
     warnings: list[Message]  # those that matter
     other_warnings: int  # those that ``scripts/ise/warnings.txt`` calls unimportant
     seconds: dict[str, float]  # of each tool
@@ -235,15 +232,12 @@ def build(
         log = _run(installation, tool, command, work, out)
         seconds[tool] = round(time.monotonic() - begin, 1)
         given = messages(tool, log, "WARNING")
-        _check_warnings(given, log, treated, out / f"{tool}.log")
+        _check_warnings(given, treated, out / f"{tool}.log")
         warnings += given
         if tool == "trce":
             timing = read_timing((work / f"{TOP}.twr").read_text(errors="replace"))
             clocks = check_timing(timing, work / f"{TOP}.twr")
     progress(TOOLS[-1], len(TOOLS), len(TOOLS))
-
-    def treated_as(treatment: Treatment) -> list[Message]:
-        return [warning for warning in warnings if treated.get(warning.code) == treatment]
 
     map_report = work / f"{TOP}_map.mrp"
     report = BuildReport(
@@ -254,9 +248,8 @@ def build(
         else {},
         timing=timing,
         clocks=clocks,
-        trimmed=trimmed_by_module(treated_as(Treatment.TRIMMED)),
         warnings=[warning for warning in warnings if warning.code not in treated],
-        other_warnings=sum(warning.times for warning in treated_as(Treatment.UNIMPORTANT)),
+        other_warnings=sum(warning.times for warning in warnings if warning.code in treated),
         seconds=seconds,
     )
     bits = (work / f"{TOP}.bit").read_bytes()
@@ -300,7 +293,7 @@ def _run(
 
 
 def _check_warnings(
-    warnings: Sequence[Message], log: str, treated: Mapping[str, Treatment], where: Path
+    warnings: Sequence[Message], treated: Mapping[str, Treatment], where: Path
 ) -> None:
     """Refuse what no build may contain."""
     fatal = [warning for warning in warnings if treated.get(warning.code) == Treatment.FATAL]
@@ -308,12 +301,6 @@ def _check_warnings(
         raise InputError(
             f"{fatal[0].code}: {fatal[0].text} ({len(fatal)} warnings that "
             f"{warning_file().name} calls fatal)",
-            where=str(where),
-        )
-    if number := latches(log):
-        raise InputError(
-            f"the design has {number} latch{'' if number == 1 else 'es'}; it must have "
-            "registers only",
             where=str(where),
         )
 

@@ -2,8 +2,7 @@
 """What the logs and reports of ISE say: messages, timing, utilisation."""
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -47,7 +46,6 @@ class Treatment(StrEnum):
     """What the build does with a warning that it does not simply list."""
 
     FATAL = "fatal"
-    TRIMMED = "trimmed"
     UNIMPORTANT = "unimportant"
 
 
@@ -66,23 +64,6 @@ def treatments(path: Path) -> dict[str, Treatment]:
             )
         out[words[1]] = Treatment(words[0])
     return out
-
-
-def trimmed_by_module(warnings: Iterable[Message]) -> dict[str, int]:
-    """Count registers that XST took away, for each module: many where few are meant are a fault.
-
-    The largest number comes first.
-    """
-    counts: Counter[str] = Counter()
-    for warning in warnings:
-        block = re.search(r"in block <([^>]+)>", warning.text)
-        counts[block[1] if block else "?"] += warning.times
-    return dict(counts.most_common())
-
-
-def latches(log: str) -> int:
-    """Number of latches (vectors) that XST inferred, as its synthesis reports count them."""
-    return max(map(int, re.findall(r"^# Latches\s*: (\d+)", log, re.M)), default=0)
 
 
 @dataclass(frozen=True)

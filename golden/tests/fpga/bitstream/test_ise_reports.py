@@ -4,8 +4,7 @@
 The texts have the form of public logs, with other contents: ISE 14.7 for the same device in
 github.com/MDMTseng/AtlysSGM (``source/VmodCAM_Ref.twr``, ``.bld``, ``.syr``), 14.2 in
 github.com/tariqmuh/Vmod_in_HDMI (``implementation/system.twr``, ``.bld``), 14.7 in
-github.com/toptensoftware/clken_test (``top.twr``), latches as in
-github.com/waleedbaroudi/WashingMachine (``main.syr``), and a clock derived behind a choice of
+github.com/toptensoftware/clken_test (``top.twr``), and a clock derived behind a choice of
 clocks and two PLLs as in issue 68 of github.com/timvideos/HDMI2USB-jahanzeb-firmware. Of the
 sections of unconstrained paths only the titles were found in public text; they have the form of the
 other sections here.
@@ -22,11 +21,9 @@ from plenofir.fpga.bitstream.ise_reports import (
     Timing,
     Treatment,
     derived,
-    latches,
     messages,
     read_timing,
     treatments,
-    trimmed_by_module,
 )
 from plenofir.ground.errors import InputError
 
@@ -197,41 +194,12 @@ Done...
     ]
 
 
-def test_trimmed_registers() -> None:
-    log = """\
-    WARNING:Xst:2404 -  FFs/Latches <select<2:1>> (without init value) have a constant value of 0 \
-in block <b_1>.
-    Summary:
-	inferred 135 D-type flip-flop(s).
-WARNING:Xst:2677 - Node <c/d_14> of sequential type is unconnected in block <a>.
-WARNING:Xst:1895 - Due to other FF/Latch trimming, FF/Latch <e_1> (without init value) \
-has a constant value of 0 in block <a>. This FF/Latch will be trimmed during the optimization \
-process.
-"""
-    assert trimmed_by_module(messages("xst", log, "WARNING")) == {"a": 2, "b_1": 1}
-    assert latches(log) == 0
-
-
-def test_latches() -> None:
-    """The report before and the one behind advanced synthesis count the same ones."""
-    log = """\
-# Registers                                            : 4
-# Latches                                              : 9
- 4-bit latch                                           : 1
-# Latches                                              : 9
-# FlipFlops/Latches                : 433
-"""
-    assert latches(log) == 9
-
-
 def test_treatments(tmp_path: Path) -> None:
     known = treatments(ise.warning_file())
     assert known["Xst:737"] == Treatment.FATAL
-    assert {code for code, treatment in known.items() if treatment == Treatment.TRIMMED} == {
-        f"Xst:{number}" for number in (1293, 1710, 1895, 1896, 2404, 2677)
-    }
+    assert known["Xst:1710"] == Treatment.UNIMPORTANT
     path = tmp_path / "warnings.txt"
-    for line in ("ignored Xst:1 # why", "fatal", "fatal Xst:1 Xst:2", "trimmed Xst:737"):
+    for line in ("ignored Xst:1 # why", "fatal", "fatal Xst:1 Xst:2", "unimportant Xst:737"):
         path.write_text(f"fatal Xst:737 # a latch\n\n{line}\n")
         with pytest.raises(InputError, match="a code that is not there yet") as caught:
             treatments(path)
