@@ -17,9 +17,11 @@ place places for ECP5, or for the device that is named behind a scene. A scene: 
   board, whose bitstream goes to build/pnr/.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
-fit writes the engines' weights (data/weights.json), fitted to what is recorded.
+fit writes the engines' weights (data/weights.json), fitted to what is recorded: for ECP5 placed
+  cores, else what Yosys counts; names of families.
 """
 
+import json
 import os
 import sys
 import tempfile
@@ -28,6 +30,7 @@ from collections.abc import Container, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from scipy.optimize import nnls
@@ -328,10 +331,45 @@ def pixels(words: Sequence[str]) -> None:
         placed_pixels.save_placed({**known, number: placed})
 
 
+def least_worst(parts: np.ndarray) -> np.ndarray:
+    """Weights, none of them negative, whose sums over the parts are as near to 1 as can be.
+
+    What is made small is the largest distance of any row: least squares, in which the rows that are
+    far off weigh more each time (Lawson).
+    """
+    rows = np.ones(len(parts))
+    found: list[tuple[float, np.ndarray]] = []
+    for _ in range(40):
+        weights, _ = nnls(parts * rows[:, None], rows)
+        errors = np.abs(parts @ weights - 1)
+        found.append((float(errors.max()), weights))
+        rows *= 0.75 + 0.5 * errors / errors.max()
+        rows /= rows.mean()
+    return min(found, key=lambda pair: pair[0])[1]
+
+
+def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
+    """Cores that were placed on an ECP5: the comparison's, the scenes', small ones."""
+    known = dict(comparison.load_comparison().placed)
+    cores = {cell.name: cell.core() for cell in comparison.placed_cells() if cell.name in known}
+    for name, grades in json.loads(ECP5_RESULTS.read_text()).items():
+        known[name] = Placed.model_validate(grades["6"])
+    cores |= {design.name.removesuffix(" core"): design.core for design in core_designs()}
+    for kind, m, shift, rows in PLACED:
+        if kind == "core":
+            engine = FirEngine(parallel_rows=rows)
+            cores[f"{kind} M={m} a'={shift} iota={rows}"] = grey_core(m, (shift,), engine=engine)
+    return [
+        (name, core, Usage(p.lut, p.flip_flops, p.block_rams, dsp=p.multipliers))
+        for name, core in cores.items()
+        for p in [known[name]]
+    ]
+
+
 def fit_engine(
     kind: str, family: Family, cells: list[tuple[str, CoreConfiguration, Usage]]
 ) -> dict[str, dict[str, float]]:
-    """Weights, none of them negative, with the least squares of relative errors."""
+    """Weights of each part, for the least of the largest relative errors."""
     counted = [structure(core, family) for _, core, _ in cells]
     names = list(counted[0])
     parts = np.array([[count[name] for name in names] for count in counted], dtype=float)
@@ -343,7 +381,7 @@ def fit_engine(
     tables = {}
     for resource, wanted in goals.items():
         goal = np.array(wanted, dtype=float)
-        weights, _ = nnls(parts / goal[:, None], np.ones(len(goal)))
+        weights = least_worst(parts / goal[:, None])
         rounded = [float(f"{weight:.3g}") for weight in weights]
         tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
         errors = parts @ np.array(rounded) / goal - 1
@@ -358,8 +396,8 @@ def fit(names: Sequence[str]) -> None:
     counts = load_counts()
     counted = dict(counted_cores())
     weights = {kind: dict(families) for kind, families in load_weights().items()}
-    for family in ("spartan6", *COUNTED):
-        if names and family not in names:
+    for family in get_args(Family):
+        if family not in weights["fir"] or (names and family not in names):
             continue
         if family == "spartan6":
             cells = [
@@ -372,6 +410,8 @@ def fit(names: Sequence[str]) -> None:
                 for cell in comparison.measured_cells()
                 if cell.name in measured
             ]
+        elif family == "ecp5":
+            cells = placed_on_ecp5()
         else:
             cells = [(name, core, counts[family][name]) for name, core in counted.items()]
         for kind in SLICE_ENGINES:

@@ -2,6 +2,7 @@
 """Estimates of resources, beside what synthesis took."""
 
 import itertools
+import json
 from collections.abc import Iterable
 
 import pytest
@@ -18,14 +19,18 @@ from plenofir.fpga.synthesis.comparison import (
     Cell,
     load_comparison,
     measured_cells,
+    placed_cells,
     widest,
 )
+from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
 from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.ground import project
 from plenofir.plan import DEVICES, load_scene, make_plan
 from plenofir.plan.figures import (
     CORE,
     Design,
+    core_designs,
     designs,
     load_figures,
     picture_designs,
@@ -61,12 +66,29 @@ def test_estimates_against_synthesis() -> None:
     assert compared >= 7
 
 
+def test_estimates_of_an_ecp5_against_placed_cores() -> None:
+    """Block RAM and multipliers exactly, look-up tables and flip-flops within 15 %."""
+    content = load_comparison()
+    cells = [cell for cell in placed_cells() if cell.name in content.placed]
+    placed = [(cell.name, cell.core(), content.placed[cell.name]) for cell in cells]
+    scenes = json.loads((project.DATA / "ecp5.json").read_text())
+    for design in core_designs():
+        name = design.name.removesuffix(" core")
+        placed.append((name, design.core, Placed.model_validate(scenes[name]["6"])))
+    assert len(placed) >= 90
+    for name, core, found in placed:
+        usage = estimate(core, "ecp5")
+        assert (usage.block_rams, usage.dsp) == (found.block_rams, found.multipliers), name
+        assert usage.lut == pytest.approx(found.lut, rel=0.15), name
+        assert usage.flip_flops == pytest.approx(found.flip_flops, rel=0.15), name
+
+
 def test_estimates_of_boards_with_an_ecp5_against_their_builds() -> None:
     builds = load_builds()
     assert "ulx3s-480p" in builds
     for scene, build in builds.items():
         plan = make_plan(load_scene(scene))
-        logic = 1 / 3 if plan.screen.needs_stack else 0.1
+        logic = 0.15 if plan.screen.needs_stack else 0.05
         for name, estimated in plan.needs.items():
             margin = logic if name in ("LUT4", "flip-flops") else 0
             assert estimated == pytest.approx(build.utilisation[name][0], rel=margin), (scene, name)

@@ -2,8 +2,8 @@
 """What a design takes of a family's devices: its memories, multipliers, and its parts weighed.
 
 ``data/weights.json`` holds LUTs and flip-flops of a bit of each part, fitted to synthesised designs
-(scripts/resources.py fit). Where few designs of a family were synthesised, it holds two factors
-instead: LUTs and flip-flops for each of a Spartan-6.
+(scripts/resources.py fit), for an ECP5 to placed ones. Where few designs of a family were
+synthesised, it holds two factors instead: LUTs and flip-flops for each of a Spartan-6.
 """
 
 import json
