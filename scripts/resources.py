@@ -91,7 +91,7 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
-from plenofir_studies import many_pixels, placed_pixels
+from plenofir_studies import many_pixels
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
 BITSTREAMS = project.root() / "build" / "pnr"
@@ -315,20 +315,20 @@ def record_build(plan: Plan) -> None:
 def pixels(words: Sequence[str]) -> None:
     """Write the file of several pixels a clock, after each core."""
     check_tools()
-    plan = make_plan(load_scene(placed_pixels.SCENE))
+    plan = make_plan(load_scene(many_pixels.SCENE))
     for number in PIXELS_PER_CLOCK:
-        known = placed_pixels.load_placed() if placed_pixels.FILE.exists() else {}
+        known = many_pixels.load_placed() if many_pixels.FILE.exists() else {}
         if (str(number) not in words) if words else (number in known):
             continue
         placed = place_core(
             many_pixels.scene_core(plan, number),
             behind_few_pins=number > many_pixels.WITH_PINS,
-            speed_grade=placed_pixels.GRADE,
-            device=placed_pixels.DEVICE,
+            speed_grade=many_pixels.GRADE,
+            device=many_pixels.DEVICE,
             package=many_pixels.package(number),
         )
         say(f"{number} pixels a clock", placed)
-        placed_pixels.save_placed({**known, number: placed})
+        many_pixels.save_placed({**known, number: placed})
 
 
 def least_worst(parts: np.ndarray) -> np.ndarray:

@@ -1,32 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many pixels a clock: what the core of a scene takes and reaches with 1 to 32 of them.
 
-`placed_pixels` holds what nextpnr makes of each (`make compare`); the page is built of it.
+``data/pixels.json`` holds what nextpnr makes of each (`make compare`); the page is built of it.
 """
 
-from collections.abc import Sequence
+import json
 from dataclasses import dataclass
-
-import numpy as np
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.synthesis.ecp5 import PACKAGE, Placed
+from plenofir.fpga.synthesis.records import save_records
 from plenofir.plan import Plan, load_scene, make_plan
-from plenofir_studies.placed_pixels import GRADE, SCENE, load_placed
-from plenofir_studies.report_parts import table, table_of
-from plenofir_studies.thesis_benchmark import (
-    THESIS_FIRST_S,
-    THESIS_NEXT_S,
-    THESIS_SOFTWARE_S,
-    load_recorded,
-)
+from plenofir_studies import DATA
+from plenofir_studies.report_parts import table_of
 
+SCENE = "video-m11"
+FILE = DATA / "pixels.json"
+DEVICE, GRADE = "85k", 6
 LARGE_PACKAGE = "CABGA756"
 # Pins of it (Lattice FPGA-DS-02012).
 _MOST_PINS = 365
 WITH_PINS = 16
 """Most pixels a clock that find pins; more are placed behind few of them (`few_pins`)."""
+
+
+def load_placed() -> dict[int, Placed]:
+    """Read the file: pixels a clock to what nextpnr made of them."""
+    content = json.loads(FILE.read_text())
+    return {int(pixels): Placed.model_validate(placed) for pixels, placed in content.items()}
+
+
+def save_placed(placed: dict[int, Placed]) -> None:
+    """Write the file, a core a line."""
+    save_records(FILE, {str(p): placed[p].model_dump() for p in sorted(placed)})
 
 
 def package(pixels: int) -> str:
@@ -87,18 +94,6 @@ def rows() -> list[Row]:
     return found
 
 
-def fitted(pixels: Sequence[int], amounts: Sequence[float]) -> tuple[tuple[float, float], float]:
-    """Fit amount = fixed + each * P, with the least squares of relative errors.
-
-    Returns (fixed, each), and the largest relative error of the fit.
-    """
-    p, goal = np.array(pixels, float), np.array(amounts, float)
-    terms = np.stack([np.ones_like(p), p], axis=1)
-    weights, *_ = np.linalg.lstsq(terms / goal[:, None], np.ones_like(p), rcond=None)
-    worst = float(np.abs(terms @ weights / goal - 1).max())
-    return (float(weights[0]), float(weights[1])), worst
-
-
 def page() -> str:
     """Write the page."""
     found = rows()
@@ -137,56 +132,10 @@ def page() -> str:
         f"leave as their parity (about {-(-(bits - 1) // 3)} of the LUTs).",
         "",
     ]
-    many = [row for row in found if row.pixels > 1]
-    pixels = [row.pixels for row in many]
     lines += [
-        "## The law of growth",
-        "",
-        "With P above 1, which is an engine of its own:",
-        "",
-    ]
-    for name, amounts in (
-        ("LUT4", [row.placed.lut for row in many]),
-        ("flip-flops", [row.placed.flip_flops for row in many]),
-    ):
-        # Two points are on any line.
-        if len(many) < 3:
-            continue
-        (fixed, each), worst = fitted(pixels, amounts)
-        lines.append(f"- {name}: {fixed:.0f} + {each:.0f} P, off by {100 * worst:.0f} % at most.")
-    lines += [
-        "- Multipliers: P for each channel.",
-        "- Block RAM: as many bits as with one pixel, in wider words and shorter lines; where "
-        "lines are shorter than a block RAM is deep, it is not full.",
-        "",
-        "## Beside software and the thesis",
-        "",
-    ]
-    recorded = load_recorded()
-    best = found[-1]
-    beside = [
-        [
-            "thesis, 3201 rows at once at 100 MHz (its numbers; no device has so many inputs)",
-            f"{1 / THESIS_NEXT_S:.0f}",
-            f"{THESIS_FIRST_S * 1e6:.4g} us",
-        ],
-        ["thesis, software", f"{1 / THESIS_SOFTWARE_S:.2g}", f"{THESIS_SOFTWARE_S} s"],
-        *(
-            [f"ours, {name}", f"{1 / seconds:.3g}", f"{seconds * 1e3:.3g} ms"]
-            for name, seconds in recorded.seconds.items()
-        ),
-        *(
-            [
-                f"ours, {row.pixels} pixel{'s' if row.pixels > 1 else ''} a clock, ECP5",
-                f"{row.frames:.3g}",
-                f"{(row.latency_clocks + row.frame_clocks) / row.placed.fmax_mhz / 1e3:.3g} ms",
-            ]
-            for row in (found[0], *(r for r in found if r.pixels in (8, best.pixels)))
-        ),
-    ]
-    lines += table(["design", "frames/s", "first frame"], beside)
-    lines += [
-        f"Software is processor time on {recorded.machine}. A frame's first pixel leaves the core "
-        "after the latency of the first table, long before the frame is complete.",
+        "Multipliers: P for each channel. Block RAM: as many bits as with one pixel, in wider "
+        "words and shorter lines; where lines are shorter than a block RAM is deep, it is not full. "
+        "[The benchmark of the thesis](../thesis.md#the-benchmark-of-the-thesis) has the clocks of "
+        "one frame, beside software.",
     ]
     return "\n".join(lines) + "\n"

@@ -28,8 +28,8 @@ from plenofir.ground.files import write_file
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA
+from plenofir_studies.many_pixels import GRADE, SCENE, load_placed
 from plenofir_studies.methods import running_sums
-from plenofir_studies.placed_pixels import GRADE, SCENE, load_placed
 from plenofir_studies.report_parts import machine, table
 
 FILE = DATA / "thesis_benchmark.json"

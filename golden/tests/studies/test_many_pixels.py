@@ -6,8 +6,7 @@ import pytest
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.estimate import estimate, memories
 from plenofir.plan import load_scene, make_plan
-from plenofir_studies.many_pixels import fitted, page, rows, scene_core
-from plenofir_studies.placed_pixels import SCENE, load_placed
+from plenofir_studies.many_pixels import SCENE, load_placed, rows, scene_core
 
 
 def test_placed_cores_keep_the_clocks_of_the_planner() -> None:
@@ -37,13 +36,3 @@ def test_eight_pixels_a_clock_reach_the_goals() -> None:
     plan = make_plan(load_scene(SCENE))
     bits = [sum(m.bits for m in memories(scene_core(plan, p)) if not m.rom) for p in (1, 8)]
     assert bits[1] <= 1.1 * bits[0]
-
-
-def test_law_of_growth() -> None:
-    (fixed, each), worst = fitted([1, 2, 8], [110, 120, 180])
-    assert (fixed, each) == (pytest.approx(100), pytest.approx(10))
-    assert worst < 1e-9
-    assert fitted([1, 2, 4], [10, 10, 40])[1] > 0.2
-    text = page()
-    assert "## The law of growth" in text
-    assert all(f"| {pixels} | " in text for pixels in load_placed())
