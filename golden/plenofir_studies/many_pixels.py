@@ -134,8 +134,8 @@ def page() -> str:
     ]
     lines += [
         "Multipliers: P for each channel. Block RAM: as many bits as with one pixel, in wider "
-        "words and shorter lines; where lines are shorter than a block RAM is deep, it is not full. "
-        "[The benchmark of the thesis](../thesis.md#the-benchmark-of-the-thesis) has the clocks of "
-        "one frame, beside software.",
+        "words and shorter lines; where lines are shorter than a block RAM is deep, it is not "
+        "full. [The benchmark of the thesis](../thesis.md#the-benchmark-of-the-thesis) has the "
+        "clocks of one frame, beside software.",
     ]
     return "\n".join(lines) + "\n"

@@ -68,9 +68,8 @@ def packed(pixels: npt.NDArray[np.integer], bits: int) -> bytes:
     together = {8: 1, 10: 4, 12: 2}[bits]
     if pixels.size % together:
         raise InputError(
-            f"a line of {pixels.size} pixels of {bits} bits",
+            f"a line has {pixels.size} pixels; RAW{bits} packs a multiple of {together}",
             where="columns",
-            expected=f"a multiple of {together}, as RAW{bits} packs them",
         )
     groups = pixels.reshape(-1, together).astype(np.uint16)
     high = groups >> (bits - 8)

@@ -58,18 +58,17 @@ class CsiFrame:
         """Refuse what no raw packet holds."""
         if self.raw.ndim == 3:
             raise InputError(
-                "a capture in colours",
+                "has colours; a sensor's lines have one channel, grey or a mosaic",
                 where=self.where,
-                expected="a grey one, or a mosaic: a sensor's lines have one channel",
             )
         if self.bits not in RAW_BITS:
             raise InputError(
-                f"values up to {(1 << self.bits) - 1}",
+                f"has values up to {(1 << self.bits) - 1}; RAW8, RAW10 and RAW12 have 8, 10 and 12 "
+                "bits",
                 where=self.where,
-                expected="8, 10 or 12 bits: RAW8, RAW10 or RAW12",
             )
         if self.lanes not in LANES:
-            raise InputError(f"{self.lanes} lanes", where="lanes", expected="1, 2 or 4")
+            raise InputError(f"there are 1, 2 or 4 lanes, not {self.lanes}", where="lanes")
 
     @property
     def lines(self) -> int:
