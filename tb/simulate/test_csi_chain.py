@@ -68,8 +68,8 @@ def test_more_bits_and_lanes(tmp_path: Path, bits: int, arguments: tuple[str, ..
 @pytest.mark.parametrize(
     ("raw", "arguments", "what"),
     [
-        (np.zeros((*SHAPE, 3), np.uint8), (), "a capture in colours"),
-        (np.full(SHAPE, 65535, np.uint16), (), "RAW8, RAW10 or RAW12"),
+        (np.zeros((*SHAPE, 3), np.uint8), (), "has colours; a sensor"),
+        (np.full(SHAPE, 65535, np.uint16), (), "RAW8, RAW10 and RAW12 have"),
         (np.zeros(SHAPE, np.uint8), ("--waves",), "--waves cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--simulator", "verilator"), "--chain cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--lanes", "3"), "'3'"),
