@@ -50,6 +50,7 @@ TOPS = (
     "depth_index",
     "sensor_raster",
     "csi_receiver",
+    "sensor_setup",
     "refocuser_axi",
     "stack_axi",
     "sensor_axi",

@@ -3,6 +3,7 @@
 
 import pytest
 
+from plenofir.fpga.sensors import registers_text
 from plenofir_tb.runner import Case, run_cases
 
 
@@ -21,3 +22,13 @@ def test_every_format() -> None:
     run_cases(
         [receiver(n, b, p) for n in (1, 2, 4) for b in (8, 10, 12) for p in (1, 2, 4, 8)], long=True
     )
+
+
+def test_sensor_setup() -> None:
+    entries = [(0xFFFF, 2), (0x0100, 0x00), (0x30EB, 0x05), (0xA55A, 0xFF), (0x0100, 0x01)]
+    case = {"entries": entries, "quarter": 4, "retries": 2}
+    generics = {
+        **{"REGISTERS": registers_text(entries), "QUARTER": 4, "RETRIES": 2},
+        **{"STRETCH": 200, "MILLISECOND": 20},
+    }
+    run_cases([Case("sensor_setup", "csi.setup_bench", generics, case)])

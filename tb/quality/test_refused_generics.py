@@ -138,6 +138,10 @@ REFUSED: list[Case] = [
         "MOSAIC",
     ),
     *(
+        ("sensor_setup", {"REGISTERS": "010001"}, {"REGISTERS": text}, "REGISTERS")
+        for text in ("01000", "01000x", "01000A")
+    ),
+    *(
         ("csi_receiver", {"LANES": 2, "PIXEL_BITS": 10}, {name: value}, name)
         for name, value in (("LANES", 3), ("PIXEL_BITS", 9), ("PIXELS_PER_CLOCK", 3))
     ),

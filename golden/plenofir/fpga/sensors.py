@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is written into a sensor before its first frame: the generic REGISTERS of `sensor_setup`.
+
+Addresses and values of the IMX219 are facts of the driver that Linux has for it
+(drivers/media/i2c/imx219.c, commit 0050c97941353219e000275707ccade7e1f91ec6), whose comments name
+Raspberry Pi's firmware as their source; the names of the registers are Sony's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plenofir.ground.errors import InputError
+
+PAUSE = 0xFFFF
+"""Address of an entry that is a pause; its value is milliseconds."""
+
+Entry = tuple[int, int]
+"""Address (16 bits) and value (8 bits) of a register."""
+
+
+@dataclass(frozen=True)
+class SensorMode:
+    """A size in which a sensor sends frames."""
+
+    columns: int
+    rows: int
+    left: int  # of the pixel array, as the next three: where reading begins
+    top: int
+    width: int  # what is read
+    height: int
+    binning: int  # value of the binning registers: 0 none, 1 two by two, 3 two by two, analogue
+    frame_lines: int  # with blanking
+    line_pixels: int = 3448  # with blanking
+    pixel_rate: float = 182.4e6  # on two lanes of 912 Mb/s
+
+    @property
+    def frames_per_second(self) -> float:
+        """Frames a second."""
+        return self.pixel_rate / (self.line_pixels * self.frame_lines)
+
+
+IMX219_MODES = (
+    SensorMode(640, 480, 1000, 752, 1280, 960, 3, 1763),
+    SensorMode(1640, 1232, 0, 0, 3280, 2464, 1, 1763),
+    SensorMode(3280, 2464, 0, 0, 3280, 2464, 0, 3526),
+)
+PATTERNS = {"off": 0, "solid": 1, "bars": 2, "grey-bars": 3, "noise": 4}
+"""The sensor's own pictures; "bars" are eight colours, "noise" is a PN9 sequence."""
+
+# What the driver writes beside what the data sheet names: the maker's own registers.
+_UNLOCK = ((0x30EB, 5), (0x30EB, 0x0C), (0x300A, 0xFF), (0x300B, 0xFF), (0x30EB, 5), (0x30EB, 9))
+_OWN = (
+    *((0x455E, 0x00), (0x471E, 0x4B), (0x4767, 0x0F), (0x4750, 0x14), (0x4540, 0x00)),
+    *((0x47B4, 0x14), (0x4713, 0x30), (0x478B, 0x10), (0x478F, 0x10), (0x4793, 0x10)),
+    *((0x4797, 0x0E), (0x479B, 0x0E)),
+)
+
+
+def _word(address: int, value: int) -> tuple[Entry, Entry]:
+    return (address, value >> 8), (address + 1, value & 0xFF)
+
+
+def imx219(
+    columns: int,
+    rows: int,
+    *,
+    bits: int = 10,
+    pattern: str = "off",
+    exposure_lines: int = 1600,
+    gain: int = 0,
+) -> list[Entry]:
+    """Registers of an IMX219 with a clock of 24 MHz, two lanes, frames of columns x rows.
+
+    `bits` are 8 or 10 (RAW8, RAW10), `pattern` a key of `PATTERNS`, `gain` 0 to 232: the sensor
+    amplifies by 256 / (256 - gain). It sends from the last entry on. InputError for a size that
+    is none of `IMX219_MODES`, or what the registers do not hold.
+    """
+    mode = next((m for m in IMX219_MODES if (m.columns, m.rows) == (columns, rows)), None)
+    if mode is None:
+        sizes = ", ".join(f"{m.columns} x {m.rows}" for m in IMX219_MODES)
+        raise InputError(f"{columns} x {rows}", where="IMX219", expected=sizes)
+    longest = mode.frame_lines - 4
+    for value, name, low, high in (
+        (bits, "bits", 8, 10),
+        (exposure_lines, "exposure_lines", 4, longest),
+        (gain, "gain", 0, 232),
+    ):
+        if not low <= value <= high or (name == "bits" and value == 9):
+            expected = "8 or 10" if name == "bits" else f"{low} to {high}"
+            raise InputError(f"{value}", where=name, expected=expected)
+    if pattern not in PATTERNS:
+        raise InputError(f"{pattern!r}", where="pattern", expected=", ".join(PATTERNS))
+    return [
+        # Behind its reset the sensor wants 6.2 ms.
+        *((PAUSE, 7), (0x0100, 0), *_UNLOCK),
+        # Two lanes, timing of the lanes by the sensor, the clock that it gets in 1/256 MHz.
+        *((0x0114, 1), (0x0128, 0), *_word(0x012A, 24 << 8)),
+        *(*_word(0x0160, mode.frame_lines), *_word(0x0162, mode.line_pixels)),
+        *(*_word(0x0164, mode.left), *_word(0x0166, mode.left + mode.width - 1)),
+        *(*_word(0x0168, mode.top), *_word(0x016A, mode.top + mode.height - 1)),
+        *(*_word(0x016C, columns), *_word(0x016E, rows), (0x0170, 1), (0x0171, 1)),
+        *((0x0174, mode.binning), (0x0175, mode.binning)),
+        # Clocks: 24 MHz / 3 * 57 / 5 for the pixels, 24 MHz / 3 * 114 a lane.
+        *((0x0301, 5), (0x0303, 1), (0x0304, 3), (0x0305, 3), *_word(0x0306, 57)),
+        *((0x030B, 1), *_word(0x030C, 114), (0x0309, bits)),
+        *((0x018C, bits), (0x018D, bits), *_OWN),
+        *((0x0157, gain), *_word(0x015A, exposure_lines)),
+        # The sensor's picture, as large as the frame.
+        *(*_word(0x0624, columns), *_word(0x0626, rows), *_word(0x0600, PATTERNS[pattern])),
+        (0x0100, 1),
+    ]
+
+
+def registers_text(entries: Sequence[Entry]) -> str:
+    """Generic REGISTERS of `sensor_setup`: six hexadecimal digits for each entry."""
+    return "".join(f"{address:04x}{value:02x}" for address, value in entries)

@@ -1,0 +1,399 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Writes a list of registers into a sensor over I2C, as the only master of its lines.
+--
+-- A register has an address of 16 bits and a value of 8, as sensors with CSI-2 have them; each is a transfer of its
+-- own.
+-- Before the first one, and after one that went wrong, nine clocks and a stop free a data line that the sensor still
+-- holds. A transfer that goes wrong is repeated up to RETRIES times, then the list ends with a fault. The sensor may
+-- stretch the clock for up to STRETCH clocks.
+--
+-- Latency: 48 bits to the first register. Throughput: a register in 38 bits, a bit in 4 * QUARTER clocks and the clock
+--   line's time to rise.
+-- Equation: the n-th transfer writes the n-th entry of REGISTERS.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.hex_pkg.all;
+use work.math_pkg.all;
+
+entity sensor_setup is
+  generic (
+    -- The list: for each register six hexadecimal digits, address and value, such as "010001"; with address ffff
+    -- nothing is written for that many milliseconds.
+    REGISTERS : string;
+    -- Address of the sensor.
+    DEVICE : std_logic_vector(6 downto 0) := "0010000";
+    -- Clocks in a quarter of a bit; 250 are 100 kHz with clk of 100 MHz. A level takes 3 clocks to come in.
+    QUARTER : positive range 3 to 65535 := 250;
+    -- Clocks that the clock line may stay low after it was let go.
+    STRETCH : positive := 3000000;
+    -- Clocks in a millisecond.
+    MILLISECOND : positive := 100000;
+    -- How often a transfer is repeated.
+    RETRIES : natural range 0 to 15 := 3
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The lines, as they are at the pins, and pull them low (open drain).
+    scl     : in    std_logic;
+    sda     : in    std_logic;
+    scl_low : out   std_logic;
+    sda_low : out   std_logic;
+    -- Begin with the list, for a clock, while not busy.
+    start : in    std_logic;
+    busy  : out   std_logic;
+    -- All registers are written; stays until the next start.
+    done : out   std_logic;
+    -- Why the last transfer that went wrong did, also one that a repetition made up for: "00" none did, "01" a line
+    -- stayed low, "10" the sensor did not acknowledge, "11" another level than what was sent.
+    fault : out   std_logic_vector(1 downto 0);
+    -- Without done and busy: the entry, from 0 on, at which the list ended. Transfers that were repeated, up to 255.
+    entry   : out   std_logic_vector(11 downto 0);
+    retried : out   std_logic_vector(7 downto 0)
+  );
+end entity sensor_setup;
+
+architecture rtl of sensor_setup is
+
+  constant WHOLE  : boolean  := takes(REGISTERS'length > 0 and REGISTERS'length mod 6 = 0 and REGISTERS'length < 24576,
+                                      "sensor_setup: REGISTERS has not six digits for each of 1 to 4095 registers");
+  constant DIGITS : boolean  := takes(is_hex(REGISTERS),
+                                      "sensor_setup: REGISTERS has other characters than 0 to 9 and a to f");
+  constant COUNT  : positive := REGISTERS'length / 6;
+
+  constant LINE_LOW  : std_logic_vector(1 downto 0) := "01";
+  constant REFUSED   : std_logic_vector(1 downto 0) := "10";
+  constant DISTURBED : std_logic_vector(1 downto 0) := "11";
+
+  type entries_t is array (natural range 0 to COUNT - 1) of std_logic_vector(23 downto 0);
+
+  function all_entries return entries_t is
+
+    variable entries : entries_t;
+
+  begin
+
+    for i in 0 to 4095 loop
+
+      if i < COUNT then
+        entries(i) := hex_byte(REGISTERS, 6 * i) & hex_byte(REGISTERS, 6 * i + 2) & hex_byte(REGISTERS, 6 * i + 4);
+      end if;
+
+    end loop;
+
+    return entries;
+
+  end function all_entries;
+
+  constant ENTRIES : entries_t := all_entries;
+
+  -- What is on the lines: nine ones and a stop, start, four bytes, a stop.
+  type step_t is (idle, free, free_stop, fetch, choose_entry, pause, open_transfer, send, close_transfer);
+
+  -- As in i2c_reader: clock line low with the data line as it was, low with the next bit on it; let go until it is
+  -- high; high before and after the middle, in which the data line is read or makes a start or a stop.
+  type phase_t is (hold, setup, rise, high, high_end);
+
+  signal lines   : std_logic_vector(1 downto 0);
+  signal arrived : std_logic_vector(1 downto 0);
+  signal scl_now : std_logic;
+  signal sda_now : std_logic;
+
+  signal step    : step_t                        := idle;
+  signal phase   : phase_t                       := hold;
+  signal clocks  : natural range 0 to STRETCH    := 0;
+  signal bits    : natural range 0 to 8          := 0;
+  signal bytes   : natural range 0 to 3          := 0;
+  signal shift   : std_logic_vector(35 downto 0) := (others => '1');
+  signal number  : natural range 0 to 4095       := 0;
+  signal now     : std_logic_vector(23 downto 0) := (others => '0');
+  signal tries   : natural range 0 to 15         := 0;
+  signal wrong   : std_logic                     := '0';
+  signal repeats : unsigned(7 downto 0)          := (others => '0');
+  -- Of a pause.
+  signal ticks        : natural range 0 to MILLISECOND := 0;
+  signal milliseconds : unsigned(7 downto 0)           := (others => '0');
+
+  signal on_lines   : std_logic;
+  signal starts     : std_logic;
+  signal stops      : std_logic;
+  signal time_up    : std_logic;
+  signal bit_begins : std_logic;
+  signal bit_read   : std_logic;
+  signal bit_ends   : std_logic;
+  signal gives_up   : std_logic;
+  -- A transfer has ended, or the lines are free; it went wrong.
+  signal ends  : std_logic;
+  signal fails : std_logic;
+
+begin
+
+  lines <= scl & sda;
+
+  cross : entity work.synchroniser
+    generic map (
+      WIDTH => 2
+    )
+    port map (
+      clk         => clk,
+      level       => lines,
+      synchronous => arrived
+    );
+
+  scl_now <= arrived(1);
+  sda_now <= arrived(0);
+
+  busy    <= to_logic(step /= idle);
+  entry   <= std_logic_vector(to_unsigned(number, 12));
+  retried <= std_logic_vector(repeats);
+
+  on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause);
+  starts     <= to_logic(step = open_transfer);
+  stops      <= to_logic(step = free_stop or step = close_transfer);
+  time_up    <= to_logic(clocks = QUARTER - 1);
+  bit_begins <= to_logic(phase = hold) and on_lines and time_up;
+  bit_read   <= to_logic(phase = high) and time_up;
+  bit_ends   <= to_logic(phase = high_end) and time_up;
+  gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
+  ends       <= bit_ends and stops;
+  fails      <= gives_up or (ends and (wrong or not sda_now));
+
+  drive_lines : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      clocks <= clocks + 1;
+
+      case phase is
+
+        when hold =>
+
+          if on_lines = '0' then
+            clocks <= 0;
+          elsif bit_begins = '1' then
+            clocks <= 0;
+            phase  <= setup;
+            -- The clock line is low but before the first bit of all.
+            scl_low <= '1';
+            -- Before a start the line is high, before a stop low.
+            sda_low <= stops or (to_logic(step = send) and not shift(35));
+          end if;
+
+        when setup =>
+
+          if time_up = '1' then
+            scl_low <= '0';
+            clocks  <= 0;
+            phase   <= rise;
+          end if;
+
+        when rise =>
+
+          if scl_now = '1' then
+            clocks <= 0;
+            phase  <= high;
+          elsif gives_up = '1' then
+            clocks  <= 0;
+            phase   <= hold;
+            sda_low <= '0';
+          end if;
+
+        when high =>
+
+          if time_up = '1' then
+            clocks <= 0;
+            phase  <= high_end;
+            if starts = '1' then
+              sda_low <= '1';
+            elsif stops = '1' then
+              sda_low <= '0';
+            end if;
+          end if;
+
+        when high_end =>
+
+          if time_up = '1' then
+            clocks <= 0;
+            phase  <= hold;
+            -- Behind a stop both lines stay high.
+            scl_low <= not stops;
+          end if;
+
+      end case;
+
+      if reset = '1' then
+        scl_low <= '0';
+        sda_low <= '0';
+        phase   <= hold;
+      end if;
+    end if;
+
+  end process drive_lines;
+
+  follow_bits : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if step = choose_entry or step = free_stop then
+        wrong <= '0';
+      end if;
+      if step = open_transfer then
+        shift <= DEVICE & '0' & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' & now(7 downto 0) & '1';
+        bits  <= 0;
+        bytes <= 0;
+      elsif step = free or step = send then
+        if bit_read = '1' and step = send then
+          -- What is sent must be on the line, and behind each byte a zero from the sensor.
+          if bits = 8 and sda_now = '1' then
+            wrong <= '1';
+            fault <= REFUSED;
+          elsif bits /= 8 and sda_now /= shift(35) then
+            wrong <= '1';
+            fault <= DISTURBED;
+          end if;
+        end if;
+        if bit_ends = '1' then
+          shift <= shift(34 downto 0) & '1';
+          if bits = 8 then
+            bits <= 0;
+            if bytes /= 3 then
+              bytes <= bytes + 1;
+            end if;
+          else
+            bits <= bits + 1;
+          end if;
+        end if;
+      else
+        bits  <= 0;
+        bytes <= 0;
+      end if;
+      if gives_up = '1' or (ends = '1' and sda_now = '0') then
+        fault <= LINE_LOW;
+      end if;
+      if fails = '1' then
+        bits  <= 0;
+        bytes <= 0;
+      end if;
+      if start = '1' and step = idle then
+        fault <= "00";
+      end if;
+    end if;
+
+  end process follow_bits;
+
+  follow_steps : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      now <= ENTRIES(number mod COUNT);
+
+      case step is
+
+        when idle =>
+
+          if start = '1' then
+            step    <= free;
+            done    <= '0';
+            number  <= 0;
+            tries   <= 0;
+            repeats <= (others => '0');
+          end if;
+
+        when free =>
+
+          if bit_ends = '1' and bits = 8 then
+            step <= free_stop;
+          end if;
+
+        when free_stop =>
+
+          if ends = '1' then
+            step <= fetch;
+          end if;
+
+        when fetch =>
+
+          step <= choose_entry;
+
+        when choose_entry =>
+
+          -- A register has come out of the list in the clock before.
+          milliseconds <= unsigned(now(7 downto 0));
+          ticks        <= 0;
+          if now(23 downto 8) = x"FFFF" then
+            step <= pause;
+          else
+            step <= open_transfer;
+          end if;
+
+        when pause =>
+
+          if milliseconds = 0 then
+            step <= idle;
+            if number = COUNT - 1 then
+              done <= '1';
+            else
+              number <= number + 1;
+              step   <= fetch;
+            end if;
+          elsif ticks = MILLISECOND - 1 then
+            ticks        <= 0;
+            milliseconds <= milliseconds - 1;
+          else
+            ticks <= ticks + 1;
+          end if;
+
+        when open_transfer =>
+
+          if bit_ends = '1' then
+            step <= send;
+          end if;
+
+        when send =>
+
+          if bit_ends = '1' and (wrong = '1' or (bits = 8 and bytes = 3)) then
+            step <= close_transfer;
+          end if;
+
+        when close_transfer =>
+
+          if ends = '1' then
+            tries <= 0;
+            step  <= idle;
+            if number = COUNT - 1 then
+              done <= '1';
+            else
+              number <= number + 1;
+              step   <= fetch;
+            end if;
+          end if;
+
+      end case;
+
+      if fails = '1' then
+        done   <= '0';
+        number <= number;
+        if tries = RETRIES then
+          step <= idle;
+        else
+          tries <= tries + 1;
+          step  <= free;
+          if repeats /= 255 then
+            repeats <= repeats + 1;
+          end if;
+        end if;
+      end if;
+
+      if reset = '1' then
+        step <= idle;
+        done <= '0';
+      end if;
+    end if;
+
+  end process follow_steps;
+
+end architecture rtl;

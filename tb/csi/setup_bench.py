@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb tests of sensor_setup: a sensor that takes registers, and that does not."""
+
+import random
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge
+
+from plenofir_tb.case import read_case
+
+CASE = read_case()
+ENTRIES = [tuple(entry) for entry in CASE["entries"]]
+WRITTEN = [entry for entry in ENTRIES if entry[0] != 0xFFFF]
+DEVICE = 0x10
+NONE, LINE_LOW, REFUSED, DISTURBED = range(4)
+
+
+class Sensor:
+    """Two open-drain lines with a sensor at them, and what was written into it."""
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.rng = random.Random(cocotb.RANDOM_SEED)
+        self.written: list[tuple[int, int]] = []
+        self.starts = self.clocks = 0
+        # Faults: transfers that it does not acknowledge; clocks that it holds the clock line for;
+        # lines that stay low; a data line that it holds until so many clocks have come.
+        self.refuses = 0
+        self.stretch = 0
+        self.scl_low = self.sda_low = False
+        self.holds = 0
+        self._before = (1, 1)
+        self._bits: list[int] | None = None
+        self._pulls = False
+        self._stretched = 0
+        Clock(dut.clk, 10, "ns").start()
+        dut.scl.value = dut.sda.value = 1
+
+    async def clock(self) -> None:
+        """A clock of the master."""
+        dut = self.dut
+        await FallingEdge(dut.clk)
+        low = [str(port.value) == "1" for port in (dut.scl_low, dut.sda_low)]
+        scl = int(not (low[0] or self.scl_low or self._stretched > 0))
+        sda = int(not (low[1] or self.sda_low or self.holds > 0 or self._pulls))
+        self._stretched -= self._stretched > 0
+        before, self._before = self._before, (scl, sda)
+        if before[0] and scl and before[1] != sda:
+            self._bits = None if sda else []
+            self.starts += not sda
+            self._pulls = False
+        elif scl and not before[0]:
+            self.clocks += 1
+            self.holds -= self.holds > 0
+            if self._bits is not None:
+                self._bits.append(sda)
+        elif before[0] and not scl:
+            self._fall()
+        dut.scl.value, dut.sda.value = scl, sda
+
+    def _fall(self) -> None:
+        if self.stretch and self.rng.random() < 0.2:
+            self._stretched = self.rng.randint(1, self.stretch)
+        bits, self._pulls = self._bits, False
+        if bits is None:
+            return
+        if len(bits) == 8 and sum(b << 7 - n for n, b in enumerate(bits)) != DEVICE << 1:
+            self._bits = None
+        elif len(bits) in (8, 17, 26, 35):
+            self._pulls = not (self.refuses and len(bits) == 26)
+        elif len(bits) == 27 and self.refuses:
+            self.refuses -= 1
+            self._bits = None
+        elif len(bits) == 36:
+            value = sum(bit << 35 - n for n, bit in enumerate(bits))
+            self.written.append((value >> 11 & 0xFF00 | value >> 10 & 0xFF, value >> 1 & 0xFF))
+
+    async def clocks_pass(self, count: int) -> None:
+        """Let clocks pass."""
+        for _ in range(count):
+            await self.clock()
+
+    async def begin(self, limit: int = 100_000) -> None:
+        """Reset, start, and wait for the end."""
+        dut = self.dut
+        dut.start.value, dut.reset.value = 0, 1
+        await self.clocks_pass(4)
+        dut.reset.value = 0
+        await self.start(limit)
+
+    async def start(self, limit: int = 100_000) -> None:
+        """Start, and wait for the end."""
+        dut = self.dut
+        self.written.clear()
+        dut.start.value = 1
+        await self.clock()
+        dut.start.value = 0
+        for _ in range(limit):
+            await self.clock()
+            if dut.busy.value == 0:
+                await self.clocks_pass(50)
+                assert self._before == (1, 1) or self.scl_low or self.sda_low
+                return
+        raise AssertionError("it does not end")
+
+    def told(self) -> tuple[int, int, int]:
+        """Done, fault, transfers repeated."""
+        dut = self.dut
+        return int(dut.done.value), int(dut.fault.value), int(dut.retried.value)
+
+
+@cocotb.test()
+async def registers_are_written(dut: Any) -> None:
+    """All of them, in order, with a pause; again; from a sensor that stretches the clock."""
+    sensor = Sensor(dut)
+    for stretch in (0, CASE["quarter"], 3 * CASE["quarter"]):
+        sensor.stretch = stretch
+        await sensor.begin()
+        assert sensor.written == WRITTEN
+        assert sensor.told() == (1, NONE, 0)
+        await sensor.start()
+        assert sensor.written == WRITTEN
+    assert int(dut.entry.value) == len(ENTRIES) - 1
+
+
+@cocotb.test()
+async def transfers_are_repeated(dut: Any) -> None:
+    """As often as RETRIES says; then it ends at that entry, and a new start begins anew."""
+    sensor = Sensor(dut)
+    for refuses in (1, CASE["retries"]):
+        sensor.refuses = refuses
+        await sensor.begin()
+        assert sensor.written == WRITTEN
+        assert sensor.told() == (1, REFUSED, refuses)
+    sensor.refuses = CASE["retries"] + 1
+    await sensor.start()
+    assert sensor.written == []
+    assert sensor.told() == (0, REFUSED, CASE["retries"])
+    assert int(dut.entry.value) == next(n for n, e in enumerate(ENTRIES) if e in WRITTEN)
+    await sensor.start()
+    assert sensor.written == WRITTEN
+    assert sensor.told() == (1, NONE, 0)
+
+
+@cocotb.test()
+async def lines_that_stay_low_are_told(dut: Any) -> None:
+    """Either line; a sensor that holds the data line for some clocks is freed."""
+    sensor = Sensor(dut)
+    for name in ("scl_low", "sda_low"):
+        setattr(sensor, name, True)
+        await sensor.begin()
+        assert sensor.written == []
+        assert sensor.told() == (0, LINE_LOW, CASE["retries"])
+        setattr(sensor, name, False)
+    await sensor.clocks_pass(10)
+    for holds in (1, 8):
+        sensor.holds = holds
+        await sensor.start()
+        assert sensor.written == WRITTEN
+        assert sensor.told() == (1, NONE, 0)
+
+
+@cocotb.test()
+async def a_disturbed_line_is_told(dut: Any) -> None:
+    """The data line is pulled while a one is sent: told, and the transfer is repeated."""
+    sensor = Sensor(dut)
+    dut.start.value, dut.reset.value = 0, 1
+    await sensor.clocks_pass(4)
+    dut.reset.value = 0
+    dut.start.value = 1
+    await sensor.clock()
+    dut.start.value = 0
+    # In the address of the sensor, which has a one.
+    while sensor.starts == 0:
+        await sensor.clock()
+    while sensor._bits is None or len(sensor._bits) < 2:
+        await sensor.clock()
+    sensor.sda_low = True
+    await sensor.clocks_pass(8 * CASE["quarter"])
+    sensor.sda_low = False
+    while dut.busy.value == 1:
+        await sensor.clock()
+    assert sensor.written == WRITTEN
+    assert sensor.told() == (1, DISTURBED, 1)
