@@ -165,7 +165,7 @@ async def refocuser(dut: Any) -> None:
     assert counters.lines_in == counters.lines_out + 1
     await bench.call(core.restart)
     assert (await bench.call(core.counters)).frames_in == 0
-    await bench.refuses(lambda: core.load_words([(3, 0, 0)]), "has no resampler")
+    await bench.refuses(lambda: core.load_words([(3, 0, 0)]), "without a resampler")
     # Another size while enabled: the core goes on with it.
     rows = m
     await bench.call(lambda: core.set_frame_size(columns, rows))
@@ -219,7 +219,7 @@ async def stack(dut: Any) -> None:
     assert core.description.parts == {"stack", *(["depth_index"] if index else [])}
     assert core.description.shifts == want.shifts
     columns, rows = want.max_columns, 3 * want.micro_image_size
-    await bench.refuses(lambda: core.set_slice(0), "has no refocuser")
+    await bench.refuses(lambda: core.set_slice(0), "without a refocuser")
     await bench.call(lambda: core.set_frame_size(columns, rows))
     await bench.call(core.enable)
     for _ in range(2):

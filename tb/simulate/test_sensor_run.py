@@ -127,8 +127,8 @@ def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
     [
         (["--bayer", "rggb"], "--bayer requires --calib"),
         (["--calib", "calib.json"], "--calib requires --raw"),
-        (["--calib", "{}/calib.json", "--raw", "{}/small.png"], "small.png: 40 x 34 pixels"),
-        (["--calib", "{}/columns.json", "--raw", "{}/raw.png"], "straight rows of lenses"),
+        (["--calib", "{}/calib.json", "--raw", "{}/small.png"], "small.png: has 40 x 34 pixels"),
+        (["--calib", "{}/columns.json", "--raw", "{}/raw.png"], "stand in rows"),
         (
             ["--calib", "{}/calib.json", "--raw", "{}/raw.png", "--micro-image", "9", "-a", "0"],
             "at most 6",

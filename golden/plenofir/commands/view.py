@@ -216,7 +216,9 @@ class _Settings:
         source = read_source(path)
         m = source.images.shape[0]
         if self.micro_image not in (None, m):
-            raise InputError(f"{self.micro_image}; there are {m} x {m} views", where="micro_image")
+            raise InputError(
+                f"{self.micro_image} is not right: there are {m} x {m} views", where="micro_image"
+            )
         return m, source.picture.like(compose(source.images))
 
     def live(self, source: str, rate: float) -> "Page":

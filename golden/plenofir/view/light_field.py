@@ -218,9 +218,7 @@ def _described(
     low, high = search or _RANGE
     most = max(field.lens_rows, field.lens_columns)
     if not -most <= low < high <= most:
-        raise InputError(
-            f"{low:g} to {high:g} is too wide; stay within -{most} to {most}", where="a"
-        )
+        raise InputError(f"{low:g} to {high:g} must rise, within -{most} to {most}", where="a")
     least = field.least_binning()
     rows, columns = raw.shape[:2]
     notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {8 * raw.dtype.itemsize} bit."]

@@ -237,7 +237,7 @@ def test_a_folder_of_views_needs_nothing_else(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, "")
         assert '"30 x 21 pixels, M = 3, 8 bit."' in out.read_text()
     done = plenofir("view", str(folder), "-M", "4", "--export", str(out))
-    assert done.stderr == "plenofir: --micro-image: 4; there are 3 x 3 views\n"
+    assert done.stderr == "plenofir: --micro-image: 4 is not right: there are 3 x 3 views\n"
     # Slices of a stack have numbers in their names, too.
     for shift in range(9):
         write_png(tmp_path / f"refocused_{shift}_9.png", RAW)

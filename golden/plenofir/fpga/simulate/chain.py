@@ -123,8 +123,8 @@ def check_chain(
     if left * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
         raise InputError(
             f"a frame of {mode.v_total} lines of {mode.h_total} pixels, blanking "
-            f"included, leaves {left} pixels beside {lines} lines of delay to tell what "
-            "the next frame shows; use a picture of more lines",
+            f"included, leaves {left} lines beside the {lines} of delay to tell what the "
+            "next frame shows; use a picture of more lines",
             where="raw",
         )
 
