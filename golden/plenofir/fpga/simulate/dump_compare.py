@@ -26,23 +26,15 @@ from math import ceil, floor, gcd
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from plenofir.fpga.simulate.dump_values import (
-    DEFINED,
-    LEVELS,
-    Pair,
-    alike,
-    all_bits,
-    first_difference,
-    text_tracks,
-    value_text,
-    value_tracks,
-)
 from plenofir.fpga.simulate.dumps import (
     TIME_UNITS,
+    Changes,
     Dump,
     DumpSignal,
     Times,
+    Value,
     canonical_name,
     time_text,
 )
@@ -54,6 +46,12 @@ NO_CLOCK = "none"
 
 Bound = int | Fraction
 """One end of what is compared: a cycle, or a time in seconds."""
+Pair = tuple[DumpSignal, DumpSignal]
+_Symbols = npt.NDArray[np.signedinteger]
+
+_UNDEFINED = -1
+_LEVELS = np.full(256, _UNDEFINED, np.int8)
+_LEVELS[list(b"0l")], _LEVELS[list(b"1h")] = 0, 1
 
 
 @dataclass(frozen=True)
@@ -155,7 +153,7 @@ def compare_dumps(
         for name, pair in pairs.items()
         if name != clock_name and _is_selected(selected, name, pair)
     }
-    compared = {n: pair for n, pair in chosen.items() if strict or alike(*pair)}
+    compared = {n: (a, b) for n, (a, b) in chosen.items() if strict or _are_alike(a, b)}
     if not compared:
         what = f"no signal besides the clock {clock_name}"
         if chosen:
@@ -173,15 +171,17 @@ def compare_dumps(
             progress(done, len(compared))
         changes = [dump.changes(signal) for dump, signal in zip(dumps, pair, strict=True)]
         held = [c.before(i) for c, i in zip(changes, samples.instants, strict=True)]
-        tracks = text_tracks(changes, pair) if strict else value_tracks(changes, pair)
-        at, defined_bits = first_difference(
-            *(track[:, index + 1] for track, index in zip(tracks, held, strict=True))
-        )
-        if defined_bits != all_bits(pair, strict):
+        codes: dict[str, int] = {}
+        tracks = [
+            _symbols(c, signal, codes, strict)[index + 1]
+            for c, signal, index in zip(changes, pair, held, strict=True)
+        ]
+        at, all_defined = _first_difference(*tracks)
+        if not all_defined:
             never_defined.append(name)
         if at is not None:
             values = [
-                value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
+                _value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
                 for c, i, s in zip(changes, held, pair, strict=True)
             ]
             found.append((at, Difference(name, *samples.place(at), values[0], values[1])))
@@ -199,6 +199,53 @@ def compare_dumps(
         cycles_a=samples.cycles[0],
         cycles_b=samples.cycles[1],
     )
+
+
+def _are_alike(a: DumpSignal, b: DumpSignal) -> bool:
+    return a.is_bits == b.is_bits and a.width == b.width
+
+
+def _characters(value: Value, width: int) -> str:
+    return f"{value:0{width}b}" if width and isinstance(value, int) else str(value)
+
+
+def _symbols(changes: Changes, signal: DumpSignal, codes: dict[str, int], strict: bool) -> _Symbols:
+    """Numbers for what a signal has before its first change and from each one on.
+
+    A column for each bit; a single one for what is no bits, or compared to the character, where
+    `codes` has the numbers of both files.
+    """
+    texts = [_characters(value, signal.width) for value in changes.values]
+    if signal.is_bits and not strict:
+        joined = "".join(text.rjust(signal.width, "-") for text in ["", *texts])
+        levels: _Symbols = _LEVELS[np.frombuffer(joined.encode(), np.uint8)]
+        return levels.reshape(-1, signal.width)
+    first = 0 if strict else _UNDEFINED
+    numbers = [first, *(codes.setdefault(text, len(codes) + 1) for text in texts)]
+    return np.array(numbers, np.int64)[:, np.newaxis]
+
+
+def _first_difference(a: _Symbols, b: _Symbols) -> tuple[int | None, bool]:
+    """First sample at which two signals differ, and whether all of their bits are ever defined."""
+    defined_a, defined_b = a != _UNDEFINED, b != _UNDEFINED
+    seen_a, seen_b = np.logical_or.accumulate(defined_a), np.logical_or.accumulate(defined_b)
+    # A bit that only one file ever defines counts from the moment on at which it does.
+    lone = seen_a[-1] ^ seen_b[-1]
+    counts = seen_a & seen_b | (defined_a | defined_b) & lone
+    wrong = ((a != b) & counts).any(axis=1)
+    at = int(np.argmax(wrong)) if wrong.any() else None
+    return at, bool((seen_a[-1] | seen_b[-1]).all())
+
+
+def _value_text(value: Value | None, signal: DumpSignal, strict: bool) -> str:
+    """A value as a person reads it."""
+    if value is None:
+        return "nothing yet"
+    if not signal.is_bits:
+        return str(value)
+    if isinstance(value, str) or strict:
+        return f'"{_characters(value, signal.width).upper()}"'
+    return str(value) if signal.width == 1 else f"{value} (0x{value:x})"
 
 
 def _by_name(dump: Dump, levels: int) -> dict[str, DumpSignal]:
@@ -342,11 +389,8 @@ def _cycles(
     edges = []
     for dump, signal in zip(dumps, clock, strict=True):
         changes = dump.changes(signal)
-        values = np.array([str(value).translate(LEVELS) for value in changes.values])
-        defined = np.array([str(value).translate(DEFINED) == "1" for value in changes.values])
-        high = (values == "1") & defined
-        low = (values == "0") & defined
-        edges.append(changes.times[1:][low[:-1] & high[1:]])
+        levels = _symbols(changes, signal, {}, strict=False)[1:, 0]
+        edges.append(changes.times[1:][(levels[:-1] == 0) & (levels[1:] == 1)])
         if signal.width != 1 or not edges[-1].size:
             raise InputError(
                 f"{name} never rises; name another clock with --clock", where=str(dump.path)
