@@ -302,7 +302,7 @@ def _made(
                 if isinstance(error, KilledWorker)
                 else f"{type(error).__name__} {error}".splitlines()[0]
             )
-            made = Made(failure=f"{sources[number]}: {reason}; it must be like the other frames")
+            made = Made(failure=f"{sources[number]}: {reason}")
         yield number, made
         submit(1)
 
