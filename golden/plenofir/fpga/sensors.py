@@ -78,7 +78,7 @@ def imx219(
     mode = next((m for m in IMX219_MODES if (m.columns, m.rows) == (columns, rows)), None)
     if mode is None:
         sizes = ", ".join(f"{m.columns} x {m.rows}" for m in IMX219_MODES)
-        raise InputError(f"{columns} x {rows}", where="IMX219", expected=sizes)
+        raise InputError(f"has no mode of {columns} x {rows}; use one of {sizes}", where="IMX219")
     longest = mode.frame_lines - 4
     for value, name, low, high in (
         (bits, "bits", 8, 10),
@@ -86,10 +86,12 @@ def imx219(
         (gain, "gain", 0, 232),
     ):
         if not low <= value <= high or (name == "bits" and value == 9):
-            expected = "8 or 10" if name == "bits" else f"{low} to {high}"
-            raise InputError(f"{value}", where=name, expected=expected)
+            allowed = "8 or 10" if name == "bits" else f"{low} to {high}"
+            raise InputError(f"{value} is not possible; use {allowed}", where=name)
     if pattern not in PATTERNS:
-        raise InputError(f"{pattern!r}", where="pattern", expected=", ".join(PATTERNS))
+        raise InputError(
+            f"there is no {pattern!r}; use one of {', '.join(PATTERNS)}", where="pattern"
+        )
     return [
         # Behind its reset the sensor wants 6.2 ms.
         *((PAUSE, 7), (0x0100, 0), *_UNLOCK),
