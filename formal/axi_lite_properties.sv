@@ -2,9 +2,10 @@
 // The slave keeps to AXI4-Lite, whatever master and registers do, as long as the master keeps offers.
 //
 // Each request is taken once and answered once, in order, with OKAY or SLVERR; an answer stays as it is until
-// it is taken; nothing is answered that was not asked. A write reaches the registers once, with the address,
-// data and strobes that were on offer, and never between two words; a read answers with what the registers
-// held when it was taken. What is on offer is taken after two clocks at most, once no answer waits.
+// it is taken; nothing is answered that was not asked. A write's address and data are taken each by itself, at
+// once unless the write before still has its own. A write reaches the registers once, when both are there and no
+// answer waits, with the address, data and strobes that were on offer, and never between two words; a read
+// answers with what the registers hold then.
 
 module axi_lite_properties #(
     parameter ADDRESS_BITS = 4
@@ -67,12 +68,18 @@ module axi_lite_properties #(
   reg [31:0] w_was, r_was;
   reg [3:0] strb_was;
   reg [1:0] bresp_was, rresp_was;
-  // Requests that were taken and not answered; what the answer has to be.
+  // What was taken and has not reached the registers.
+  reg has_address = 0, has_data = 0, has_read = 0;
+  reg [ADDRESS_BITS-1:0] address, read_address;
+  reg [31:0] data;
+  reg [3:0] strobes;
+  // What reached them and was not answered; what the answer has to be.
   reg write_due = 0, read_due = 0;
   reg [1:0] write_answer, read_answer;
   reg [31:0] read_word;
-  // Clocks that both halves of a write, a read, have been on offer while no answer waits.
-  reg [1:0] write_patience = 0, read_patience = 0;
+
+  wire writes = has_address && has_data && !write_due;
+  wire reads = has_read && !read_due;
 
   always @(posedge clk) begin
     begun <= 1;
@@ -90,19 +97,33 @@ module axi_lite_properties #(
     rresp_was <= rresp;
 
     if (bvalid && bready) write_due <= 0;
-    if (awvalid && awready) begin
+    if (writes) begin
+      has_address <= 0;
+      has_data <= 0;
       write_due <= 1;
-      write_answer <= write_refused || awaddr[1:0] != 0 ? 2'b10 : 2'b00;
+      write_answer <= write_refused || address[1:0] != 0 ? 2'b10 : 2'b00;
     end
-    if (rvalid && rready) read_due <= 0;
-    if (arvalid && arready) begin
-      read_due <= 1;
-      read_answer <= read_refused || araddr[1:0] != 0 ? 2'b10 : 2'b00;
-      read_word <= read_refused || araddr[1:0] != 0 ? 0 : read_data;
+    if (awvalid && awready) begin
+      has_address <= 1;
+      address <= awaddr;
+    end
+    if (wvalid && wready) begin
+      has_data <= 1;
+      data <= wdata;
+      strobes <= wstrb;
     end
 
-    write_patience <= awvalid && wvalid && !awready && !bvalid ? write_patience + 1 : 0;
-    read_patience <= arvalid && !arready && !rvalid ? read_patience + 1 : 0;
+    if (rvalid && rready) read_due <= 0;
+    if (reads) begin
+      has_read <= 0;
+      read_due <= 1;
+      read_answer <= read_refused || read_address[1:0] != 0 ? 2'b10 : 2'b00;
+      read_word <= read_refused || read_address[1:0] != 0 ? 0 : read_data;
+    end
+    if (arvalid && arready) begin
+      has_read <= 1;
+      read_address <= araddr;
+    end
 
     if (reset) begin
       aw_waits <= 0;
@@ -110,10 +131,11 @@ module axi_lite_properties #(
       ar_waits <= 0;
       b_waits <= 0;
       r_waits <= 0;
+      has_address <= 0;
+      has_data <= 0;
+      has_read <= 0;
       write_due <= 0;
       read_due <= 0;
-      write_patience <= 0;
-      read_patience <= 0;
     end
   end
 
@@ -124,10 +146,10 @@ module axi_lite_properties #(
     assume (reset || !w_waits || (wvalid && wdata == w_was && wstrb == strb_was));
     assume (reset || !ar_waits || (arvalid && araddr == ar_was));
     if (begun && !reset) begin
-      // Both halves of a write are taken together, when both are there, and no other write is under way.
-      assert (awready == wready);
-      assert (!awready || (awvalid && wvalid && !write_due));
-      assert (!arready || (arvalid && !read_due));
+      // What is taken, and when: it goes on.
+      assert (awready == !has_address);
+      assert (wready == !has_data);
+      assert (arready == !has_read);
       // Answers: one for each request, the right one, kept.
       assert (bvalid == write_due);
       assert (rvalid == read_due);
@@ -136,13 +158,10 @@ module axi_lite_properties #(
       assert (!b_waits || (bvalid && bresp == bresp_was));
       assert (!r_waits || (rvalid && rresp == rresp_was && rdata == r_was));
       // What reaches the registers.
-      assert (write == (awready && awaddr[1:0] == 0));
-      assert (!write || (write_place == awaddr[ADDRESS_BITS-1:2]));
-      assert (!write || (write_data == wdata && write_bytes == wstrb));
-      assert (!arready || read_place == araddr[ADDRESS_BITS-1:2]);
-      // It goes on.
-      assert (write_patience < 2);
-      assert (read_patience < 2);
+      assert (write == (writes && address[1:0] == 0));
+      assert (!write || (write_place == address[ADDRESS_BITS-1:2]));
+      assert (!write || (write_data == data && write_bytes == strobes));
+      assert (!reads || read_place == read_address[ADDRESS_BITS-1:2]);
     end
   end
 endmodule

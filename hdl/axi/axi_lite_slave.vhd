@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- AXI4-Lite with words of 32 bits: one write and one read at a time, each as a single clock on the side of the words.
 --
--- A write waits until its address and its data are both there. An address between two words is answered with an error,
--- and nothing is written.
+-- A write's address and data are taken as they come, in any order: some masters offer the one when the other is taken.
+-- An address between two words is answered with an error, and nothing is written.
 --
--- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 4 clocks.
+-- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 2 clocks.
 -- Equation: each request that is taken is answered once, in order, with OKAY or SLVERR; an answer stays until it is
 --   taken.
 
@@ -57,45 +57,56 @@ architecture rtl of axi_lite_slave is
   constant OKAY   : std_logic_vector(1 downto 0) := "00";
   constant SLVERR : std_logic_vector(1 downto 0) := "10";
 
-  -- A request is taken in this clock; its answer is on offer.
-  signal takes_write    : std_logic                                   := '0';
+  -- Address and data of a write are there; its answer is on offer.
+  signal has_address    : std_logic                                   := '0';
+  signal has_data       : std_logic                                   := '0';
+  signal takes_write    : std_logic;
   signal answers_write  : std_logic                                   := '0';
   signal write_address  : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
   signal write_aligned  : std_logic;
-  signal takes_read     : std_logic                                   := '0';
+  -- The address of a read is there; its answer is on offer.
+  signal has_read       : std_logic                                   := '0';
+  signal takes_read     : std_logic;
   signal answers_read   : std_logic                                   := '0';
   signal read_address   : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
   signal read_unaligned : std_logic;
 
 begin
 
-  s_axi_awready <= takes_write;
-  s_axi_wready  <= takes_write;
+  s_axi_awready <= not has_address;
+  s_axi_wready  <= not has_data;
   s_axi_bvalid  <= answers_write;
-  s_axi_arready <= takes_read;
+  s_axi_arready <= not has_read;
   s_axi_rvalid  <= answers_read;
 
   write_aligned <= '1' when write_address(1 downto 0) = "00" else
                    '0';
+  takes_write   <= has_address and has_data and not answers_write;
   write         <= takes_write and write_aligned;
   write_place   <= unsigned(write_address(ADDRESS_BITS - 1 downto 2));
 
   read_unaligned <= '0' when read_address(1 downto 0) = "00" else
                     '1';
+  takes_read     <= has_read and not answers_read;
   read_place     <= unsigned(read_address(ADDRESS_BITS - 1 downto 2));
 
   follow_writes : process (clk) is
   begin
 
     if rising_edge(clk) then
-      takes_write <= s_axi_awvalid and s_axi_wvalid and not takes_write and not answers_write;
-      if takes_write = '0' then
+      if has_address = '0' then
+        has_address   <= s_axi_awvalid;
         write_address <= s_axi_awaddr;
-        write_bytes   <= s_axi_wstrb;
-        write_data    <= s_axi_wdata;
+      end if;
+      if has_data = '0' then
+        has_data    <= s_axi_wvalid;
+        write_bytes <= s_axi_wstrb;
+        write_data  <= s_axi_wdata;
       end if;
 
       if takes_write = '1' then
+        has_address   <= '0';
+        has_data      <= '0';
         answers_write <= '1';
         s_axi_bresp   <= OKAY;
         if write_refused = '1' or write_aligned = '0' then
@@ -106,7 +117,8 @@ begin
       end if;
 
       if reset = '1' then
-        takes_write   <= '0';
+        has_address   <= '0';
+        has_data      <= '0';
         answers_write <= '0';
       end if;
     end if;
@@ -117,12 +129,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      takes_read <= s_axi_arvalid and not takes_read and not answers_read;
-      if takes_read = '0' then
+      if has_read = '0' then
+        has_read     <= s_axi_arvalid;
         read_address <= s_axi_araddr;
       end if;
 
       if takes_read = '1' then
+        has_read     <= '0';
         answers_read <= '1';
         s_axi_rdata  <= read_data;
         s_axi_rresp  <= OKAY;
@@ -135,7 +148,7 @@ begin
       end if;
 
       if reset = '1' then
-        takes_read   <= '0';
+        has_read     <= '0';
         answers_read <= '0';
       end if;
     end if;

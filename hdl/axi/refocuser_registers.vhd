@@ -8,7 +8,7 @@
 -- processor may stop at a write that is answered with SLVERR.
 --
 -- Latency: a written register is at the ports 2 clocks after its address and data are there, load words 3.
--- Throughput: a write and a read every 4 clocks.
+-- Throughput: a write and a read every 2 clocks.
 -- Equation: see the map.
 
 library ieee;

@@ -6,6 +6,7 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
@@ -173,19 +174,24 @@ class FifoProof:
 
 @dataclass(frozen=True)
 class BusProof:
-    """The slave keeps to AXI4-Lite, for all masters and registers and for ever."""
+    """An entity on a bus keeps to its rules, for all masters and slaves and for ever.
+
+    ``axi_lite_slave`` to AXI4-Lite, ``wishbone_bridge`` to Wishbone and, behind it, AXI4-Lite.
+    """
 
     address_bits: int  # of an address in bytes
+    entity: Literal["axi_lite_slave", "wishbone_bridge"] = "axi_lite_slave"
 
     @property
     def name(self) -> str:
         """Name of the proof."""
-        return f"AXI4-Lite with addresses of {self.address_bits} bit, no bound"
+        return f"{self.entity} with addresses of {self.address_bits} bit, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
         """Prove it; parameters as `FirProof.prove`."""
         sizes = {"ADDRESS_BITS": self.address_bits}
-        _prepare("axi_lite_slave", "axi_lite_properties", sizes, sizes, directory, sources)
+        properties = f"{self.entity.rsplit('_', 1)[0]}_properties"
+        _prepare(self.entity, properties, sizes, sizes, directory, sources)
         _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
 
 
@@ -335,6 +341,7 @@ PROOFS = (
     BusProof(4),
     HeaderProof(),
     MergeProof(2, 1),
+    BusProof(4, "wishbone_bridge"),
 )
 """Proofs of `make test`."""
 
@@ -357,6 +364,7 @@ LONG_PROOFS = (
     BusProof(12),
     MergeProof(2, 2),
     MergeProof(4, 1),
+    BusProof(12, "wishbone_bridge"),
     RingProof(3, 4),
     RingProof(5, 16, fraction_bits=16),
 )
