@@ -11,15 +11,18 @@ With --check nothing is written; exit code 1 if a committed page is missing or s
 """
 
 import sys
+import textwrap
 from pathlib import Path
 
-from entity_pages import entity_pages, instance_tree
+from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.fpga import hdl
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.hdmi import status
 from plenofir.ground import project
 from plenofir.ground.images import read_image
+from plenofir.plan.configure import needed_sources
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
 from plenofir_studies import many_pixels, thesis_benchmark
@@ -54,6 +57,7 @@ TOPS = (
     "refocuser_axi",
     "stack_axi",
     "sensor_axi",
+    "wishbone_bridge",
     "load_port",
     "self_test",
     "atlys_top",
@@ -137,6 +141,18 @@ def instance_list(text: str) -> str:
     return between_marks(text, "instances", instance_tree(TOPS))
 
 
+def core_page(text: str) -> str:
+    """Put the core's files, generics and ports between their marks in its page."""
+    top = HDL / "refocuser" / "raster_refocuser.vhd"
+    files = [*needed_sources(top.read_text(), top.stem, hdl.hdl_sources()), top]
+    names = " ".join(str(path.relative_to(HDL)) for path in files)
+    listed = textwrap.wrap(names, 110, initial_indent="  ", subsequent_indent="  ")
+    commands = ["```sh", "cd hdl", "ghdl -a --std=93 \\", " \\\n".join(listed), "```"]
+    text = between_marks(text, "core files", "\n".join(commands))
+    tables = [declaration_table(top.read_text(), kind) for kind in ("generic", "port")]
+    return between_marks(text, "core ports", "\n".join([*tables[0], "", *tables[1]]))
+
+
 def clock_table(text: str) -> str:
     """Put the clock counts of the text's example between their marks in a page."""
     return between_marks(text, "extrapolated", clock_counts.table(clock_counts.EXTRAPOLATED))
@@ -170,6 +186,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "ray-model.md": ray_model,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": moving_sum_tables,
+        DOCS / "core.md": core_page,
         DOCS / "fir-array.md": clock_table,
         DOCS / "resampling.md": sensor_table,
         DOCS / "flows.md": flow_figures,

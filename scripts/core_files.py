@@ -70,7 +70,7 @@ targets:
 # Cores with registers, for block designs; the generics without a default make an example.
 AXI = """\
 name: plenofir:ip:axi:{version}
-description: The cores with registers behind AXI4-Lite, for block designs
+description: The cores with registers behind AXI4-Lite or Wishbone
 
 filesets:
   rtl:
@@ -260,7 +260,9 @@ def core_files() -> dict[Path, str]:
         ),
         "axi": AXI.format(
             version=version,
-            rtl=_listed(_needed("refocuser_axi", "stack_axi", "sensor_axi"), core),
+            rtl=_listed(
+                _needed("refocuser_axi", "stack_axi", "sensor_axi", "wishbone_bridge"), core
+            ),
         ),
         "atlys": ATLYS.format(
             version=version,

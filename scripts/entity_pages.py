@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from plenofir.fpga import hdl
-from plenofir.fpga.hdl_text import Declaration, declarations, instances
+from plenofir.fpga.hdl_text import declarations, instances
 from plenofir.ground import project
 
 SECTIONS = ("Latency", "Throughput", "Equation")
@@ -31,12 +31,23 @@ def escaped(text: str) -> str:
     return text.replace("*", r"\*")
 
 
-def table(title: str, heads: str, rows: list[list[str]]) -> list[str]:
-    """Format declarations as a Markdown table."""
+def declaration_table(text: str, kind: str) -> list[str]:
+    """Make a Markdown table of what a source declares, "generic" or "port"; empty without any.
+
+    What explains several stands beside the first of them.
+    """
+    rows = declarations(text, kind)
     if not rows:
         return []
-    lines = [f"## {title}", "", f"| {heads} |", "| --- " * len(rows[0]) + "|"]
-    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
+    last = "default" if kind == "generic" else "mode"
+    lines = [f"| {kind} | type | {last} | meaning |", "| --- | --- | --- | --- |"]
+    before = ""
+    for row in rows:
+        meaning = "" if row.comment == before else escaped(row.comment)
+        before = row.comment
+        type_name, third = escaped(row.type_name), row.default or row.mode
+        lines.append(f"| `{row.name}` | {type_name} | {third} | {meaning} |")
+    return lines
 
 
 def page(path: Path, folder: Path) -> str:
@@ -46,10 +57,6 @@ def page(path: Path, folder: Path) -> str:
     source = path.relative_to(project.root())
     up = "../" * len(folder.relative_to(project.root()).parts)
     used = sorted(set(re.findall(r"entity work\.(\w+)", text)))
-
-    def meaning(row: Declaration) -> str:
-        return escaped(row.comment)
-
     lines = [
         f"# {path.stem}",
         "",
@@ -64,19 +71,9 @@ def page(path: Path, folder: Path) -> str:
     ]
     lines += [f"- **{name}:** {escaped(sections[name])}" for name in SECTIONS if name in sections]
     lines += [""] if sections else []
-    lines += table(
-        "Generics",
-        "name | type | default | meaning",
-        [
-            [f"`{r.name}`", r.type_name, r.default, meaning(r)]
-            for r in declarations(text, "generic")
-        ],
-    )
-    lines += table(
-        "Ports",
-        "name | mode | type | meaning",
-        [[f"`{r.name}`", r.mode, r.type_name, meaning(r)] for r in declarations(text, "port")],
-    )
+    for kind in ("generic", "port"):
+        rows = declaration_table(text, kind)
+        lines += [f"## {kind.title()}s", "", *rows, ""] if rows else []
     if used:
         lines += ["Built of " + ", ".join(f"[{name}]({name}.md)" for name in used) + ".", ""]
     return "\n".join(lines)

@@ -5,6 +5,8 @@ import os
 import re
 import shlex
 import shutil
+import sys
+import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -176,6 +178,8 @@ def test_python_runs(stock: Path, tmp_path: Path, page: Path, monkeypatch: Any) 
     # A board with a core.
     monkeypatch.setattr("plenofir.driver.find_uio", lambda: "/dev/uio0")
     monkeypatch.setattr("plenofir.driver.Uio", RefocuserWords)
+    pynq = types.SimpleNamespace(MMIO=RefocuserWords, Overlay=str)
+    monkeypatch.setitem(sys.modules, "pynq", pynq)
     for name in ("white.tif", "raw.png"):
         shutil.copy(stock / name, tmp_path)
     assert run("plenofir calibrate white.tif --out calib.json") == ""

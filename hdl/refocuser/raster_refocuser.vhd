@@ -65,7 +65,8 @@ entity raster_refocuser is
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- "fir" (fir_array) or "moving_sum" (moving_sum_array).
+    -- "fir" (fir_array), the default because it takes frames and lines of any size without a pause; or "moving_sum"
+    -- (moving_sum_array), which is smaller: the planner nearly always takes it.
     ENGINE : string := "fir";
     -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
     ANY_ROWS : boolean := false;

@@ -22,20 +22,21 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
-from plenofir_tb.axi_lite import Master
+from plenofir_tb import axi_lite, wishbone
 from plenofir_tb.axi_video import AxiVideoSink, AxiVideoSource, Beat, frame_beats
 from plenofir_tb.case import read_case
 from plenofir_tb.frames import make_frame
 
 CASE = read_case()
 KIND = CASE["kind"]
+WISHBONE = KIND == "refocuser_wishbone"
 BASE = 0x4000_0000
 
 
 class SimulatedBus:
     """Words of the simulated core, from `BASE` on, in PYNQ's manner; time passes with each."""
 
-    def __init__(self, master: Master) -> None:
+    def __init__(self, master: Any) -> None:
         self.master = master
 
     @resume
@@ -57,7 +58,7 @@ class Bench:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
-        self.bus = SimulatedBus(Master(dut))
+        self.bus = SimulatedBus(wishbone.Master(dut) if WISHBONE else axi_lite.Master(dut))
         self.bus.master.pause(self.rng, 0.2)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
@@ -101,7 +102,7 @@ class Bench:
         return [beat.data for beat in frame_beats(frame, bits)]
 
 
-@cocotb.test(skip=KIND != "refocuser_axi")
+@cocotb.test(skip=KIND not in ("refocuser_axi", "refocuser_wishbone"))
 async def refocuser(dut: Any) -> None:
     """Find it, set size and focus in all ways, sweep, counters, faults, events."""
     bench = Bench(dut)

@@ -19,8 +19,16 @@ from plenofir_tb.runner import Case, run_cases
 EXAMPLES = project.root() / "examples"
 HDL = project.root() / "hdl" / "axi"
 REFOCUSER = CoreConfiguration(micro_image_size=3, shifts=(2, -1, 0), max_columns=15)
+# That of the sessions in docs/registers.md.
+SESSION = CoreConfiguration(micro_image_size=5, shifts=(-3, -1, 0, 2), max_columns=20)
 STACK = CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=14, engine=StackEngine())
 INDEX = DepthIndexConfiguration(micro_image_size=3, slices=2, max_columns=14)
+WISHBONE = {
+    "MICRO_IMAGE_SIZE": 3,
+    "SHIFTS": "2 -1 0",
+    "MAX_COLUMNS": 15,
+    "ENGINE": "fir",
+}
 SHAPE = (30, 40)
 
 
@@ -41,7 +49,8 @@ def library(tmp_path: Path) -> str:
 
 
 def test_driver(library: str) -> None:
-    pytest.importorskip("cocotbext.axi", reason="cocotbext-axi is missing: scripts/setup.sh tests")
+    for package in ("cocotbext.axi", "cocotbext.wishbone", "cocotbpynq"):
+        pytest.importorskip(package, reason=f"{package} is missing: scripts/setup.sh tests")
     stack = {"kind": "stack_axi", "core": STACK.model_dump(mode="json")}
     generics = {k: v for k, v in STACK.generics().items() if k not in ("INPUT_LINES", "FLUSH")}
     index = {"DEPTH_INDEX": True, "RADIUS": INDEX.radius}
@@ -57,11 +66,14 @@ def test_driver(library: str) -> None:
         "other": calibration_of_grid(other, SHAPE).model_dump(mode="json"),
     }
     refocuser = {"kind": "refocuser_axi", "core": REFOCUSER.model_dump(mode="json")}
-    if library:
-        refocuser["library"] = library
+    session = {"core": SESSION.model_dump(mode="json")}
+    on_wishbone = {"kind": "refocuser_wishbone"}
+    with_library = {**refocuser, "library": library} if library else refocuser
     run_cases(
         [
-            Case("refocuser_axi", "axi.driver_bench", REFOCUSER.generics(), refocuser),
+            Case("refocuser_axi", "axi.driver_bench", REFOCUSER.generics(), with_library),
+            Case("refocuser_wishbone", "axi.driver_bench", WISHBONE, {**refocuser, **on_wishbone}),
+            Case("refocuser_wishbone", "axi.wishbone_bench", WISHBONE, {"accesses": 500}),
             Case("stack_axi", "axi.driver_bench", generics, stack),
             Case(
                 "stack_axi",
@@ -69,6 +81,7 @@ def test_driver(library: str) -> None:
                 {**generics, **index},
                 {**stack, "index": INDEX.model_dump(mode="json")},
             ),
+            Case("refocuser_axi", "axi.session_bench", SESSION.generics(), session),
             Case("sensor_axi", "axi.driver_bench", chip.generics(), sensor),
         ]
     )

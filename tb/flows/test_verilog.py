@@ -55,6 +55,23 @@ def test_verilog_names_no_place(verilog_scene: Path) -> None:
     assert not re.search(r"^  (?:initial|always @\*)\n    \w+ <= ", text, re.M)
 
 
+def test_names_say_what_it_is(verilog_scene: Path) -> None:
+    """Memories are called as in the VHDL, modules by their entities; each name once."""
+    text = (verilog_scene / "scene_top.v").read_text()
+    modules = re.findall(r"^module (\w+)\n(.*?)^endmodule", text, re.S | re.M)
+    names = [name for name, _ in modules]
+    assert len(set(names)) == len(names)
+    assert not [name for name in names if re.search("[0-9a-f]{20}", name)]
+    assert {"raster_refocuser", "moving_sum_array", "moving_sum_stage_1"} <= set(names)
+    tables = set()
+    for _, body in modules:
+        declared = re.findall(r"^ *(?:reg|wire) (?:\[\d+:0\] )?(\w+)(\[)?", body, re.M)
+        assert len({name for name, _ in declared}) == len(declared)
+        tables |= {name for name, memory in declared if memory}
+    assert not [name for name in tables if re.fullmatch(r"n\d+", name)]
+    assert {"synthesised_memory", "age_of_table", "skip_of_table_2"} <= tables
+
+
 def test_header_has_the_slices() -> None:
     header = sizes_header(make_plan(load_scene("rgb-480p")), "scene_top")
     assert "`define SCENE_SHIFTS 32'h0004_0000\n" in header

@@ -83,8 +83,9 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: st
         if source.stem in own_packages:
             sources[number] = work / source.name
             sources[number].write_text(own_packages[source.stem])
-    # Some entities have a bench in VHDL around them.
-    benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
+    # Some entities have a bench in VHDL around them; examples are designs of their own.
+    folders = project.root() / "tb", project.root() / "examples" / "vhdl"
+    benches = {path.stem: path for folder in folders for path in folder.rglob("*.vhd")}
     own = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
     # A bench may hold another one.
     held = {

@@ -38,7 +38,8 @@ def analyse_as_the_page_says(folder: Path) -> subprocess.CompletedProcess[str]:
     """Copy the sources into a folder and do there what docs/core.md says of them, to the letter."""
     shutil.copytree(project.root() / "hdl", folder / "hdl")
     page = (project.root() / "docs" / "core.md").read_text()
-    (commands,) = re.findall(r"```sh\n(.*?)```", page, re.S)
+    blocks = re.findall(r"```sh\n(.*?)```", page, re.S)
+    (commands,) = (block for block in blocks if "sources.txt" in block)
     return subprocess.run(
         ["sh", "-e", "-c", commands], cwd=folder, capture_output=True, text=True, check=False
     )

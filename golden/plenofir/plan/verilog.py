@@ -49,6 +49,60 @@ def sizes_header(plan: Plan, top: str) -> str:
     )
 
 
+_PLACE = re.compile(r"\n */\* (\S+):(\d+):(\d+) +\*/")
+_TABLE = re.compile(r"^ *reg \[\d+:0\] (n\d+)\[\d+:0\]", re.M)
+
+
+def _named_tables(text: str) -> str:
+    """Call each table of constants as the VHDL does: GHDL's names for them are numbers.
+
+    Behind a table GHDL's comments name the place where it is read: that of ``(`` in ``NAME(i)``,
+    or of the ``i``. A table without such a place keeps its number.
+    """
+    lines_of: dict[str, list[str]] = {}
+
+    def name_at(file: str, line: str, column: str) -> str:
+        if file not in lines_of:
+            path = Path(file)
+            lines_of[file] = path.read_text().splitlines() if path.is_file() else []
+        code = "".join(lines_of[file][int(line) - 1 : int(line)])
+        read = re.search(r"(\w+)\($", code[: int(column)]) or re.search(
+            r"(\w+)\($", code[: int(column) - 1]
+        )
+        return f"{read[1].lower()}_table" if read else ""
+
+    def module(match: re.Match[str]) -> str:
+        body = match[0]
+        names: dict[str, str] = {}
+        found = list(_TABLE.finditer(body))
+        for table, following in zip(found, [*found, None][1:], strict=True):
+            rest = body[table.end() : following.start() if following else len(body)]
+            read = re.search(rf"^[^\n]*<?= {table[1]}\[[^\n]*", rest, re.M)
+            places = re.match(rf"(?:{_PLACE.pattern})+", rest[read.end() :]) if read else None
+            calls = [name_at(*place) for place in _PLACE.findall(places[0] if places else "")]
+            name = next(filter(None, reversed(calls)), "")
+            if name:
+                again = sum(re.sub(r"_\d+$", "", other) == name for other in names.values())
+                names[table[1]] = f"{name}_{again + 1}" if again else name
+        return re.sub(r"\bn\d+\b", lambda word: names.get(word[0], word[0]), body)
+
+    return re.sub(r"^module .*?^endmodule", module, text, flags=re.S | re.M)
+
+
+def _named_modules(text: str, entities: Sequence[str]) -> str:
+    """Call modules by their entities, numbered, where GHDL has a digest of generics in the name."""
+    of_entity: dict[str, list[str]] = {}
+    for found in re.findall(r"^module (\w+_[0-9a-f]{40})$", text, re.M):
+        entity = max((e for e in entities if found.startswith(f"{e}_")), key=len)
+        of_entity.setdefault(entity, []).append(found)
+    names = {
+        found: entity if len(alike) == 1 else f"{entity}_{number}"
+        for entity, alike in of_entity.items()
+        for number, found in enumerate(alike, 1)
+    }
+    return re.sub(r"\b\w+_[0-9a-f]{40}\b", lambda word: names[word[0]], text)
+
+
 def _tidy(text: str) -> str:
     """GHDL's Verilog without comments, which name places in the VHDL, and as lint wants it.
 
@@ -88,7 +142,8 @@ def verilog_files(
             (folder / name).write_text(content)
         places = [folder / path.name if path.name in own else path for path in sources]
         text = write_verilog(places, top, {}, folder, primitives=library).read_text()
-    text = _tidy(text)
+        text = _named_tables(text)
+    text = _named_modules(_tidy(text), [path.stem for path in sources])
     head = (
         f"// The scene {plan.scene}, written by plenofir configure --verilog: the VHDL as\n"
         f"// synthesised by GHDL {ghdl}. Change the scene or the VHDL, not this file.\n"
