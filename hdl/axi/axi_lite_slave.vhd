@@ -58,12 +58,12 @@ architecture rtl of axi_lite_slave is
   constant SLVERR : std_logic_vector(1 downto 0) := "10";
 
   -- Address and data of a write are there; its answer is on offer.
-  signal has_address    : std_logic                                   := '0';
-  signal has_data       : std_logic                                   := '0';
-  signal takes_write    : std_logic;
-  signal answers_write  : std_logic                                   := '0';
-  signal write_address  : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
-  signal write_aligned  : std_logic;
+  signal has_address   : std_logic                                   := '0';
+  signal has_data      : std_logic                                   := '0';
+  signal takes_write   : std_logic;
+  signal answers_write : std_logic                                   := '0';
+  signal write_address : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
+  signal write_aligned : std_logic;
   -- The address of a read is there; its answer is on offer.
   signal has_read       : std_logic                                   := '0';
   signal takes_read     : std_logic;
