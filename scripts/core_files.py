@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
+from plenofir.fpga.devices import DEVICES
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 
@@ -14,6 +15,34 @@ ROOT = project.root()
 HEAD = """\
 CAPI=2:
 # Built by scripts/build_hdl.py from hdl/sources*.txt and scripts/core_files.py.
+"""
+
+# Synthesis of an example by vendors' tools, a device for each. Edalize has no VHDL-93 for Gowin's.
+# Not of a core with its generics: a SHIFTS with blanks does not reach Vivado and Quartus whole.
+SYNTH = """\
+  synth:
+    <<: *default
+    description: {built}, by --tool ise, vivado, quartus, radiant or diamond
+    filesets_append: [example]
+    default_tool: ise
+    tools:
+      ise:
+        family: Spartan6
+        device: xc6slx45
+        package: csg324
+        speed: "-2"
+      vivado:
+        part: {vivado}
+        pnr: none
+      quartus:
+        family: Cyclone V
+        device: {quartus}
+        pnr: none
+      radiant:
+        part: {radiant}
+      diamond:
+        part: {diamond}
+    toplevel: {top}
 """
 
 # Sources with an example design: the refocuser, the video path.
@@ -50,24 +79,9 @@ targets:
       sim_options: [--ieee-asserts=disable-at-0]
     toplevel: tb_{top}
 
-  synth:
-    <<: *default
-    description: {built} for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
-    filesets_append: [example]
-    default_tool: ise
-    tools:
-      ise:
-        family: Spartan6
-        device: xc6slx45
-        package: csg324
-        speed: "-2"
-      vivado:
-        part: xc7a35ticsg324-1L
-        pnr: none
-    toplevel: {top}
-"""
+{synth}"""
 
-# Cores with registers, for block designs; the generics without a default make an example.
+# Cores with registers, and a design with one on a Wishbone bus.
 AXI = """\
 name: plenofir:ip:axi:{version}
 description: The cores with registers behind AXI4-Lite or Wishbone
@@ -79,9 +93,10 @@ filesets:
     files:
 {rtl}
 
-parameters:
-  MICRO_IMAGE_SIZE: {{datatype: int, default: 5, paramtype: generic}}
-  SHIFTS: {{datatype: str, default: "-3 0", paramtype: generic}}
+  example:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/refocuser_wishbone.vhd
 
 targets:
   default: &default
@@ -96,17 +111,7 @@ targets:
       sim_options: [-gMICRO_IMAGE_SIZE=5, -gSHIFTS=2, --no-run]
     toplevel: refocuser_axi
 
-  synth:
-    <<: *default
-    description: refocuser_axi for a Zynq (Vivado, synthesis alone)
-    default_tool: vivado
-    tools:
-      vivado:
-        part: xc7z020clg400-1
-        pnr: none
-    parameters: [MICRO_IMAGE_SIZE, SHIFTS]
-    toplevel: refocuser_axi
-"""
+{synth}"""
 
 ATLYS = """\
 name: plenofir:board:atlys:{version}
@@ -219,6 +224,18 @@ def _listed(paths: Iterable[Path], without: Sequence[Path] = ()) -> str:
     return "\n".join(f"      - {p.relative_to(ROOT)}" for p in paths if p not in without)
 
 
+def _synth(built: str, top: str) -> str:
+    """Targets that synthesise an example design."""
+    names = {
+        "vivado": "xc7a35t",
+        "quartus": "5ceba4",
+        "radiant": "lifcl-40",
+        "diamond": "lfe5u-45f",
+    }
+    parts = {tool: DEVICES[name].part for tool, name in names.items()}
+    return SYNTH.format(built=built, top=top, **parts)
+
+
 def core_files() -> dict[Path, str]:
     """Make the core files, place to text; they lie in the root, which FuseSoC wants."""
     from plenofir.fpga.core.configuration import CoreConfiguration
@@ -245,7 +262,7 @@ def core_files() -> dict[Path, str]:
             rtl=_listed(core),
             top="refocus_button",
             what="The example design",
-            built="The example design",
+            synth=_synth("The example design", "refocus_button"),
         ),
         "video": EXAMPLE.format(
             version=version,
@@ -256,13 +273,14 @@ def core_files() -> dict[Path, str]:
             rtl=_listed(video, core),
             top="pattern_video",
             what="A pattern through the video path",
-            built="The pattern and the video path",
+            synth=_synth("The pattern and the video path", "pattern_video"),
         ),
         "axi": AXI.format(
             version=version,
             rtl=_listed(
                 _needed("refocuser_axi", "stack_axi", "sensor_axi", "wishbone_bridge"), core
             ),
+            synth=_synth("The core on a Wishbone bus", "refocuser_wishbone"),
         ),
         "atlys": ATLYS.format(
             version=version,

@@ -61,16 +61,17 @@ def test_generated_verilog(fusesoc, need) -> None:
     fusesoc("synth", core, "--setup")
 
 
-def project_of(folder: Path, core: str, tool: str) -> str:
+def project_of(folder: Path, core: str, target: str) -> str:
     """Text of the project that FuseSoC wrote for a core."""
     name = core.replace(":", "_") + f"_{VERSION}"
-    return (folder / "build" / name / f"synth-{tool}" / f"{name}.tcl").read_text()
+    files = sorted((folder / "build" / name / target).rglob("*.tcl"))
+    return "".join(file.read_text() for file in files)
 
 
 def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
     core = "plenofir:board:atlys"
     fusesoc("synth", core, "--setup")
-    text = project_of(tmp_path, core, "ise")
+    text = project_of(tmp_path, core, "synth-ise")
     added = re.findall(r"/(hdl/\S+\.vhd)$", text, re.M)
     # Each source once, and all that the board needs.
     assert len(added) == len(set(added))
@@ -82,19 +83,39 @@ def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
     assert 'project set top "atlys_top"' in text
 
 
+EXAMPLES = {
+    "plenofir:ip:refocuser": "refocus_button",
+    "plenofir:ip:video": "pattern_video",
+    "plenofir:ip:axi": "refocuser_wishbone",
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("core", "tool", "want"),
-    [
-        ("plenofir:ip:refocuser", "ise", "examples/vhdl/refocus_button.vhd"),
-        ("plenofir:ip:refocuser", "vivado", "examples/vhdl/refocus_button.vhd"),
-        ("plenofir:ip:video", "ise", "examples/vhdl/pattern_video.vhd"),
-        ("plenofir:board:ulx3s_self_test", "diamond", "constraints/ulx3s_self_test.lpf"),
-    ],
-)
-def test_projects(fusesoc, tmp_path: Path, core: str, tool: str, want: str) -> None:
-    fusesoc("synth", core, "--setup", "--tool", tool)
-    assert want in project_of(tmp_path, core, tool)
+@pytest.mark.parametrize("core", EXAMPLES)
+def test_projects(fusesoc, tmp_path: Path, core: str) -> None:
+    """One for each vendor's tool: all that the example needs, its top, and the tool's device."""
+    for tool, device in (
+        ("ise", "xc6slx45"),
+        ("vivado", "xc7a35t"),
+        ("quartus", "5CEBA4"),
+        ("radiant", "LIFCL-40"),
+        ("diamond", "LFE5U-45F"),
+    ):
+        fusesoc("synth", core, "--setup", "--tool", tool)
+        text = project_of(tmp_path, core, f"synth-{tool}")
+        top = VHDL / f"{EXAMPLES[core]}.vhd"
+        needed = needed_sources(top.read_text(), top.stem, hdl.hdl_sources())
+        for file in (top, *needed):
+            assert str(file.relative_to(ROOT)) in text, (tool, file)
+        assert device in text, tool
+        assert re.search(rf"\b{top.stem}\b(?!\.vhd)", text), tool
+
+
+@pytest.mark.slow
+def test_project_of_the_ulx3s(fusesoc, tmp_path: Path) -> None:
+    core = "plenofir:board:ulx3s_self_test"
+    fusesoc("synth", core, "--setup", "--tool", "diamond")
+    assert "constraints/ulx3s_self_test.lpf" in project_of(tmp_path, core, "synth-diamond")
 
 
 @pytest.mark.parametrize(
