@@ -263,7 +263,7 @@ def project(
 
     where = options.typed("top")
     if top not in (TOP, PARALLEL):
-        raise InputError(f"{top!r}; expected {TOP} or {PARALLEL}", where=where)
+        raise InputError(f"there is no top {top!r}; use {TOP} or {PARALLEL}", where=where)
     if tool == "ipxact" and top == PARALLEL:
         raise InputError(f"{PARALLEL} is no component; leave it out, or --tool", where=where)
     planned = make_plan(load_scene(scene, device))

@@ -23,8 +23,7 @@ class InputError(ValueError):
     field that the sentence is about, and stands in front of it.
     """
 
-    def __init__(self, problem: str, *, where: str = "", expected: str = "") -> None:
-        problem += f"; use {expected}" if expected else ""
+    def __init__(self, problem: str, *, where: str = "") -> None:
         self.problem = problem
         self.where = where
         super().__init__(f"{where}: {problem}" if where else problem)

@@ -133,7 +133,7 @@ def _check_controls(tab: Any, raw: npt.NDArray[Any], m: int) -> None:
         "zoom": 1,
         "centre": [0.5, 0.5],
     }
-    with pytest.raises(Exception, match="expected a number"):
+    with pytest.raises(Exception, match="not a number"):
         tab.evaluate("plenofir.setFocus('near')")
 
 

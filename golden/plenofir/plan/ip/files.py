@@ -3,10 +3,10 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from plenofir import __version__
 from plenofir.fpga import hdl
 from plenofir.fpga.devices import DEVICES
 from plenofir.ground.files import publish_files
@@ -24,6 +24,7 @@ def write_components(plan: Plan, out: Path) -> list[str]:
     """Write the components of a scene, all or nothing; returns the files' names, VHDL left out."""
     refuse_board(plan)
     found, device = components(plan), DEVICES[plan.device]
+    release = version("plenofir")
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: dict[str, list[str]] = {}
@@ -38,11 +39,11 @@ def write_components(plan: Plan, out: Path) -> list[str]:
             (folder / f"{component.entity}.vhd").write_text(text)
             names = [*(source.name for source in sources), f"{component.entity}.vhd"]
             files[component.name] = names
-            xml = component_xml(component, __version__, names)
+            xml = component_xml(component, release, names)
             (folder / f"{component.name}.xml").write_text(xml)
         scripts: dict[str, str | None] = {}
         if device.family == "series7":
-            scripts["package_ip.tcl"] = package_script(found, files, device.part, __version__)
+            scripts["package_ip.tcl"] = package_script(found, files, device.part, release)
         if device.name.startswith("xc7z"):
             by_name = {component.name: component for component in found}
             scripts["block_design_memory.tcl"] = memory_design(plan, by_name, device.part)

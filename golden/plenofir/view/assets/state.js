@@ -8,7 +8,7 @@ const short = (x) => String(Number(x.toFixed(4)));
 
 function number(value, name) {
     if (typeof value !== "number" || !Number.isFinite(value)) {
-        throw new TypeError(`${name} is ${value}; expected a number`);
+        throw new TypeError(`${name} is ${value}, not a number`);
     }
     return value;
 }
@@ -43,7 +43,9 @@ export function changedState(state, what, m, hasDepth) {
         };
     }
     next.smooth = Boolean(next.smooth);
-    if (!MODES.includes(next.mode)) throw new RangeError(`${next.mode}; expected ${MODES}`);
+    if (!MODES.includes(next.mode)) {
+        throw new RangeError(`there is no mode ${next.mode}; use one of ${MODES}`);
+    }
     if (next.mode !== "refocused" && !hasDepth) {
         throw new RangeError(`${next.mode}: the depth is not known yet`);
     }
