@@ -53,6 +53,7 @@ TOPS = (
     "depth_index",
     "sensor_raster",
     "csi_receiver",
+    "dphy_lane",
     "sensor_setup",
     "refocuser_axi",
     "stack_axi",

@@ -64,7 +64,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("axi/*_axi*", ("tb/axi/test_bus_driver.py", "tb/axi/test_refocuser_axi.py")),
     ("axi/*", (REGISTERS, "tb/axi/test_refocuser_axi.py", "tb/axi/test_bus_driver.py")),
     ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
-    ("csi/sensor*", ("tb/csi/test_csi_receiver.py -k sensor_setup",)),
+    ("csi/[ds]*", ("tb/csi/test_csi_receiver.py -k {}",)),
     ("csi/*", (CSI, CSI_HUNT)),
     ("common/crossing*", (CSI, CSI_HUNT)),
     ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),

@@ -236,7 +236,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Into the core's clock.
 
-  cross : entity work.crossing_fifo
+  to_core : entity work.crossing_fifo
     generic map (
       WIDTH        => WORD_BITS,
       ADDRESS_BITS => BUFFER_BITS

@@ -134,7 +134,7 @@ begin
 
   lines <= scl & sda;
 
-  cross : entity work.synchroniser
+  take_lines : entity work.synchroniser
     generic map (
       WIDTH => 2
     )

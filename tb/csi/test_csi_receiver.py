@@ -24,6 +24,12 @@ def test_every_format() -> None:
     )
 
 
+def test_dphy_lane() -> None:
+    run_cases(
+        [Case("dphy_lane", "csi.lane_bench", {"SETTLE": n}, {"settle": n}) for n in (0, 2, 3)]
+    )
+
+
 def test_sensor_setup() -> None:
     entries = [(0xFFFF, 2), (0x0100, 0x00), (0x30EB, 0x05), (0xA55A, 0xFF), (0x0100, 0x01)]
     case = {"entries": entries, "quarter": 4, "retries": 2}

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lanes of a D-PHY: from lists of clocks, or from the pins of cocotbext-mipi-csi2's transmitter."""
 
+import random
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -116,6 +117,28 @@ class TransmitterOnPins:
             clocks[skews[n], n] |= 0x200
         for entries in clocks.tolist():
             into.clock(entries)
+
+    async def samples(self, packet: bytes, rng: random.Random) -> list[tuple[int, int]]:
+        """For each bit of lane 0 the levels that receivers for low power see, and the bit."""
+        found: list[tuple[int, int]] = []
+
+        async def watch() -> None:
+            await Timer(self.bit_ps // 2, "ps")
+            fast = 0
+            while True:
+                now = self.pins.data0_p.value, self.pins.data0_n.value
+                fast = 0 if now == (1, 1) else 1 if now == (0, 0) else 2 * min(fast, 1)
+                # In high speed both lines are low for them.
+                level = 0 if fast else now[0] << 1 | now[1]
+                found.append((level, now[0] if fast == 2 else rng.randrange(2)))
+                await Timer(self.bit_ps, "ps")
+
+        watcher = cocotb.start_soon(watch())
+        await self.phy.start_packet_transmission()
+        await self.phy.send_packet_data(packet)
+        await self.phy.stop_packet_transmission()
+        watcher.cancel()
+        return found
 
     async def _read(self, bits: list[list[int]]) -> None:
         """Bits in high speed, that is behind LP-11, LP-01, LP-00, up to the next LP-11."""

@@ -1,0 +1,146 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A data lane of a D-PHY behind a device's deserialiser: finds bursts, and in them the bytes.
+--
+-- A lane at rest has both lines high (LP-11). It goes to high speed by LP-01 and LP-00; both lines then stay below what
+-- the receivers for low power take for high. When the lines have settled, the bits are searched for the sync sequence
+-- 00011101, which says where bytes begin. A burst ends with the next LP-11. LP-10 begins something else, which is
+-- passed over. A lane's clock may stand still while the lane is at rest.
+--
+-- Latency: 3 clocks from the bits of a byte; 2 to 3 from a level. Throughput: a byte each clock.
+-- Equation: data(n) = bits 8n to 8n + 7 behind the sync sequence, the first one in bit 0.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity dphy_lane is
+  generic (
+    -- Clocks from LP-00 on in which bits are of no account: the standard has 85 ns + 6 bits to 145 ns + 10 bits.
+    SETTLE : natural range 0 to 255 := 10
+  );
+  port (
+    -- The lanes' clock, an eighth of the bit rate.
+    clk : in    std_logic;
+    -- Levels of the lane's two lines, positive one in bit 1, as receivers for low power see them; from no clock.
+    low_power : in    std_logic_vector(1 downto 0);
+    -- Eight bits of the lane, bit 0 came first; bytes begin anywhere.
+    bits : in    std_logic_vector(7 downto 0);
+    -- As csi_receiver takes them.
+    lane_valid : out   std_logic;
+    lane_sync  : out   std_logic;
+    lane_data  : out   std_logic_vector(7 downto 0)
+  );
+end entity dphy_lane;
+
+architecture rtl of dphy_lane is
+
+  constant STOP   : std_logic_vector(1 downto 0) := "11";
+  constant BRIDGE : std_logic_vector(1 downto 0) := "00";
+  constant ESCAPE : std_logic_vector(1 downto 0) := "10";
+  -- The sync sequence, its first bit in bit 0.
+  constant SYNC_BYTE : std_logic_vector(7 downto 0) := x"B8";
+
+  -- Not known, at rest, lines settle, the sync is searched for, bytes come.
+  type state_t is (passed_over, rest, settling, search, burst);
+
+  signal levels  : std_logic_vector(1 downto 0);
+  signal state   : state_t                       := passed_over;
+  signal wait_on : natural range 0 to 255        := 0;
+  signal window  : std_logic_vector(15 downto 0) := (others => '0');
+  signal phase   : natural range 0 to 7          := 0;
+  signal first   : std_logic                     := '0';
+
+begin
+
+  take_levels : entity work.synchroniser
+    generic map (
+      WIDTH => 2
+    )
+    port map (
+      clk         => clk,
+      level       => low_power,
+      synchronous => levels
+    );
+
+  follow : process (clk) is
+
+    variable found : std_logic;
+    variable place : natural range 0 to 7;
+
+  begin
+
+    if rising_edge(clk) then
+      window <= bits & window(15 downto 8);
+
+      -- The earliest place counts.
+      found := '0';
+      place := 0;
+
+      for i in 7 downto 0 loop
+
+        if window(i + 7 downto i) = SYNC_BYTE then
+          found := '1';
+          place := i;
+        end if;
+
+      end loop;
+
+      lane_valid <= '0';
+      lane_sync  <= '0';
+      lane_data  <= (others => '0');
+
+      for i in 0 to 7 loop
+
+        if phase = i then
+          lane_data <= window(i + 7 downto i);
+        end if;
+
+      end loop;
+
+      case state is
+
+        when passed_over =>
+
+          null;
+
+        when rest =>
+
+          wait_on <= SETTLE;
+          if levels = BRIDGE then
+            state <= settling;
+          elsif levels = ESCAPE then
+            state <= passed_over;
+          end if;
+
+        when settling =>
+
+          if wait_on = 0 then
+            state <= search;
+          else
+            wait_on <= wait_on - 1;
+          end if;
+
+        when search =>
+
+          first <= '1';
+          if found = '1' then
+            phase <= place;
+            state <= burst;
+          end if;
+
+        when burst =>
+
+          first      <= '0';
+          lane_valid <= '1';
+          lane_sync  <= first;
+
+      end case;
+
+      if levels = STOP then
+        state      <= rest;
+        lane_valid <= '0';
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;
