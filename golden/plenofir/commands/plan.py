@@ -5,7 +5,7 @@ import tempfile
 from fractions import Fraction
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -250,8 +250,8 @@ def project(
     ] = None,
     device: Part = None,
     top: Annotated[
-        str,
-        typer.Option(help="scene_top, or parallel_top: a camera's parallel output in front."),
+        Literal["scene_top", "parallel_top"],
+        typer.Option(help="The core alone, or with a camera's parallel output in front."),
     ] = "scene_top",
     out: options.OutFolder = "build/project",
 ) -> None:
@@ -259,12 +259,9 @@ def project(
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.ip.files import write_components
     from plenofir.plan.project_files import PARALLEL, tool_of, write_project
-    from plenofir.plan.scene_top import TOP
 
-    where = options.typed("top")
-    if top not in (TOP, PARALLEL):
-        raise InputError(f"there is no top {top!r}; use {TOP} or {PARALLEL}", where=where)
     if tool == "ipxact" and top == PARALLEL:
+        where = options.typed("top")
         raise InputError(f"{PARALLEL} is no component; leave it out, or --tool", where=where)
     planned = make_plan(load_scene(scene, device))
     if tool == "ipxact":

@@ -92,7 +92,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "source": ("folder",),
     "ise": ("folder",),
     "device": ("LFE5U-45F", "LFE5U-85F", "XC6SLX45", "xc7a35t", "gw1nr-9", "x"),
-    "tool": ("vivado", "quartus", "x"),
+    "tool": ("vivado", "quartus", "diamond", "ipxact", "x"),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
     "what": ("5.2", "table 5.9", "figure 5.9", "fig. 6.3", "5.99"),
