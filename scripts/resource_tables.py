@@ -26,6 +26,7 @@ from plenofir.fpga.synthesis.comparison import (
     shown_shifts,
     widest,
 )
+from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.placers import load_placed_cores
@@ -248,7 +249,7 @@ def _clock_of(scene: str, plan: Plan) -> float | None:
     # In the slowest grade.
     grades = json.loads((project.DATA / "ecp5.json").read_text()).get(scene, {})
     lowest = grades.get("6")
-    if plan.path == "core" and lowest and f"lfe5u-{lowest['device']}f" == plan.device:
+    if plan.path == "core" and lowest and NAMES.get(plan.device) == lowest["device"]:
         return float(lowest["fmax_mhz"])
     return None
 
