@@ -16,6 +16,7 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.families import FAMILIES
+from plenofir.fpga.sensors import IMX219_MODES
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -329,6 +330,22 @@ def device_sources() -> list[str]:
     )
 
 
+def imx219_table(text: str) -> str:
+    """Put what an IMX219 asks of a receiver and a core between its marks in a page."""
+    heads = "size | frames a second | Mpx/s over a line | pixels a clock at 100 MHz | BUFFER_BITS"
+    rows = [
+        (
+            f"{mode.columns} x {mode.rows}",
+            f"{mode.frames_per_second:.0f}",
+            f"{mode.line_rate / 1e6:.1f}",
+            mode.pixels_per_clock(100e6),
+            mode.buffer_bits(100e6),
+        )
+        for mode in IMX219_MODES
+    ]
+    return put(text, "imx219", table(heads, rows))
+
+
 def sensor_table(text: str) -> str:
     """Put what resamplers take of a Spartan-6 between its marks in a page."""
     figures, rows = recorded(), []
@@ -338,7 +355,7 @@ def sensor_table(text: str) -> str:
         known = design.name in figures
         amounts = all_figures(figures[design.name]) if known else estimated(design.usage)
         rows.append((what, *amounts))
-    return put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows))
+    return imx219_table(put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows)))
 
 
 def flow_figures(text: str) -> str:

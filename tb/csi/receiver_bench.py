@@ -19,7 +19,7 @@ UNIT = {8: 1, 10: 4, 12: 2}[BITS]
 COUNTS = ("corrected", "damaged", "payload", "cut", "lanes", "order", "size", "lost")
 CLOCK_PS = 10_000
 # No faster than pixels leave.
-BYTE_PS = 2 * int(CLOCK_PS * max(0.6, 1.5 * 8 * LANES / BITS / PIXELS) / 2)
+BYTE_PS = CASE.get("byte_ps") or 2 * int(CLOCK_PS * max(0.6, 1.5 * 8 * LANES / BITS / PIXELS) / 2)
 
 
 class Bench:

@@ -3,7 +3,7 @@
 
 import pytest
 
-from plenofir.fpga.sensors import registers_text
+from plenofir.fpga.sensors import IMX219_MODES, registers_text
 from plenofir_tb.runner import Case, run_cases
 
 
@@ -21,6 +21,25 @@ def test_csi_receiver() -> None:
 def test_every_format() -> None:
     run_cases(
         [receiver(n, b, p) for n in (1, 2, 4) for b in (8, 10, 12) for p in (1, 2, 4, 8)], long=True
+    )
+
+
+def test_lines_faster_than_the_core() -> None:
+    mode = IMX219_MODES[0]
+    bits, pixels = mode.buffer_bits(100e6), mode.pixels_per_clock(100e6)
+    case = {"lanes": 2, "bits": 10, "pixels": pixels, "columns": mode.columns}
+    case |= {"byte_ps": round(16e12 / mode.pixel_rate / 10) // 2 * 2}
+    generics = {"LANES": 2, "PIXEL_BITS": 10, "PIXELS_PER_CLOCK": pixels}
+    run_cases(
+        [
+            Case(
+                "csi_receiver",
+                "csi.rate_bench",
+                {**generics, "BUFFER_BITS": bits - less},
+                {**case, "whole": not less},
+            )
+            for less in (0, 1)
+        ]
     )
 
 

@@ -6,6 +6,7 @@ Addresses and values of the IMX219 are facts of the driver that Linux has for it
 Raspberry Pi's firmware as their source; the names of the registers are Sony's.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,6 +33,26 @@ class SensorMode:
     frame_lines: int  # with blanking
     line_pixels: int = 3448  # with blanking
     pixel_rate: float = 182.4e6  # on two lanes of 912 Mb/s
+
+    @property
+    def line_rate(self) -> float:
+        """Pixels a second over a whole line, its blanking included."""
+        return self.pixel_rate * self.columns / self.line_pixels
+
+    def pixels_per_clock(self, core_hz: float) -> int:
+        """The fewest pixels a clock, 1 to 8, with which a core follows."""
+        return next(n for n in (1, 2, 4, 8) if n * core_hz >= self.line_rate)
+
+    def buffer_bits(self, core_hz: float, bits: int = 10) -> int:
+        """BUFFER_BITS of `csi_receiver` for a core that takes a pixel, or several, each clock.
+
+        A line comes at `pixel_rate` and leaves at the core's: what is left of it waits.
+        """
+        together = self.pixels_per_clock(core_hz)
+        word = max({8: 2, 10: 4, 12: 2}[bits], together)
+        waiting = self.columns * max(1 - together * core_hz / self.pixel_rate, 0)
+        # Sides see each other some words late.
+        return max((math.ceil(waiting / word) + 6).bit_length(), 5)
 
     @property
     def frames_per_second(self) -> float:
