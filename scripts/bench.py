@@ -7,7 +7,7 @@ The refocuser and the golden model are measured in multiples of numpy.copyto of 
 (median of many runs, taken in turns), the simulators in clocks a second and relative to each other.
 All of it is written to FOLDER (build/bench) as well, with the machine's description, beside the
 reports of error against run time and of stability, and the benchmark of the thesis; --record keeps
-the latter's measurements, for `make docs`.
+the measurements of the latter and of error against run time for `make docs`, and their picture.
 """
 
 import json
@@ -29,12 +29,15 @@ from rich.table import Table
 
 from plenofir.camera.calibration import calibrate, decode, text_calibration
 from plenofir.camera.calibration.frames import grey
+from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
 from plenofir.ground.errors import InputError
+from plenofir.ground.images import encode_png
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,
@@ -44,7 +47,7 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir_studies import precision_report, thesis_benchmark
+from plenofir_studies import precision_report, thesis_benchmark, work_precision
 from plenofir_studies import refocus_stability as stability_report
 from plenofir_studies.methods import running_sums
 from plenofir_studies.ray_report import error_against_run_time
@@ -283,6 +286,21 @@ def thesis_page(folder: Path, *, record: bool) -> Path:
     return path
 
 
+def error_page(folder: Path, *, record: bool) -> Path:
+    """Measure error against run time of everything, and write its page and picture."""
+    with Progress(transient=True) as bar:
+        task = bar.add_task("error against run time", total=None)
+        recorded = work_precision.measure(lambda: bar.advance(task))
+    drawing = encode_png(figure_pixels(work_precision.picture(recorded)))
+    if record:
+        work_precision.save_recorded(recorded)
+        (project.root() / "docs" / "images" / "error-run-time.png").write_bytes(drawing)
+    (folder / "error-run-time.png").write_bytes(drawing)
+    path = folder / "error.md"
+    path.write_text(f"# Error against run time\n\n{work_precision.page(recorded)}\n")
+    return path
+
+
 def main(folder: Path, *, record: bool = False) -> None:
     """Measure, print and write everything."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -297,6 +315,7 @@ def main(folder: Path, *, record: bool = False) -> None:
     (folder / "refocuser.json").write_text(json.dumps(results, indent=2) + "\n")
     console.print(f"written: {folder}/bench.txt, refocuser.json")
     console.print(f"written: {thesis_page(folder, record=record)}")
+    console.print(f"written: {error_page(folder, record=record)}")
     for report in (precision_report, stability_report):
         console.print(f"written: {report.write_report(folder)}")
 

@@ -25,7 +25,7 @@ from plenofir.ground.images import read_image
 from plenofir.plan.configure import needed_sources
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
-from plenofir_studies import many_pixels, thesis_benchmark
+from plenofir_studies import many_pixels, thesis_benchmark, work_precision
 from plenofir_studies.errata import page_lines
 from plenofir_studies.ray_stability import all_outcomes, summary
 from plenofir_studies.ray_validation import rounding_sentences
@@ -119,6 +119,7 @@ def measured_tables() -> str:
         measured(
             "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
         ),
+        "# Error against run time\n\n" + work_precision.page(work_precision.load_recorded()),
         many_pixels.page(),
         measured(
             "Scenes on devices",

@@ -44,6 +44,7 @@ NOT_RUN = {
     r"make (?!sim\b)": "tests, builds and long runs of the checkout itself; the target exists",
     r"plenofir report": "minutes each; their numbers have tests of their own",
     r"plenofir view (?!.*--export)": "serves until Ctrl-C; the tests of the viewer drive it",
+    r"plenofir design .*--page": "serves until Ctrl-C, too; the test of its page drives it",
     r"plenofir (synth|bitstream)": "minutes of Yosys, and ISE; tests of their own",
     r"make sim.*CHAIN=hdmi": "minutes; the tests of the board run it",
     r"make sim SCENE=": "frames of megapixels; the tests of scenes run smaller ones",
