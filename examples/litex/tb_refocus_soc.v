@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Test bench of refocus_soc: the slice is written to a register, a frame goes through, registers are read.
 //
-// Compile it with -DCONTROL=... -DSTATUS=... -DFRAMES_OUT=..., the registers' addresses of csr.csv, in bytes.
+// Compile it with -DCONTROL=... -DSTATUS=... -DFRAMES_OUT=..., the registers' addresses of csr.csv, in bytes; and with
+// -DCAMERA if the SoC has a camera, for a scene in RGB: its pins are driven, with a clock of their own.
 // It ends with "PASS" or stops at the first fault.
 
 `include "scene_top.vh"
@@ -41,12 +42,19 @@ module tb_refocus_soc;
   refocus_soc dut (
       .clk           (clk),
       .reset         (reset),
+`ifdef CAMERA
+      .camera_pclk   (pixel_clk),
+      .camera_href   (href),
+      .camera_vsync  (vsync),
+      .camera_data   (bytes),
+`else
       .s_axis_tvalid (in_valid),
       .s_axis_tready (in_ready),
       .s_axis_tdata  (in_data),
       .s_axis_tuser  (in_first),
       .s_axis_tid    (8'd0),
       .s_axis_tlast  (in_last),
+`endif
       .m_axis_tvalid (out_valid),
       .m_axis_tready (1'b1),
       .m_axis_tdata  (out_data),
@@ -67,6 +75,55 @@ module tb_refocus_soc;
   );
 
   always #5 clk = !clk;
+
+`ifdef CAMERA
+  reg         pixel_clk = 1'b0;
+  reg         href = 1'b0;
+  reg         vsync = 1'b0;
+  reg  [7:0]  bytes = 0;
+  reg  [15:0] rgb565;
+
+  always #7 pixel_clk = !pixel_clk;
+
+  // A frame of RGB565, the high byte first; values change with the falling edge.
+  task send;
+    begin
+      repeat (4) @(negedge pixel_clk);
+      vsync = 1'b1;
+      repeat (9) @(negedge pixel_clk);
+      vsync = 1'b0;
+      repeat (5) @(negedge pixel_clk);
+      for (fed = 0; fed < PIXELS; fed = fed + 1) begin
+        rgb565 = $random(seed);
+        sent[fed] = {rgb565[4:0], rgb565[4:2], rgb565[10:5], rgb565[10:9], rgb565[15:11], rgb565[15:13]};
+        href = 1'b1;
+        bytes = rgb565[15:8];
+        @(negedge pixel_clk) bytes = rgb565[7:0];
+        @(negedge pixel_clk);
+        if (fed % COLUMNS == COLUMNS - 1) begin
+          href = 1'b0;
+          repeat (3) @(negedge pixel_clk);
+        end
+      end
+    end
+  endtask
+`else
+  task send;
+    begin
+      for (fed = 0; fed < PIXELS; fed = fed + 1) begin
+        @(negedge clk);
+        in_valid = 1'b1;
+        in_data = {$random(seed), $random(seed)};
+        in_first = fed == 0;
+        in_last = fed % COLUMNS == COLUMNS - 1;
+        sent[fed] = in_data;
+        @(posedge clk);
+        while (!in_ready) @(posedge clk);
+      end
+      @(negedge clk) in_valid = 1'b0;
+    end
+  endtask
+`endif
 
   task fail;
     input integer place;
@@ -113,17 +170,7 @@ module tb_refocus_soc;
     repeat (4) @(negedge clk);
     reset = 1'b0;
     access(`CONTROL, SLICE, 1'b1);
-    for (fed = 0; fed < PIXELS; fed = fed + 1) begin
-      @(negedge clk);
-      in_valid = 1'b1;
-      in_data = {$random(seed), $random(seed)};
-      in_first = fed == 0;
-      in_last = fed % COLUMNS == COLUMNS - 1;
-      sent[fed] = in_data;
-      @(posedge clk);
-      while (!in_ready) @(posedge clk);
-    end
-    @(negedge clk) in_valid = 1'b0;
+    send;
     while (found < PIXELS) @(posedge clk);
     access(`STATUS, 0, 1'b0);
     if (value !== SLICE << 8) fail(found);
