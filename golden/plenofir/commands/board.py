@@ -36,7 +36,7 @@ def load(
         serial: Any = importlib.import_module("serial")
     except ImportError:
         raise InputError(
-            "pyserial is not installed; pip install 'plenofir[board]'", where="plenofir board"
+            "pyserial is not installed; pip install pyserial", where="plenofir board"
         ) from None
     try:
         with serial.Serial(port, baud, timeout=_TIMEOUT_S) as line, steps_bar("words") as show:

@@ -292,7 +292,7 @@ class _Pictures:
             self.depth(found.disparity),
         ]
         if not self.films:
-            lines.append("no WebM: pip install 'plenofir[cameras]' brings OpenCV, which writes it")
+            lines.append("no WebM: OpenCV writes it: pip install opencv-python-headless")
         return lines
 
     def depth(self, disparity: "Disparity") -> str:

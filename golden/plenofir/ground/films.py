@@ -41,7 +41,7 @@ def opened(path: str) -> tuple[Any, float]:
         from cv2.utils import logging
     except ModuleNotFoundError:
         raise InputError(
-            "OpenCV is not installed, which reads videos; pip install 'plenofir[cameras]'",
+            "OpenCV is not installed, which reads videos; pip install opencv-python-headless",
             where=path,
         ) from None
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)

@@ -139,7 +139,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     Returns the names of the files, the VHDL left out. InputError if edalize is not installed.
     """
     if importlib.util.find_spec("edalize") is None:
-        raise InputError("edalize is not installed; pip install 'plenofir[projects]'", where="tool")
+        raise InputError("edalize is not installed; pip install edalize", where="tool")
     refuse_board(plan)
     from edalize.edatool import get_edatool
     from edalize.flows.gowin import Gowin

@@ -203,7 +203,7 @@ def _client(scheduler: str, workers: int) -> Iterator[Any]:
         from distributed import Client, LocalCluster, Security
     except ImportError as error:
         raise InputError(
-            f"the package {error.name} is not installed; pip install 'plenofir[batch]'"
+            f"the package {error.name} is not installed; pip install distributed cryptography"
         ) from None
     if scheduler == "local":
         # Ctrl-C is for this process alone: workers inherit the signals blocked in the cluster's

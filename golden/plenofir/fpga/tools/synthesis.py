@@ -62,7 +62,7 @@ def ghdl_version() -> str:
 def yosys_version() -> str:
     """Version of the installed Yosys (the Python package pyosys), for instance ``"0.70"``."""
     if importlib.util.find_spec("pyosys") is None:
-        raise InputError("Yosys is not installed; make venv, or pip install 'plenofir[synthesis]'")
+        raise InputError("Yosys is not installed; make venv, or pip install pyosys")
     return importlib.metadata.version("pyosys")
 
 
