@@ -14,11 +14,11 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir_tb.axi_lite import OKAY, Channels
+from plenofir_tb.axi_lite import OKAY, SLVERR, Channels
 from plenofir_tb.axi_video import AxiVideoSink, AxiVideoSource, Beat, frame_beats, stall_pattern
 from plenofir_tb.case import read_case
 from plenofir_tb.frames import damaged, make_frame, repaired_frames
-from plenofir_tb.register_map import MAP
+from plenofir_tb.register_map import MAP, Model
 from plenofir_tb.slices import SliceModel
 
 CASE = read_case()
@@ -248,16 +248,22 @@ async def video_beside_accesses(dut: Any) -> None:
     running = True
 
     async def accesses() -> None:
-        names = [n for n in MAP if n not in ("control", "command")]
+        model = Model({"refocuser"})
+        spared = range(MAP["control"].address, MAP["command"].address + 4)
         while running:
-            register = MAP[rng.choice(names)]
-            if rng.random() < 0.5:
+            # Registers, beside them, beyond them.
+            address = rng.choice([4 * rng.randrange(len(MAP)), rng.randrange(1 << 12)])
+            aligned = address % 4 == 0
+            if rng.random() < 0.5 and address not in spared:
                 word, strobes = rng.getrandbits(32), rng.randrange(16)
-                if register.name == "slice" and strobes & 1:
+                if address == MAP["slice"].address and strobes & 1:
                     asked.add(min(word & 0xFF, last))
-                await bench.bus.write(register.address, word, strobes)
+                good = aligned and model.writable(address)
+                answer = await bench.bus.write(address, word, strobes)
             else:
-                await bench.bus.read(register.address + rng.choice([0, 0, 1, 2]))
+                good = aligned and model.readable(address)
+                _, answer = await bench.bus.read(address)
+            assert answer == (OKAY if good else SLVERR), f"{address:#x}: {answer}"
 
     task = cocotb.start_soon(accesses())
     for frame in frames:
@@ -391,6 +397,41 @@ async def size_and_restart(dut: Any) -> None:
         bench.check_frame(bench.frames[0], frame)
         assert (await bench.counters())["dropped"] == 1
         assert not await bench.errors()
+        bench.frames.clear()
+
+
+@cocotb.test()
+async def reset_in_video(dut: Any) -> None:
+    """A clock of reset in a frame and between accesses: registers and core begin anew."""
+    bench = Bench(dut)
+    await bench.reset()
+    for _ in range(CASE["frames"] // 2):
+        await bench.start(*draw_size(bench))
+        bench.stall()
+        beats = bench.beats(bench.frame())
+        await bench.send(beats[: bench.rng.randint(1, len(beats))])
+        under_way = cocotb.start_soon(bench.read("geometry"))
+        await ClockCycles(dut.clk, bench.rng.randrange(1, 40))
+        under_way.cancel()
+        bench.restarts.value = "1"
+        dut.reset.value = 1
+        await RisingEdge(dut.clk)
+        bench.bus.clear()
+        dut.reset.value = 0
+        await ClockCycles(dut.clk, 2)
+        bench.restarts.value = "0"
+        bench.frames.clear()
+        await bench.settle()
+        assert not bench.frames
+        assert await bench.read("frame_size") == {"columns": 0, "rows": 0}
+        assert await bench.read("control") == {"enable": 0, "sweep": 0}
+        assert not any((await bench.counters()).values())
+        assert not await bench.errors()
+        await bench.start(*bench.size)
+        frame = bench.frame()
+        await bench.send(bench.beats(frame))
+        await bench.settle()
+        bench.check_frame(bench.frames[0], frame)
         bench.frames.clear()
 
 

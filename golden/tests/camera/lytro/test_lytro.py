@@ -371,10 +371,10 @@ def test_missing_packages(
 ) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(
-        InputError, match="OpenCV is not installed; pip install opencv-python-headless"
+        InputError, match=r"OpenCV is not installed; pip install opencv-python-headless"
     ):
         read_lytro(file)
     monkeypatch.setitem(sys.modules, "h5py", None)
     (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(600, b"\0"))
-    with pytest.raises(InputError, match="h5py is not installed.*pip install h5py"):
+    with pytest.raises(InputError, match=r"h5py is not installed.*pip install h5py"):
         read_mat(tmp_path / "new.mat")
