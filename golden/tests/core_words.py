@@ -5,7 +5,10 @@ from plenofir.driver.registers import ADDRESSES, IDENTIFICATION_VALUE, MAP_NUMBE
 
 
 class RefocuserWords(dict[int, int]):
-    """Words of a refocuser with M = 5; its counters stand still, its events have happened."""
+    """Words of a refocuser with M = 5; its counters stand still, its events have happened.
+
+    Each look at its status sees the next slice.
+    """
 
     shifts = (-3, -1, 0, 2)
 
@@ -24,6 +27,8 @@ class RefocuserWords(dict[int, int]):
         """Read a word."""
         if address == ADDRESSES["slice_shift"]:
             return self.shifts[self[ADDRESSES["asked_slice"]]] & 0x3FFF
+        if address == ADDRESSES["status"]:
+            self[address] = (self.get(address, -1) + 1) % len(self.shifts)
         return self.get(address, 0)
 
     def write(self, address: int, value: int) -> None:
