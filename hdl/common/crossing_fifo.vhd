@@ -39,7 +39,9 @@ end entity crossing_fifo;
 
 architecture rtl of crossing_fifo is
 
-  type memory_t is array (natural range 0 to 2 ** ADDRESS_BITS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+  constant WORDS : positive := 2 ** ADDRESS_BITS;
+
+  type memory_t is array (natural range 0 to WORDS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
   -- One bit more than an address: equal pointers mean empty.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
@@ -86,9 +88,11 @@ architecture rtl of crossing_fifo is
   signal read_arrived  : gray_t;
   signal taken         : pointer_t := (others => '0');
   signal used          : pointer_t;
-  signal no_place      : std_logic;
-  signal on_offer      : std_logic := '0';
-  signal free          : std_logic;
+  -- There is no place; one at most.
+  signal no_place  : std_logic := '0';
+  signal one_place : std_logic := '0';
+  signal on_offer  : std_logic := '0';
+  signal free      : std_logic;
 
 begin
 
@@ -96,9 +100,8 @@ begin
   -- In.
 
   used        <= write_pointer - taken;
-  no_place    <= used(ADDRESS_BITS);
   full        <= no_place;
-  nearly_full <= to_logic(used >= 2 ** ADDRESS_BITS - 1);
+  nearly_full <= one_place;
 
   write : process (write_clk) is
   begin
@@ -111,6 +114,10 @@ begin
       end if;
       write_gray <= to_gray(write_pointer);
       taken      <= from_gray(read_arrived);
+
+      -- Of the next clock: with a word that is written in this one, or without.
+      no_place  <= to_logic(used >= WORDS) or (write_enable and to_logic(used >= WORDS - 1));
+      one_place <= to_logic(used >= WORDS - 1) or (write_enable and to_logic(used >= WORDS - 2));
     end if;
 
   end process write;

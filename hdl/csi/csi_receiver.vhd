@@ -39,7 +39,7 @@ entity csi_receiver is
     -- Clocks of byte_clk that a lane may be behind another one.
     MAX_SKEW : natural range 0 to 7 := 3;
     -- The buffer between the clocks holds 2**BUFFER_BITS words of at least PIXELS_PER_CLOCK pixels.
-    BUFFER_BITS : positive range 3 to 12 := 5;
+    BUFFER_BITS : positive range 4 to 12 := 5;
     -- Bits of a count of faults.
     COUNT_BITS : positive range 1 to 16 := 16
   );

@@ -37,7 +37,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "PIXEL_BITS": rng.choice([8, 10, 12]),
         "PIXELS_PER_CLOCK": rng.choice([1, 2, 4, 8]),
         "MAX_SKEW": rng.choice([0, 1, 2, 3, 7]),
-        "BUFFER_BITS": rng.choice([3, 4, 5, 7]),
+        "BUFFER_BITS": rng.choice([4, 4, 5, 7]),
         "COUNT_BITS": COUNT_BITS,
     }
     # No faster than pixels can leave.
