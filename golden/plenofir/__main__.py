@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``plenofir``, also as ``python -m plenofir``."""
 
+import os
 import sys
 
 
 def main() -> None:
     """Run the command line; an interrupt while it is being loaded ends in one line too."""
+    # Read when NumPy is imported. No matrix here is large enough for a second thread to help, and
+    # OpenBLAS's threads wait by spinning: half of a calibration's processor time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from plenofir.commands.app import main as run
     except KeyboardInterrupt:

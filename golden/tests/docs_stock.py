@@ -87,6 +87,8 @@ def make_docs_stock(folder: Path) -> None:
     (folder / "frames").mkdir()
     for n in range(2):
         write_png(folder / "frames" / f"frame_{n}.png", picture[n : n + 25, :30])
+    (folder / "captures").mkdir()
+    (folder / "captures" / "one.tif").write_bytes((folder / "raw.tif").read_bytes())
     for name in ("folder-of-views", "folder"):
         (folder / name).mkdir()
         for v, u in np.ndindex(11, 11):

@@ -8,7 +8,9 @@ import subprocess
 import sys
 import warnings
 import zlib
+from math import inf
 from pathlib import Path
+from xml.etree import ElementTree
 
 import imagecodecs
 import numpy as np
@@ -19,9 +21,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image as PillowImage
 
+from plenofir.camera.described import described
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import (
     Picture,
+    bare,
     eight_bits,
     encode_picture,
     encode_png,
@@ -275,3 +280,27 @@ def test_what_is_no_file(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=match):
             read_image(path)
+
+
+def xmp_of(path: Path) -> dict[str, str]:
+    """What a file's XMP says, by the names of the properties."""
+    with PillowImage.open(path) as file:
+        file.load()
+        tree = ElementTree.fromstring(file.info["xmp"])
+    found = next(e for e in tree.iter() if e.tag.endswith("}Description")).attrib
+    return {name.rpartition("}")[2]: value for name, value in found.items()}
+
+
+@pytest.mark.parametrize("name", ["one.png", "one.tif", "one.jpg"])
+def test_xmp(tmp_path, name):
+    """Other programs read what a picture says of how it was made."""
+    model = RayModel.focused(load_camera("f193-mla2"), inf, 5)
+    plain = bare(np.full((40, 30), 9, np.uint8))._replace(xmp=described(5, None, model))
+    path = tmp_path / name
+    path.write_bytes(encode_picture(path.suffix, plain))
+    facts = xmp_of(path)
+    assert (facts["M"], facts["CreatorTool"]) == ("5", "plenofir")
+    # At a = 0 it is infinite, as EXIF writes that.
+    assert facts["SubjectDistance"] == "4294967295/1"
+    assert facts["Model"] == "f193-mla2"
+    assert np.abs(read_image(path).astype(int) - 9).max() <= 1

@@ -13,7 +13,6 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import SCREEN_GAMMA, Image, Picture
-from plenofir.refocus import refocus
 
 # Percentiles of the picture that auto takes for black and white.
 _BLACK, _WHITE = 0.1, 99.9
@@ -83,12 +82,19 @@ def exposure(
     stored = Exposure(0.0, float(picture.full_scale), brighter, ev)
     if found is None or not found[1]:
         return stored
-    middle = refocus(picture.pixels, micro_image_size, 0, upsample=False)
+    middle = _binned(picture.pixels, micro_image_size)
     black, white = (float(level) for level in np.percentile(middle, [_BLACK, _WHITE]))
     even = white - black < 1
     if even or (not linear and white >= _BRIGHT * picture.full_scale):
         return stored
     return stored._replace(black=black, white=white)
+
+
+def _binned(image: Image, m: int) -> Image:
+    """The picture at a = 0, a pixel for each micro lens: means of M x M pixels."""
+    rows, columns = (n // m for n in image.shape[:2])
+    lenses = image[: rows * m, : columns * m].reshape(rows, m, columns, m, *image.shape[2:])
+    return np.asarray((lenses.sum((1, 3), np.int64) + m**2 // 2) // m**2)
 
 
 def to_srgb(picture: Picture, where: str) -> Picture:

@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``batch``: many frames through Dask."""
 
+from collections.abc import Callable
+from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from plenofir.commands import options
+from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
 from plenofir.commands.rasters import check_raster
 from plenofir.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from plenofir.commands.developed import Job
 
 app = typer.Typer()
 
@@ -26,13 +32,118 @@ def _check_first(frame: Path, micro_image: int) -> None:
     check_raster(first, micro_image, str(frame))
 
 
+def _develop_frame(source: Path, job: "Job", folder: Path) -> str:
+    """Develop a capture; what is wrong with it, if anything is."""
+    from plenofir.commands.developed import develop_capture
+
+    try:
+        develop_capture(source, job, folder, lambda *_: None)
+    except InputError as error:
+        return str(error)
+    except MemoryError:
+        return f"{source}: too large for the memory; use a smaller capture"
+    return ""
+
+
+def _calibrated(job: "Job", out: Path) -> "Job":
+    """The job with a calibration file in the place of the white image: found once for all."""
+    from plenofir.commands.developed import calibration_of
+    from plenofir.ground.files import publish
+
+    if job.white is None:
+        return job
+    publish({"calib.json": calibration_of(job.white, job.dark).text()}, out)
+    return job._replace(white=None, calib=str((out / "calib.json").absolute()))
+
+
+def _develop_all(
+    sources: list[Path],
+    job: "Job",
+    out: Path,
+    scheduler: str,
+    workers: int | None,
+    show: Callable[[int, int], None],
+) -> tuple[int, list[str]]:
+    """Develop captures into folders of their own: how many were there already, what failed."""
+    from plenofir.commands.developed import is_developed
+    from plenofir.ground.files import check_folder
+    from plenofir.refocus.batch import dask_client, failure, worker_count
+
+    count = worker_count(scheduler, workers)
+    folders = {source.stem: source for source in sources}
+    for source in sources:
+        if folders[source.stem] is not source:
+            raise InputError(
+                f"{folders[source.stem]} has the same name; rename one of them", where=str(source)
+            )
+        check_folder(out / source.stem, str(out))
+    job = _calibrated(job, out)
+    waiting = [one for one in sources if not is_developed(one, job, out / one.stem)]
+    kept = len(sources) - len(waiting)
+    failed: list[str] = []
+    show(kept, len(sources))
+    if not waiting:
+        return kept, failed
+    with dask_client(scheduler, min(count, len(waiting))) as client:
+        from distributed import as_completed
+
+        running = {
+            client.submit(
+                _develop_frame, one.absolute(), job, (out / one.stem).absolute(), pure=False
+            ): one
+            for one in waiting
+        }
+        for number, future in enumerate(as_completed(running), 1):
+            if future.status == "finished":
+                text = future.result()
+            else:
+                text = f"{running[future]}: {failure(future.exception())}"
+            if text:
+                failed.append(text)
+            show(kept + number, len(sources))
+    return kept, failed
+
+
+def _refocused(
+    frames: list[str],
+    micro_image: int | None,
+    a: list[str] | None,
+    out: Path,
+    scheduler: str,
+    workers: int | None,
+    **how: Any,
+) -> tuple[int, list[str], int]:
+    """Refocus frames: how many were there already, what failed, and how many there are."""
+    from plenofir.refocus.batch import Settings, find_frames, run_batch
+
+    if micro_image is None or not a:
+        raise InputError(
+            "give -M and -a for aligned raw images, or --white or --calib for captures"
+        )
+    chosen = options.focus_settings(a, micro_image)
+    options.shifts_of(chosen, micro_image)
+    settings = Settings(micro_image, chosen, **how)
+    sources = find_frames(frames)
+    _check_first(sources[0], micro_image)
+    with progress_bar("refocusing") as show:
+        done = run_batch(
+            sources, settings, out, scheduler=scheduler, workers=workers, progress=show
+        )
+    failed = [frame.reason for frame in done if frame.state == "failed"]
+    return sum(frame.state == "kept" for frame in done), failed, len(done)
+
+
 @app.command()
 def batch(
     frames: Annotated[
-        list[str], typer.Argument(help="Aligned raw images: names, or patterns in quotes.")
+        list[str],
+        typer.Argument(
+            help="Aligned raw images, or captures with --white or --calib: names, or patterns in "
+            "quotes."
+        ),
     ],
-    micro_image: options.MicroImage,
-    a: options.FocusSettings,
+    micro_image: options.MicroImageIfGiven = None,
+    a: options.SettingsIfGiven = None,
     out: options.OutFolder = "batch",
     scheduler: Annotated[
         str, typer.Option(help="local: processes on this machine; or tcp://HOST:PORT.")
@@ -41,35 +152,69 @@ def batch(
         int | None,
         typer.Option(help="Number of local processes. Without it one for each processor.", min=1),
     ] = None,
-    interpolation: options.Interpolation = "nearest",
-    sharpen: options.Sharpen = "off",
+    interpolation: options.InterpolationIfGiven = None,
+    sharpen: options.SharpenIfGiven = None,
     upsample: options.Upsample = True,
+    white: Annotated[
+        Path | None, typer.Option(help="Develop captures: white image of their camera.")
+    ] = None,
+    calib: Annotated[
+        str | None, typer.Option(help="Develop captures: their camera's calibration file.")
+    ] = None,
+    dark: Dark = None,
+    camera: options.CameraIfGiven = None,
+    focus: options.Focus = inf,
 ) -> None:
-    """Refocus many frames; a run that was cut off goes on where it stopped."""
-    from plenofir.refocus import interpolation_order
-    from plenofir.refocus.batch import Settings, find_frames, run_batch
+    """Refocus many frames, or develop many captures; a run that was cut off goes on.
 
-    chosen = options.focus_settings(a, micro_image)
-    options.shifts_of(chosen, micro_image)
-    order = interpolation_order(interpolation)
-    settings = Settings(micro_image, chosen, order, upsample, sharpen)
-    sources = find_frames(frames)
-    _check_first(sources[0], micro_image)
+    With --white or --calib each capture gets a folder with all that plenofir develop makes, with
+    one calibration for all of them.
+    """
+    from plenofir.commands.developed import Job
+    from plenofir.ground.files import check_folder
+    from plenofir.refocus import interpolation_order
+    from plenofir.refocus.batch import find_frames
+
     try:
-        with progress_bar("refocusing") as show:
-            done = run_batch(
-                sources, settings, Path(out), scheduler=scheduler, workers=workers, progress=show
+        if white is None and calib is None:
+            for name, given in (("dark", dark), ("camera", camera)):
+                options.require(name, "calib", given is not None)
+            options.require("focus", "camera", focus != inf)
+            kept, failed, total = _refocused(
+                frames,
+                micro_image,
+                a,
+                Path(out),
+                scheduler,
+                workers,
+                order=interpolation_order(interpolation or "nearest"),
+                upsample=upsample,
+                sharpen=sharpen or "off",
             )
+            what = "frames refocused"
+        else:
+            plain = not (a or interpolation or sharpen) and upsample
+            if not plain:
+                raise InputError(
+                    "captures are developed with --white or --calib: leave out -a, "
+                    "--interpolation, --sharpen and --no-upsample"
+                )
+            if white is not None and calib is not None:
+                raise InputError("cannot be combined with --calib; give one of them", where="white")
+            options.require("focus", "camera", focus != inf and camera is None)
+            check_folder(Path(out), out)
+            sources = find_frames(frames)
+            job = Job(white, calib, dark, micro_image, camera, focus)
+            with progress_bar("developing") as show:
+                kept, failed = _develop_all(sources, job, Path(out), scheduler, workers, show)
+            total = len(sources)
+            what = "captures developed"
     except KeyboardInterrupt:
         typer.echo("plenofir: stopped; the same command goes on from here", err=True)
         raise typer.Exit(130) from None
-    failed = [frame for frame in done if frame.state == "failed"]
-    for frame in failed:
-        typer.echo(f"failed: {frame.reason}", err=True)
-    kept = sum(frame.state == "kept" for frame in done)
-    typer.echo(
-        f"{out}: {len(done) - kept - len(failed)} frames refocused, {kept} there already, "
-        f"{len(failed)} failed"
-    )
+    for text in failed:
+        typer.echo(f"failed: {text}", err=True)
+    done = total - kept - len(failed)
+    typer.echo(f"{out}: {done} {what}, {kept} there already, {len(failed)} failed")
     if failed:
         raise typer.Exit(1)

@@ -39,7 +39,7 @@ _JPEG_QUALITY = 92
 _PNG = b"\x89PNG\r\n\x1a\n"
 _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
-_TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA = 50717, 34675, 42240
+_TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
 # What screens show values with, about: sRGB, JPEG.
 SCREEN_GAMMA = 2.2
 
@@ -50,13 +50,14 @@ class Picture(NamedTuple):
     `pixels`: shape (rows, columns) or (rows, columns, 3), uint8 or uint16. `full_scale`: value of
     white: 4095 of a camera's 12 bit capture in words of 16. `gamma`: light is value^gamma, 1 of a
     camera's linear data, 2.2 of pictures made for screens, None where the file does not tell.
-    `profile`: ICC profile of the colours.
+    `profile`: ICC profile of the colours. `xmp`: packet of what else is known, for writing alone.
     """
 
     pixels: Image
     full_scale: int
     gamma: float | None = None
     profile: bytes | None = None
+    xmp: bytes | None = None
 
     def like(self, pixels: Image) -> "Picture":
         """Other pixels whose numbers mean the same; what sharpening lifts above white is white."""
@@ -254,6 +255,9 @@ def _chunks(picture: Picture) -> bytes:
         putchunk(chunks, b"gAMA", round(1e5 / picture.gamma).to_bytes(4, "big"))
     if picture.full_scale != np.iinfo(picture.pixels.dtype).max:
         putchunk(chunks, b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale)
+    if picture.xmp is not None:
+        # Neither compressed nor translated.
+        putchunk(chunks, b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0", picture.xmp)
     return chunks.getvalue()
 
 
@@ -283,6 +287,8 @@ def encode_tiff(picture: Picture) -> bytes:
         tags.append((_TAG_WHITE_LEVEL, 4, 1, full_scale, True))
     if picture.gamma is not None:
         tags.append((_TAG_GAMMA, 5, 1, (round(1e4 * picture.gamma), 10000), True))
+    if picture.xmp is not None:
+        tags.append((_TAG_XMP, 1, len(picture.xmp), picture.xmp, True))
     imwrite(
         file,
         image,
@@ -305,8 +311,9 @@ def encode_picture(suffix: str, image: Image | Picture) -> bytes:
     from PIL import Image as Pillow
 
     file, eight = io.BytesIO(), eight_bits(picture.pixels, picture.full_scale)
+    known: dict[str, Any] = {} if picture.xmp is None else {"xmp": picture.xmp}
     Pillow.fromarray(eight).save(
-        file, "JPEG", quality=_JPEG_QUALITY, icc_profile=picture.profile, subsampling=0
+        file, "JPEG", quality=_JPEG_QUALITY, icc_profile=picture.profile, subsampling=0, **known
     )
     return file.getvalue()
 

@@ -194,8 +194,33 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
     return Made(tuple(results))
 
 
+def worker_count(scheduler: str, workers: int | None) -> int:
+    """Local processes to start; refuses a scheduler that has no address, and too many of them."""
+    if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
+        raise InputError(
+            f"{scheduler!r} is no scheduler; use local or tcp://HOST:PORT", where="scheduler"
+        )
+    most = WORKERS_PER_PROCESSOR * processors()
+    count = processors() if workers is None else whole_number(workers, "workers", 1)
+    if count > most:
+        raise InputError(
+            f"{count} workers are not possible on these processors; use 1 to {most}",
+            where="workers",
+        )
+    return count
+
+
+def failure(error: BaseException) -> str:
+    """Why a frame's worker ended without a result."""
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        return "its worker process died, again and again (too little memory, or killed)"
+    return f"{type(error).__name__} {error}".splitlines()[0]
+
+
 @contextmanager
-def _client(scheduler: str, workers: int) -> Iterator[Any]:
+def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
     """Client of a Dask cluster: one of its own on this machine, or one that runs already."""
     try:
         import cryptography  # noqa: F401  (of Security.temporary)
@@ -278,7 +303,7 @@ def _made(
     sources: Sequence[Path], settings: Settings, folder: Path, client: Any
 ) -> Iterator[tuple[int, Made]]:
     """Frames in the order in which the workers finish them."""
-    from distributed import KilledWorker, as_completed
+    from distributed import as_completed
 
     waiting = iter(enumerate(sources))
     running = as_completed()
@@ -296,12 +321,7 @@ def _made(
         if future.status == "finished":
             made = future.result()
         else:
-            error = future.exception()
-            reason = (
-                "its worker process died, again and again (too little memory, or killed)"
-                if isinstance(error, KilledWorker)
-                else f"{type(error).__name__} {error}".splitlines()[0]
-            )
+            reason = failure(future.exception())
             made = Made(failure=f"{sources[number]}: {reason}")
         yield number, made
         submit(1)
@@ -325,17 +345,7 @@ def run_batch(
     that are done stay done. Those returned are in the order of `sources`.
     """
     settings.check()
-    if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
-        raise InputError(
-            f"{scheduler!r} is no scheduler; use local or tcp://HOST:PORT", where="scheduler"
-        )
-    most = WORKERS_PER_PROCESSOR * processors()
-    count = processors() if workers is None else whole_number(workers, "workers", 1)
-    if count > most:
-        raise InputError(
-            f"{count} workers are not possible on these processors; use 1 to {most}",
-            where="workers",
-        )
+    count = worker_count(scheduler, workers)
     names = result_names(sources, settings)
     there = out.resolve()
     for source in sources:
@@ -376,7 +386,7 @@ def run_batch(
                     note(number, "kept")
         waiting = [number for number in range(len(sources)) if number not in frames]
         if waiting:
-            with _client(scheduler, count) as client:
+            with dask_client(scheduler, count) as client:
                 frames_made = _made([sources[n] for n in waiting], settings, folder, client)
                 for place, made in frames_made:
                     number = waiting[place]

@@ -200,7 +200,7 @@ def refocus_blocks(
     pitch = piece * columns.scale * channels + 2 * PAD
     picture = np.empty(lanes * pitch, out.dtype)
     table = np.zeros((weights.columns.size, 3, lanes), like.dtype)
-    reached, wanted = np.full(lanes, -1, np.int64), np.empty(lanes, np.int64)
+    reached = np.full(lanes, -1, np.int64)
     for block in range(blocks.shape[0]):
         row0, row1, column0, column1 = blocks[block]
         t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
@@ -222,10 +222,10 @@ def refocus_blocks(
         if not plain:
             begin = lines.ranges[0, 0] - int(taps.side > 0) * m - plan.order * plan.box_offset
         for t in range(begin, t0, lanes):
-            column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words, -1)
+            column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words[:0])
         for t in range(t0, t1, lanes):
             count = min(lanes, t1 - t)
-            column_sums(x, plan, taps, first, lines, t, count, row.words, m * pixel)
+            column_sums(x, plan, taps, first, lines, t, count, row.words[m * pixel :])
             after = (m + row.high - row.low) * pixel
             row.words[after : after + PAD * lanes] = 0
             row.carry[:] = 0
@@ -234,11 +234,13 @@ def refocus_blocks(
             totals, place = row.totals, 0
             if not plain:
                 totals, place = _whole_lines(plan, taps, row, s0, s1)
+            others = 0
             for line in range(lanes * min(1, table.size)):
                 o = max((t + line) * rows.scale - rows.base, 0)
-                wanted[line] = weights.rows[min(o, rows.outputs - 1)]
-            if table.size > 0 and np.any(wanted != reached):
-                reached[:] = wanted
+                weight = weights.rows[min(o, rows.outputs - 1)]
+                others += int(weight != reached[line])
+                reached[line] = weight
+            if others > 0:
                 weights_table(weights, reached, table)
             for s in range(0, s1 - s0, piece):
                 run = min(piece, s1 - s0 - s)

@@ -26,7 +26,7 @@ def check_border(border: str) -> None:
         raise InputError(f"{border!r} is no border; use 'zero' or 'normalise'", where="border")
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=512)
 def arrived(length: int, micro_image_size: int, shift: int, order: int, align: Align) -> Sums:
     """Weights that reach each output of one dimension; M^(1 + order) where all views do.
 

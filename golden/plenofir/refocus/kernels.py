@@ -11,6 +11,9 @@ A block of the output is made from top to bottom, as many lines at a time as a v
    (`plenofir.refocus.vectors`) holds a sample of each of them, and one addition serves them all.
 3. The sums are divided and rounded, transposed back and written; lines that repeat are copied.
 
+Arrays are filled element by element: for whole ones the compiler takes seconds more, as it has to
+word what is wrong with others of another shape.
+
 No sum can overflow: `plenofir.refocus.fast.plan` derives its width from M, order and depth.
 """
 
@@ -150,14 +153,14 @@ def positions_of(plan: Plan, taps: Taps) -> int:
 def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
     """First and last + 1 sum that outputs t0 to t1 - 1 take; line j: after j moving sums more."""
     ranges = np.empty((plan.order + 1, 2), np.int64)
-    ranges[plan.order] = t0, t1
+    ranges[plan.order, 0], ranges[plan.order, 1] = t0, t1
     if positions_of(plan, taps) > 1:
         # The picture has no others.
         low, high = axis.offset, axis.offset + axis.length
         reach = int(taps.side > 0) * plan.micro_image_size
         for level in range(plan.order, -1, -1):
             t0, t1 = max(low, t0 - reach), min(high, t1 + reach)
-            ranges[level] = t0, t1
+            ranges[level, 0], ranges[level, 1] = t0, t1
             reach = 0
             t0, t1 = t0 + plan.box_offset - plan.micro_image_size + 1, t1 + plan.box_offset
     return ranges
@@ -222,13 +225,12 @@ def column_sums(
     t: int,
     count: int,
     words: Integers,
-    target: int,
 ) -> None:
-    """Sums of columns for lines t, t + 1, ...; transposed to words[target ...] if target >= 0."""
+    """Sums of columns for lines t, t + 1, ...; transposed to `words` if that has any."""
     m, order, box = plan.micro_image_size, plan.order, plan.box_offset
     lanes = LINE_BYTES // words.itemsize
     sums, found, ends, ranges = lines.sums, lines.found, lines.ends, lines.ranges
-    width, span, made = lines.width, lines.width + PAD, target >= 0
+    width, span, made = lines.width, lines.width + PAD, words.size > 0
     sharpened, positions = int(taps.side > 0), positions_of(plan, taps)
     plain = positions == 1
     # All pixels of S anew where those that enter and leave are as many.
@@ -246,10 +248,12 @@ def column_sums(
                 n = entering(plan, first, plan.step * at, 0, x.shape[0], found, n)
                 ends[here + 1] = n
                 n = entering(plan, first, plan.step * at, m, x.shape[0] + m, found, n)
-                found[ends[here + 1] : n] -= m
+                for k in range(ends[here + 1], n):
+                    found[k] -= m
             else:
                 ends[here + 1] = n
-            found[ends[here] : n] *= x.shape[1]
+            for k in range(ends[here], n):
+                found[k] *= x.shape[1]
             ends[here + 2] = n
     states = _PITCH * (1 + lanes)
     for done in range(0, width, CHUNK):
@@ -291,4 +295,4 @@ def column_sums(
             row = _PITCH * count
             copy(sums[states + done : states + done + samples], sums[row : row + samples])
         if made:
-            transpose(sums, _PITCH, _PITCH, words, target + done * lanes, samples)
+            transpose(sums, _PITCH, _PITCH, words, done * lanes, samples)

@@ -2,14 +2,19 @@
 """`plenofir develop`: all pictures of a capture, from each kind of source."""
 
 import json
+import re
+import shutil
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield.folders import named_views
 from plenofir.camera.lightfield.sources import read_source
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.commands.app import run
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import read_video, write_webm
@@ -56,7 +61,8 @@ def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
     want = decode(read_image(capture / "raw.png"), found, 13, dark=read_image(dark))
     assert np.array_equal(read_image(out / "aligned.png"), want)
     page = (out / "index.html").read_text()
-    assert all(f'src="{name}"' in page for name in PICTURES)
+    assert all(f'href="{name}"' in page for name in PICTURES)
+    assert page.count('src="data:image/jpeg') == len(PICTURES) - 2 + len(slices(out))
     said = capsys.readouterr().out
     assert "calibrated: rectangular" in said
     assert "gamma 2.2" in said
@@ -114,6 +120,55 @@ def test_distances_with_a_camera(tmp_path: Path) -> None:
     assert run([*words, "--camera", "f193-mla2", "--focus", "1500", "--slices", "2"]) == 0
     distances = np.load(tmp_path / "out" / "distance_mm.npy")
     assert np.nanmax(distances) > 2 * np.nanmin(distances)
+    model = RayModel.focused(load_camera("f193-mla2"), 1500, 5)
+    for path in slices(tmp_path / "out"):
+        with Pillow.open(path) as file:
+            facts = dict(re.findall(r':(\w+)="([^"]*)"', file.info["XML:com.adobe.xmp"]))
+        a, told = Fraction(facts["a"]), Fraction(facts["SubjectDistance"]) * 1000
+        assert float(told) == pytest.approx(float(model.distance(float(a)).mm), rel=1e-4)
+        assert float(Fraction(facts["FocalLength"])) == pytest.approx(193.2935)
+
+
+@pytest.mark.slow
+def test_batch_of_captures(tmp_path: Path, capsys) -> None:
+    """One calibration for all; what is there is kept, what was changed is made again."""
+    capture = DATA / "microscope"
+    for name in ("one", "two"):
+        shutil.copy(capture / "raw.png", tmp_path / f"{name}.png")
+    write_png(tmp_path / "bad.png", np.zeros((40, 40), np.uint16))
+    out = tmp_path / "out"
+    words = ["batch", *(str(tmp_path / f"{n}.png") for n in ("one", "two", "bad"))]
+    words += ["--white", str(capture / "white.png"), "--dark", str(capture / "dark.png")]
+    words += ["--out", str(out), "--workers", "1"]
+    assert run(words) == 1
+    said = capsys.readouterr()
+    assert "2 captures developed, 0 there already, 1 failed" in said.out
+    assert said.err.startswith("failed: ")
+    assert "bad.png" in said.err
+    assert names(out) == {"calib.json", "one", "two"}
+    assert names(out / "one") >= PICTURES | FILMS
+    assert np.array_equal(read_image(out / "one" / "depth.png"), read_image(out / "two/depth.png"))
+    (out / "two" / "depth.png").write_bytes(b"")
+    assert run(words[:3] + words[4:]) == 0
+    assert "1 captures developed, 1 there already, 0 failed" in capsys.readouterr().out
+    assert read_image(out / "two" / "depth.png").size
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "give -M and -a for aligned raw images, or --white or --calib for captures"),
+        (("-M", "5", "-a", "0", "--camera", "f193-mla2"), "--camera requires --calib"),
+        (("--calib", "c.json", "-a", "0"), "leave out -a"),
+        (("--calib", "c.json", "--white", "w.png"), "--white: cannot be combined with --calib"),
+        (("--calib", "c.json", "--focus", "900"), "--focus requires --camera"),
+    ],
+)
+def test_bad_batches(tmp_path: Path, words, message) -> None:
+    write_png(tmp_path / "raw.png", np.zeros((20, 20), np.uint8))
+    with pytest.raises(InputError, match=message):
+        run(["batch", str(tmp_path / "raw.png"), *words, "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

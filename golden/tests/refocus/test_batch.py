@@ -52,7 +52,7 @@ def here(monkeypatch):
         for number, source in enumerate(sources):
             yield number, batch.refocus_frame(source.absolute(), settings, folder)
 
-    monkeypatch.setattr(batch, "_client", lambda *_: nullcontext())
+    monkeypatch.setattr(batch, "dask_client", lambda *_: nullcontext())
     monkeypatch.setattr(batch, "_made", made)
 
 
@@ -267,7 +267,7 @@ def test_nobody_else_reaches_the_processes(tmp_path):
         comm.abort()
         return True
 
-    with batch._client("local", 1) as client:
+    with batch.dask_client("local", 1) as client:
         info = client.scheduler_info()
         (worker, facts), *_ = info["workers"].items()
         assert client.submit(os.getpid).result() != os.getpid()

@@ -126,9 +126,11 @@ def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float
     The mean is made symmetric about its middle, so that it is centred like a centroid.
     """
     step = max(1.0, min(pitch) / _MATCHED_SAMPLES)
+    from plenofir.camera.calibration.moments import sample
+
     smooth = ndimage.gaussian_filter(image, 0.4 * step)
     sides = [int(_NOTHING_FROM * p / step) for p in pitch]
-    places = [np.arange(-n, n + 1) * step for n in sides]
+    places = [np.asarray(np.arange(-n, n + 1) * step, np.float64) for n in sides]
     away = [np.abs(line) / p for line, p in zip(places, pitch, strict=True)]
     taper = [
         np.clip((_NOTHING_FROM - line) / (_NOTHING_FROM - _EVEN_TO), 0.0, 1.0) for line in away
@@ -136,9 +138,10 @@ def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float
     window = np.sqrt(np.outer(*taper)).ravel()
     y, x = (part.ravel() for part in np.meshgrid(*places, indexing="ij"))
 
-    def patches(part: Floats) -> Floats:
-        at = part.T[:, :, np.newaxis] + np.stack([y, x])[:, np.newaxis]
-        return np.asarray(ndimage.map_coordinates(smooth, at, order=1, mode="nearest"))
+    def patches(part: Floats) -> Image32:
+        values = np.empty((len(part), len(y)), np.float32)
+        sample(smooth, part, places[0], places[1], values)
+        return values
 
     few = np.random.default_rng(4).permutation(len(positions))[:_TEMPLATE_LENSES]
     mean = np.median(patches(positions[few]), axis=0).astype(np.float64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled loop over windows: weighted sums of pixels and of their distances."""
+"""Compiled loops over windows: weighted sums of pixels and of their distances, samples."""
 
 import numpy as np
 import numpy.typing as npt
@@ -86,3 +86,37 @@ def add_windows(
         result[n, 3] = dx
         result[n, 4] = dyy
         result[n, 5] = dxx
+
+
+@compiled
+def sample(
+    image: npt.NDArray[np.float32],
+    positions: Floats,
+    down: Floats,
+    right: Floats,
+    result: npt.NDArray[np.float32],
+) -> None:
+    """Samples of an image around positions, line by line, interpolated linearly.
+
+    They lie at the distances `down` and `right`, which rise; a line of `result` has those of a
+    position. What lies outside of the image counts as the nearest pixel.
+    """
+    last_row, last_column = image.shape[0] - 1, image.shape[1] - 1
+    count = len(right)
+    left, share = np.empty(count, np.int64), np.empty(count, np.float32)
+    for n in range(len(positions)):
+        for j in range(count):
+            x = min(max(positions[n, 1] + right[j], 0.0), float(last_column))
+            left[j] = min(int(x), max(last_column - 1, 0))
+            share[j] = x - left[j]
+        for i in range(len(down)):
+            y = min(max(positions[n, 0] + down[i], 0.0), float(last_row))
+            top = min(int(y), max(last_row - 1, 0))
+            low = np.float32(y - top)
+            above, below = image[top], image[min(top + 1, last_row)]
+            for j in range(count):
+                k, part = left[j], share[j]
+                after = min(k + 1, last_column)
+                first = above[k] + part * (above[after] - above[k])
+                second = below[k] + part * (below[after] - below[k])
+                result[n, i * count + j] = first + low * (second - first)

@@ -27,9 +27,12 @@ from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import Slices
 
 Floats = npt.NDArray[np.float64]
+Floats32 = npt.NDArray[np.float32]
 Focus = int | str | Fraction
 # Lines that are worked on at once, where a whole picture of numbers would fill the memory.
 _LINES = 64
+# Lines of `all_in_focus` that are put together at once: the first of them costs as much as M more.
+_BAND = 256
 
 PICTURE: dict[str, Any] = {"interpolation": "linear", "sharpen": Fraction(3, 16)}
 """How pictures to be looked at are refocused (options of `plenofir.refocus.refocus`): without
@@ -37,10 +40,9 @@ squares where a is a whole number, and not softer than the central view."""
 
 # `all_in_focus`: weight b of the taps, a micro lens apart, that sharpen the central view.
 _VIEW_SHARPENING = 1 / 16
-# So many times the median difference from the central view is unusual.
-_UNUSUAL = 4.0
-# Less than that of the central view does not show.
-_HARDLY = 1e-3
+# So many times what a quarter of the lenses are off at most comes of the central view's noise. The
+# median is no measure of it where most of them have objects' borders in them.
+_USUAL = 2.0
 
 
 class FocalStack:
@@ -203,8 +205,9 @@ def all_in_focus(
     """Picture that is sharp everywhere: each pixel refocused to what is seen there.
 
     Slices are 1/M apart, made as `PICTURE` says, and blended between. Where they differ from the
-    central view by more than usual (beside an object some views see what is behind it) the central
-    view is taken, enlarged by cubic splines. Result: type and size of `raw`.
+    central view by more than its noise (beside an object some views see what is behind it) the
+    central view is taken, enlarged by cubic splines. No pixel leaves the range of the lenses around
+    in the central view. Result: type and size of `raw`.
 
     `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
     None.
@@ -220,7 +223,7 @@ def all_in_focus(
     off = np.zeros(lenses)
     for part in _parts(raw.shape[0], m):
         blended = _blended_slices(raw, m, view.focus(part), part)
-        picture[part] = blended
+        picture[part] = np.floor(blended + 0.5)
         error = (blended - view.enlarged(part))[: (blended.shape[0] // m) * m, : lenses[1] * m]
         of_lenses = error.reshape(-1, m, lenses[1], m, *raw.shape[2:]).mean((1, 3))
         first = part.start // m
@@ -229,21 +232,27 @@ def all_in_focus(
         )
         if progress is not None:
             progress(min(part.stop, raw.shape[0]), raw.shape[0])
-    full = int(np.iinfo(raw.dtype).max)
-    usual = max(float(np.median(off)) * _UNUSUAL, full / 255)
-    view.doubt = 1 - np.exp(-((off / usual) ** 2))
+    most = int(np.iinfo(raw.dtype).max)
+    view.doubt = _doubt(off)
     for part in _parts(raw.shape[0], m):
         share = view.interpolated(view.doubt, part)
         share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
-        if share.max() > _HARDLY:
-            mixed = picture[part] + share * (view.enlarged(part) - picture[part])
-            picture[part] = np.clip(np.floor(mixed + 0.5), 0, full)
+        mixed = picture[part] + share * (view.enlarged(part) - picture[part])
+        picture[part] = np.clip(np.floor(view.limited(mixed, part) + 0.5), 0, most)
     return picture
+
+
+def _doubt(off: Floats) -> Floats:
+    """How much of the central view to take, by how far the means of micro lenses are off."""
+    # What the view's noise makes of them is `usual`; the rest of their square is the slices' error.
+    # With these shares the square error is least.
+    usual = max(_USUAL * float(np.quantile(off, 0.25)), 1.0)
+    return np.asarray(1 - (usual / np.maximum(off, usual)) ** 2)
 
 
 def _parts(rows: int, m: int) -> list[slice]:
     """Bands of whole micro images; the last one has the lines left."""
-    lines = m * max(1, _LINES // m)
+    lines = m * max(1, _BAND // m)
     starts = list(range(0, max(rows // m * m, 1), lines))
     return [slice(a, b) for a, b in zip(starts, [*starts[1:], rows], strict=True)]
 
@@ -256,7 +265,7 @@ class _CentralView:
         self.doubt: Floats = np.zeros(settings.shape)
         # For even M it is half a view off the middle.
         self.aside = m // 2 - (m - 1) / 2
-        view = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
+        view = seen = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
         for axis in (0, 1):
             before, after = (
                 np.take(
@@ -265,6 +274,10 @@ class _CentralView:
                 for k in (-1, 1)
             )
             view = view + _VIEW_SHARPENING * (2 * view - before - after)
+        self.limits = [
+            np.atleast_3d(of_neighbours(seen, (3, 3, 1)[: seen.ndim], mode="nearest"))
+            for of_neighbours in (ndimage.minimum_filter, ndimage.maximum_filter)
+        ]
         colours = np.atleast_3d(view)
         self.splines = [
             ndimage.spline_filter(colours[..., k], 3, np.float64, "nearest")
@@ -300,16 +313,30 @@ class _CentralView:
         ]
         return np.stack(colours, axis=-1).reshape(*places.shape[1:], *self.shape[2:])
 
+    def limited(self, values: Floats, part: slice) -> Floats:
+        """Lines kept within what the lenses around see: sharpening leaves no halos at edges."""
+        low, high = (
+            np.stack(
+                [self.interpolated(limit[..., k], part) for k in range(limit.shape[2])], axis=-1
+            ).reshape(values.shape)
+            for limit in self.limits
+        )
+        return np.clip(values, low, high)
 
-def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats:
+
+def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
     """Lines refocused to a setting for each pixel: blended from the slices before and after."""
-    picture = np.zeros((*focus.shape, *raw.shape[2:]))
-    shifts = focus * m
+    picture = np.zeros((*focus.shape, *raw.shape[2:]), np.float32)
+    shifts = (focus * m).astype(np.float32)
     whole = np.floor(shifts).astype(np.int64)
     for shift in np.unique([whole, whole + 1]).tolist():
         share = np.maximum(0, 1 - np.abs(shifts - shift))
-        if share.any():
-            lines = part, slice(None)
+        there = np.flatnonzero(share.any(0))
+        if there.size:
+            # No wider than it is needed.
+            across = slice(int(there[0]), int(there[-1]) + 1)
+            lines = part, across
             image = refocus(raw, m, Fraction(shift, m), border="normalise", region=lines, **PICTURE)
-            picture += share.reshape(*share.shape, *[1] * (raw.ndim - 2)) * image
+            share = share[:, across].reshape(*image.shape[:2], *[1] * (raw.ndim - 2))
+            picture[:, across] += share * image
     return picture

@@ -168,8 +168,8 @@ def test_all_in_focus_takes_the_central_view_where_slices_differ() -> None:
     assert np.abs(bad - view)[there].mean() < 1.2 * np.abs(good - view)[there].mean()
     slices = refocus(raw, m, "-7/5", interpolation=1).astype(float)
     assert np.abs(slices - view)[there].mean() > 3 * np.abs(bad - view)[there].mean()
-    # What is right hardly changes: what is unusual counts from the whole picture's median on.
-    assert np.abs(bad - good)[30:-30, 70:-30].mean() < 0.05 * np.abs(good - view)[there].mean()
+    # What is right hardly changes: what is usual is told by the best quarter of the lenses.
+    assert np.abs(bad - good)[30:-30, 70:-30].mean() < 0.1 * np.abs(good - view)[there].mean()
     with pytest.raises(InputError, match="less than one micro image"):
         all_in_focus(np.zeros((4, 4), np.uint8), 5)
 

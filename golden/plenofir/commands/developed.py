@@ -1,0 +1,454 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From one capture to all pictures that it holds, and a page that shows them."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from hashlib import sha256
+from math import ceil, floor, inf
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, NamedTuple
+
+from plenofir.commands.rasters import check_raster
+from plenofir.commands.results import save
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import Results, as_text, checksum, publish_run
+
+if TYPE_CHECKING:
+    from plenofir.camera.calibration import Calibration
+    from plenofir.camera.exposure import Exposure
+    from plenofir.camera.lightfield.disparity import Disparity
+    from plenofir.camera.rays import RayModel
+    from plenofir.ground.images import Image, Picture
+
+Show = Callable[[str, int, int], None]
+
+_REPORT = "develop.json"
+# Least confidence of a depth that counts.
+_SURE = 0.3
+_VIEWER_BYTES = 8_000_000
+# Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
+_ANIMATION_PIXELS, _STAYS = 640, 120
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;margin:1.5rem auto;max-width:76rem;padding:0 1rem;"
+    "background:#fff;color:#222}main{display:grid;gap:1rem;"
+    "grid-template-columns:repeat(auto-fill,minmax(17rem,1fr))}figure{margin:0}img{width:100%}"
+    "figcaption{font-size:.9rem}"
+)
+
+
+class Job(NamedTuple):
+    """How captures are developed."""
+
+    white: Path | None = None
+    calib: str | None = None
+    dark: Path | None = None
+    micro_image: int | None = None
+    camera: str | None = None
+    focus: float = inf  # of the camera, in mm
+    slices: int = 9  # most refocused pictures
+    exposure: str = "auto"
+    gamma: float | None = None
+
+    def mark(self, capture: Path) -> str:
+        """What changes when the capture, the job or one of its files changes."""
+        files = [self.white, self.calib, self.dark, self.camera]
+        named = [Path(file) for file in files if file is not None]
+        sums = [checksum(file) for file in [capture, *named] if file.is_file()]
+        return sha256(repr((str(capture.absolute()), self, sums)).encode()).hexdigest()
+
+
+class Developed(NamedTuple):
+    """What became of a capture."""
+
+    lines: list[str]  # for a summary
+    pictures: int
+    model: "RayModel | None"
+
+
+def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Developed:
+    """Make all pictures of a capture and their page in a folder, all or none."""
+    from plenofir.camera.exposure import exposure
+    from plenofir.camera.rays import RayModel, load_camera
+
+    known = None if job.camera is None else load_camera(job.camera)
+    field = _read(capture, job, show)
+    m = field.micro_image_size
+    model = None if known is None else RayModel.focused(known, job.focus, m)
+    look = exposure(field.picture, m, job.exposure, job.gamma)
+    lines = [*field.lines, f"shown: {look.words()}"]
+    title, mark = as_text(capture.name), job.mark(capture)
+    with TemporaryDirectory(prefix="plenofir-") as temporary:
+        with Results(Path(temporary)) as results:
+            pictures = _Pictures(results, field, model, look, show)
+            lines += pictures.make(job.slices)
+            pictures.viewer(title)
+            results.write("index.html", _page(title, pictures, lines))
+            report = {"capture": title, "micro_image_size": m, "summary": lines, "mark": mark}
+            results.write(_REPORT, json.dumps(report))
+        publish_run(Path(temporary), folder, _REPORT)
+    return Developed(lines, len(pictures.shown), model)
+
+
+def is_developed(capture: Path, job: Job, folder: Path) -> bool:
+    """Whether a folder has what this job made of the capture, unchanged."""
+    try:
+        report = json.loads((folder / _REPORT).read_bytes())
+        return report["mark"] == job.mark(capture) and all(
+            checksum(folder / Path(name).name) == known for name, known in report["sha256"].items()
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return False
+
+
+class _Field(NamedTuple):
+    """An aligned raw image, M, and what was done or assumed to have it."""
+
+    picture: "Picture"
+    micro_image_size: int
+    calibration: str | None
+    lines: tuple[str, ...]
+
+    @property
+    def raster(self) -> "Image":
+        return self.picture.pixels
+
+
+def calibration_of(white: Path, dark: Path | None) -> "Calibration":
+    """Calibration of a white image, and the dark frame if there is one."""
+    from plenofir.camera.calibration import calibrate
+    from plenofir.ground.images import read_image, read_picture
+
+    picture = read_picture(white)
+    return calibrate(
+        picture.pixels,
+        read_image(dark) if dark else None,
+        full_scale=picture.full_scale,
+        where=str(white),
+        dark_where=str(dark),
+    )
+
+
+def _read(path: Path, job: Job, show: Show) -> _Field:
+    """The light field of a source, whatever it is."""
+    from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
+    from plenofir.camera.exposure import to_srgb
+    from plenofir.camera.lightfield.indexing import compose
+    from plenofir.camera.lightfield.sources import holds_views, read_source
+    from plenofir.camera.lytro import is_lytro, read_lytro
+    from plenofir.camera.lytro.sensor import FULL_SCALE
+    from plenofir.camera.recognise.picture import recognise_picture
+    from plenofir.ground.images import Picture, read_image, read_picture
+    from plenofir.refocus import check_raw
+
+    where, (white, calib, dark, micro_image) = str(path), job[:4]
+    lytro, views = is_lytro(path), holds_views(path)
+    aligned = not (lytro or views or white or calib)
+    if white is not None and calib is not None:
+        raise InputError("cannot be combined with --calib; give one of them", where="white")
+    for option, given, wanted in (
+        ("white", white, not views),
+        ("calib", calib, not (lytro or views)),
+        ("dark", dark, not (lytro or views or aligned)),
+    ):
+        if given is not None and not wanted:
+            raise InputError(f"{where} needs none", where=option)
+    if lytro:
+        taken = read_lytro(path, white=white, colour="best")
+        m = micro_image or largest_odd_size(taken.calibration)
+        raster = decode(
+            taken.image,
+            taken.calibration,
+            m,
+            white=taken.white,
+            full_scale=FULL_SCALE,
+            where=where,
+            progress=lambda done, total: show("decoding", done, total),
+        )
+        told = tuple(f"{name}: {text}" for name, text in taken.lines)
+        return _Field(Picture(raster, FULL_SCALE, 1.0), m, None, (*told, _size(raster, m)))
+    if views:
+        source = read_source(
+            path, size=micro_image, progress=lambda done, total: show("reading", done, total)
+        )
+        raster, m = compose(source.images), source.images.shape[0]
+        told = tuple(f"{name}: {text}" for name, text in source.lines)
+        picture = to_srgb(source.picture.like(raster), where)
+        return _Field(picture, m, None, (*told, _size(raster, m)))
+    picture = to_srgb(read_picture(path), where)
+    if aligned:
+        if micro_image is not None:
+            m, how = micro_image, "as given"
+        else:
+            is_jpeg = path.suffix.lower() in (".jpg", ".jpeg")
+            seen = recognise_picture(picture, where, is_jpeg=is_jpeg)
+            if seen.kind != "aligned raster" or seen.micro_image_size is None:
+                raise InputError(
+                    f"{seen.kind}; give --white or --calib for a raw capture, or -M for an aligned "
+                    "raw image",
+                    where=where,
+                )
+            m, how = seen.micro_image_size, "by its joints"
+        raster = check_raw(picture.pixels, m, where=where)
+        check_raster(picture, m, where)
+        told = (f"taken as aligned, M = {m} {how}", _size(raster, m))
+        return _Field(picture.like(raster), m, None, told)
+    black = read_image(dark) if dark else None
+    if calib is not None:
+        found, made = load_calibration(calib), None
+    else:
+        show("calibrating", 0, 1)
+        found = calibration_of(Path(str(white)), dark)
+        made = found.text()
+    m = micro_image or largest_odd_size(found)
+    raster = decode(
+        picture.pixels,
+        found,
+        m,
+        dark=black,
+        full_scale=picture.full_scale,
+        where=where,
+        progress=lambda done, total: show("decoding", done, total),
+    )
+    pitch = " x ".join(f"{p:.3f}" for p in found.grid.pitch[::-1])
+    told = (f"calibrated: {found.grid.layout}, {pitch} pixels a lens", _size(raster, m))
+    # A camera's pixels count light, unless the file says otherwise.
+    decoded = picture.like(raster)._replace(gamma=picture.gamma or 1.0)
+    return _Field(decoded, m, made, told)
+
+
+def _size(raster: "Image", m: int) -> str:
+    return f"{raster.shape[1] // m} x {raster.shape[0] // m} micro images of {m} x {m} pixels"
+
+
+class _Pictures:
+    """Makes and writes the pictures of a light field; keeps their names and captions."""
+
+    def __init__(
+        self,
+        results: Results,
+        field: _Field,
+        model: "RayModel | None",
+        look: "Exposure",
+        show: Show,
+    ) -> None:
+        self.results, self.field, self.model = results, field, model
+        self.look, self.show = look, show
+        self.disparity: Disparity | None = None  # once it was searched
+        # Of each picture its name, its caption, and what the page shows.
+        self.shown: list[tuple[str, str, str]] = []
+        self.films: set[str] = set()
+
+    def make(self, slices: int) -> list[str]:
+        """All of them; lines for the summary."""
+        import numpy as np
+
+        from plenofir.camera.lightfield import sub_aperture
+        from plenofir.camera.lightfield.disparity import search_disparity
+        from plenofir.camera.lightfield.stack import PICTURE, FocalStack, all_in_focus
+        from plenofir.refocus import focus_to_shift, slice_names
+
+        raster, m = self.field.raster, self.field.micro_image_size
+        save(self.results, "aligned.png", self.field.picture)
+        if self.field.calibration is not None:
+            self.results.write("calib.json", self.field.calibration)
+        central = sub_aperture(raster, m, m // 2, m // 2)
+        large = _enlarged(self.look.apply(central), m)
+        self.add("central_view.png", large, "The view through the middle of the lens")
+        found = search_disparity(
+            raster, m, progress=lambda done, total: self.show("searching depth", done, total)
+        )
+        self.disparity = found.disparity
+        low, high = _range(found.disparity, central)
+        values = np.clip(found.disparity.pixels_per_view, low, high)
+        settings = _settings(low, high, m, slices)
+        stack = FocalStack(
+            raster,
+            m,
+            settings,
+            lambda done, total: self.show("refocusing", done, total),
+            border="normalise",
+            **PICTURE,
+        )
+        frames = []
+        names = slice_names([focus_to_shift(a, m) for a in settings], m)
+        for a, name, image in zip(settings, names, stack, strict=True):
+            shown = self.look.apply(image)
+            frames.append(self.add(f"refocused_{name}.png", shown, f"a = {a}", a))
+        sharp = self.look.apply(all_in_focus(raster, m, values))
+        self.add("all_in_focus.png", sharp, "Sharp everywhere")
+        self.animation("focus", frames + frames[-2:0:-1], "Through the focus")
+        around = _around(m)
+        views = [_small(self.look.apply(sub_aperture(raster, m, v, u))) for v, u in around]
+        self.animation("views", views, "Around the lens")
+        lines = [
+            f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
+            "pictures",
+            self.depth(found.disparity),
+        ]
+        if not self.films:
+            lines.append("no WebM: OpenCV writes it: pip install opencv-python-headless")
+        return lines
+
+    def depth(self, disparity: "Disparity") -> str:
+        """The map of depths: in mm where the camera is known."""
+        import numpy as np
+
+        from plenofir.camera.lightfield.disparity import sure_distances
+        from plenofir.camera.plots import depth_picture
+
+        save(self.results, "disparity.npy", disparity.pixels_per_view)
+        sure = disparity.confidence >= _SURE
+        if self.model is None:
+            values = np.where(sure, disparity.pixels_per_view, np.nan)
+            caption = "Depth in units of a; give --camera for mm"
+        else:
+            values = sure_distances(disparity, self.model, _SURE)
+            save(self.results, "distance_mm.npy", values)
+            caption = "Distance from the micro lenses"
+        self.add("depth.png", depth_picture(values, in_mm=self.model is not None), caption)
+        return f"depth: known of {100 * sure.mean():.0f} % of the micro lenses"
+
+    def viewer(self, title: str) -> None:
+        """The viewer with the light field in it, one file."""
+        from plenofir.view import export, light_field_page
+
+        self.show("making the viewer", 0, 1)
+        picture = self.field.picture
+        page = light_field_page(
+            picture.pixels,
+            self.field.micro_image_size,
+            full_scale=picture.full_scale,
+            title=title,
+            model=self.model,
+            gamma=picture.gamma,
+            look=self.look,
+            disparity=None if self.disparity is None else self.disparity.pixels_per_view,
+        )
+        self.results.write("viewer.html", export(page, _VIEWER_BYTES))
+
+    def add(self, name: str, image: "Image", caption: str, a: Fraction | None = None) -> "Image":
+        """A picture as it is shown; result: a small one."""
+        from plenofir.camera.described import described
+        from plenofir.ground.images import bare
+
+        about = described(self.field.micro_image_size, a, self.model)
+        save(self.results, name, bare(image)._replace(xmp=about))
+        small = _small(image)
+        self.shown.append((name, caption, _data_uri(small)))
+        return small
+
+    def animation(self, name: str, frames: Sequence["Image"], caption: str) -> None:
+        """A GIF that goes on for ever, and a WebM where OpenCV is there."""
+        from PIL import Image as Pillow
+
+        from plenofir.ground.films import write_webm
+
+        first, *others = [Pillow.fromarray(frame) for frame in frames]
+        content = io.BytesIO()
+        first.save(content, "GIF", save_all=True, append_images=others, duration=_STAYS, loop=0)
+        self.results.write(f"{name}.gif", content.getvalue())
+        self.show("animating", 1, 2)
+        if write_webm(self.results.path(f"{name}.webm"), frames, 1000 / _STAYS):
+            self.films.add(f"{name}.webm")
+        self.shown.append((f"{name}.gif", caption, f"{name}.gif"))
+
+
+def _range(disparity: "Disparity", view: "Image") -> tuple[float, float]:
+    """Range of depths that has the middle 96 % of what a view shows.
+
+    What has no contrast counts little: noise can be matched at any depth.
+    """
+    import numpy as np
+    from scipy import ndimage
+
+    from plenofir.camera.calibration.frames import grey
+
+    values = disparity.pixels_per_view.ravel()
+    contrast = ndimage.gaussian_gradient_magnitude(grey(view).astype(np.float64), 1.0).ravel() ** 2
+    weights = contrast * (disparity.confidence.ravel() >= _SURE)
+    if not weights.any():
+        weights = np.ones(len(values))
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    first, last = np.searchsorted(below, np.array([0.02, 0.98]) * below[-1])
+    return float(values[order][first]), float(values[order][last])
+
+
+def _settings(low: float, high: float, m: int, most: int) -> list[Fraction]:
+    """Focus settings over a range of depths: multiples of 1/M, evenly apart."""
+    first, last = floor(low * m), ceil(high * m)
+    step = max(1, ceil((last - first) / max(most - 1, 1)))
+    return [Fraction(shift, m) for shift in range(first, last + 1, step)]
+
+
+def _around(m: int) -> list[tuple[int, int]]:
+    """Views on a circle about the middle one, (v, u), once around."""
+    from math import cos, pi, sin
+
+    radius = 0.8 * (m - 1) / 2
+    turns = [2 * pi * n / 24 for n in range(24)]
+    places = [
+        (round((m - 1) / 2 + radius * sin(t)), round((m - 1) / 2 + radius * cos(t))) for t in turns
+    ]
+    return [place for n, place in enumerate(places) if place != places[n - 1]] or places[:1]
+
+
+def _enlarged(image: "Image", times: int) -> "Image":
+    """A view, a pixel for each micro lens, as large as the other pictures."""
+    import numpy as np
+    from scipy import ndimage
+
+    zoom = (times, times, 1)[: image.ndim]
+    large = ndimage.zoom(image.astype(np.float32), zoom, order=3, mode="nearest", grid_mode=True)
+    most = np.iinfo(image.dtype).max
+    return np.asarray(np.clip(np.rint(large), 0, most).astype(image.dtype))
+
+
+def _small(image: "Image") -> "Image":
+    """A frame of an animation: 8 bit, its longer side always the same."""
+    import numpy as np
+    from PIL import Image as Pillow
+
+    from plenofir.ground.images import eight_bits
+
+    eight = eight_bits(image)
+    rows, columns = image.shape[:2]
+    scale = _ANIMATION_PIXELS / max(rows, columns)
+    size = max(1, round(columns * scale)), max(1, round(rows * scale))
+    return np.asarray(Pillow.fromarray(eight).resize(size, Pillow.Resampling.BICUBIC))
+
+
+def _data_uri(image: "Image") -> str:
+    """A small picture within a page."""
+    from plenofir.ground.images import encode_picture
+
+    return "data:image/jpeg;base64," + base64.b64encode(encode_picture(".jpg", image)).decode()
+
+
+def _page(title: str, pictures: _Pictures, lines: Sequence[str]) -> str:
+    """A page of the pictures, which lie beside it."""
+
+    def figure(name: str, caption: str, small: str) -> str:
+        film = f"{Path(name).stem}.webm"
+        also = f' (<a href="{film}">WebM</a>)' if film in pictures.films else ""
+        return (
+            f'<figure><a href="{name}"><img src="{small}" alt="{caption}"></a>'
+            f"<figcaption>{caption}{also}</figcaption></figure>"
+        )
+
+    # Slices last: they are many.
+    order = sorted(pictures.shown, key=lambda one: one[0].startswith("refocused"))
+    figures = "\n".join(figure(*map(html.escape, one)) for one in order)
+    said = "\n".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)}</title>'
+        f"<style>{_STYLE}</style></head>\n<body>\n<h1>{html.escape(title)}</h1>\n"
+        f'<p><a href="viewer.html">Refocus it by hand</a></p>\n'
+        f"<ul>\n{said}\n</ul>\n<main>\n{figures}\n</main>\n</body>\n</html>\n"
+    )
