@@ -56,7 +56,9 @@ entity hdmi_refocuser is
     pattern_timing : in    timing_t;
     -- From and to the control, in clk.
     settings : in    video_settings_t;
-    state    : out   video_state_t
+    state    : out   video_state_t;
+    -- Channels whose word is one that no encoder sends, in clk: what says that bits are not sampled well any more.
+    wrong : out   std_logic_vector(CHANNELS - 1 downto 0)
   );
 end entity hdmi_refocuser;
 
@@ -78,6 +80,7 @@ architecture rtl of hdmi_refocuser is
   -- From the receiver: what came, and what it tells.
   signal link         : video_t;
   signal aligned      : std_logic_vector(CHANNELS - 1 downto 0);
+  signal inverted     : std_logic_vector(CHANNELS - 1 downto 0);
   signal wrong_words  : std_logic_vector(CHANNELS - 1 downto 0);
   signal hdmi         : std_logic;
   signal info         : picture_info_t;
@@ -111,7 +114,8 @@ architecture rtl of hdmi_refocuser is
 
 begin
 
-  stop <= not run;
+  stop  <= not run;
+  wrong <= wrong_words;
 
   reset_of_pixels : entity work.reset_bridge
     port map (
@@ -137,6 +141,7 @@ begin
       bits         => in_bits,
       video        => link,
       aligned      => aligned,
+      inverted     => inverted,
       locked       => open,
       errors       => wrong_words,
       hdmi         => hdmi,
@@ -334,6 +339,7 @@ begin
   state <=
   (
     aligned       => aligned,
+    inverted      => inverted,
     following     => following,
     unsupported   => unsupported,
     errors        => errors_now,

@@ -42,8 +42,8 @@ class SerialLink:
             ]
         )
         dut.reset_n.value = 1
-        # Until the clocks that a board makes from its oscillator have locked.
-        await Timer(3, "us")
+        # Until the clocks that a board makes from its oscillator have locked and its reset is over.
+        await Timer(8, "us")
 
     async def play(self, script: Sequence[Command | Packed]) -> Packed:
         """Play commands and words, return what came out meanwhile."""
