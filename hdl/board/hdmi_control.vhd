@@ -431,6 +431,7 @@ begin
     rate          => number(frame_rate),
     hsync         => flag(state_here.h_sync),
     vsync         => flag(state_here.v_sync),
+    marks         => number(state_here.marks),
     errors        => number(state_here.errors),
     edid          => number(edid_bytes),
     monitor       => number(monitor.state),

@@ -95,6 +95,8 @@ architecture rtl of hdmi_refocuser is
   signal bare          : video_t;
   signal on_show       : on_show_t;
   signal shown         : video_t;
+  signal marked        : video_t;
+  signal marks         : std_logic_vector(1 downto 0);
 
   signal following    : std_logic;
   signal unsupported  : std_logic;
@@ -267,6 +269,19 @@ begin
 
   end generate text;
 
+  watch_marks : entity work.picture_marks
+    generic map (
+      LINES => MICRO_IMAGE_SIZE
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      in_video    => source,
+      shown_video => shown,
+      out_video   => marked,
+      marks       => marks
+    );
+
   clear <= clear_seen xor settings.clear_toggle;
   load  <= to_load(load_seen xor settings.load_toggle, settings.load_word);
 
@@ -330,7 +345,7 @@ begin
     port map (
       clk      => clk,
       reset    => reset,
-      video    => shown,
+      video    => marked,
       tx_clk   => tx_clk,
       tx_reset => tx_reset,
       tx_words => out_words
@@ -353,7 +368,8 @@ begin
     h_sync        => timing.h_sync_level,
     v_sync        => timing.v_sync_level,
     v_sync_now    => source.v_sync,
-    load_seen     => load_seen
+    load_seen     => load_seen,
+    marks         => marks
   );
 
 end architecture rtl;

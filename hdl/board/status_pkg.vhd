@@ -39,13 +39,14 @@ package status_pkg is
                                    "rate=# " &
                                    "hsync=# " &
                                    "vsync=# " &
+                                   "marks=# " &
                                    "errors=# " &
                                    "edid=# " &
                                    "monitor=# " &
                                    "monitor_mode=#/#/# " &
                                    "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 46;
+  constant STATUS_NUMBERS : positive := 47;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -87,6 +88,7 @@ package status_pkg is
     rate          : number_t;
     hsync         : number_t;
     vsync         : number_t;
+    marks         : number_t;
     errors        : number_t;
     edid          : number_t;
     monitor       : number_t;
@@ -113,6 +115,7 @@ package body status_pkg is
            status.monitor &
            status.edid &
            status.errors &
+           status.marks &
            status.vsync &
            status.hsync &
            status.rate &

@@ -98,6 +98,12 @@ FIELDS = (
     StatusField("hsync", "1: horizontal sync is positive", (1,)),
     StatusField("vsync", "1: vertical sync is positive", (1,)),
     StatusField(
+        "marks",
+        "2: the picture arrives as `plenofir board picture` made it, to the bit; 1: its colours "
+        "were changed; 0: it has no marks, or was scaled or moved",
+        (0,),
+    ),
+    StatusField(
         "errors",
         "sum of 1: pixel lost at the refocuser's input, 2: pixel missing at its output, 4: a frame "
         "began elsewhere, 8: the refocuser saw a broken frame, 16: a word that no encoder sends",
