@@ -97,6 +97,15 @@ async def edid_over_i2c(dut: Any) -> None:
     assert all([await master.bit(1) for _ in range(12)])
     await master.stop()
     assert await master.read_block(0, 3) == edid[:3]
+    # Anything on both lines, then silence: the slave has let go and answers as ever.
+    for _ in range(400):
+        dut.scl.value, dut.sda.value = rng.randrange(2), rng.randrange(2)
+        await Timer(rng.randrange(20, 2000), "ns")
+    dut.scl.value = dut.sda.value = 1
+    master.low = False
+    await ClockCycles(dut.clk, CASE["let_go"] + 100)
+    assert not int(dut.sda_low.value)
+    assert await master.read_block(0, 3) == edid[:3]
 
 
 @for_entity("debouncer")

@@ -221,6 +221,60 @@ async def clock_out_of_range(dut: Any) -> None:
 
 
 @cocotb.test()
+async def broken_streams(dut: Any) -> None:
+    """Noise, torn lines and frames, endless blanking: right again in the stated time."""
+    bench = Board(dut)
+    await bench.link.reset()
+    total = MODE_FAST.h_total
+    for _ in range(3):
+        broken: list[Command | Packed] = [*signal(MODE_FAST)]
+        for _ in range(6):
+            words = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 2))
+            kind = bench.random.randrange(5)
+            if kind == 0:
+                words = bench.rng.integers(0, 1 << 30, 2 * total, np.uint32)
+            elif kind == 1:  # Lines of other lengths.
+                cuts = sorted(bench.random.sample(range(1, words.size), 8))
+                parts = np.split(words, cuts)
+                words = np.concatenate([part[: bench.random.randrange(1, 90)] for part in parts])
+            elif kind == 2:  # A frame of too few lines.
+                words = words[: bench.random.randrange(words.size)]
+            elif kind == 3:  # Blanking, or a picture, that does not end.
+                words = np.resize(words[bench.random.choice((3, total - 3)) :][:1], 5 * total)
+            else:  # A channel alone goes on.
+                words = words | np.uint32(0x3FF << 10 * bench.random.randrange(3))
+            broken.append(words.astype(np.uint32))
+        await bench.relock(MODE_FAST, broken)
+        assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
+
+
+@cocotb.test()
+async def garbage_on_the_serial_port(dut: Any) -> None:
+    """Random bytes, lines without an end, breaks: the port answers again, the picture goes on."""
+    bench = Board(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_FAST, [])
+    bit_ns = 10 * CASE["bit_clocks"]
+    for _ in range(3):
+        for _ in range(60):
+            code = bench.random.choice((bench.random.randrange(256), 0x20, 0x0D))
+            # Without line ends behind letters, which would be commands.
+            for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+                dut.uart_rx.value = bit
+                await Timer(bit_ns * bench.random.uniform(0.9, 1.1), "ns")
+        dut.uart_rx.value = 0
+        await Timer(40 * bit_ns, "ns")
+        dut.uart_rx.value = 1
+        # What was begun ends, and is answered by something.
+        await ask(dut, "")
+        await Timer(100, "us")
+        for command in ("s 0", "w 0", "p 0", "t 0"):
+            assert await ask(dut, command) == "ok"
+        parse_status(await ask(dut, "?"))
+    await bench.relock(MODE_FAST, [])
+
+
+@cocotb.test()
 async def swapped_pairs(dut: Any) -> None:
     """Both wires of pairs swapped: of all, as a header the wrong way round does, and of one."""
     bench = Board(dut)

@@ -12,9 +12,9 @@ SLOW, FAST = "clk", "clk_x5"
 """The pixel clock and the lanes' one."""
 # Net to cell and port of a top level: Yosys has many names for a net that goes through a hierarchy.
 _CLOCK_NETS = {
-    "source_clk": ("clocks.pll", "CLKI"),
-    SLOW: ("clocks.pll", "CLKOP"),
-    FAST: ("clocks.pll", "CLKOS"),
+    "source_clk": ("pixel_clocks_of_both.pll", "CLKI"),
+    SLOW: ("pixel_clocks_of_both.pll", "CLKOP"),
+    FAST: ("pixel_clocks_of_both.pll", "CLKOS"),
     "control_clk": ("oscillator.pll", "CLKOP"),
     "own_clk": ("oscillator.pll", "CLKOS"),
 }
@@ -53,11 +53,15 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
     """Change a netlist's file for nextpnr.
 
     Clocks get the names that constraints and reports know them by, PLLs their `PLL_WORDS`, and
-    with a device what the TMDS clock goes through its place. ToolError if it is not there.
+    with a device what the TMDS clock goes through its place. ToolError if it is not there, or a
+    PLL has another name than those known.
     """
     content = json.loads(netlist.read_text())
+    named = {cell for cell, _ in _CLOCK_NETS.values()}
     for module in content["modules"].values():
         cells, nets = module["cells"], module["netnames"]
+        if other := {n for n, cell in cells.items() if cell["type"] == "EHXPLLL"} - named:
+            raise ToolError(f"PLL {min(other)} is none of {', '.join(sorted(named))}")
         for name, (cell, port) in _CLOCK_NETS.items():
             if cell in cells:
                 bits = cells[cell]["connections"][port]

@@ -8,7 +8,8 @@ missed. `mark` writes it, `judge` is the golden model of ``hdl/video/picture_mar
 """
 
 import numpy as np
-from numpy.typing import NDArray
+
+from plenofir.refocus.operator import Image
 
 MARKS_PACKAGE = "marks_pkg"
 """Name of the VHDL package."""
@@ -22,20 +23,21 @@ CHANGED_BAR = (200, 0, 0)
 """Colours of the bar that the board draws."""
 
 
-def mark_line(columns: int) -> NDArray[np.uint8]:
+def mark_line(columns: int) -> Image:
     """Make the marked line of shape (columns, 3)."""
     places = np.arange(columns)[:, None]
-    return ((np.array(BEGINS) + places * np.array(STEPS)) % 256).astype(np.uint8)
+    line: Image = ((np.array(BEGINS) + places * np.array(STEPS)) % 256).astype(np.uint8)
+    return line
 
 
-def mark(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def mark(picture: Image) -> Image:
     """Copy a picture of shape (rows, columns, 3), its first line marked."""
     marked = picture.copy()
     marked[0] = mark_line(picture.shape[1])
     return marked
 
 
-def judge(line: NDArray[np.uint8]) -> int:
+def judge(line: Image) -> int:
     """What the board says of a first line: 0 no marks, 1 other colours, 2 as it was made."""
     apart = np.abs(line.astype(int) - mark_line(len(line))).max(axis=1)
     if not apart.any():
@@ -43,7 +45,7 @@ def judge(line: NDArray[np.uint8]) -> int:
     return int(2 * int((apart <= NEAR).sum()) > len(line))
 
 
-def with_bar(picture: NDArray[np.uint8], marks: int, lines: int) -> NDArray[np.uint8]:
+def with_bar(picture: Image, marks: int, lines: int) -> Image:
     """Copy a picture that goes out, with the bar over its first lines."""
     drawn = picture.copy()
     if marks:

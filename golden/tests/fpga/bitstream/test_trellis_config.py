@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ecp5_netlist import CLOCK_PLACES, PLL_WORDS, prepare_netlist
 from plenofir.fpga.bitstream.trellis_config import (
     check_configuration,
@@ -132,6 +133,9 @@ def test_constraints_ask_for_what_monitors_and_sources_need() -> None:
         assert wanted[port]["PULLMODE"] == "UP"
 
 
+PIXEL_PLL = "pixel_clocks_of_both.pll"
+
+
 def netlist(choices: int = 1) -> dict[str, Any]:
     """Both PLLs and what chooses the clock of one, as Yosys has them."""
 
@@ -140,7 +144,7 @@ def netlist(choices: int = 1) -> dict[str, Any]:
         return {"type": "EHXPLLL", "attributes": {}, "connections": connections}
 
     lut = {"type": "LUT4", "attributes": {}, "connections": {"A": [2], "Z": [20]}}
-    cells = {"clocks.pll": pll(20, 30), "oscillator.pll": pll(3, 40)}
+    cells = {PIXEL_PLL: pll(20, 30), "oscillator.pll": pll(3, 40)}
     cells |= {f"choice{i}": json.loads(json.dumps(lut)) for i in range(choices)}
     names = {"some.name": {"bits": [20]}, "other": {"bits": [30]}, "kept": {"bits": [2]}}
     return {"modules": {"top": {"cells": cells, "netnames": names}}}
@@ -155,13 +159,23 @@ def test_netlist_for_nextpnr(tmp_path: Path) -> None:
         names = set(top["netnames"])
         assert names == {"source_clk", "clk", "clk_x5", "control_clk", "own_clk", "kept"}
         cells = top["cells"]
-        for name in ("clocks.pll", "oscillator.pll"):
+        for name in (PIXEL_PLL, "oscillator.pll"):
             for word, value in PLL_WORDS.items():
                 assert cells[name]["attributes"][word] == str(value)
         assert cells["choice0"]["attributes"]["BEL"] == places.choice
-        assert cells["clocks.pll"]["attributes"]["BEL"] == places.pll
+        assert cells[PIXEL_PLL]["attributes"]["BEL"] == places.pll
         assert "BEL" not in cells["oscillator.pll"]["attributes"]
     assert set(CLOCK_PLACES) == set(BOARD.devices)
+    # The instances of the top level.
+    top = next(file for file in hdl.board_sources(BOARD.name) if file.stem == BOARD.top).read_text()
+    assert "  pixel_clocks_of_both : entity work.pixel_clocks\n" in top
+    assert "  oscillator : entity work.oscillator_clocks\n" in top
+    unknown = netlist()
+    cells = unknown["modules"]["top"]["cells"]
+    cells["renamed.pll"] = cells.pop(PIXEL_PLL)
+    file.write_text(json.dumps(unknown))
+    with pytest.raises(ToolError, match=r"PLL renamed\.pll is none of"):
+        prepare_netlist(file, "lfe5u-45f")
     file.write_text(json.dumps(netlist(choices=2)))
     with pytest.raises(ToolError, match="2 look-up tables choose"):
         prepare_netlist(file, "lfe5u-45f")
