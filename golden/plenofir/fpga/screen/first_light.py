@@ -6,10 +6,14 @@ import base64
 import numpy as np
 
 from plenofir.fpga.hdmi.marks import mark
-from plenofir.fpga.simulate.request import FLOWER, FLOWER_MICRO_IMAGE_SIZE
+from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import encode_png, read_image
 from plenofir.refocus.operator import Image
+
+FLOWER = project.DATA / "flower_5x5.png"
+"""The light field that scenes without an image are simulated with."""
+FLOWER_MICRO_IMAGE_SIZE = 5
 
 
 def flower_picture(columns: int, rows: int, m: int) -> Image:
