@@ -40,7 +40,7 @@ Progress = Callable[[str, int, int], None]
 """Called with the tool's name, how many are done, and how many there are."""
 
 RECORDED = project.DATA / "boards.json"
-"""Reports of the shipped scenes' builds, by scene; scripts/resources.py writes it."""
+"""Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""
 STEPS = ("ghdl", "yosys", "nextpnr", "ecppack")
 SPEED_GRADE = 6
 """The slowest one, which the boards have."""
@@ -107,8 +107,13 @@ class NextpnrReport(BaseModel):
     seconds: dict[str, float]  # processor time of each tool
 
 
+def record_name(scene: str, device: str, own_device: str) -> str:
+    """Name of a scene's build for a device: the scene's, and another device than its own."""
+    return scene if device == own_device else f"{scene} on {device}"
+
+
 def load_builds() -> dict[str, NextpnrReport]:
-    """Read the recorded builds, by scene."""
+    """Read the recorded builds, by name."""
     content = json.loads(RECORDED.read_text())
     return {name: NextpnrReport.model_validate(build) for name, build in content.items()}
 
