@@ -37,10 +37,12 @@ def picture(
         str | None,
         typer.Argument(help="Light field: micro images of M x M pixels; a flower if none."),
     ] = None,
-    scene: Annotated[str, typer.Option(help="Scene of the board's build: size and M.")] = (
-        "ulx3s-480p"
-    ),
-    size: Annotated[str | None, typer.Option(help="Size of the screen instead: 640x480.")] = None,
+    scene: Annotated[
+        str | None, typer.Option(help="Scene of the board's build: size and M.")
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(help="Size of the screen; without it or a scene 640x480.")
+    ] = None,
     micro_image: options.MicroImageIfGiven = None,
     out: options.OutFolder = "build/first-light",
 ) -> None:
@@ -50,9 +52,12 @@ def picture(
     from plenofir.ground.images import read_image
     from plenofir.plan import load_scene
 
-    wanted = load_scene(scene).scene
-    m = micro_image or wanted.camera.micro_image_size
-    columns, rows = _size(size) if size else (wanted.frame.columns, wanted.frame.rows)
+    m, (columns, rows) = first_light.FLOWER_MICRO_IMAGE_SIZE, _size(size or "640x480")
+    if scene is not None:
+        wanted = load_scene(scene).scene
+        m = wanted.camera.micro_image_size
+        columns, rows = _size(size) if size else (wanted.frame.columns, wanted.frame.rows)
+    m = micro_image or m
     if raw is None:
         shown = first_light.flower_picture(columns, rows, m)
     else:

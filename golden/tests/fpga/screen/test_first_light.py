@@ -64,8 +64,9 @@ def test_command(tmp_path: Path) -> None:
     page = (out / "picture.html").read_text()
     assert "320 / ratio" in page
     assert "200 / ratio" in page
-    # Without options those of the scene that the ULX3S is built for.
-    assert plenofir("board", "picture", "--out", str(out)).returncode == 0
+    # Without options what the page builds; with a scene its own.
+    for options in ([], ["--scene", "ulx3s-480p"]):
+        assert plenofir("board", "picture", *options, "--out", str(out)).returncode == 0
     assert read_image(out / "picture.png").shape == (480, 640, 3)
     again = plenofir("board", "picture", str(out / "picture.png"), "--out", str(tmp_path / "own"))
     assert again.returncode == 0, again.stderr
