@@ -75,7 +75,7 @@ lint: venv # Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
 
-bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|ecp5-eval SCENE= OUT= and more (docs/boards.md)
+bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|ecp5-eval DEVICE= SCENE= OUT= and more (docs/boards.md)
 	@$(if $(filter ulx3s ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 

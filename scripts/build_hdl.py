@@ -13,6 +13,7 @@ from pathlib import Path
 from core_files import core_files
 from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
+from plenofir.fpga.hdmi.marks import MARKS_PACKAGE, marks_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
@@ -79,6 +80,7 @@ def packages() -> dict[Path, str]:
         HDL / "video" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
+        HDL / "video" / f"{MARKS_PACKAGE}.vhd": marks_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         **dict(components_package(library) for library in LIBRARIES),
     }

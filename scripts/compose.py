@@ -17,7 +17,8 @@ from scipy.ndimage import uniform_filter
 from skimage import data
 from skimage.transform import resize
 
-from plenofir.fpga.simulate.request import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
+from plenofir.fpga.screen.first_light import FLOWER, FLOWER_MICRO_IMAGE_SIZE
+from plenofir.fpga.simulate.request import DEFAULT_RAW
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import DATA
 

@@ -36,9 +36,14 @@ import numpy as np
 from scipy.optimize import nnls
 
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
+from plenofir.fpga.bitstream.nextpnr import (
+    build,
+    load_builds,
+    record_name,
+    save_builds,
+)
 from plenofir.fpga.bitstream.top_level import board_generics
-from plenofir.fpga.boards import board_of
+from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
@@ -94,6 +99,8 @@ from plenofir.plan.scene_top import TOP
 from plenofir_studies import many_pixels
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
+# That the scene built without options is recorded for, too.
+SMALL_DEVICES = ("lfe5u-25f", "lfe5u-12f")
 BITSTREAMS = project.root() / "build" / "pnr"
 # Small designs that are placed beside the scenes: what, M, a', rows at once.
 PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
@@ -264,6 +271,8 @@ def place_all(names: Sequence[str]) -> None:
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
         if is_ecp5_board(plan):
             record_build(plan)
+    for device in SMALL_DEVICES:
+        record_build(make_plan(load_scene(BOARDS["ulx3s"].scene, device)))
 
 
 def place_scene(plan: Plan) -> None:
@@ -306,7 +315,8 @@ def record_build(plan: Plan) -> None:
         *(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None),
         board_packages(plan),
     )
-    save_builds(dict(sorted({**load_builds(), plan.scene: result}.items())))
+    name = record_name(plan.scene, plan.device, load_scene(plan.scene).scene.build.device)
+    save_builds(dict(sorted({**load_builds(), name: result}.items())))
     for clock in result.timing:
         print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")
     print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)

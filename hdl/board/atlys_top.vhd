@@ -188,6 +188,7 @@ begin
       order       => order,
       in_ddc      => in_ddc,
       in_sda_low  => in_sda_low,
+      in_hot_plug => open,
       out_ddc     => out_ddc,
       out_ddc_low => out_ddc_low,
       uart_rx     => uart_rx,
@@ -246,7 +247,8 @@ begin
       out_words      => out_words,
       pattern_timing => PATTERN,
       settings       => settings,
-      state          => state
+      state          => state,
+      wrong          => open
     );
 
   --------------------------------------------------------------------------------------------------

@@ -32,12 +32,14 @@ entity hdmi_control is
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive range 1 to 8192;
     -- 0: pixel clocks from 24 MHz on with two settings of the PLLs. Otherwise from 82 to 158 MHz divided by it, less
-    -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz.
+    -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz, with 3
+    -- 50 MHz: 500 Mb/s a lane, see plenofir.fpga.hdmi.modes.
     CLOCK_RANGE : natural range 0 to 4 := 0;
     -- Frequency of clk.
     CONTROL_MHZ : positive range 5 to 1000 := 100;
     -- Times in 10 ns, see clock_meter, link_supervisor, debouncer, uart_receiver and
-    -- monitor_edid; DATA_PATIENCE is in windows of the meter.
+    -- monitor_edid; DATA_PATIENCE is in windows of the meter. The PLLs are in reset for a fiftieth of LOCK_TIMEOUT,
+    -- hot plug is low for 20 times BUTTON_STABLE.
     METER_WINDOW  : positive range 1 to 200000000;
     LOCK_TIMEOUT  : positive range 1 to 200000000;
     DATA_PATIENCE : positive;
@@ -59,8 +61,10 @@ entity hdmi_control is
     order  : out   clocks_order_t;
     -- Display data channels of the input and of the output. The input's clock line is never pulled low: the memory
     -- is as fast as its reader.
-    in_ddc      : in    ddc_t;
-    in_sda_low  : out   std_logic;
+    in_ddc     : in    ddc_t;
+    in_sda_low : out   std_logic;
+    -- Hot plug detect of the input: low for a while after a reset, so that a source that was there reads the EDID.
+    in_hot_plug : out   std_logic;
     out_ddc     : in    ddc_t;
     out_ddc_low : out   ddc_t;
     -- Serial port, buttons and switches, LEDs.
@@ -82,10 +86,12 @@ architecture rtl of hdmi_control is
   constant ANY_SLOWEST : positive := 240;
   constant ANY_FASTEST : positive := 743;
   constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));
-  constant FASTEST     : positive := choose(CLOCK_RANGE < 3, ANY_FASTEST, 1580 / larger(CLOCK_RANGE, 1));
+  constant FASTEST     : positive := choose(CLOCK_RANGE < 3, ANY_FASTEST, choose(CLOCK_RANGE = 3, 500, 395));
 
   -- Time that a line of the display data channel must be stable, in 10 ns.
   constant LINE_FILTER : positive := 20;
+  -- A source that says nothing for that long in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
+  constant LINE_LET_GO : positive := 3000000;
 
   -- Clocks of a time, which is a whole number of them.
   function clocks_of (
@@ -117,6 +123,8 @@ architecture rtl of hdmi_control is
   signal present     : std_logic;
   signal restarted   : std_logic;
   signal restarts    : std_logic_vector(RARE_BITS - 1 downto 0);
+  signal lock_failed : std_logic;
+  signal lost_locks  : std_logic_vector(RARE_BITS - 1 downto 0);
 
   -- What the panel sets.
   signal choice         : picture_choice_t;
@@ -181,6 +189,7 @@ begin
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
       TIMEOUT       => clocks_of(LOCK_TIMEOUT),
+      HOLD          => larger(clocks_of(LOCK_TIMEOUT) / 50, 16),
       PATIENCE      => DATA_PATIENCE,
       SLOWEST       => SLOWEST,
       FASTEST       => FASTEST
@@ -195,6 +204,7 @@ begin
       rate_updated => rate_updated,
       data         => data_here,
       restarted    => restarted,
+      lock_failed  => lock_failed,
       present      => present
     );
 
@@ -235,6 +245,7 @@ begin
   edid : entity work.i2c_rom_slave
     generic map (
       FILTER      => clocks_of(LINE_FILTER),
+      LET_GO      => clocks_of(LINE_LET_GO),
       MAX_COLUMNS => MAX_COLUMNS,
       CLOCK_RANGE => CLOCK_RANGE
     )
@@ -245,6 +256,16 @@ begin
       sda       => in_ddc.sda,
       sda_low   => in_sda_low,
       read_byte => edid_byte
+    );
+
+  announce : entity work.hot_plug
+    generic map (
+      PAUSE => 20 * clocks_of(BUTTON_STABLE)
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      present => in_hot_plug
     );
 
   ask_monitor : entity work.monitor_edid
@@ -362,6 +383,17 @@ begin
       count => restarts
     );
 
+  count_lost_locks : entity work.event_counter
+    generic map (
+      WIDTH => RARE_BITS
+    )
+    port map (
+      clk   => clk,
+      clear => clear_or_reset,
+      add   => lock_failed,
+      count => lost_locks
+    );
+
   --------------------------------------------------------------------------------------------------
   -- What is shown.
 
@@ -379,10 +411,12 @@ begin
     present       => flag(present),
     running       => flag(order_now.run),
     restarts      => number(restarts),
+    lost_locks    => number(lost_locks),
     tracking      => number(tracking_here),
     taps          => numbers(lanes_here.taps, true),
     hung          => numbers(hung_counts),
     aligned       => number(aligned),
+    inverted      => number(state_here.inverted),
     word_errors   => numbers(state_here.word_errors),
     hdmi          => flag(state_here.hdmi and order_now.run),
     avi           => flag(state_here.info.informed and order_now.run),
@@ -397,6 +431,7 @@ begin
     rate          => number(frame_rate),
     hsync         => flag(state_here.h_sync),
     vsync         => flag(state_here.v_sync),
+    marks         => number(state_here.marks),
     errors        => number(state_here.errors),
     edid          => number(edid_bytes),
     monitor       => number(monitor.state),

@@ -132,6 +132,8 @@ package hdmi_pkg is
   type video_state_t is record
     -- Channels of the receiver that are aligned to words.
     aligned : std_logic_vector(CHANNELS - 1 downto 0);
+    -- Channels whose wires are swapped, see tmds_polarity.
+    inverted : std_logic_vector(CHANNELS - 1 downto 0);
     -- The timing is understood and the picture refocused; it is stable but cannot be followed.
     following   : std_logic;
     unsupported : std_logic;
@@ -154,12 +156,14 @@ package hdmi_pkg is
     v_sync_now : std_logic;
     -- Toggle of the last word for the load port that has arrived.
     load_seen : std_logic;
+    -- See picture_marks.
+    marks : std_logic_vector(1 downto 0);
   end record video_state_t;
 
   constant SOURCE_BITS : positive := 13 + 2 * PACKET_ERROR_BITS;
 
   constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 4 +
-                                    SOURCE_BITS;
+                                    SOURCE_BITS + CHANNELS + 2;
 
   subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
 
@@ -199,9 +203,10 @@ package body hdmi_pkg is
   ) return std_logic_vector is
   begin
 
-    return state.sum_errors & state.packet_errors & state.info.format_code & state.info.limited & state.info.colour &
-           (state.info.informed & state.hdmi) & state.load_seen & state.v_sync_now & state.v_sync & state.h_sync &
-           std_logic_vector(state.rows) & std_logic_vector(state.columns) & state.word_errors &
+    return state.marks & state.inverted & state.sum_errors & state.packet_errors & state.info.format_code &
+           state.info.limited & state.info.colour & (state.info.informed & state.hdmi) & state.load_seen &
+           (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
+           std_logic_vector(state.columns) & state.word_errors &
            (state.errors & state.unsupported & state.following & state.aligned);
 
   end function to_vector;
@@ -216,6 +221,7 @@ package body hdmi_pkg is
     constant SYNCS : positive := SIZE + 2 * COUNT_BITS;
     constant TOLD  : positive := SYNCS + 4;
     constant WRONG : positive := TOLD + 13;
+    constant WIRES : positive := WRONG + 2 * PACKET_ERROR_BITS;
     variable state : video_state_t;
 
   begin
@@ -242,6 +248,8 @@ package body hdmi_pkg is
 
     state.packet_errors := vector(WRONG + PACKET_ERROR_BITS - 1 downto WRONG);
     state.sum_errors    := vector(WRONG + 2 * PACKET_ERROR_BITS - 1 downto WRONG + PACKET_ERROR_BITS);
+    state.inverted      := vector(WIRES + CHANNELS - 1 downto WIRES);
+    state.marks         := vector(WIRES + CHANNELS + 1 downto WIRES + CHANNELS);
     return state;
 
   end function to_state;

@@ -56,7 +56,9 @@ entity hdmi_refocuser is
     pattern_timing : in    timing_t;
     -- From and to the control, in clk.
     settings : in    video_settings_t;
-    state    : out   video_state_t
+    state    : out   video_state_t;
+    -- Channels whose word is one that no encoder sends, in clk: what says that bits are not sampled well any more.
+    wrong : out   std_logic_vector(CHANNELS - 1 downto 0)
   );
 end entity hdmi_refocuser;
 
@@ -78,6 +80,7 @@ architecture rtl of hdmi_refocuser is
   -- From the receiver: what came, and what it tells.
   signal link         : video_t;
   signal aligned      : std_logic_vector(CHANNELS - 1 downto 0);
+  signal inverted     : std_logic_vector(CHANNELS - 1 downto 0);
   signal wrong_words  : std_logic_vector(CHANNELS - 1 downto 0);
   signal hdmi         : std_logic;
   signal info         : picture_info_t;
@@ -92,6 +95,8 @@ architecture rtl of hdmi_refocuser is
   signal bare          : video_t;
   signal on_show       : on_show_t;
   signal shown         : video_t;
+  signal marked        : video_t;
+  signal marks         : std_logic_vector(1 downto 0);
 
   signal following    : std_logic;
   signal unsupported  : std_logic;
@@ -111,7 +116,8 @@ architecture rtl of hdmi_refocuser is
 
 begin
 
-  stop <= not run;
+  stop  <= not run;
+  wrong <= wrong_words;
 
   reset_of_pixels : entity work.reset_bridge
     port map (
@@ -137,6 +143,7 @@ begin
       bits         => in_bits,
       video        => link,
       aligned      => aligned,
+      inverted     => inverted,
       locked       => open,
       errors       => wrong_words,
       hdmi         => hdmi,
@@ -262,6 +269,19 @@ begin
 
   end generate text;
 
+  watch_marks : entity work.picture_marks
+    generic map (
+      LINES => MICRO_IMAGE_SIZE
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      in_video    => source,
+      shown_video => shown,
+      out_video   => marked,
+      marks       => marks
+    );
+
   clear <= clear_seen xor settings.clear_toggle;
   load  <= to_load(load_seen xor settings.load_toggle, settings.load_word);
 
@@ -325,7 +345,7 @@ begin
     port map (
       clk      => clk,
       reset    => reset,
-      video    => shown,
+      video    => marked,
       tx_clk   => tx_clk,
       tx_reset => tx_reset,
       tx_words => out_words
@@ -334,6 +354,7 @@ begin
   state <=
   (
     aligned       => aligned,
+    inverted      => inverted,
     following     => following,
     unsupported   => unsupported,
     errors        => errors_now,
@@ -347,7 +368,8 @@ begin
     h_sync        => timing.h_sync_level,
     v_sync        => timing.v_sync_level,
     v_sync_now    => source.v_sync,
-    load_seen     => load_seen
+    load_seen     => load_seen,
+    marks         => marks
   );
 
 end architecture rtl;

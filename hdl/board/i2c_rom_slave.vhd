@@ -3,7 +3,9 @@
 --
 -- A write sets the address, reads go on from it, one byte after the other. Beyond the EDID_BYTES
 -- of the EDID reads give 0xFF. Both lines are taken only after FILTER equal samples; a start condition
--- begins anew from any state, so a transfer that was broken off blocks nothing.
+-- begins anew from any state, so a transfer that was broken off blocks nothing; one that is broken off while the data
+-- line is held low, by a source that went away, would: the line is let go when the clock line has stood still for
+-- LET_GO clocks.
 --
 -- Latency: FILTER + 3 clocks from a falling edge of the clock line to the data line. Throughput: I2C
 --   up to 400 kHz, with clk of 100 MHz.
@@ -21,6 +23,8 @@ entity i2c_rom_slave is
   generic (
     -- Equal samples that make a level; 20 are 200 ns of 100 MHz.
     FILTER : positive := 20;
+    -- Clocks without an edge of the clock line after which the data line is let go: more than the longest bit.
+    LET_GO : positive := 3000000;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive := 1280;
     -- Pixel clocks of the build, see hdmi_control: others are not offered.
@@ -102,6 +106,9 @@ architecture rtl of i2c_rom_slave is
   signal bits      : natural range 0 to 8         := 0;
   signal address   : unsigned(7 downto 0)         := (others => '0');
   signal rom_byte  : std_logic_vector(7 downto 0) := (others => '0');
+  -- Clocks since the last edge of the clock line while the data line is held low.
+  signal holds     : std_logic                 := '0';
+  signal held_long : natural range 0 to LET_GO := 0;
   -- The master has not acknowledged: it wants no more bytes.
   signal refused : std_logic := '0';
 
@@ -116,7 +123,8 @@ architecture rtl of i2c_rom_slave is
 
 begin
 
-  lines <= scl & sda;
+  lines   <= scl & sda;
+  sda_low <= holds;
 
   cross : entity work.synchroniser
     generic map (
@@ -221,14 +229,14 @@ begin
 
           when idle =>
 
-            sda_low <= '0';
+            holds <= '0';
 
           when device_byte =>
 
             if full = '1' then
               state <= idle;
               if shift(7 downto 1) = DEVICE then
-                sda_low   <= '1';
+                holds     <= '1';
                 state     <= acknowledge;
                 after_ack <= address_byte;
                 if shift(0) = '1' then
@@ -240,7 +248,7 @@ begin
           when address_byte =>
 
             if full = '1' then
-              sda_low   <= '1';
+              holds     <= '1';
               state     <= acknowledge;
               after_ack <= discard;
             end if;
@@ -254,40 +262,50 @@ begin
 
           when acknowledge =>
 
-            state   <= after_ack;
-            sda_low <= fetches and not rom_byte(7);
+            state <= after_ack;
+            holds <= fetches and not rom_byte(7);
 
           when send =>
 
-            sda_low <= not shift(7);
+            holds <= not shift(7);
             if full = '1' then
-              sda_low   <= '0';
+              holds     <= '0';
               state     <= acknowledged;
               read_byte <= '1';
             end if;
 
           when acknowledged =>
 
-            sda_low <= not rom_byte(7);
-            state   <= send;
+            holds <= not rom_byte(7);
+            state <= send;
             if refused = '1' then
-              sda_low <= '0';
-              state   <= idle;
+              holds <= '0';
+              state <= idle;
             end if;
 
         end case;
 
       elsif borders = '1' then
-        sda_low <= '0';
-        state   <= idle;
+        holds <= '0';
+        state <= idle;
         if sda_now = '0' then
           state <= device_byte;
         end if;
       end if;
 
+      held_long <= 0;
+      if holds = '1' and rises = '0' and falls = '0' then
+        held_long <= held_long + 1;
+        if held_long = LET_GO - 1 then
+          held_long <= 0;
+          holds     <= '0';
+          state     <= idle;
+        end if;
+      end if;
+
       if reset = '1' then
-        state   <= idle;
-        sda_low <= '0';
+        state <= idle;
+        holds <= '0';
       end if;
     end if;
 

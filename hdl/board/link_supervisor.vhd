@@ -4,8 +4,8 @@
 -- From the measured TMDS clock, or for the test pattern the board's own: choose the source, set both
 -- PLLs for its range, release the receiver's PLL, when it has locked the transmitter's, when that
 -- has locked the logic. A source that changes, a clock out of range, and a lost lock all lead back to
--- the beginning; each wait ends after TIMEOUT clocks. So does a TMDS clock without data: a PLL or a delay
--- line that came up wrongly gets another chance.
+-- the beginning; each wait ends after TIMEOUT clocks, and is counted then. So does a TMDS clock without data: a PLL or
+-- a delay line that came up wrongly gets another chance.
 --
 -- A TMDS clock counts when STEADY measurements in a row were in range and each differed from the one before
 -- by a count at most: an open input, which may oscillate, starts nothing. The fastest one accepted is that of
@@ -23,13 +23,15 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.math_pkg.all;
 
 entity link_supervisor is
   generic (
     -- Counts of clock_meter for 10 MHz.
     COUNTS_10_MHZ : positive := 100;
-    -- Clocks to wait for a lock.
+    -- Clocks to wait for a lock, and clocks that the PLLs are held in reset before; more than 15.
     TIMEOUT : positive := 1000000;
+    HOLD    : positive := 20000;
     -- Measurements of a TMDS clock that must agree.
     STEADY : positive range 2 to 15 := 4;
     -- Measurements without data after which a running link is restarted.
@@ -53,6 +55,8 @@ entity link_supervisor is
     data : in    std_logic;
     -- It ran and is held again though the choice of the clock is the same, for a clock.
     restarted : out   std_logic;
+    -- A PLL was given up that did not lock in time, for a clock.
+    lock_failed : out   std_logic;
     -- There is a steady TMDS clock in range.
     present : out   std_logic
   );
@@ -151,6 +155,7 @@ begin
       give_up         := waited = TIMEOUT;
       order.configure <= '0';
       restarted       <= '0';
+      lock_failed     <= '0';
       if waited /= TIMEOUT then
         waited <= waited + 1;
       end if;
@@ -163,7 +168,7 @@ begin
           order.run          <= '0';
           receive_reset_now  <= '1';
           transmit_reset_now <= '1';
-          if waited >= 15 then
+          if waited >= HOLD then
             own    <= want_own;
             state  <= choose;
             waited <= 0;
@@ -225,6 +230,9 @@ begin
         waited    <= 0;
         if state = running and own = want_own then
           restarted <= '1';
+        end if;
+        if state = lock_receive or state = lock_transmit then
+          lock_failed <= to_logic(waited = TIMEOUT);
         end if;
       end if;
 

@@ -19,10 +19,12 @@ package status_pkg is
                                    "present=# " &
                                    "running=# " &
                                    "restarts=# " &
+                                   "lost_locks=# " &
                                    "tracking=# " &
                                    "taps=#/#/# " &
                                    "hung=#/#/# " &
                                    "aligned=# " &
+                                   "inverted=# " &
                                    "word_errors=#/#/# " &
                                    "hdmi=# " &
                                    "avi=# " &
@@ -37,13 +39,14 @@ package status_pkg is
                                    "rate=# " &
                                    "hsync=# " &
                                    "vsync=# " &
+                                   "marks=# " &
                                    "errors=# " &
                                    "edid=# " &
                                    "monitor=# " &
                                    "monitor_mode=#/#/# " &
                                    "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 44;
+  constant STATUS_NUMBERS : positive := 47;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -65,10 +68,12 @@ package status_pkg is
     present       : number_t;
     running       : number_t;
     restarts      : number_t;
+    lost_locks    : number_t;
     tracking      : number_t;
     taps          : std_logic_vector(47 downto 0);
     hung          : std_logic_vector(47 downto 0);
     aligned       : number_t;
+    inverted      : number_t;
     word_errors   : std_logic_vector(47 downto 0);
     hdmi          : number_t;
     avi           : number_t;
@@ -83,6 +88,7 @@ package status_pkg is
     rate          : number_t;
     hsync         : number_t;
     vsync         : number_t;
+    marks         : number_t;
     errors        : number_t;
     edid          : number_t;
     monitor       : number_t;
@@ -109,6 +115,7 @@ package body status_pkg is
            status.monitor &
            status.edid &
            status.errors &
+           status.marks &
            status.vsync &
            status.hsync &
            status.rate &
@@ -123,10 +130,12 @@ package body status_pkg is
            status.avi &
            status.hdmi &
            status.word_errors &
+           status.inverted &
            status.aligned &
            status.hung &
            status.taps &
            status.tracking &
+           status.lost_locks &
            status.restarts &
            status.running &
            status.present &

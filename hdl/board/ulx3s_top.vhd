@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Radiona ULX3S (LFE5U-45F or -85F): HDMI in on a GPDI PMOD, refocused HDMI out on the board's GPDI.
+-- Radiona ULX3S (LFE5U-12F, -25F, -45F, -85F): HDMI in on a GPDI PMOD, refocused HDMI out on the board's GPDI.
 --
 -- Here is what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes.
 -- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
@@ -18,6 +18,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
@@ -48,7 +49,7 @@ entity ulx3s_top is
     CONTROL_MHZ : positive range 5 to 1000 := 50;
     -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
     METER_WINDOW  : positive range 1 to 200000000 := 16000;
-    LOCK_TIMEOUT  : positive range 1 to 200000000 := 1000000;
+    LOCK_TIMEOUT  : positive range 1 to 200000000 := 5000000;
     DATA_PATIENCE : positive                      := 625;
     BUTTON_STABLE : positive range 1 to 200000000 := 1000000;
     BIT_TIME      : positive range 1 to 200000000 := 868;
@@ -90,8 +91,10 @@ entity ulx3s_top is
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0);
-    -- High, or the board's ESP32 restarts the FPGA.
-    wifi_gpio0 : out   std_logic
+    -- Pulled up and nothing else: low, the board's ESP32 would start its loader. GPIO0 is at the first one up to
+    -- v3.1.5, at the second one from v3.1.6 on, where the other pin is another of the ESP32's.
+    wifi_gpio0     : in    std_logic;
+    wifi_gpio0_new : in    std_logic
   );
 end entity ulx3s_top;
 
@@ -139,6 +142,7 @@ architecture rtl of ulx3s_top is
   signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
+  signal wrong    : std_logic_vector(CHANNELS - 1 downto 0);
 
   -- Lanes.
   signal in_strobe  : std_logic;
@@ -147,9 +151,6 @@ architecture rtl of ulx3s_top is
   signal out_words  : std_logic_vector(10 * CHANNELS + 9 downto 0);
 
 begin
-
-  wifi_gpio0  <= '1';
-  in_hot_plug <= '1';
 
   --------------------------------------------------------------------------------------------------
   -- What any board has.
@@ -178,6 +179,7 @@ begin
       order       => order,
       in_ddc      => in_ddc,
       in_sda_low  => in_sda_low,
+      in_hot_plug => in_hot_plug,
       out_ddc     => out_ddc,
       out_ddc_low => out_ddc_low,
       uart_rx     => uart_rx,
@@ -237,7 +239,8 @@ begin
       out_words      => out_words,
       pattern_timing => PATTERN,
       settings       => settings,
-      state          => state
+      state          => state,
+      wrong          => wrong
     );
 
   --------------------------------------------------------------------------------------------------
@@ -257,7 +260,12 @@ begin
 
   reset_request <= not reset_n or not own_ready;
 
-  reset_of_control : entity work.reset_bridge
+  -- The EDID goes on while the button bounces or the lock has a short gap.
+  reset_of_control : entity work.reset_filter
+    generic map (
+      ASSERT_CLOCKS  => CONTROL_MHZ,
+      RELEASE_CLOCKS => larger(LOCK_TIMEOUT / 5000 * CONTROL_MHZ, 16)
+    )
     port map (
       clk     => control_clk,
       request => reset_request,
@@ -322,6 +330,7 @@ begin
         strobe      => in_strobe,
         reset       => pixel_reset,
         bits        => in_bits(10 * c + 9 downto 10 * c),
+        wrong       => wrong(c),
         tracking    => lanes.tracking(c),
         taps        => lanes.taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
         hung_toggle => lanes.hung_toggle(c)

@@ -29,6 +29,8 @@ entity ddr_input is
     reset : in    std_logic;
     -- Ten bits, in clk; bit 0 came first.
     bits : out   std_logic_vector(9 downto 0);
+    -- In clk: a word of the channel was wrong, see phase_search.
+    wrong : in    std_logic;
     -- The delay line, in clk: see phase_search.
     tracking    : out   std_logic;
     taps        : out   std_logic_vector(7 downto 0);
@@ -108,6 +110,7 @@ begin
       clk         => clk,
       reset       => reset,
       bits        => bits_now,
+      wrong       => wrong,
       load_n      => load_n,
       move        => move,
       tracking    => found,

@@ -10,8 +10,10 @@
 -- bits of two words do not repeat.
 --
 -- When a run lies elsewhere later, the delay has slipped or a line has lost it; when none is seen for TIMEOUT clocks
--- there is no signal: in both cases it searches anew. While it does not it moves nothing. A search that saw nothing at
--- its first delay is done once more before it counts: the signal may have come in its middle.
+-- there is no signal: in both cases it searches anew. So it does when ERROR_LIMIT words were wrong that no encoder
+-- sends: the bit's middle has drifted away, with the temperature maybe, and runs of tokens still come through. Where
+-- that does not help it is not tried again for ERROR_WINDOW clocks. While it does not search it moves nothing. A search
+-- that saw nothing at its first delay is done once more before it counts: the signal may have come in its middle.
 --
 -- Latency: for each tried delay, RUNS runs of tokens, or TIMEOUT clocks without one. Throughput: one word each clock.
 -- Equation: taps = middle of the longest interval of delays with one place of the tokens.
@@ -33,6 +35,9 @@ entity phase_search is
     RUNS : positive range 1 to 15 := 2;
     -- Clocks without a run after which there is none; more than a line's active pixels.
     TIMEOUT : positive := 8192;
+    -- Wrong words of ERROR_WINDOW that begin a new search, once in that time; 1.3 s of 50 MHz.
+    ERROR_LIMIT  : positive                     := 1000;
+    ERROR_WINDOW : positive range 2 to 67108864 := 67108864;
     -- Clocks until the words are those of a new delay.
     SETTLE : positive range 4 to 63 := 16
   );
@@ -41,6 +46,8 @@ entity phase_search is
     reset : in    std_logic;
     -- Ten bits of the channel; bit 0 came first.
     bits : in    std_logic_vector(9 downto 0);
+    -- A word of the channel, not long ago, was one that no encoder sends.
+    wrong : in    std_logic;
     -- To the delay line: low sets it to its first tap; each falling edge moves it by one tap up.
     load_n : out   std_logic;
     move   : out   std_logic;
@@ -97,6 +104,12 @@ architecture rtl of phase_search is
   signal run_length  : natural range 0 to RUN       := 0;
   signal run_now     : std_logic                    := '0';
 
+  -- Wrong words of this window, its clocks, and whether no search was begun for them in it.
+  signal errors   : natural range 0 to ERROR_LIMIT      := 0;
+  signal watched  : natural range 0 to ERROR_WINDOW - 1 := 0;
+  signal armed    : std_logic                           := '1';
+  signal too_many : std_logic;
+
   -- At this tap: a run goes on with the interval, or begins another; enough was seen. The delay that was found is lost.
   signal silent    : std_logic;
   signal goes_on   : std_logic;
@@ -116,7 +129,8 @@ begin
   breaks    <= to_logic(state = look and (inside = '0' or run_place /= place)) and run_now and not silent;
   look_ends <= (to_logic(state = look) and silent) or (goes_on and to_logic(seen = RUNS - 1)) or
                (breaks and to_logic(seen /= 0));
-  lost      <= to_logic(state = follow) and (silent or (run_now and to_logic(run_place /= best_place)));
+  too_many  <= armed and to_logic(errors = ERROR_LIMIT);
+  lost      <= to_logic(state = follow) and (silent or too_many or (run_now and to_logic(run_place /= best_place)));
 
   find_runs : process (clk) is
 
@@ -166,6 +180,32 @@ begin
     end if;
 
   end process find_runs;
+
+  count_errors : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if wrong = '1' and state = follow and errors /= ERROR_LIMIT then
+        errors <= errors + 1;
+      end if;
+      if too_many = '1' then
+        armed <= '0';
+      end if;
+      if watched = ERROR_WINDOW - 1 then
+        watched <= 0;
+        errors  <= 0;
+        armed   <= '1';
+      else
+        watched <= watched + 1;
+      end if;
+      if reset = '1' then
+        watched <= 0;
+        errors  <= 0;
+        armed   <= '1';
+      end if;
+    end if;
+
+  end process count_errors;
 
   search : process (clk) is
   begin

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the deserialised bits of three channels to pixels and syncs.
 --
--- Word alignment -> deskew -> decoders -> periods. Of an HDMI source's data islands the
+-- Word alignment -> polarity -> deskew -> decoders -> periods. Of an HDMI source's data islands the
 -- syncs are kept and the AVI InfoFrame is read.
 --
 -- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
@@ -31,6 +31,8 @@ entity tmds_receiver is
     video : out   video_t;
     -- Each channel is aligned to words.
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
+    -- Each channel comes with swapped wires, which is put right.
+    inverted : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
     locked : out   std_logic;
     -- Channels whose word is not one that this period (control, video, island) can have.
@@ -48,6 +50,7 @@ end entity tmds_receiver;
 architecture rtl of tmds_receiver is
 
   signal words           : words_t;
+  signal right_words     : words_t;
   signal tokens          : std_logic_vector(CHANNELS - 1 downto 0);
   signal channel_aligned : std_logic_vector(CHANNELS - 1 downto 0);
   signal deskewed        : words_t;
@@ -88,11 +91,20 @@ begin
 
   end generate channel;
 
-  deskew : entity work.tmds_deskew
+  polarity : entity work.tmds_polarity
     port map (
       clk       => clk,
       reset     => reset,
       words     => words,
+      out_words => right_words,
+      inverted  => inverted
+    );
+
+  deskew : entity work.tmds_deskew
+    port map (
+      clk       => clk,
+      reset     => reset,
+      words     => right_words,
       tokens    => tokens,
       aligned   => channel_aligned,
       out_words => deskewed,

@@ -23,6 +23,7 @@ class Plls:
         self.dut = dut
         self.settings: list[int] = []
         self.restarts = 0
+        self.failed = 0
         self.locks = [True, True]
         dut.want_own.value = 0
         dut.own_ready.value = 0
@@ -40,6 +41,7 @@ class Plls:
         for _ in range(count):
             await FallingEdge(dut.clk)
             self.restarts += str(dut.restarted.value) == "1"
+            self.failed += str(dut.lock_failed.value) == "1"
             if str(dut.configure.value) == "1":
                 self.settings.append(int(dut.high.value))
                 assert int(dut.receive_reset.value), "settings change in reset only"
@@ -197,15 +199,25 @@ async def lost_locks_and_the_own_clock(dut: Any) -> None:
         assert not int(dut.run.value)
         # It is tried again and again, and never runs.
         plls.settings.clear()
+        failed = plls.failed
         for _ in range(5 * CASE["timeout"] // 2):
             await plls.clocks(1)
             assert not int(dut.run.value)
         assert len(plls.settings) in (2, 3)
+        assert 0 <= len(plls.settings) - (plls.failed - failed) <= 1, "each is counted"
         assert int(dut.transmit_reset.value) or lost
         plls.locks[lost] = True
         await plls.clocks(CASE["timeout"] + 100)
         assert int(dut.run.value)
         assert plls.restarts == restarts + 1
+    # A lock that takes as long as there is time for it is none that failed.
+    failed = plls.failed
+    plls.locks = [False, True]
+    dut.receive_locked.value = 0
+    await plls.clocks(CASE["timeout"] - 10)
+    plls.locks = [True, True]
+    await plls.clocks(20)
+    assert (int(dut.run.value), plls.failed) == (1, failed)
     # The board's own clock: chosen in reset, always the low setting; no restart is counted.
     plls.settings.clear()
     restarts = plls.restarts

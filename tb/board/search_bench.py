@@ -155,3 +155,45 @@ async def every_place_of_a_bit(dut: Any) -> None:
         await bench.clocks(3 * (BLANK + ACTIVE))
         assert int(dut.tracking.value), f"late by {late} taps: the delay was given up"
         assert int(dut.hung_toggle.value) == hung
+
+
+@for_entity("phase_search")
+async def wrong_words_begin_a_search(dut: Any) -> None:
+    """So many of a window, once in it; fewer never."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    channel = Channel(rng, CASE["bit_taps"][0], 0)
+    bench = Bench(dut, channel)
+    limit, window = CASE["error_limit"], CASE["error_window"]
+    search = 40 * (2 * CASE["timeout"] + 100)
+    dut.wrong.value = 0
+    dut.reset.value = 1
+    await bench.clocks(5)
+    channel.tap = 0
+    dut.reset.value = 0
+    await bench.clocks(search, until=1)
+
+    async def wrong(words: int) -> None:
+        for _ in range(words):
+            dut.wrong.value = 1
+            await bench.clocks(1)
+            dut.wrong.value = 0
+            await bench.clocks(rng.randrange(5))
+
+    hung = int(dut.hung_toggle.value)
+    # In each window fewer than it takes.
+    for _ in range(3):
+        await wrong(limit // 2)
+        await bench.clocks(window)
+    assert (int(dut.tracking.value), int(dut.hung_toggle.value)) == (1, hung)
+    await wrong(limit)
+    await bench.clocks(10, until=0)
+    assert int(dut.hung_toggle.value) != hung
+    await bench.clocks(search, until=1)
+    bench.check()
+    # Not again in this window, whatever comes; in one of the next.
+    await wrong(2 * limit)
+    assert int(dut.tracking.value)
+    await bench.clocks(window)
+    await wrong(2 * limit)
+    await bench.clocks(10, until=0)

@@ -13,10 +13,22 @@ def unit(entity: str, generics: dict, **case: object) -> Case:
 CONTROL = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
 UNITS = [
     *(
-        unit("i2c_rom_slave", {"MAX_COLUMNS": columns}, max_columns=columns)
+        unit(
+            "i2c_rom_slave",
+            {"MAX_COLUMNS": columns, "LET_GO": 2000},
+            max_columns=columns,
+            let_go=2000,
+        )
         for columns in (64, 640, 1279, 1280, 2000)
     ),
     unit("debouncer", {"STABLE": 20}, stable=20),
+    unit(
+        "reset_filter",
+        {"ASSERT_CLOCKS": 5, "RELEASE_CLOCKS": 30},
+        assert_clocks=5,
+        release_clocks=30,
+    ),
+    unit("hot_plug", {"PAUSE": 50}, pause=50),
     unit(
         "board_control",
         {
@@ -30,6 +42,8 @@ UNITS = [
 
 
 # `make mutants` chooses by the names of entities.
-@pytest.mark.parametrize("cases", [UNITS], ids=["i2c_rom_slave-debouncer-board_control"])
+@pytest.mark.parametrize(
+    "cases", [UNITS], ids=["i2c_rom_slave-debouncer-reset_filter-hot_plug-board_control"]
+)
 def test_unit(cases: list[Case]) -> None:
     run_cases(cases)

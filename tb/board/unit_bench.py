@@ -84,6 +84,28 @@ async def edid_over_i2c(dut: Any) -> None:
     at = rng.randrange(100)
     assert await master.read_block(at, 5) == edid[at : at + 5]
     assert await master.read_block(126, 4) == [*edid[126:], 0xFF, 0xFF]
+    # A source goes away while the slave holds the data line low: it lets go by itself in time.
+    await master.start()
+    assert await master.write(0xA0)
+    assert await master.write(0)
+    await master.start()
+    assert await master.write(0xA1)
+    await ClockCycles(dut.clk, CASE["let_go"] - 400)
+    assert int(dut.sda_low.value)
+    await ClockCycles(dut.clk, 401)
+    assert not int(dut.sda_low.value)
+    assert all([await master.bit(1) for _ in range(12)])
+    await master.stop()
+    assert await master.read_block(0, 3) == edid[:3]
+    # Anything on both lines, then silence: the slave has let go and answers as ever.
+    for _ in range(400):
+        dut.scl.value, dut.sda.value = rng.randrange(2), rng.randrange(2)
+        await Timer(rng.randrange(20, 2000), "ns")
+    dut.scl.value = dut.sda.value = 1
+    master.low = False
+    await ClockCycles(dut.clk, CASE["let_go"] + 100)
+    assert not int(dut.sda_low.value)
+    assert await master.read_block(0, 3) == edid[:3]
 
 
 @for_entity("debouncer")
@@ -117,6 +139,54 @@ async def bouncing_contact(dut: Any) -> None:
                     presses += int(dut.pressed.value)
         assert presses == want, runs
         assert not int(dut.levels.value)
+
+
+@for_entity("reset_filter")
+async def reset_without_bounces(dut: Any) -> None:
+    """From configuration on; short requests and short gaps change nothing."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    begins, ends = CASE["assert_clocks"], CASE["release_clocks"]
+    dut.request.value = 0
+    Clock(dut.clk, 10, "ns").start()
+    # Of the synchroniser's two clocks one behind those that count.
+    level, late = 1, 1
+
+    async def hold(request: int, clocks: int, want: int) -> None:
+        dut.request.value = request
+        for _ in range(clocks):
+            await FallingEdge(dut.clk)
+            assert int(dut.reset.value) == want
+        dut.request.value = 1 - request
+
+    await FallingEdge(dut.clk)
+    for _ in range(6):
+        last = begins if not level else ends
+        # Bounces, none of which lasts.
+        for _ in range(10):
+            await hold(1 - level, rng.randrange(1, last), level)
+            await hold(level, rng.randrange(1, 9), level)
+        await hold(1 - level, last + late, level)
+        level = 1 - level
+        await hold(level, 1, level)
+
+
+@for_entity("hot_plug")
+async def monitor_is_plugged_in(dut: Any) -> None:
+    """So many clocks behind each reset, and behind the configuration."""
+    dut.reset.value = 0
+    Clock(dut.clk, 10, "ns").start()
+    for _ in range(3):
+        clocks = 0
+        while str(dut.present.value) != "1":
+            await FallingEdge(dut.clk)
+            clocks += 1
+        assert abs(clocks - CASE["pause"]) <= 2
+        await ClockCycles(dut.clk, 100)
+        assert int(dut.present.value)
+        dut.reset.value = 1
+        await ClockCycles(dut.clk, 5)
+        assert not int(dut.present.value)
+        dut.reset.value = 0
 
 
 class Panel:

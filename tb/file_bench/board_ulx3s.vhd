@@ -43,25 +43,27 @@ entity board_under_test is
   port (
     -- Faults of the delay lines, see ecp5u.model_faults.
     delay_fault_seed : in    natural;
-    clk_100          : in    std_logic;
-    reset_n          : in    std_logic;
-    in_clk_p         : in    std_logic;
-    in_clk_n         : in    std_logic;
-    in_data_p        : in    std_logic_vector(2 downto 0);
-    in_data_n        : in    std_logic_vector(2 downto 0);
-    scl              : inout std_logic;
-    sda              : inout std_logic;
-    out_clk_p        : out   std_logic;
-    out_data_p       : out   std_logic_vector(2 downto 0);
-    uart_rx          : in    std_logic;
-    uart_tx          : out   std_logic;
-    button_up        : in    std_logic;
-    button_down      : in    std_logic;
-    button_clear     : in    std_logic;
-    switch_pattern   : in    std_logic;
-    switch_pass      : in    std_logic;
-    switch_sweep     : in    std_logic;
-    led              : out   std_logic_vector(7 downto 0)
+    -- Microseconds until a PLL locks (ULX3S).
+    slow_lock_us   : in    natural;
+    clk_100        : in    std_logic;
+    reset_n        : in    std_logic;
+    in_clk_p       : in    std_logic;
+    in_clk_n       : in    std_logic;
+    in_data_p      : in    std_logic_vector(2 downto 0);
+    in_data_n      : in    std_logic_vector(2 downto 0);
+    scl            : inout std_logic;
+    sda            : inout std_logic;
+    out_clk_p      : out   std_logic;
+    out_data_p     : out   std_logic_vector(2 downto 0);
+    uart_rx        : in    std_logic;
+    uart_tx        : out   std_logic;
+    button_up      : in    std_logic;
+    button_down    : in    std_logic;
+    button_clear   : in    std_logic;
+    switch_pattern : in    std_logic;
+    switch_pass    : in    std_logic;
+    switch_sweep   : in    std_logic;
+    led            : out   std_logic_vector(7 downto 0)
   );
 end entity board_under_test;
 
@@ -73,6 +75,7 @@ architecture test of board_under_test is
 begin
 
   delay_faults <= delay_fault_seed;
+  slow_lock    <= slow_lock_us;
 
   oscillate : process (clk_100) is
   begin
@@ -140,7 +143,8 @@ begin
       switch_pass    => switch_pass,
       switch_sweep   => switch_sweep,
       led            => led,
-      wifi_gpio0     => open
+      wifi_gpio0     => '1',
+      wifi_gpio0_new => '1'
     );
 
 end architecture test;

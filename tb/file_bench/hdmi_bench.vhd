@@ -15,6 +15,7 @@
 --   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
 --   9 blanking for as many ns             10 faults of the delay lines, see model_faults
 --   11 an open clock input that oscillates for as many ns, at ever another rate
+--   13 PLLs of the ULX3S lock after so many us
 --   12 a character to the serial port, BIT_TIME * 10 ns a bit, behind those before it; the words go on meanwhile
 
 library ieee;
@@ -113,6 +114,7 @@ architecture test of hdmi_bench is
   signal out_clk_p  : std_logic;
   signal out_data_p : lanes_t;
   signal fault_seed : natural   := 0;
+  signal lock_us    : natural   := 0;
   signal ddc_scl    : std_logic;
   signal ddc_sda    : std_logic;
   signal playing    : boolean   := false;
@@ -194,6 +196,7 @@ begin
     )
     port map (
       delay_fault_seed => fault_seed,
+      slow_lock_us     => lock_us,
       clk_100          => clk_100,
       reset_n          => to_board.reset_n,
       in_clk_p         => pin_clk_p,
@@ -352,6 +355,10 @@ begin
           when 10 =>
 
             fault_seed <= value;
+
+          when 13 =>
+
+            lock_us <= value;
 
           when 11 =>
 

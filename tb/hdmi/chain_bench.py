@@ -14,19 +14,19 @@ from hdmi.panel_bench import (  # noqa: F401
     passed_through,
     test_pattern,
 )
-from plenofir.fpga.hdmi.link import encode_frames
+from plenofir.fpga.hdmi.link import Packed, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
 from plenofir.fpga.hdmi.status import parse_status
-from plenofir_tb.board import Board, ask, signal
+from plenofir_tb import sources, video
+from plenofir_tb.board import Board, ask, fast, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, last_frames
-from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, RGB, hdmi_source
-from plenofir_tb.video import MODE_720
+from plenofir_tb.sources import LIMITED_YCBCR, RGB, hdmi_source
 
 CASE = read_case()
-
+MODE_FAST, MODE_HDMI = fast(video.MODE_720), fast(sources.MODE_HDMI)
 MODE_SLOW = VideoMode(
     name="slow",
     pixel_clock=CASE["slow_khz"],
@@ -48,14 +48,14 @@ async def phases_and_skews(dut: Any) -> None:
     """Each channel at all word phases, channels up to several pixels apart."""
     bench = Board(dut)
     await bench.link.reset()
-    bit_ps = 1e9 / MODE_720.pixel_clock / 10
+    bit_ps = 1e9 / MODE_FAST.pixel_clock / 10
     for base in CASE["phases"]:
         phases = [(base + 3 * c) % 10 + 10 * bench.random.randrange(4) for c in range(3)]
         skews = [
             Command(SKEWS[c], round((phase + bench.random.random()) * bit_ps))
             for c, phase in enumerate(phases)
         ]
-        await bench.relock(MODE_720, skews)
+        await bench.relock(MODE_FAST, skews)
         assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
 
 
@@ -64,12 +64,12 @@ async def jitter(dut: Any) -> None:
     """Edges that are off by a quarter of a bit either way, and a clock lane out of phase."""
     bench = Board(dut)
     await bench.link.reset()
-    bit_ps = 1e9 / MODE_720.pixel_clock / 10
+    bit_ps = 1e9 / MODE_FAST.pixel_clock / 10
     script = [
         Command(Code.JITTER, round(bit_ps / 4)),
         Command(Code.CLOCK_SKEW, round(bench.random.random() * 10 * bit_ps)),
     ]
-    await bench.relock(MODE_720, [*script])
+    await bench.relock(MODE_FAST, [*script])
 
 
 @cocotb.test()
@@ -77,12 +77,12 @@ async def wrong_words(dut: Any) -> None:
     """Words in a picture that no encoder sends: an error, and the picture goes on."""
     bench = Board(dut)
     await bench.link.reset()
-    lost = bench.lost_frames(MODE_720)
-    words = encode_frames(MODE_720, bench.pictures(MODE_720, lost + 4))
-    begin = (lost + 2) * MODE_720.h_total * MODE_720.v_total
+    lost = bench.lost_frames(MODE_FAST)
+    words = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, lost + 4))
+    begin = (lost + 2) * MODE_FAST.h_total * MODE_FAST.v_total
     # Four ones, and no inversion where there ought to be one.
     words[begin + 9] = words[begin + 9] & ~np.uint32(0x3FF) | np.uint32(0x00F)
-    await bench.link.play([*signal(MODE_720), words])
+    await bench.link.play([*signal(MODE_FAST), words])
     assert bench.led() & 0x3F == 0x3F, f"LEDs {bench.led():08b}"
 
 
@@ -91,7 +91,7 @@ async def modes_change(dut: Any) -> None:
     """Slow and fast clocks, back and forth, in the middle of frames."""
     bench = Board(dut)
     await bench.link.reset()
-    for mode in (MODE_SLOW, MODE_720, MODE_SLOW):
+    for mode in (MODE_SLOW, MODE_FAST, MODE_SLOW):
         await bench.relock(mode, [])
         assert bench.led() & 0x1F == 0x1F
         part = encode_frames(mode, bench.pictures(mode, 1))
@@ -133,7 +133,7 @@ async def hdmi_modes_change(dut: Any) -> None:
         (MODE_SLOW, None),
         (MODE_HDMI, LIMITED_YCBCR),
         (slow, AviInfo(ColourSpace.YCBCR_444, format_code=1, ycc_range=1)),
-        (MODE_720, None),
+        (MODE_FAST, None),
         (slow, AviInfo(ColourSpace.YCBCR_422, format_code=1)),
     ]
     for mode, info in sources:
@@ -155,11 +155,11 @@ async def clock_lost_and_back(dut: Any) -> None:
     """The clock lane stands still for a while: the LED goes out, then all comes back."""
     bench = Board(dut)
     await bench.link.reset()
-    await bench.relock(MODE_720, [])
-    part = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[: bench.random.randrange(1300)]
+    await bench.relock(MODE_FAST, [])
+    part = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 1))[: bench.random.randrange(1300)]
     await bench.link.play([part, Command(Code.CLOCK, 0), Command(Code.WAIT, 100_000)])
     assert bench.led() & 0x1F == 0, f"LEDs {bench.led():08b}"
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
 
 
 @cocotb.test()
@@ -167,13 +167,13 @@ async def cable_pulled(dut: Any) -> None:
     """Pulled in the middle of a frame, and plugged again somewhere in another one."""
     bench = Board(dut)
     await bench.link.reset()
-    await bench.relock(MODE_720, [])
-    part = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[: bench.random.randrange(1300)]
-    open_part = encode_frames(MODE_720, bench.pictures(MODE_720, 4))
+    await bench.relock(MODE_FAST, [])
+    part = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 1))[: bench.random.randrange(1300)]
+    open_part = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 4))
     await bench.link.play([part, Command(Code.CABLE, 0), open_part])
     assert bench.led() & 0x1F == 0
-    rest = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[bench.random.randrange(1300) :]
-    await bench.relock(MODE_720, [Command(Code.CABLE, 1), rest])
+    rest = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 1))[bench.random.randrange(1300) :]
+    await bench.relock(MODE_FAST, [Command(Code.CABLE, 1), rest])
 
 
 @cocotb.test()
@@ -181,14 +181,14 @@ async def data_lost_while_the_clock_runs(dut: Any) -> None:
     """Data lanes stand still, the clock runs: channels are lost, the monitor gets black frames."""
     bench = Board(dut)
     await bench.link.reset()
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
     # Long enough for the alignment to be given up.
-    quiet = np.zeros(9 * MODE_720.h_total * MODE_720.v_total, np.uint32)
-    black = last_frames(await bench.link.play([quiet]), MODE_720.h_total)
+    quiet = np.zeros(9 * MODE_FAST.h_total * MODE_FAST.v_total, np.uint32)
+    black = last_frames(await bench.link.play([quiet]), MODE_FAST.h_total)
     assert black, "the monitor lost its signal"
-    assert all(frame.mode == MODE_720.as_measured() for frame in black)
+    assert all(frame.mode == MODE_FAST.as_measured() for frame in black)
     assert bench.led() & 0x1F == 0x01, f"LEDs {bench.led():08b}"
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
 
 
 @cocotb.test()
@@ -200,7 +200,7 @@ async def open_clock_input(dut: Any) -> None:
     assert bench.led() & 0x1F == 0
     status = parse_status(await ask(dut, "?"))
     assert status["present"] == status["running"] == status["restarts"] == (0,)
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
 
 
 @cocotb.test()
@@ -208,7 +208,7 @@ async def clock_out_of_range(dut: Any) -> None:
     """A clock that the build does not take starts nothing; one that it takes is followed."""
     bench = Board(dut)
     await bench.link.reset()
-    mode = MODE_720.model_copy(update={"pixel_clock": CASE["refused_khz"]})
+    mode = MODE_FAST.model_copy(update={"pixel_clock": CASE["refused_khz"]})
     await bench.link.play([*signal(mode), Command(Code.WAIT, 100_000)])
     assert bench.led() & 0x1F == 0, f"LEDs {bench.led():08b}"
     asking = cocotb.start_soon(ask(dut, "?"))
@@ -217,7 +217,124 @@ async def clock_out_of_range(dut: Any) -> None:
     assert status["present"] == status["running"] == (0,)
     unit = CASE["meter_window"] / 16000
     assert abs(status["clock"][0] - CASE["refused_khz"] / 100 * unit) <= 1
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
+
+
+@cocotb.test()
+async def broken_streams(dut: Any) -> None:
+    """Noise, torn lines and frames, endless blanking: right again in the stated time."""
+    bench = Board(dut)
+    await bench.link.reset()
+    total = MODE_FAST.h_total
+    for _ in range(3):
+        broken: list[Command | Packed] = [*signal(MODE_FAST)]
+        for _ in range(6):
+            words = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 2))
+            kind = bench.random.randrange(5)
+            if kind == 0:
+                words = bench.rng.integers(0, 1 << 30, 2 * total, np.uint32)
+            elif kind == 1:  # Lines of other lengths.
+                cuts = sorted(bench.random.sample(range(1, words.size), 8))
+                parts = np.split(words, cuts)
+                words = np.concatenate([part[: bench.random.randrange(1, 90)] for part in parts])
+            elif kind == 2:  # A frame of too few lines.
+                words = words[: bench.random.randrange(words.size)]
+            elif kind == 3:  # Blanking, or a picture, that does not end.
+                words = np.resize(words[bench.random.choice((3, total - 3)) :][:1], 5 * total)
+            else:  # A channel alone goes on.
+                words = words | np.uint32(0x3FF << 10 * bench.random.randrange(3))
+            broken.append(words.astype(np.uint32))
+        await bench.relock(MODE_FAST, broken)
+        assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
+
+
+@cocotb.test()
+async def garbage_on_the_serial_port(dut: Any) -> None:
+    """Random bytes, lines without an end, breaks: the port answers again, the picture goes on."""
+    bench = Board(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_FAST, [])
+    bit_ns = 10 * CASE["bit_clocks"]
+    for _ in range(3):
+        for _ in range(60):
+            code = bench.random.choice((bench.random.randrange(256), 0x20, 0x0D))
+            # Without line ends behind letters, which would be commands.
+            for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+                dut.uart_rx.value = bit
+                await Timer(bit_ns * bench.random.uniform(0.9, 1.1), "ns")
+        dut.uart_rx.value = 0
+        await Timer(40 * bit_ns, "ns")
+        dut.uart_rx.value = 1
+        # What was begun ends, and is answered by something.
+        await ask(dut, "")
+        await Timer(100, "us")
+        for command in ("s 0", "w 0", "p 0", "t 0"):
+            assert await ask(dut, command) == "ok"
+        parse_status(await ask(dut, "?"))
+    await bench.relock(MODE_FAST, [])
+
+
+@cocotb.test()
+async def swapped_pairs(dut: Any) -> None:
+    """Both wires of pairs swapped: of all, as a header the wrong way round does, and of one."""
+    bench = Board(dut)
+    await bench.link.reset()
+    for swapped in (7, bench.random.choice((2, 4))):
+        stop = [Command(Code.CLOCK, 0), Command(Code.WAIT, 20_000)]
+        await bench.relock(MODE_FAST, stop, swapped=swapped)
+        assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
+        # The signal goes on while the answer comes.
+        asking = cocotb.start_soon(ask(dut, "?"))
+        inverted = np.uint32(sum(0x3FF << 10 * c for c in range(3) if swapped >> c & 1))
+        frames = bench.pictures(MODE_FAST, bench.lost_frames(MODE_FAST) + 20)
+        await bench.link.play([encode_frames(MODE_FAST, frames) ^ inverted])
+        assert parse_status(await asking)["inverted"] == (swapped,)
+
+
+@cocotb.test(skip=CASE["board"] != "ulx3s")
+async def slow_locks(dut: Any) -> None:
+    """PLLs that take nearly all the time there is run; slower ones are tried again and counted."""
+    bench = Board(dut)
+    # In the bench's scale of 200 us for 50 ms: the data sheet's 15 ms, nearly all of it, too long.
+    for slow_us, runs in ((60, True), (185, True), (260, False), (60, True)):
+        await bench.link.reset()
+        blank = [Command(Code.SLOW_LOCK, slow_us), *signal(MODE_FAST), Command(Code.WAIT, 800_000)]
+        await bench.link.play(blank)
+        asking = cocotb.start_soon(ask(dut, "?"))
+        await bench.link.play([Command(Code.WAIT, 100_000)])
+        status = parse_status(await asking)
+        assert status["running"] == (int(runs),), slow_us
+        assert bool(status["lost_locks"][0]) != runs, status["lost_locks"]
+        assert status["present"] == (1,)
+    await bench.link.play([Command(Code.SLOW_LOCK, 0)])
+    await bench.relock(MODE_FAST, [])
+
+
+@cocotb.test(skip=CASE["board"] != "ulx3s")
+async def drifting_delays(dut: Any) -> None:
+    """Bits drift by more than their length while frames go on; then the link is right again."""
+    bench = Board(dut)
+    await bench.link.reset()
+    bit_ps = 1e9 / MODE_FAST.pixel_clock / 10
+    await bench.relock(MODE_FAST, [])
+    steps = 24
+    drift: list[Command | Packed] = []
+    for step in range(1, steps + 1):
+        # Channels apart, in both directions.
+        for code, far in zip(SKEWS, (1.3, 1.1, 0.9), strict=True):
+            drift.append(Command(code, round(far * bit_ps * step / steps)))
+        drift.append(encode_frames(MODE_FAST, bench.pictures(MODE_FAST, 1)))
+    lost = bench.lost_frames(MODE_FAST)
+    frames = bench.pictures(MODE_FAST, lost + 3)
+    taken = await bench.link.play([*drift, encode_frames(MODE_FAST, frames)])
+    got = last_frames(taken, MODE_FAST.h_total)
+    assert len(got) >= 2
+    # The last frame has not come out as a whole.
+    for frame, picture in zip(got[::-1], frames[-2 : lost - 1 : -1], strict=False):
+        assert np.array_equal(frame.pixels, bench.golden(picture))
+    status = parse_status(await ask(dut, "?"))
+    assert any(status["hung"]), "the drift was noticed"
+    assert status["tracking"] == status["aligned"] == (7,)
 
 
 async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
@@ -225,19 +342,19 @@ async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
     bench = Board(dut)
     await bench.link.reset()
     dut._log.info("seed of the faults: %d", seed)
-    frame_us = 1000 * MODE_720.h_total * MODE_720.v_total / MODE_720.pixel_clock
+    frame_us = 1000 * MODE_FAST.h_total * MODE_FAST.v_total / MODE_FAST.pixel_clock
     # Faults begin when the delays have been found.
     settled = int(np.ceil(CASE["lock_us"] / frame_us))
-    during = encode_frames(MODE_720, bench.pictures(MODE_720, settled + 8))
-    lost = bench.lost_frames(MODE_720) + int(np.ceil(recovery_us / frame_us))
-    frames = bench.pictures(MODE_720, lost + 3)
+    during = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, settled + 8))
+    lost = bench.lost_frames(MODE_FAST) + int(np.ceil(recovery_us / frame_us))
+    frames = bench.pictures(MODE_FAST, lost + 3)
     taken = await bench.link.play(
         [
-            *(Command(Code.DELAY_FAULTS, seed), *signal(MODE_720), during),
-            *(Command(Code.DELAY_FAULTS, 0), encode_frames(MODE_720, frames)),
+            *(Command(Code.DELAY_FAULTS, seed), *signal(MODE_FAST), during),
+            *(Command(Code.DELAY_FAULTS, 0), encode_frames(MODE_FAST, frames)),
         ]
     )
-    got = last_frames(taken, MODE_720.h_total)
+    got = last_frames(taken, MODE_FAST.h_total)
     assert len(got) >= 2
     # The last frame has not come out as a whole.
     for frame, picture in zip(got[::-1], frames[-2 : lost - 1 : -1], strict=False):
@@ -291,7 +408,7 @@ async def spoilt_frames(bench: Board, mode: VideoMode, info: AviInfo | None) -> 
 async def bit_errors(dut: Any) -> None:
     """Random bit errors: told by the LED, pictures without any are right, the raster stays."""
     bench = Board(dut)
-    await spoilt_frames(bench, MODE_720, None)
+    await spoilt_frames(bench, MODE_FAST, None)
     # That no frame follows is an error too, a little later.
     await Timer(2, "us")
     dut.button_clear.value = 1

@@ -15,11 +15,14 @@ from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.packets import ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
 from plenofir.fpga.hdmi.status import parse_status
-from plenofir_tb.board import Board, ask, signal
+from plenofir_tb import sources, video
+from plenofir_tb.board import Board, ask, fast, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import last_frames
-from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, hdmi_source
-from plenofir_tb.video import MODE_720, light_field
+from plenofir_tb.sources import LIMITED_YCBCR, hdmi_source
+from plenofir_tb.video import light_field
+
+MODE_FAST, MODE_HDMI = fast(video.MODE_720), fast(sources.MODE_HDMI)
 
 
 @cocotb.test()
@@ -97,7 +100,7 @@ async def focus_is_stepped(dut: Any) -> None:
     """Slices by buttons, around both ends, by the serial port, and in a sweep; no frame is lost."""
     bench = Board(dut)
     await bench.link.reset()
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
     slices = len(read_case()["shifts"])
     shown = 0
     steps = [(dut.button_down, -1), (dut.button_up, 1), (dut.button_up, 1)] if slices > 1 else []
@@ -105,9 +108,9 @@ async def focus_is_stepped(dut: Any) -> None:
         await press(button)
         shown = (shown + step) % slices
         assert bench.led() >> 6 == shown & 3
-        frames = bench.pictures(MODE_720, 5)
-        taken = await bench.link.play([encode_frames(MODE_720, frames)])
-        got = last_frames(taken, MODE_720.h_total)
+        frames = bench.pictures(MODE_FAST, 5)
+        taken = await bench.link.play([encode_frames(MODE_FAST, frames)])
+        got = last_frames(taken, MODE_FAST.h_total)
         # The bench's blanking tears the raster; the last frame has not come out as a whole.
         want = bench.golden(frames[-2], shown)
         assert np.array_equal(got[-1].pixels, want)
@@ -115,9 +118,9 @@ async def focus_is_stepped(dut: Any) -> None:
     assert await ask(dut, "s 0") == "ok"
     assert bench.led() >> 6 == 0
     assert await ask(dut, "w 1") == "ok"
-    frames = bench.pictures(MODE_720, slices + 5)
-    taken = await bench.link.play([encode_frames(MODE_720, frames)])
-    got = last_frames(taken, MODE_720.h_total)[-slices:]
+    frames = bench.pictures(MODE_FAST, slices + 5)
+    taken = await bench.link.play([encode_frames(MODE_FAST, frames)])
+    got = last_frames(taken, MODE_FAST.h_total)[-slices:]
     order = []
     for frame, picture in zip(got, frames[-slices - 1 :], strict=False):
         fits = [s for s in range(slices) if np.array_equal(frame.pixels, bench.golden(picture, s))]
@@ -132,13 +135,13 @@ async def passed_through(dut: Any) -> None:
     bench = Board(dut)
     await bench.link.reset()
     dut.switch_pass.value = 1
-    frames = bench.pictures(MODE_720, bench.lost_frames(MODE_720) + 3)
-    taken = await bench.link.play([*signal(MODE_720), encode_frames(MODE_720, frames)])
-    got = last_frames(taken, MODE_720.h_total)
+    frames = bench.pictures(MODE_FAST, bench.lost_frames(MODE_FAST) + 3)
+    taken = await bench.link.play([*signal(MODE_FAST), encode_frames(MODE_FAST, frames)])
+    got = last_frames(taken, MODE_FAST.h_total)
     assert len(got) >= 2
     for frame, want in zip(got[::-1], frames[-2::-1], strict=False):
         assert np.array_equal(frame.pixels, want)
-        assert frame.mode == MODE_720.as_measured()
+        assert frame.mode == MODE_FAST.as_measured()
 
 
 @cocotb.test()
@@ -147,13 +150,13 @@ async def test_pattern(dut: Any) -> None:
     bench = Board(dut)
     await bench.link.reset()
     dut.switch_pattern.value = 1
-    got = last_frames(await bench.link.play([Command(Code.WAIT, 500_000)]), MODE_720.h_total)
+    got = last_frames(await bench.link.play([Command(Code.WAIT, 500_000)]), MODE_FAST.h_total)
     assert len(got) >= 2
-    want = bench.golden(pattern(MODE_720))
+    want = bench.golden(pattern(MODE_FAST))
     for frame in got[-2:]:
         assert np.array_equal(frame.pixels, want)
     dut.switch_pattern.value = 0
-    await bench.relock(MODE_720, [])
+    await bench.relock(MODE_FAST, [])
 
 
 def pattern(mode: VideoMode) -> np.ndarray:

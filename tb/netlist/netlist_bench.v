@@ -14,7 +14,7 @@ module netlist_bench;
   reg [29:0] taken;
   integer i, j, c, k, file;
 
-  wire out_clk, in_hot_plug, uart_tx, wifi_gpio0, in_sda, out_scl, out_sda;
+  wire out_clk, in_hot_plug, uart_tx, in_sda, out_scl, out_sda;
   wire [2:0] out_data;
   wire [7:0] led;
   pullup (in_sda);
@@ -26,7 +26,7 @@ module netlist_bench;
     .in_clk(in_clk), .in_data(in_data), .in_scl(1'b1), .in_sda(in_sda), .in_hot_plug(in_hot_plug),
     .out_clk(out_clk), .out_data(out_data), .out_scl(out_scl), .out_sda(out_sda),
     .uart_rx(1'b1), .uart_tx(uart_tx), .button_up(1'b0), .button_down(1'b0), .button_clear(1'b0),
-    .switch_pattern(1'b0), .switch_pass(1'b0), .switch_sweep(1'b0), .led(led), .wifi_gpio0(wifi_gpio0)
+    .switch_pattern(1'b0), .switch_pass(1'b0), .switch_sweep(1'b0), .led(led), .wifi_gpio0(1'b1), .wifi_gpio0_new(1'b1)
   );
 
   always #20000 clk_25 = ~clk_25;

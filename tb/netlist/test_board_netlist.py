@@ -30,9 +30,9 @@ SCENE = "ulx3s-480p"
 FOLDER = project.root() / "tb" / "netlist"
 # 640x480p60's pixel clock; its frames would take minutes.
 PERIOD_PS = 39_720
-# Blanking until the clock was measured (160 us, some times) and delays are found; frames, of
-# which three are measured.
-SETTLE_WORDS, FRAMES = 40_000, 9
+# Blanking until the resets are over (1 ms of the control, 1 ms of the PLL), the clock was measured
+# (160 us, some times) and delays are found; frames, of which three are measured.
+SETTLE_WORDS, FRAMES = 100_000, 9
 
 
 def run(command: list[str], folder: Path) -> str:

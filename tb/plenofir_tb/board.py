@@ -23,6 +23,11 @@ from plenofir_tb.sources import RGB, hdmi_source
 LOCK_FRAMES = 4
 
 
+def fast(mode: VideoMode) -> VideoMode:
+    """Make a mode have the fast pixel clock of the build."""
+    return mode.model_copy(update={"pixel_clock": read_case()["fast_khz"]})
+
+
 def signal(mode: VideoMode) -> list[Command]:
     """Commands that start a source."""
     return [pixel_period(mode), Command(Code.CLOCK, 1)]
@@ -58,17 +63,24 @@ class Board:
         return int(np.ceil(self.case["lock_us"] / frame_us)) + LOCK_FRAMES
 
     async def relock(
-        self, mode: VideoMode, script: list[Command | Packed], info: AviInfo | None = None
+        self,
+        mode: VideoMode,
+        script: list[Command | Packed],
+        info: AviInfo | None = None,
+        swapped: int = 0,
     ) -> list[ReceivedFrame]:
         """Send a script, then frames: the first whole frame that is not black must be right.
 
-        The source is one of DVI, or one of HDMI that tells of its pictures. Returns the frames from
-        the first right one on.
+        The source is one of DVI, or one of HDMI that tells of its pictures. Of `swapped` (sum of 1,
+        2, 4) the pairs of channels 0, 1, 2 have their wires swapped. Returns the frames from the
+        first right one on.
         """
         lost = self.lost_frames(mode)
         frames = self.pictures(mode, lost + 3)
         source = hdmi_source(info) if info else encode_frames
-        taken = await self.link.play([*script, *signal(mode), source(mode, frames)])
+        inverted = sum(0x3FF << 10 * c for c in range(3) if swapped >> c & 1)
+        words = source(mode, frames) ^ np.uint32(inverted)
+        taken = await self.link.play([*script, *signal(mode), words])
         got = last_frames(taken, mode.h_total)
         assert got, "no picture"
         assert got[-1].mode == mode.as_measured()

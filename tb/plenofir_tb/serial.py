@@ -33,7 +33,8 @@ class SerialLink:
             getattr(dut, name).value = 0
         dut.uart_rx.value = 1
         dut.reset_n.value = 0
-        await Timer(200, "ns")
+        # Longer than what a board takes for a bounce of the button.
+        await Timer(2, "us")
         await self.play(
             [
                 *(Command(code, 0) for code in (*SKEWS, Code.CLOCK_SKEW, Code.JITTER)),
@@ -42,8 +43,8 @@ class SerialLink:
             ]
         )
         dut.reset_n.value = 1
-        # Until the clocks that a board makes from its oscillator have locked.
-        await Timer(3, "us")
+        # Until the clocks that a board makes from its oscillator have locked and its reset is over.
+        await Timer(8, "us")
 
     async def play(self, script: Sequence[Command | Packed]) -> Packed:
         """Play commands and words, return what came out meanwhile."""

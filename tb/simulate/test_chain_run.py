@@ -16,9 +16,10 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.first_light import FLOWER
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
 from plenofir.fpga.simulate.report import ScreenReport
-from plenofir.fpga.simulate.request import FLOWER, Run, core_for_image
+from plenofir.fpga.simulate.request import Run, core_for_image
 from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.trellis_config import check_configuration, read_configuration
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
 from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
@@ -50,10 +51,14 @@ def test_bitstream_of_a_board(tmp_path: Path) -> None:
         pytest.skip(str(error))
     core = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
     netlist = make_netlist(hdl.hdl_sources(), TOP, self_test_generics(core, 48), tmp_path)
-    placed = place(
-        netlist,
-        goal_mhz=25,
-        constraints=project.root() / "constraints" / "ulx3s_self_test.lpf",
-    )
+    constraints = project.root() / "constraints" / "ulx3s_self_test.lpf"
+    placed = place(netlist, goal_mhz=25, constraints=constraints)
     assert placed.fmax_mhz >= VIDEO_720P
+    # Its configuration has what the constraints say of each pin.
+    _, pins = check_configuration(
+        read_configuration(netlist.with_suffix(".config").read_text()),
+        (tmp_path / "nextpnr.log").read_text(),
+        constraints.read_text(),
+    )
+    assert set(pins) == {"clk", "reset", "tested", "passed", "blink"}
     assert write_bitstream(netlist.with_suffix(".config")).stat().st_size > 100_000

@@ -352,6 +352,38 @@ async def deskew_begins_anew(dut: Any) -> None:
     await reset_is_whole(dut, inputs, ends, cleared=["locked"], others=["out_words"], after=120)
 
 
+@for_entity("tmds_polarity")
+async def swapped_wires(dut: Any) -> None:
+    """Any channels inverted: 1 and 2 are found by their tokens, 0 by both, not by preambles."""
+    rng = start(dut)
+    token_00, token_01 = tmds.TOKENS[0], tmds.TOKENS[1]
+    dut.words.value = 0
+    await reset(dut)
+    run = CASE["run"]
+    known = [0, 0, 0]
+    for _ in range(40):
+        swapped = [rng.randrange(2) for _ in range(3)]
+        # Video, a preamble of 8 words, a blanking that is long enough or not.
+        blank = rng.choice([run - 9, run + 1, 3 * run])
+        line = [
+            *([rng.randrange(1024) for _ in range(3)] for _ in range(30)),
+            *([tmds.TOKENS[rng.randrange(4)], token_00, token_00] for _ in range(blank)),
+            *([tmds.TOKENS[rng.randrange(4)], token_01, token_01] for _ in range(8)),
+        ]
+        for number, words in enumerate(line):
+            sent = [w ^ (0x3FF if s else 0) for w, s in zip(words, swapped, strict=True)]
+            dut.words.value = sum(w << 10 * c for c, w in enumerate(sent))
+            await FallingEdge(dut.clk)
+            if blank >= run and number >= 30 + run - 1:
+                known = [swapped[1] & swapped[2], *swapped[1:]]
+            assert int(dut.inverted.value) == sum(k << c for c, k in enumerate(known)), number
+            got = int(dut.out_words.value)
+            for c, (word, told) in enumerate(zip(sent, known, strict=True)):
+                assert got >> 10 * c & 0x3FF == word ^ (0x3FF if told else 0)
+    await reset(dut)
+    assert not int(dut.inverted.value)
+
+
 @for_entity("info_frame_reader")
 async def reader_begins_anew(dut: Any) -> None:
     """A reset anywhere, also behind the last word of a packet: nothing is told of it."""

@@ -161,6 +161,7 @@ def test_units() -> None:
                 {"DELAY_PIXELS": 3, "WINDOW": True},
                 {"entity": "window", "lines": 1, "pixels": 3},
             ),
+            unit("picture_marks", {"LINES": 3}, lines=3),
             unit(
                 "light_field_pattern",
                 {name.upper(): value for name, value in pattern.items()},

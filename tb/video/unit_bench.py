@@ -9,11 +9,13 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
+from plenofir.fpga.hdmi import marks
 from plenofir.fpga.hdmi.link import raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 from plenofir_tb.video import (
+    VideoTap,
     blank_frames,
     light_field,
     random_mode,
@@ -21,6 +23,46 @@ from plenofir_tb.video import (
     shrunken,
     timing_vector,
 )
+
+
+@for_entity("picture_marks")
+async def marked_pictures(dut: Any) -> None:
+    """Marks as they are, with other colours, spoilt; the bar, and pictures without any."""
+    rng = np.random.default_rng(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    tap = VideoTap(dut, sink="out")
+    shown = VideoTap(dut, source="shown")
+    mode = shrunken(
+        "marks",
+        **{"h_active": 40, "h_front": 3, "h_sync": 2, "h_back": 4},
+        **{"v_active": 9, "v_front": 1, "v_sync": 1, "v_back": 1},
+    )
+    await reset(dut)
+    for number in range(12):
+        picture = rng.integers(0, 256, (mode.v_active, mode.h_active, 3), np.uint8)
+        picture = marks.mark(picture)
+        line = picture[0]
+        kind = number % 6
+        if kind == 1:  # Limited range.
+            line[:] = np.round(16 + line / 255 * 219)
+        elif kind == 2:  # One bit of one place.
+            line[rng.integers(mode.h_active), rng.integers(3)] ^= 1
+        elif kind == 3:  # Moved by a place.
+            line[:] = np.roll(line, 1, axis=0)
+        elif kind == 4:  # Scaled: every place twice.
+            line[:] = np.repeat(line, 2, axis=0)[: mode.h_active]
+        elif kind == 5:
+            line[:] = rng.integers(0, 256, line.shape)
+        told = marks.judge(line)
+        assert told == (2, 1, 1, 0, 0, 0)[kind]
+        signals = raster_signals(mode, [picture] * 3)
+        driving = cocotb.start_soon(shown.drive(signals))
+        await tap.drive(signals)
+        await driving
+        assert int(dut.marks.value) == told
+        got = tap.frames()
+        want = marks.with_bar(picture, told, read_case()["lines"])
+        assert np.array_equal(got[-1].pixels, want), kind
 
 
 @for_entity("raster_generator")

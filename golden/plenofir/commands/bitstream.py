@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from plenofir.commands import options
-from plenofir.commands.console import print_line, steps_bar
+from plenofir.commands.console import print_line, steps_bar, told_steps
 from plenofir.fpga.names import BoardName
 from plenofir.ground.errors import InputError
 
@@ -57,11 +57,15 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     return values
 
 
-def scene_plan(path: str) -> "Plan":
-    """Plan of a scene that is a board's."""
+def scene_plan(path: str, device: str | None = None) -> "Plan":
+    """Plan of a scene that is a board's, for another device of this board if one is named."""
+    from plenofir.fpga.boards import board_of
     from plenofir.plan import load_scene, make_plan
 
-    plan = make_plan(load_scene(path))
+    loaded = load_scene(path)
+    board = board_of(loaded.scene.build.device)
+    other = board.device(device) if board and device else None
+    plan = make_plan(load_scene(path, other) if other else loaded)
     if plan.path != "video":
         raise InputError(
             f"{plan.scene} is a core, not a board; synthesise it with make synth, or set "
@@ -75,27 +79,22 @@ def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> 
     """Board and device to build for: those of the scene, or those that were named."""
     from plenofir.fpga.boards import BOARDS, board_of
 
-    if plan is not None:
-        of_scene = board_of(plan.device)
-        assert of_scene is not None
-        for option, given, has in (
-            ("board", board, of_scene.name),
-            ("device", device, plan.device),
-        ):
-            if given not in (None, has):
-                raise InputError(
-                    f"{plan.scene} is a scene for the {of_scene.title}, {plan.device}; use "
-                    f"{options.typed(option, has)}, or change build.device in the scene",
-                    where=options.typed(option, str(given)),
-                )
-        return of_scene, plan.device
-    chosen = BOARDS[board or "atlys"]
-    if device is not None and device not in chosen.devices:
+    of_scene = None if plan is None else board_of(plan.device)
+    chosen = of_scene or BOARDS[board or "atlys"]
+    if plan is not None and board not in (None, chosen.name):
+        raise InputError(
+            f"{plan.scene} is a scene for the {chosen.title}; use "
+            f"{options.typed('board', chosen.name)}, or change build.device in the scene",
+            where=options.typed("board", str(board)),
+        )
+    if device is not None and chosen.device(device) is None:
         raise InputError(
             f"the {chosen.title} has no {device}; choose from {', '.join(chosen.devices)}",
             where=options.typed("device"),
         )
-    return chosen, device or chosen.devices[0]
+    if plan is not None:
+        return chosen, plan.device
+    return chosen, (device and chosen.device(device)) or chosen.devices[0]
 
 
 def build_with_nextpnr(
@@ -104,6 +103,8 @@ def build_with_nextpnr(
     generics: "dict[str, top_level.Value]",
     plan: "Plan | None",
     out: Path,
+    *,
+    beyond: bool = False,
 ) -> "nextpnr.NextpnrReport":
     """Build for a board with an ECP5: the range of pixel clocks is that of the scene's mode."""
     from plenofir.fpga.bitstream import nextpnr, top_level
@@ -131,8 +132,8 @@ def build_with_nextpnr(
                 f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
                 "slices or columns, or a smaller M"
             )
-    with steps_bar("bitstream") as show:
-        return nextpnr.build(board, device, generics, clocks, out, show, packages)
+    with told_steps("bitstream") as show:
+        return nextpnr.build(board, device, generics, clocks, out, show, packages, beyond=beyond)
 
 
 @app.command()
@@ -149,31 +150,49 @@ def build(
     scene: options.SceneIfGiven = None,
     board: Annotated[
         BoardName | None,
-        typer.Option(help="Board. Without it that of the scene, or the Atlys."),
+        typer.Option(
+            help="Board. Without it that of the scene, or the Atlys. The ULX3S has a scene of its "
+            "own, which is built without other options."
+        ),
     ] = None,
     device: Annotated[
-        str | None, typer.Option(help="Device of a board that is sold with several.")
+        str | None,
+        typer.Option(help="Device of a board that is sold with several: lfe5u-25f, or 25f."),
     ] = None,
+    beyond_data_sheet: Annotated[
+        bool,
+        typer.Option(
+            "--beyond-data-sheet",
+            help="Build what is faster than the data sheet gives the device, and say so.",
+        ),
+    ] = False,
     out: options.OutFolder = "build/bitstream",
     ise: Annotated[str, typer.Option(help="ISE_DS folder, if the tools are not on the PATH.")] = "",
 ) -> None:
     """Build the bitstream of a board: the Atlys with Xilinx ISE 14.7, others with open tools."""
     from plenofir.fpga.bitstream import ise as tools
+    from plenofir.fpga.boards import BOARDS
     from plenofir.fpga.hdmi.edid import describe_edid
     from plenofir.plan.configure import board_packages, scene_generics
 
     given = {
         name: value
         for name, value in context.params.items()
-        if value not in (None, [], ()) and name not in ("scene", "board", "device", "out", "ise")
+        if value not in (None, [], ())
+        and name not in ("scene", "board", "device", "out", "ise", "beyond_data_sheet")
     }
     if scene is not None and given:
         options.refuse_both(next(iter(given)), options.typed("scene"))
-    plan = None if scene is None else scene_plan(scene)
+    if scene is None and not given and board is not None:
+        scene = BOARDS[board].scene or None
+    plan = None if scene is None else scene_plan(scene, device)
     target, part = chosen_board(board, device, plan)
     generics = board_generics(given) if plan is None else scene_generics(plan)
     if target.flow == "nextpnr":
-        _print_nextpnr(build_with_nextpnr(target, part, generics, plan, Path(out)), out)
+        built = build_with_nextpnr(
+            target, part, generics, plan, Path(out), beyond=beyond_data_sheet
+        )
+        _print_nextpnr(built, out)
         return
     edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
     packages = {} if plan is None else board_packages(plan)
@@ -212,6 +231,10 @@ def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
             "crossing",
             f"{crossing.crossing}: {crossing.reached_ns:g} ns of {crossing.wanted_ns:g} ns",
         )
+    for corner, words in report.plls.items():
+        print_line("PLL", f"{corner}: {', '.join(f'{n} {w}' for n, w in words.items())}")
+    for sentence in report.beyond_data_sheet:
+        print_line("data sheet", f"beyond it: {sentence}")
     print_line("seconds", f"{sum(report.seconds.values()):.0f} of processor time")
     print_line("files", f"{out}/plenofir.bit, report.json, work/")
 

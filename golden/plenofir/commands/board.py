@@ -1,22 +1,76 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for a board on a serial port."""
+"""Commands for a board: what its source shows, and what goes over its serial port."""
 
 import importlib
+import re
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar
 from plenofir.ground.errors import InputError
 
-app = typer.Typer(no_args_is_help=True, help="A board on a serial port.")
+app = typer.Typer(no_args_is_help=True, help="A board: its first picture, its serial port.")
 
 _TIMEOUT_S = 2.0
 
 
 @app.callback()
 def _board() -> None:
-    """A board on a serial port."""
+    """A board: its first picture, its serial port."""
+
+
+def _size(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
+    if found is None:
+        raise InputError(
+            f"{text!r} is no size; use columns x rows, such as 640x480", where="--size"
+        )
+    return int(found[1]), int(found[2])
+
+
+@app.command()
+def picture(
+    raw: Annotated[
+        str | None,
+        typer.Argument(help="Light field: micro images of M x M pixels; a flower if none."),
+    ] = None,
+    scene: Annotated[
+        str | None, typer.Option(help="Scene of the board's build: size and M.")
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(help="Size of the screen; without it or a scene 640x480.")
+    ] = None,
+    micro_image: options.MicroImageIfGiven = None,
+    out: options.OutFolder = "build/first-light",
+) -> None:
+    """Make the picture that a computer shows a board, pixel for pixel, with marks that prove it."""
+    from plenofir.fpga.screen import first_light
+    from plenofir.ground.files import publish
+    from plenofir.ground.images import read_image
+    from plenofir.plan import load_scene
+
+    m, (columns, rows) = first_light.FLOWER_MICRO_IMAGE_SIZE, _size(size or "640x480")
+    if scene is not None:
+        wanted = load_scene(scene).scene
+        m = wanted.camera.micro_image_size
+        columns, rows = _size(size) if size else (wanted.frame.columns, wanted.frame.rows)
+    m = micro_image or m
+    if raw is None:
+        shown = first_light.flower_picture(columns, rows, m)
+    else:
+        shown = first_light.screen_picture(read_image(Path(raw)), columns, rows, m, where=raw)
+    png = first_light.marked_png(shown)
+    page = first_light.full_screen_page(png, columns, rows)
+    publish({"picture.png": png, "picture.html": page}, Path(out))
+    print_line("picture", f"{columns} x {rows} pixels, micro images of {m} x {m}")
+    print_line("files", f"{out}/picture.png, picture.html")
+    print_line("show", f"{out}/picture.html on the screen that is the board, whole screen with F")
+    print_line(
+        "board", "a green bar at the top: it arrives as it was made; a red one: other colours"
+    )
 
 
 @app.command()

@@ -2,6 +2,8 @@
 """What commands print: lines, tables, JSON and progress bars."""
 
 import json
+import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -69,6 +71,25 @@ def steps_bar(description: str) -> Iterator[Callable[[str, int, int], None]]:
         yield lambda step, done, total: bars.update(
             task, description=step, completed=done, total=total
         )
+
+
+@contextmanager
+def told_steps(description: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Steps of something that takes minutes: `steps_bar`, or a line each without a terminal."""
+    begin, last = time.monotonic(), ""
+    with steps_bar(description) as show:
+
+        def tell(step: str, done: int, total: int) -> None:
+            nonlocal last
+            show(step, done, total)
+            if step != last and not sys.stderr.isatty():
+                last = step
+                seconds = time.monotonic() - begin
+                typer.echo(
+                    f"{seconds:5.0f} s  {step} ({min(done + 1, total)} of {total})", err=True
+                )
+
+        yield tell
 
 
 @contextmanager

@@ -48,6 +48,7 @@ VARIABLES = {
     "LANES": "lanes",
     "BOARD": "board",
     "DEVICE": "device",
+    "BEYOND_DATA_SHEET": "beyond_data_sheet",
     "WAVES": "waves",
     "SCENE": "scene",
     "OUT": "out",

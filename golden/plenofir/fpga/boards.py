@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from plenofir.fpga.devices import device_name
 from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VideoMode, modes_of_range
 from plenofir.fpga.names import BoardName
 from plenofir.ground import project
@@ -25,12 +26,19 @@ class Board:
     # What its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI.
     clock_ranges: tuple[int, ...] = ()
     pixel_mhz: float = 0  # of a board without HDMI
+    scene: str = ""  # shipped one that is built without options
 
     @property
     def constraints(self) -> Path:
         """Pins and clocks; no such file for a target without pins of its own."""
         suffix = "ucf" if self.flow == "ise" else "lpf"
         return project.root() / "constraints" / f"{self.name}.{suffix}"
+
+    def device(self, typed: str) -> str | None:
+        """Device of the board by its name, its part, or the name's end: ``lfe5u-25f``, ``25f``."""
+        name = device_name(typed)
+        ends = [d for d in self.devices if d.endswith(f"-{typed.strip().lower()}")]
+        return name if name in self.devices else next(iter(ends), None)
 
     @property
     def modes(self) -> tuple[VideoMode, ...]:
@@ -58,11 +66,12 @@ BOARDS: dict[str, Board] = {
         Board(
             name="ulx3s",
             title="Radiona ULX3S",
-            devices=("lfe5u-85f", "lfe5u-45f"),
+            devices=("lfe5u-85f", "lfe5u-45f", "lfe5u-25f", "lfe5u-12f"),
             flow="nextpnr",
             top="ulx3s_top",
             library="ecp5u",
             clock_ranges=CLOCK_RANGES,
+            scene="ulx3s-480p",
         ),
         Board(
             name="ecp5-eval",
@@ -78,4 +87,5 @@ BOARDS: dict[str, Board] = {
 
 
 def board_of(device: str) -> Board | None:
+    """Board with a device, the first one in the table."""
     return next((board for board in BOARDS.values() if device in board.devices), None)

@@ -63,7 +63,8 @@ def test_options_agree_with_what_they_choose() -> None:
     from plenofir.fpga.boards import BOARDS
     from plenofir.fpga.core.configuration import SLICE_ENGINES
     from plenofir.fpga.names import BoardName, HdmiBoardName, SliceEngineName
-    from plenofir.fpga.simulate.request import FLOWER_FOCUS, FLOWER_MICRO_IMAGE_SIZE
+    from plenofir.fpga.screen.first_light import FLOWER_MICRO_IMAGE_SIZE
+    from plenofir.fpga.simulate.request import FLOWER_FOCUS
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 

@@ -33,7 +33,11 @@ def test_board_has_its_sources_and_devices(board: Board) -> None:
     assert bool(board.library and hdl.model_sources(board.library)) == bool(board.modes)
     assert bool(board.pixel_mhz) != bool(board.modes)
     for device in board.devices:
-        assert (device in DEVICES, board_of(device)) == (True, board)
+        assert device in DEVICES
+        # Of two boards with a device the one with HDMI is a scene's.
+        assert board_of(device) == board or not board.modes
+        assert board.device(device) == board.device(device.partition("-")[2] or device) == device
+    assert board.device("xc7a35t") is None
 
 
 def test_each_port_has_one_pin_of_its_own() -> None:
@@ -83,3 +87,11 @@ def test_edid_offers_what_the_build_takes(clock_range: int, columns: int) -> Non
     preferred = timing_of(edid[54:])
     assert preferred is not None
     assert preferred[:2] == (modes[-1].h_active, modes[-1].v_active)
+    # The limits hold each mode, to a Hz, a kHz and 10 MHz.
+    low_frame, high_frame, low_line, high_line, clock = edid[54 + 3 * 18 + 5 :][:5]
+    for mode in modes:
+        assert low_frame <= mode.frame_rate <= high_frame < mode.frame_rate + 32
+        assert low_line <= mode.pixel_clock / mode.h_total <= high_line
+        assert mode.pixel_clock <= 10_000 * clock < modes[-1].pixel_clock + 10_000
+    # Every source can send 640x480, where the PLL takes it.
+    assert (VGA in modes) == (low <= VGA.pixel_clock)

@@ -3,12 +3,16 @@
 --
 -- The VCO runs at CLKOP * CLKOP_DIV, CLKOS at VCO / CLKOS_DIV; rising edges of both meet the input's where their
 -- ratios to it are whole numbers. LOCK rises LOCK_CYCLES regular input cycles after reset, if the VCO is within its 400
--- to 800 MHz; it falls when an input cycle is missing or is another one, and the outputs stop.
+-- to 800 MHz, and not before the slow_lock of model_faults; it falls when an input cycle is missing or is another one,
+-- and the outputs stop.
 --
 -- Left out: CLKOS2, CLKOS3, phases other than 0, CLKI_DIV other than 1, jitter, other feedback, enables and standby.
 
 library ieee;
 use ieee.std_logic_1164.all;
+
+library work;
+use work.model_faults.all;
 
 entity ehxplll is
   generic (
@@ -82,6 +86,7 @@ begin
     variable period : time;
     variable last   : time;
     variable cycles : natural;
+    variable begun  : time;
 
     -- Edges of one output for one input cycle.
 
@@ -115,6 +120,8 @@ begin
       wait until rst = '0';
     end if;
 
+    begun := now;
+
     wait until rising_edge(clki) or rst = '1';
     last   := now;
     cycles := 0;
@@ -142,7 +149,7 @@ begin
         cycles := 1;
       elsif cycles < LOCK_CYCLES then
         cycles := cycles + 1;
-      else
+      elsif PLLRST_ENA = "DISABLED" or now - begun >= slow_lock * 1 us then
         lock_now <= '1';
       end if;
 

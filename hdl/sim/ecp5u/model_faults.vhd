@@ -8,4 +8,7 @@ package model_faults is
   -- The number is the seed; 0: no faults from now on.
   signal delay_faults : natural := 0;
 
+  -- Of the PLLs that have a reset: so many us behind it at least they lock.
+  signal slow_lock : natural := 0;
+
 end package model_faults;

@@ -11,7 +11,14 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
+from plenofir.fpga.bitstream.ecp5_netlist import FAST, SLOW, prepare_netlist
 from plenofir.fpga.bitstream.top_level import default_generics
+from plenofir.fpga.bitstream.trellis_config import (
+    check_configuration,
+    match_complements,
+    read_configuration,
+)
 from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
@@ -33,7 +40,7 @@ Progress = Callable[[str, int, int], None]
 """Called with the tool's name, how many are done, and how many there are."""
 
 RECORDED = project.DATA / "boards.json"
-"""Reports of the shipped scenes' builds, by scene; scripts/resources.py writes it."""
+"""Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""
 STEPS = ("ghdl", "yosys", "nextpnr", "ecppack")
 SPEED_GRADE = 6
 """The slowest one, which the boards have."""
@@ -47,16 +54,15 @@ _UTILISATION = {
     "PLL": "EHXPLLL",
     "pins": "TRELLIS_IO",
 }
-# The pixel clock and the lanes' one, of which word_strobe keeps words two clocks off the edges.
-_SLOW, _FAST, _APART = "clk", "clk_x5", 2
-# Net to cell and port of a top level: Yosys has many names for a net that goes through a hierarchy.
-_CLOCK_NETS = {
-    "source_clk": ("clocks.pll", "CLKI"),
-    _SLOW: ("clocks.pll", "CLKOP"),
-    _FAST: ("clocks.pll", "CLKOS"),
-    "control_clk": ("oscillator.pll", "CLKOP"),
-    "own_clk": ("oscillator.pll", "CLKOS"),
-}
+# Clocks of the lanes that word_strobe keeps words off the edges.
+_APART = 2
+# What nextpnr's log tells of where it is, the last one first.
+_STAGES = (
+    ("Routing..", "routing"),
+    ("Running simulated annealing placer", "placing, last steps"),
+    ("Running main analytical placer", "placing"),
+    ("Packing", "packing"),
+)
 
 
 class ClockTiming(BaseModel):
@@ -92,12 +98,22 @@ class NextpnrReport(BaseModel):
     timing: tuple[ClockTiming, ...]
     crossings: tuple[CrossingTiming, ...]  # ways between clocks that are not asynchronous
     utilisation: dict[str, tuple[int, int]]  # resource: used, there
+    plls: dict[
+        str, dict[str, int]
+    ] = {}  # corner of the device: words of the finished configuration
+    pins: dict[str, str] = {}  # what each is set to in it
+    beyond_data_sheet: tuple[str, ...] = ()  # see `ecp5_limits`
     tools: dict[str, str]  # versions
     seconds: dict[str, float]  # processor time of each tool
 
 
+def record_name(scene: str, device: str, own_device: str) -> str:
+    """Name of a scene's build for a device: the scene's, and another device than its own."""
+    return scene if device == own_device else f"{scene} on {device}"
+
+
 def load_builds() -> dict[str, NextpnrReport]:
-    """Read the recorded builds, by scene."""
+    """Read the recorded builds, by name."""
     content = json.loads(RECORDED.read_text())
     return {name: NextpnrReport.model_validate(build) for name, build in content.items()}
 
@@ -118,37 +134,23 @@ def range_generics(clock_range: int) -> dict[str, int | bool | str]:
 def wanted_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
     """Clocks of a top level, and what each must reach for a fastest pixel clock, in MHz."""
     if not board.clock_ranges:
-        return {_SLOW: fastest_mhz}
+        return {SLOW: fastest_mhz}
     return {
         "in_clk": fastest_mhz,
         "control_clk": float(default_generics(board.top)["CONTROL_MHZ"]),
-        _SLOW: fastest_mhz,
-        _FAST: 5 * fastest_mhz,
+        SLOW: fastest_mhz,
+        FAST: 5 * fastest_mhz,
     }
 
 
 def frequencies(board: Board, fastest_mhz: float) -> str:
     """Lines of the constraints for a fastest pixel clock; nextpnr derives what PLLs make of it."""
     if not board.clock_ranges:
-        return f'FREQUENCY PORT "{_SLOW}" {fastest_mhz:.3f} MHZ;\n'
+        return f'FREQUENCY PORT "{SLOW}" {fastest_mhz:.3f} MHZ;\n'
     return (
         f'FREQUENCY PORT "in_clk" {fastest_mhz:.3f} MHZ;\n'
         f'FREQUENCY NET "source_clk" {fastest_mhz:.3f} MHZ;\n'
     )
-
-
-def name_clocks(netlist: Path) -> None:
-    """Give the clocks of a netlist the names that constraints and reports know them by."""
-    content = json.loads(netlist.read_text())
-    for module in content["modules"].values():
-        cells, nets = module["cells"], module["netnames"]
-        for name, (cell, port) in _CLOCK_NETS.items():
-            if cell in cells:
-                bits = cells[cell]["connections"][port]
-                for other in [other for other, net in nets.items() if net["bits"] == bits]:
-                    del nets[other]
-                nets[name] = {"hide_name": 0, "bits": bits, "attributes": {}}
-    netlist.write_text(json.dumps(content))
 
 
 def _net(name: str) -> str:
@@ -180,7 +182,7 @@ def read_crossings(content: Mapping[str, Any], fastest_mhz: float) -> tuple[Cros
     crossings = []
     for path in content["critical_paths"]:
         ends = [_net(path[end].removeprefix("posedge ")) for end in ("from", "to")]
-        if sorted(ends) == sorted((_SLOW, _FAST)):
+        if sorted(ends) == sorted((SLOW, FAST)):
             delay = round(sum(part["delay"] for part in path["path"]), 2)
             crossings.append(
                 CrossingTiming(crossing=" to ".join(ends), wanted_ns=there, reached_ns=delay)
@@ -209,6 +211,12 @@ def check_timing(
             )
 
 
+def _stage(log: Path) -> str:
+    """What nextpnr does, as its log tells."""
+    text = log.read_text(errors="replace") if log.exists() else ""
+    return next((stage for sign, stage in _STAGES if sign in text), "reading")
+
+
 def _tools() -> dict[str, str]:
     """Versions of the tools; InputError if one is missing."""
     check_tools()
@@ -225,8 +233,11 @@ def _processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def synthesise_board(board: Board, netlist: Path) -> None:
-    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a board's top."""
+def synthesise_board(board: Board, netlist: Path, device: str | None = None) -> None:
+    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a board's top.
+
+    With a device it is for this one alone.
+    """
     run_yosys(
         [
             f"read_verilog {board.top}.v",
@@ -235,7 +246,7 @@ def synthesise_board(board: Board, netlist: Path) -> None:
         netlist.with_name("yosys.log"),
     )
     use_output_registers(netlist)
-    name_clocks(netlist)
+    prepare_netlist(netlist, device)
 
 
 def build(
@@ -246,13 +257,16 @@ def build(
     out: Path,
     progress: Progress,
     packages: Mapping[str, str] | None = None,
+    *,
+    beyond: bool = False,
 ) -> NextpnrReport:
     """Build the bitstream of a board with an ECP5; the result is also in ``report.json``.
 
     `changed` are generics of the refocuser that differ from the top level's defaults,
     `clock_range` one of the board's (0 for a board without HDMI), `packages` VHDL packages in
     place of the board's own (name to text). There is no bitstream if a tool fails, the device is
-    too small, or timing is not met.
+    too small, timing is not met, a PLL or a pin is configured otherwise than wanted, or lanes are
+    beyond the data sheet, unless `beyond` asks for it.
     """
     tools = _tools()
     slowest, fastest = 0.0, 1000 * board.pixel_mhz
@@ -261,6 +275,16 @@ def build(
         slowest, fastest = range_limits(clock_range)
         generics |= range_generics(clock_range)
     fastest_mhz = fastest / 1000
+    sentences: tuple[str, ...] = ()
+    if board.clock_ranges:
+        limits = beyond_data_sheet(fastest_mhz)
+        if limits.refused and not beyond:
+            raise InputError(
+                f"beyond the data sheet: {'; '.join(limits.refused)}; use a mode with a slower "
+                "pixel clock, or BEYOND_DATA_SHEET=1 (--beyond-data-sheet)",
+                where=f"pixel clocks of {slowest / 1000:.1f} to {fastest_mhz:.1f} MHz",
+            )
+        sentences = (*limits.refused, *limits.told)
     work = out / "work"
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
@@ -277,7 +301,9 @@ def build(
     config, bits = work / f"{board.top}.config", work / "plenofir.bit"
 
     def synthesise() -> None:
-        synthesise_board(board, netlist)
+        synthesise_board(board, netlist, device if board.clock_ranges else None)
+
+    log = work / "nextpnr.log"
 
     def place() -> None:
         run_tool(
@@ -287,10 +313,18 @@ def build(
                 *("--textcfg", config.name, "--report", report.name, "--timing-allow-fail"),
                 *anywhere,
             ],
-            work / "nextpnr.log",
+            log,
+            poll=lambda: progress(f"nextpnr: {_stage(log)}", STEPS.index("nextpnr"), len(STEPS)),
         )
 
+    found: dict[str, Any] = {}
+
     def pack() -> None:
+        if board.clock_ranges:
+            messages = log.read_text(errors="replace")
+            config.write_text(match_complements(config.read_text(), messages, pins))
+            final = read_configuration(config.read_text())
+            found["plls"], found["pins"] = check_configuration(final, messages, pins)
         run_tool(
             [ecp5_tool("yowasp-ecppack"), "--compress", config.name, bits.name],
             work / "ecppack.log",
@@ -333,6 +367,8 @@ def build(
             name: (used[kind]["used"], used[kind]["available"])
             for name, kind in _UTILISATION.items()
         },
+        **found,
+        beyond_data_sheet=sentences,
         tools=tools,
         seconds=seconds,
     )

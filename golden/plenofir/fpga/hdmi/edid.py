@@ -6,6 +6,7 @@ for a DVI monitor and send no audio and no data islands. Offered are the modes t
 supports.
 """
 
+import math
 from collections.abc import Sequence
 
 from plenofir.fpga.hdmi.modes import (
@@ -81,12 +82,13 @@ def _range_descriptor(modes: Sequence[VideoMode]) -> bytes:
     lines = [mode.pixel_clock / mode.h_total for mode in modes]
     frames = [mode.frame_rate for mode in modes]
     fastest = max(mode.pixel_clock for mode in modes)
+    # Whole Hz and kHz around them; the pixel clock in steps of 10 MHz, rounded up.
     limits = [
-        int(min(frames)),
-        int(max(frames)) + 1,
-        int(min(lines)),
-        int(max(lines)) + 1,
-        -(-fastest // 10_000),
+        math.floor(min(frames)),
+        math.ceil(max(frames)),
+        math.floor(min(lines)),
+        math.ceil(max(lines)),
+        math.ceil(fastest / 10_000),
     ]
     return bytes([0, 0, 0, 0xFD, 0, *limits, 0, 0x0A]) + b" " * 6
 

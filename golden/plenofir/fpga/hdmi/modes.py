@@ -81,6 +81,8 @@ MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 
 _FIXED_MODES = (VGA, SVGA, HD720_30, XGA, HD720_50, HD720)
 _FASTEST = 74_300
+# Of the range whose PLL would take more: 500 Mb/s a lane (`plenofir.fpga.bitstream.ecp5_limits`).
+_FASTEST_LANES = {3: 50_000}
 
 OWN_CLOCKS = {4: (24, VGA), 3: (15, SVGA), 2: (12, SVGA_72)}
 """For each range of pixel clocks what 600 MHz are divided by for the board's own, and the timing of
@@ -98,7 +100,9 @@ def range_limits(clock_range: int) -> tuple[float, float]:
     """
     if clock_range == 0:
         return 24_000, _FASTEST
-    return 82_000 / clock_range, min(158_000 / clock_range, _FASTEST)
+    return 82_000 / clock_range, min(
+        158_000 / clock_range, _FASTEST_LANES.get(clock_range, _FASTEST)
+    )
 
 
 def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:

@@ -29,6 +29,7 @@ class Code(IntEnum):
     DELAY_FAULTS = 10
     OPEN_CLOCK = 11
     SERIAL = 12
+    SLOW_LOCK = 13
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,11 @@ FIELDS = (
         "lock, or no data",
         (0,),
     ),
+    StatusField(
+        "lost_locks",
+        "times that a PLL did not lock in time, 50 ms (Atlys: 10 ms), and was tried anew",
+        (0,),
+    ),
     StatusField("tracking", "sum of 1, 2, 4: delay lines of channels 0, 1, 2 work", (7,)),
     StatusField(
         "taps",
@@ -54,6 +59,12 @@ FIELDS = (
         "hung", f"times that delay lines of {_CHANNELS} did not answer and were reset", (0, 0, 0)
     ),
     StatusField("aligned", "sum of 1, 2, 4: word boundaries found in channels 0, 1, 2", (7,)),
+    StatusField(
+        "inverted",
+        "sum of 1, 2, 4: channels 0, 1, 2 come with both wires of their pair swapped, which is put "
+        "right; 7: the whole connector is the wrong way round (ULX3S: both rows of the header)",
+        (0,),
+    ),
     StatusField("word_errors", f"words in {_CHANNELS} that no encoder sends", (0, 0, 0)),
     StatusField("hdmi", "1: the source sends HDMI, 0: DVI", (0,)),
     StatusField("avi", "1: an HDMI source has told what it sends (AVI InfoFrame)", (0,)),
@@ -86,6 +97,12 @@ FIELDS = (
     StatusField("rate", "frames in ten seconds: 600 is 60 Hz; 0: no frames", (600,)),
     StatusField("hsync", "1: horizontal sync is positive", (1,)),
     StatusField("vsync", "1: vertical sync is positive", (1,)),
+    StatusField(
+        "marks",
+        "2: the picture arrives as `plenofir board picture` made it, to the bit; 1: its colours "
+        "were changed; 0: it has no marks, or was scaled or moved",
+        (0,),
+    ),
     StatusField(
         "errors",
         "sum of 1: pixel lost at the refocuser's input, 2: pixel missing at its output, 4: a frame "

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.first_light import FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_image, read_picture
@@ -19,11 +20,8 @@ from plenofir.refocus import check_raw, shift_to_name
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
-FLOWER = project.DATA / "flower_5x5.png"
-"""The light field that scenes without an image are simulated with."""
 DEFAULT_RAW = project.DATA / "flower_detail_5x5.png"
 """Part of it, which is refocused when the user names no image."""
-FLOWER_MICRO_IMAGE_SIZE = 5
 FLOWER_FOCUS = "-3/5"
 
 Progress = Callable[[str, int, int], None]

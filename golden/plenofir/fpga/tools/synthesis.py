@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tools: GHDL's synthesis to Verilog, and Yosys."""
 
+import contextlib
 import fcntl
 import hashlib
 import importlib.metadata
@@ -10,7 +11,7 @@ import re
 import subprocess
 import sys
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga.tools.primitives import component_package, with_primitives
@@ -28,23 +29,32 @@ def run_tool(
     directory: Path | None = None,
     output: Path | None = None,
     environment: Mapping[str, str] | None = None,
+    poll: Callable[[], None] | None = None,
 ) -> None:
     """Run a tool in a folder (that of the log), its standard output into a file (the log).
 
-    `environment` holds variables beside those of this process.
+    `environment` holds variables beside those of this process; `poll` is called twice a second.
 
     ToolError with the last lines of the log if it fails.
     """
     with log.open("wb") as messages, (output or Path(os.devnull)).open("wb") as result:
-        done = subprocess.run(
+        done = subprocess.Popen(
             command,
             cwd=directory or log.parent,
             stdin=subprocess.DEVNULL,
             stdout=result if output else messages,
             stderr=messages,
             env={**os.environ, **(environment or {})},
-            check=False,
         )
+        try:
+            while poll is not None and done.poll() is None:
+                poll()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    done.wait(0.5)
+            done.wait()
+        except BaseException:
+            done.kill()
+            raise
     if done.returncode != 0:
         lines = log.read_text(errors="replace").splitlines()
         wrong = [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]

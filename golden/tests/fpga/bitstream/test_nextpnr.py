@@ -12,6 +12,7 @@ import pytest
 from in_process import plenofir
 
 from plenofir.fpga.bitstream import nextpnr
+from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.modes import range_limits
 from plenofir.ground.errors import InputError, ToolError
@@ -64,14 +65,19 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
         if "nextpnr" in name:
             (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
-            (log.parent / command[command.index("--textcfg") + 1]).write_text("config")
+            (log.parent / command[command.index("--textcfg") + 1]).write_text(".tile R1C2:X\n")
+            log.write_text("Info: Packing IOs..\n")
         else:
             (log.parent / "plenofir.bit").write_bytes(b"bits")
 
     monkeypatch.setattr(nextpnr, "run_tool", run_tool)
     monkeypatch.setattr(nextpnr, "run_yosys", lambda *_, **__: None)
     monkeypatch.setattr(nextpnr, "use_output_registers", lambda *_: None)
-    monkeypatch.setattr(nextpnr, "name_clocks", lambda *_: None)
+    monkeypatch.setattr(nextpnr, "prepare_netlist", lambda *_: None)
+    monkeypatch.setattr(
+        nextpnr, "check_configuration", lambda *_: ({"UL": {"ICP_CURRENT": 12}}, {})
+    )
+    monkeypatch.setattr(nextpnr, "match_complements", lambda text, *_: text)
     monkeypatch.setattr(nextpnr, "write_verilog", lambda *_, **__: None)
     monkeypatch.setattr(nextpnr, "_tools", lambda: {"nextpnr": "1"})
     return content
@@ -88,12 +94,36 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     assert (tmp_path / "plenofir.bit").read_bytes() == b"bits"
     content = json.loads((tmp_path / "report.json").read_text())
     assert content["timing"][2] == {"clock": "clk", "wanted_mhz": FASTEST, "reached_mhz": 80.0}
+    assert content["plls"] == {"UL": {"ICP_CURRENT": 12}}
+    assert content["beyond_data_sheet"] == list(beyond_data_sheet(FASTEST).told)
     assert content["utilisation"]["LUT4"] == [7, 100]
     assert content["tools"] == {"nextpnr": "1"}
     assert result.generics["CLOCK_RANGE"] == RANGE
     assert result.crossings[0].reached_ns == 2.0
     constraints = (tmp_path / "work" / "ulx3s.lpf").read_text()
     assert f'FREQUENCY PORT "in_clk" {FASTEST:.3f} MHZ;' in constraints
+
+
+def test_beyond_the_data_sheet(tools: dict[str, Any], tmp_path: Path) -> None:
+    """Refused, unless it is asked for; then the report says what it is."""
+    fastest = range_limits(2)[1] / 1000
+    clocks = {
+        "$glbnet$in_clk$TRELLIS_IO_IN": (fastest, 150.0),
+        "$glbnet$clk": (fastest, 80.0),
+        "$glbnet$clk_x5": (5 * fastest, 400.0),
+    }
+    tools["report"] = report(clocks=clocks, crossing=0.1)
+
+    def fast(*, beyond: bool) -> nextpnr.NextpnrReport:
+        quiet = lambda *_: None  # noqa: E731
+        return nextpnr.build(BOARDS["ulx3s"], "lfe5u-45f", {}, 2, tmp_path, quiet, beyond=beyond)
+
+    with pytest.raises(InputError, match=r"beyond the data sheet: .*BEYOND_DATA_SHEET=1"):
+        fast(beyond=False)
+    assert len(fast(beyond=True).beyond_data_sheet) == 3
+    # What the other ranges take is within it, but for what their outputs drive.
+    for clock_range in (3, 4):
+        assert not beyond_data_sheet(range_limits(clock_range)[1] / 1000).refused
 
 
 @pytest.mark.parametrize(
@@ -143,11 +173,13 @@ def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("--board ulx3s --device lfe5u-25f", "choose from lfe5u-85f, lfe5u-45f"),
+        ("--board ulx3s --device 35f", "choose from lfe5u-85f, lfe5u-45f, lfe5u-25f, lfe5u-12f"),
+        ("--scene ulx3s-depth --device 25f", "the LFE5U-25F is too small: it needs"),
+        ("--board ulx3s -M 5 -a 1/5 --max-columns 1024", "beyond the data sheet: lanes' clock of"),
         ("--board ulx3s --device lfe5u-45f -M 9 -a 3", "the LFE5U-45F is too small: it needs"),
         ("--board ulx3s --scene rgb-480p", "rgb-480p is a scene for the Digilent Atlys"),
         ("--board atlys --scene ulx3s-480p", "ulx3s-480p is a scene for the Radiona ULX3S"),
-        ("--device lfe5u-85f --scene ulx3s-480p", "use --device lfe5u-45f"),
+        ("--device xc6slx45 --scene ulx3s-480p", "the Radiona ULX3S has no xc6slx45"),
         ("--board ulx3s --scene grey-microscope", "is a core, not a board"),
         ("--board ulx3s --scene ulx3s-480p -M 3", "cannot be combined with --scene"),
     ],
@@ -162,8 +194,7 @@ def test_boards_and_scenes_refused(tmp_path: Path, arguments: str, message: str)
         ("rate_hz = 60.0", "rate_hz = 50.0", "640 x 480 at 50 Hz is no mode of the Radiona ULX3S"),
         ("columns = 640", "columns = 1920", "1920 x 480 at 60 Hz is no mode"),
         ('slices = ["2/3"]', 'slices = ["30"]', "the LFE5U-45F is too small: it needs"),
-        ("lfe5u-45f", "lfe5u-12f", "build.device"),
-        ("lfe5u-45f", "lfe5u-25f", "build.device"),
+        ("lfe5u-45f", "lifcl-40", "build.device"),
         ('rgb"', 'grey"', "frame.colour"),
     ],
 )

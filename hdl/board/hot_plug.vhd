@@ -1,0 +1,49 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Tells the source that a monitor is there, a while after reset, as if it were plugged in then.
+--
+-- A source that was there before the board was configured, with other modes maybe, reads the EDID anew.
+--
+-- Latency: PAUSE clocks. Throughput: not applicable.
+-- Equation: present = reset is over for PAUSE clocks.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity hot_plug is
+  generic (
+    -- 200 ms of 100 MHz: sources take less than 100 ms for a bad contact (HDMI 1.4, section 8.5).
+    PAUSE : positive := 20000000
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- To the pin.
+    present : out   std_logic
+  );
+end entity hot_plug;
+
+architecture rtl of hot_plug is
+
+  signal clocks : natural range 0 to PAUSE := 0;
+
+begin
+
+  count : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      present <= '0';
+      if clocks = PAUSE then
+        present <= '1';
+      else
+        clocks <= clocks + 1;
+      end if;
+      if reset = '1' then
+        clocks  <= 0;
+        present <= '0';
+      end if;
+    end if;
+
+  end process count;
+
+end architecture rtl;

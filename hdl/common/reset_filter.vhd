@@ -1,0 +1,67 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Makes a quiet reset of what comes and goes: a button that bounces, a lock signal with short gaps.
+--
+-- Latency: ASSERT_CLOCKS from the request, RELEASE_CLOCKS from its end, and three of the synchroniser. Throughput: not
+-- applicable.
+-- Equation: reset rises when request was high for ASSERT_CLOCKS, and falls when it was low for RELEASE_CLOCKS.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+
+entity reset_filter is
+  generic (
+    -- 1 us and 1 ms of 50 MHz.
+    ASSERT_CLOCKS  : positive := 50;
+    RELEASE_CLOCKS : positive := 50000
+  );
+  port (
+    clk : in    std_logic;
+    -- Active high, from any clock or pin.
+    request : in    std_logic;
+    -- Active high, in clk; from configuration on, until there is no request.
+    reset : out   std_logic
+  );
+end entity reset_filter;
+
+architecture rtl of reset_filter is
+
+  signal requests : std_logic_vector(0 downto 0);
+  signal arrived  : std_logic_vector(0 downto 0);
+  signal held     : std_logic                                                := '1';
+  signal clocks   : natural range 0 to larger(ASSERT_CLOCKS, RELEASE_CLOCKS) := 0;
+
+begin
+
+  reset       <= held;
+  requests(0) <= request;
+
+  cross : entity work.synchroniser
+    generic map (
+      WIDTH => 1
+    )
+    port map (
+      clk         => clk,
+      level       => requests,
+      synchronous => arrived
+    );
+
+  filter : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if arrived(0) = held then
+        clocks <= 0;
+      elsif (held = '0' and clocks = ASSERT_CLOCKS - 1) or (held = '1' and clocks = RELEASE_CLOCKS - 1) then
+        clocks <= 0;
+        held   <= arrived(0);
+      else
+        clocks <= clocks + 1;
+      end if;
+    end if;
+
+  end process filter;
+
+end architecture rtl;
