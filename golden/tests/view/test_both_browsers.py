@@ -93,7 +93,7 @@ def dark() -> Picture:
 
 
 def page_of(picture: Picture, **options: Any) -> Any:
-    pixels_, full_scale, gamma, _ = picture
+    pixels_, full_scale, gamma, *_ = picture
     return light_field_page(pixels_, M, full_scale=full_scale, gamma=gamma, title="t", **options)
 
 
