@@ -261,12 +261,17 @@ async def garbage_on_the_serial_port(dut: Any) -> None:
             # Without line ends behind letters, which would be commands.
             for bit in (0, *(code >> i & 1 for i in range(8)), 1):
                 dut.uart_rx.value = bit
-                await Timer(bit_ns * bench.random.uniform(0.9, 1.1), "ns")
+                await Timer(round(bit_ns * bench.random.uniform(0.96, 1.04)), "ns")
         dut.uart_rx.value = 0
         await Timer(40 * bit_ns, "ns")
         dut.uart_rx.value = 1
-        # What was begun ends, and is answered by something.
-        await ask(dut, "")
+        # Lines of the garbage were answered, maybe by the status: until the port is silent.
+        silent = 0
+        while silent < 30:
+            await Timer(bit_ns, "ns")
+            silent = silent + 1 if int(dut.uart_tx.value) else 0
+        # What was begun ends, and is answered by something; an empty line would not be.
+        await ask(dut, "x")
         await Timer(100, "us")
         for command in ("s 0", "w 0", "p 0", "t 0"):
             assert await ask(dut, command) == "ok"
@@ -291,9 +296,11 @@ async def swapped_pairs(dut: Any) -> None:
         assert parse_status(await asking)["inverted"] == (swapped,)
 
 
-@cocotb.test(skip=CASE["board"] != "ulx3s")
+@cocotb.test()
 async def slow_locks(dut: Any) -> None:
     """PLLs that take nearly all the time there is run; slower ones are tried again and counted."""
+    if CASE["board"] != "ulx3s":
+        return  # A filter of names runs what is skipped, too.
     bench = Board(dut)
     # In the bench's scale of 200 us for 50 ms: the data sheet's 15 ms, nearly all of it, too long.
     for slow_us, runs in ((60, True), (185, True), (260, False), (60, True)):
@@ -310,9 +317,11 @@ async def slow_locks(dut: Any) -> None:
     await bench.relock(MODE_FAST, [])
 
 
-@cocotb.test(skip=CASE["board"] != "ulx3s")
+@cocotb.test()
 async def drifting_delays(dut: Any) -> None:
     """Bits drift by more than their length while frames go on; then the link is right again."""
+    if CASE["board"] != "ulx3s":
+        return  # A filter of names runs what is skipped, too.
     bench = Board(dut)
     await bench.link.reset()
     bit_ps = 1e9 / MODE_FAST.pixel_clock / 10

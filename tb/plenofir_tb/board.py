@@ -114,7 +114,7 @@ async def uart_line(dut: Any) -> str:
     """Receive one line from the board."""
     bit_ns = 10 * read_case()["bit_clocks"]
     text = ""
-    for _ in range(400):
+    for _ in range(600):
         for _ in range(10_000):
             if not int(dut.uart_tx.value):
                 break

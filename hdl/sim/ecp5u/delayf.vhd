@@ -33,7 +33,7 @@ architecture behaviour of delayf is
   constant HIGHEST : positive := 127;
   -- Between two faults; shorter than this LOADN is low in a search, longer in a restart.
   constant GOOD        : time := 20 us;
-  constant LONG_ENOUGH : time := 450 ns;
+  constant LONG_ENOUGH : time := 1 us;
 
   -- Another number for each delay line of a design.
 
