@@ -96,7 +96,8 @@ async def other_states_are_passed_over(dut: Any) -> None:
     lane.check([data])
 
 
-@cocotb.test()
+# Its lines take nine bits to settle, which mean nothing and may look like a sync.
+@cocotb.test(skip=SETTLE == 0)
 async def pins_of_others(dut: Any) -> None:
     """Packets over the pins of cocotbext-mipi-csi2."""
     lane = Lane(dut)

@@ -70,6 +70,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "colour_pkg.vhd",
         "edid_pkg.vhd",
         "gearbox_5_to_10.vhd",
+        "marks_pkg.vhd",
         "pixel_clock_select.vhd",
         "pll_settings_pkg.vhd",
         "register_map_pkg.vhd",

@@ -37,12 +37,14 @@ def _model(camera: str, focus: float, micro_image: int | None) -> "RayModel":
     from plenofir.camera.rays import RayModel, load_camera
 
     known = load_camera(camera)
-    model = RayModel.focused(known, focus, micro_image or max(2, known.micro_image_size))
+    return RayModel.focused(known, focus, micro_image or max(2, known.micro_image_size))
+
+
+def _say_of_camera(model: "RayModel") -> None:
+    """What speaks against the camera, and what was assumed of it: not where JSON goes."""
     warn_of_camera(model)
-    # Not where JSON goes.
-    for note in filter(None, [known.thin_lens_note()]):
+    if note := model.camera.thin_lens_note():
         typer.echo(f"note: {note}", err=True)
-    return model
 
 
 def _fraction(a: "Fraction") -> str:
@@ -109,6 +111,7 @@ def distance(
         from plenofir.camera.rays.plot import plot_bench
 
         plot_bench(model, settings, check_file(str(plot), (".png",)))
+    _say_of_camera(model)
     if as_json:
         planes = [
             {
@@ -172,6 +175,7 @@ def baseline(
         "entrance_pupil_mm": model.entrance_pupil_mm,
     }
     note = model.vignetting_note(view, view + gap)
+    _say_of_camera(model)
     if as_json:
         print_json({**content, "outermost_view": model.outermost_view, "vignetted": bool(note)})
         return
@@ -214,6 +218,7 @@ def depth(
             }
         )
     note = model.vignetting_note(view, view + gap)
+    _say_of_camera(model)
     if as_json:
         content = {"camera": model.camera.name, "gap": gap, "unit": unit, "vignetted": bool(note)}
         print_json({**content, "objects": objects})
@@ -248,6 +253,7 @@ def slices(
 
     model = _model(camera, focus, micro_image)
     cover = covering_slices(model, near, far, step=Fraction(1) if whole else None)
+    _say_of_camera(model)
     if as_json:
         parts = [
             {

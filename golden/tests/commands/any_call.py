@@ -95,6 +95,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "tool": ("vivado", "quartus", "diamond", "ipxact", "x"),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
+    "size": ("640x480", "64x40", "x", "99999x2"),
     "what": ("5.2", "table 5.9", "figure 5.9", "fig. 6.3", "5.99"),
 }
 ODD_WHOLE = ("-1", "0", "1", "2", "64", "10001", str(10**9), str(10**18), str(10**30), "x", "1.5")

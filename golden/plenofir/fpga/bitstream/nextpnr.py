@@ -268,7 +268,6 @@ def build(
     too small, timing is not met, a PLL or a pin is configured otherwise than wanted, or lanes are
     beyond the data sheet, unless `beyond` asks for it.
     """
-    tools = _tools()
     slowest, fastest = 0.0, 1000 * board.pixel_mhz
     generics = dict(changed)
     if board.clock_ranges:
@@ -285,6 +284,7 @@ def build(
                 where=f"pixel clocks of {slowest / 1000:.1f} to {fastest_mhz:.1f} MHz",
             )
         sentences = (*limits.refused, *limits.told)
+    tools = _tools()
     work = out / "work"
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
