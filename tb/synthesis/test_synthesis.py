@@ -179,7 +179,7 @@ def test_primitives_become_cells(tmp_path: Path, module: str, value: str) -> Non
     .a(a));
 endmodule
 """
-    assert with_primitives(text, component_package("unisim"), models) == (
+    assert with_primitives(text, component_package("unisim"), [models]) == (
         'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
         ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
     )

@@ -159,7 +159,8 @@ def write_verilog(
 ) -> Path:
     """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
-    The sources of a board instantiate primitives of a library: ``"unisim"`` or ``"ecp5u"``.
+    The sources of a board instantiate primitives of a library: ``"unisim"``, ``"ecp5u"`` or
+    ``"gw2a"``.
     """
     environment = find_simulator("ghdl").environment
     verilog = directory / f"{top}.v"
@@ -205,14 +206,20 @@ def write_verilog(
     return verilog
 
 
-def cell_declarations(library: str = "unisim") -> Path:
-    """Verilog file of the installed Yosys that declares the cells it has no model of."""
+_CELLS = {
+    "unisim": ("xilinx/cells_xtra.v",),
+    "ecp5u": ("ecp5/cells_bb.v",),
+    "gw2a": ("gowin/cells_xtra_gw2a.v", "gowin/cells_sim.v"),
+}
+
+
+def cell_declarations(library: str = "unisim") -> list[Path]:
+    """Verilog files of the installed Yosys that declare the cells of a library."""
     yosys_version()
     package = importlib.util.find_spec("pyosys")
     assert package is not None
     assert package.origin is not None
-    file = {"unisim": "xilinx/cells_xtra.v", "ecp5u": "ecp5/cells_bb.v"}[library]
-    return Path(package.origin).parent / "share" / file
+    return [Path(package.origin).parent / "share" / file for file in _CELLS[library]]
 
 
 def run_yosys(
