@@ -31,7 +31,8 @@ STEPS = ("ghdl", "yosys", "nextpnr", "gowin_pack")
 # The serialisers' clock, in that of a pixel; its registers are in the serialisers alone.
 SERIAL = 5
 _FAMILY = "GW2A-18C"
-_CLOCKS = {"clk_27": ("clocks.pll", "CLKIN"), "clk": ("clocks.divider", "CLKOUT")}
+# Net to cell and port of a top level.
+_CLOCKS = {"clk_x5": ("clocks.pll", "CLKOUT"), "clk": ("clocks.divider", "CLKOUT")}
 _OSCILLATOR_MHZ = 27.0
 _UTILISATION = {
     "LUT4": "LUT4",
@@ -65,8 +66,6 @@ def synthesise_board(board: Board, netlist: Path) -> None:
             f"synth_gowin -family gw2a -no-rw-check -top {board.top} -json {netlist.name}",
         ],
         netlist.with_name("yosys.log"),
-        reads=[netlist.with_name(f"{board.top}.v")],
-        writes=[netlist.name],
     )
 
 
