@@ -133,7 +133,9 @@ def build(
     content: dict[str, Any] = {}
 
     def analyse() -> None:
-        write_verilog(sources, board.top, generics, work, primitives=board.library)
+        write_verilog(
+            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
+        )
 
     def synthesise() -> None:
         synthesise_board(board, netlist)

@@ -314,7 +314,9 @@ def build(
         )
 
     def analyse() -> None:
-        write_verilog(sources, board.top, generics, work, primitives=board.library)
+        write_verilog(
+            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
+        )
 
     steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
     seconds = run_steps(steps, work, progress)
