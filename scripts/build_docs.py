@@ -63,6 +63,7 @@ TOPS = (
     "self_test",
     "atlys_top",
     "ulx3s_top",
+    "tangnano20k_top",
     "parallel_top",
 )
 TABLES = DOCS / "measured" / "tables.md"

@@ -17,6 +17,7 @@ from plenofir.fpga.hdmi.marks import MARKS_PACKAGE, marks_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
+from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground import project
 from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, sensor_package
 
@@ -53,6 +54,12 @@ LIBRARIES = {
         "package": "components",
         "documents": "FPGA-TN-02035 and FPGA-TN-02200",
     },
+    "gw2a": {
+        "family": "GW2A",
+        "vendor": "Gowin",
+        "package": "components",
+        "documents": "UG286 and UG289",
+    },
 }
 
 
@@ -78,6 +85,7 @@ def packages() -> dict[Path, str]:
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "video" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
         HDL / "video" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
+        HDL / "video" / f"{STORED_PACKAGE}.vhd": stored_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "video" / f"{MARKS_PACKAGE}.vhd": marks_package(),

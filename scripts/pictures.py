@@ -53,6 +53,7 @@ from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.images import eight_bits, read_image, write_png
+from plenofir.plan import load_scene, make_plan
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 from plenofir.refocus import refocus
 from plenofir.refocus.moving_sum import SumLayout
@@ -222,6 +223,23 @@ def screens() -> None:
             raise SystemExit(f"{names[frame]} differs from the golden model")
     for name, picture in zip(names.values(), result.frames, strict=True):
         save(name, picture)
+
+
+def tangnano() -> None:
+    """What the Tang Nano 20K shows of its flower, by the golden models; its bench has the bits."""
+    plan = make_plan(load_scene("tangnano20k"))
+    assert plan.stored is not None
+    assert plan.screen.overlay is not None
+    raw = np.zeros((plan.rows, plan.columns, 3), np.uint8)
+    m, size = plan.core.micro_image_size, plan.stored.size
+    top, left = ((raw.shape[d] - size[d]) // 2 // m * m for d in range(2))
+    raw[top : top + size[0], left : left + size[1]] = plan.stored.raster()
+    slices = plan.core.golden(raw)
+    shown = [
+        plan.screen.overlay.draw(slices[number], "refocused", number, bottom=True)
+        for number in (0, 4)
+    ]
+    save("tangnano.jpg", side_by_side(*shown))
 
 
 def waves() -> None:
@@ -533,6 +551,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "interpolation": interpolation,
     "sweep": sweep_in_vhdl,
     "screens": screens,
+    "tangnano": tangnano,
     "waves": waves,
     "focus": focus,
     "calibration": calibration,

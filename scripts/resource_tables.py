@@ -439,14 +439,14 @@ def stack_tables() -> tuple[list[str], list[str]]:
 
 
 def board_builds(text: str) -> str:
-    """Put what the recorded builds of boards with an ECP5 are between its marks in a page."""
+    """Put what the recorded builds of boards with open tools are between its marks in a page."""
     rows = []
     for name, build in load_builds().items():
         clocks = ", ".join(
             f"`{clock.clock}` {clock.reached_mhz:g} ({clock.wanted_mhz:g})"
             for clock in build.timing
         )
-        kinds = "LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D"
+        kinds = FAMILIES[DEVICES[build.device].family].names
         used = [build.utilisation[kind][0] for kind in kinds]
         rows.append(
             (f"`{name}`", build.device, clocks, *used, f"{sum(build.seconds.values()):.0f}")

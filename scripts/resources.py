@@ -36,6 +36,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream import gowin
 from plenofir.fpga.bitstream.nextpnr import (
     build,
     load_builds,
@@ -88,7 +89,7 @@ from plenofir.plan.figures import (
     core_designs,
     designs,
     grey_core,
-    is_ecp5_board,
+    is_nextpnr_board,
     load_figures,
     save_figures,
 )
@@ -247,10 +248,10 @@ def place_all(names: Sequence[str]) -> None:
     check_tools()
     if names:
         plan = make_plan(load_scene(names[0], names[1] if len(names) > 1 else None))
-        if plan.device in PLACERS:
-            place_scene(plan)
-        elif is_ecp5_board(plan):
+        if is_nextpnr_board(plan):
             record_build(plan)
+        elif plan.device in PLACERS:
+            place_scene(plan)
         else:
             # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
             plan = plan.model_copy(update={"path": "core"})
@@ -269,7 +270,7 @@ def place_all(names: Sequence[str]) -> None:
     save_records(ECP5_RESULTS, results)
     save_builds({})
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
-        if is_ecp5_board(plan):
+        if is_nextpnr_board(plan):
             record_build(plan)
     for device in SMALL_DEVICES:
         record_build(make_plan(load_scene(BOARDS["ulx3s"].scene, device)))
@@ -306,20 +307,21 @@ def place_self_test() -> Placed:
 
 
 def record_build(plan: Plan) -> None:
-    """Make the bitstream of a board with an ECP5 and record its report."""
+    """Make the bitstream of a board with open tools and record its report."""
     board = board_of(plan.device)
     assert board is not None
     folder = BITSTREAMS / plan.scene
-    generics = board_generics(plan.core, board.top)
-    result = build(
-        *(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None),
-        board_packages(plan),
-    )
+    generics, packages = board_generics(plan.core, board.top), board_packages(plan)
+    if board.flow == "gowin":
+        result = gowin.build(board, plan.device, generics, folder, lambda *_: None, packages)
+    else:
+        clocks = clock_range_of(plan)
+        result = build(board, plan.device, generics, clocks, folder, lambda *_: None, packages)
     name = record_name(plan.scene, plan.device, load_scene(plan.scene).scene.build.device)
     save_builds(dict(sorted({**load_builds(), name: result}.items())))
     for clock in result.timing:
         print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")
-    print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)
+    print(f"bitstream: {folder / board.bitstream}", flush=True)
 
 
 def pixels(words: Sequence[str]) -> None:

@@ -20,7 +20,7 @@ OF_OTHERS = ROOT / "docs" / "site"
 LINE = "SPDX-License-" + "Identifier: Apache-2.0"
 STYLES = {
     **dict.fromkeys((".py", ".sh", ".yml", ".yaml", ".lpf", ".ucf", "Makefile", "run"), "# {}"),
-    **dict.fromkeys((".v", ".vh", ".sv", ".cpp", ".js"), "// {}"),
+    **dict.fromkeys((".v", ".vh", ".sv", ".cpp", ".js", ".cst"), "// {}"),
     ".vhd": "-- {}",
     ".css": "/* {} */",
 }

@@ -1,9 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The video path of a board: TMDS bits in, refocused, TMDS words out, with nothing of a family in it.
 --
--- The input is the receiver's, as full-range RGB, or a test pattern with three planes. What is shown besides the
--- refocused slice, and whether there is a text over it, stands in screen_pkg; whether the input is a
--- sensor's raw frames, in sensor_pkg. The board gives the clocks, collects ten bits a clock and serialises words.
+-- The input is the receiver's, as full-range RGB, or the board's own: a light field that is kept on the chip
+-- (stored_pkg), else a test pattern with three planes. What is shown besides the refocused slice, and whether there
+-- is a text over it, stands in screen_pkg; whether the input is a sensor's raw frames, in sensor_pkg. The
+-- board gives the clocks, collects ten bits a clock and serialises words.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.
@@ -14,9 +15,6 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
-use work.picture_pkg.all;
-use work.screen_pkg.all;
-use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
@@ -35,8 +33,9 @@ entity hdmi_refocuser is
     GUARD_BITS          : natural range 0 to 12;
     BROADCAST_TAPS      : natural;
     ENGINE              : string;
-    -- Pixels of a line of the test pattern, whose bands are thirds of it.
+    -- Size of the board's own picture.
     PATTERN_COLUMNS : positive range 3 to 4095;
+    PATTERN_ROWS    : positive range 1 to 4095;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive
   );
@@ -66,13 +65,6 @@ architecture rtl of hdmi_refocuser is
 
   constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
 
-  constant SLICES : positive := slice_count(SHIFTS);
-
-  -- Depths of the test pattern: first, middle and last slice; of one slice alone, also those that it blurs.
-  constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
-  constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
-  constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);
-
   signal stop     : std_logic;
   signal reset    : std_logic;
   signal tx_reset : std_logic;
@@ -87,13 +79,11 @@ architecture rtl of hdmi_refocuser is
   signal packet_error : std_logic;
   signal sum_error    : std_logic;
 
-  -- Video on its way: as RGB, the pattern, what goes in, what comes out, without and with a text.
+  -- Video on its way: as RGB, the board's own, what goes in, what is shown.
   signal rgb           : video_t;
   signal drawn         : video_t;
   signal pattern_reset : std_logic;
   signal source        : video_t := NO_VIDEO;
-  signal bare          : video_t;
-  signal on_show       : on_show_t;
   signal shown         : video_t;
   signal marked        : video_t;
   signal marks         : std_logic_vector(1 downto 0);
@@ -164,14 +154,12 @@ begin
 
   pattern_reset <= reset or not settings.show_pattern;
 
-  test_pattern : entity work.light_field_pattern
+  own : entity work.own_light_field
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      LEFT_SHIFT       => LEFT_SHIFT,
-      MIDDLE_SHIFT     => MIDDLE_SHIFT,
-      RIGHT_SHIFT      => RIGHT_SHIFT,
-      MIDDLE_BEGIN     => PATTERN_COLUMNS / 3,
-      RIGHT_BEGIN      => 2 * PATTERN_COLUMNS / 3
+      SHIFTS           => SHIFTS,
+      FRAME_COLUMNS    => PATTERN_COLUMNS,
+      FRAME_ROWS       => PATTERN_ROWS
     )
     port map (
       clk    => clk,
@@ -195,7 +183,7 @@ begin
 
   end process choose_source;
 
-  video : entity work.refocus_video
+  picture : entity work.shown_video
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
       SHIFTS              => SHIFTS,
@@ -209,65 +197,19 @@ begin
       ENGINE              => ENGINE
     )
     port map (
-      clk         => clk,
-      reset       => reset,
-      choice      => settings.choice,
-      load        => load,
-      in_video    => source,
-      out_video   => bare,
-      on_show     => on_show,
-      following   => following,
-      unsupported => unsupported,
-      timing      => timing,
-      errors      => video_errors
+      clk          => clk,
+      reset        => reset,
+      choice       => settings.choice,
+      text_place   => settings.text_place,
+      errors       => errors_now,
+      load         => load,
+      in_video     => source,
+      out_video    => shown,
+      following    => following,
+      unsupported  => unsupported,
+      timing       => timing,
+      video_errors => video_errors
     );
-
-  no_text : if not WITH_TEXT generate
-    shown <= bare;
-  end generate no_text;
-
-  text : if WITH_TEXT generate
-
-    constant KINDS : kinds_t := output_kinds(OUTPUTS);
-
-    signal show   : std_logic;
-    signal bottom : std_logic;
-    signal kind   : std_logic_vector(1 downto 0);
-    signal rows   : std_logic_vector(11 downto 0);
-
-  begin
-
-    -- 1: at the top, 2: at the bottom.
-    show   <= settings.text_place(0) or settings.text_place(1);
-    bottom <= settings.text_place(1);
-    kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_show.place))), 2));
-    rows   <= std_logic_vector(timing.rows);
-
-    overlay : entity work.text_overlay
-      generic map (
-        SLICES        => SLICES,
-        FONT          => FONT,
-        TEXTS         => TEXTS,
-        TEXT_COLUMNS  => TEXT_COLUMNS,
-        LABELS        => LABELS,
-        LABEL_COLUMNS => LABEL_COLUMNS,
-        COLOURS       => COLOURS
-      )
-      port map (
-        clk       => clk,
-        reset     => reset,
-        show      => show,
-        bottom    => bottom,
-        rows      => rows,
-        slice     => on_show.slice,
-        kind      => kind,
-        raw       => on_show.raw,
-        errors    => errors_now,
-        in_video  => bare,
-        out_video => shown
-      );
-
-  end generate text;
 
   watch_marks : entity work.picture_marks
     generic map (

@@ -229,6 +229,7 @@ begin
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
       PATTERN_COLUMNS     => PATTERN_H_ACTIVE,
+      PATTERN_ROWS        => PATTERN_V_ACTIVE,
       ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
     port map (

@@ -55,6 +55,8 @@ package resample_pkg is
     data    : std_logic_vector(39 downto 0);
   end record load_t;
 
+  constant NO_LOAD : load_t := ('0', "00", (others => '0'), (others => '0'));
+
   -- The same as bits that cross between clocks: kind, address, data from the high end.
   subtype load_word_t is std_logic_vector(61 downto 0);
 

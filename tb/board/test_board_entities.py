@@ -22,6 +22,14 @@ UNITS = [
         for columns in (64, 640, 1279, 1280, 2000)
     ),
     unit("debouncer", {"STABLE": 20}, stable=20),
+    *(
+        unit(
+            "demo_control",
+            {"SLICES": slices, "FRAMES": frames, "BUTTON_STABLE": 3},
+            **{"slices": slices, "frames": frames, "stable": 3},
+        )
+        for slices, frames in ((1, 2), (2, 1), (5, 3))
+    ),
     unit(
         "reset_filter",
         {"ASSERT_CLOCKS": 5, "RELEASE_CLOCKS": 30},
@@ -43,7 +51,9 @@ UNITS = [
 
 # `make mutants` chooses by the names of entities.
 @pytest.mark.parametrize(
-    "cases", [UNITS], ids=["i2c_rom_slave-debouncer-reset_filter-hot_plug-board_control"]
+    "cases",
+    [UNITS],
+    ids=["i2c_rom_slave-debouncer-demo_control-reset_filter-hot_plug-board_control"],
 )
 def test_unit(cases: list[Case]) -> None:
     run_cases(cases)

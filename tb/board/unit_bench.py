@@ -465,3 +465,48 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
         await panel.clocks(bit)
         assert (panel.state()[0], panel.screen()) == (CASE["first_slice"], (0, 1)), clocks
         assert await panel.ask("c") == "ok", (text, clocks)
+
+
+@for_entity("demo_control")
+async def focus_to_and_fro(dut: Any) -> None:
+    """Frames and keys at random: the slice that a model of it has."""
+    slices, frames, stable = CASE["slices"], CASE["frames"], CASE["stable"]
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    dut.v_sync.value = dut.key_stop.value = dut.key_step.value = 0
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 6)
+    dut.reset.value = 0
+    slice_, step, going, shown = 0, 1, True, 0
+
+    def move() -> None:
+        nonlocal slice_, step
+        if slices > 1:
+            step = step if 0 <= slice_ + step < slices else -step
+            slice_ += step
+
+    for _ in range(300):
+        what = rng.choice(["frame"] * 6 + ["stop", "step"])
+        if what == "frame":
+            for level in (1, 0):
+                dut.v_sync.value = level
+                await ClockCycles(dut.clk, rng.randrange(1, 4))
+            shown = shown + 1 if going else 0
+            if shown == frames:
+                shown = 0
+                move()
+        else:
+            key = dut.key_stop if what == "stop" else dut.key_step
+            key.value = 1
+            await ClockCycles(dut.clk, stable + 8)
+            key.value = 0
+            await ClockCycles(dut.clk, stable + 8)
+            going = not going and what == "stop"
+            shown = 0 if not going else shown
+            if what == "step":
+                move()
+        await ClockCycles(dut.clk, 3)
+        await FallingEdge(dut.clk)
+        assert int(dut.slice.value) == slice_, what
+        assert int(dut.going.value) == going, what
+        assert not int(dut.sweep.value)

@@ -20,7 +20,7 @@ from plenofir_tb.board import Board, ask, fast, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, hdmi_source
-from plenofir_tb.video import light_field
+from plenofir_tb.video import in_the_middle, light_field
 
 MODE_FAST, MODE_HDMI = fast(video.MODE_720), fast(sources.MODE_HDMI)
 
@@ -160,7 +160,9 @@ async def test_pattern(dut: Any) -> None:
 
 
 def pattern(mode: VideoMode) -> np.ndarray:
-    """The test pattern of the board."""
+    """The test pattern of the board, or the light field that it keeps."""
+    if stored := read_case().get("stored"):
+        return in_the_middle(np.array(stored, np.uint8), read_case()["m"], mode)
     shifts = read_case()["shifts"]
     depths = (
         (shifts[0], shifts[len(shifts) // 2] if len(shifts) > 2 else 0, shifts[-1])

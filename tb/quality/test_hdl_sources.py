@@ -53,7 +53,7 @@ def test_the_list_is_all_but_the_boards(library: Path) -> None:
     assert own
     # They want their vendors' libraries, and nothing else does.
     for path in hdl.all_sources():
-        assert bool(re.search(r"library (unisim|ecp5u);", path.read_text())) <= (path in own)
+        assert bool(re.search(r"library (unisim|ecp5u|gw2a);", path.read_text())) <= (path in own)
 
 
 @pytest.mark.parametrize(
@@ -220,6 +220,7 @@ MAY_USE = {
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
     "ecp5": {"common"},
+    "gowin": set(),
     "overlay": {"common"},
     "board": {
         *(
@@ -232,6 +233,7 @@ MAY_USE = {
             "overlay",
             "spartan6",
             "ecp5",
+            "gowin",
         ),
     },
 }

@@ -79,6 +79,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "serial_clocks.vhd",
         "settings_crossing.vhd",
         "status_pkg.vhd",
+        "stored_pkg.vhd",
         "stored_product.vhd",
         "tmds_output.vhd",
         "token_pkg.vhd",

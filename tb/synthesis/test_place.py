@@ -14,7 +14,7 @@ from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.figures import is_ecp5_board
+from plenofir.plan.figures import is_nextpnr_board
 from plenofir.plan.scene import scene_files
 
 RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
@@ -29,7 +29,7 @@ SCENES = [file for file in scene_files() if load_scene(file).sensor is None]
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
 def test_scenes_reach_their_clock(file: Path) -> None:
     plan = make_plan(load_scene(file))
-    if is_ecp5_board(plan):
+    if is_nextpnr_board(plan):
         timing = {clock["clock"]: clock for clock in BUILDS[plan.scene]["timing"]}
         assert timing["clk"]["reached_mhz"] >= plan.clock_mhz
         assert all(clock["reached_mhz"] >= clock["wanted_mhz"] for clock in timing.values())

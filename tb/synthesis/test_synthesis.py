@@ -2,6 +2,7 @@
 """Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from plenofir.fpga.tools import synthesis as tools_module
 from plenofir.fpga.tools.primitives import component_package, with_primitives
 from plenofir.fpga.tools.synthesis import (
     ghdl_version,
+    move_contents,
     plain_verilog,
     run_yosys,
     with_defaults,
@@ -71,6 +73,27 @@ def test_figures(tmp_path: Path, design: Design) -> None:
     )
     assert figures.lut == pytest.approx(nearest.lut, rel=0.1)
     assert figures.flip_flops == pytest.approx(nearest.flip_flops, rel=0.05)
+
+
+def test_contents_of_memories_in_files(tmp_path: Path) -> None:
+    def module(assignments: Sequence[str]) -> str:
+        lines = "".join(f"    memory[{line};\n" for line in assignments)
+        return f"module m;\n  reg [1:0] memory[3:0];\n  initial begin\n{lines}    end\nendmodule\n"
+
+    verilog = tmp_path / "m.v"
+    whole = ["3] = 2'b11", "2] = 2'b01", "1] = 2'b00", "0] = 2'b10"]
+    verilog.write_text(module(whole))
+    move_contents(verilog)
+    # It has fewer words than are worth it.
+    assert verilog.read_text() == module(whole)
+    move_contents(verilog, 4)
+    (file,) = tmp_path.glob("*.mem")
+    assert file.read_text().split() == ["10", "00", "01", "11"]
+    assert f'initial $readmemb("{file.name}", memory);' in verilog.read_text()
+    # What has gaps is left as it is.
+    verilog.write_text(module(whole[:3]))
+    move_contents(verilog, 2)
+    assert verilog.read_text() == module(whole[:3])
 
 
 def test_every_design_is_recorded() -> None:
@@ -179,7 +202,7 @@ def test_primitives_become_cells(tmp_path: Path, module: str, value: str) -> Non
     .a(a));
 endmodule
 """
-    assert with_primitives(text, component_package("unisim"), models) == (
+    assert with_primitives(text, component_package("unisim"), [models]) == (
         'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
         ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
     )

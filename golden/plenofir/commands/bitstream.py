@@ -15,6 +15,7 @@ from plenofir.ground.errors import InputError
 if TYPE_CHECKING:
     from plenofir.fpga.bitstream import nextpnr, top_level
     from plenofir.fpga.boards import Board
+    from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.plan import Plan
 
 _SHOWN_WARNINGS = 20
@@ -97,6 +98,28 @@ def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> 
     return chosen, (device and chosen.device(device)) or chosen.devices[0]
 
 
+def checked_core(
+    board: "Board", device: str, generics: "dict[str, top_level.Value]"
+) -> "CoreConfiguration":
+    """Refocuser that generics mean; refused where the device is too small, board and all."""
+    from plenofir.fpga.bitstream import top_level
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+
+    part = DEVICES[device]
+    core = top_level.configuration({**top_level.default_generics(board.top), **generics})
+    core.check_limits()
+    usage = estimate(core, part.family)
+    if board.modes:
+        usage += VIDEO_USAGES[part.family]
+    if over := part.overflow(usage):
+        raise InputError(
+            f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
+            "slices or columns, or a smaller M"
+        )
+    return core
+
+
 def build_with_nextpnr(
     board: "Board",
     device: str,
@@ -107,33 +130,41 @@ def build_with_nextpnr(
     beyond: bool = False,
 ) -> "nextpnr.NextpnrReport":
     """Build for a board with an ECP5: the range of pixel clocks is that of the scene's mode."""
-    from plenofir.fpga.bitstream import nextpnr, top_level
-    from plenofir.fpga.devices import DEVICES
-    from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+    from plenofir.fpga.bitstream import nextpnr
     from plenofir.plan.configure import board_packages, clock_range_of
 
     packages: dict[str, str] = {}
-    clocks, part = 0, DEVICES[device]
+    clocks = 0
     if plan is not None:
         clocks, packages = clock_range_of(plan), board_packages(plan)
     else:
-        core = top_level.configuration({**top_level.default_generics(board.top), **generics})
-        core.check_limits()
-        usage = estimate(core, part.family)
+        core = checked_core(board, device, generics)
         if board.modes:
-            usage += VIDEO_USAGES[part.family]
             # The slowest mode that has such lines.
             fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
             modes = fit or board.modes[:1]
             widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
             clocks = board.clock_range(widest)
-        if over := part.overflow(usage):
-            raise InputError(
-                f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
-                "slices or columns, or a smaller M"
-            )
     with told_steps("bitstream") as show:
         return nextpnr.build(board, device, generics, clocks, out, show, packages, beyond=beyond)
+
+
+def build_with_gowin(
+    board: "Board",
+    device: str,
+    generics: "dict[str, top_level.Value]",
+    plan: "Plan | None",
+    out: Path,
+) -> "nextpnr.NextpnrReport":
+    """Build for a board with a GW2A, which has one mode."""
+    from plenofir.fpga.bitstream import gowin
+    from plenofir.plan.configure import board_packages
+
+    packages = {} if plan is None else board_packages(plan)
+    if plan is None:
+        checked_core(board, device, generics)
+    with told_steps("bitstream") as show:
+        return gowin.build(board, device, generics, out, show, packages)
 
 
 @app.command()
@@ -194,6 +225,9 @@ def build(
         )
         _print_nextpnr(built, out)
         return
+    if target.flow == "gowin":
+        _print_nextpnr(build_with_gowin(target, part, generics, plan, Path(out)), out)
+        return
     edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
     packages = {} if plan is None else board_packages(plan)
     installation = tools.find_installation(ise)
@@ -218,8 +252,13 @@ def build(
 
 
 def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
+    from plenofir.fpga.boards import BOARDS
+
     low, high = report.clocks_mhz
-    clocks = f"pixel clocks of {low:g} to {high:g} MHz" if low else f"pixel clock of {high:g} MHz"
+    several = low and low < high
+    clocks = (
+        f"pixel clocks of {low:g} to {high:g} MHz" if several else f"pixel clock of {high:g} MHz"
+    )
     print_line("board", f"{report.board}, {report.device}: {clocks}")
     for site, (used, there) in report.utilisation.items():
         print_line(site, f"{used} of {there}")
@@ -236,7 +275,7 @@ def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
     for sentence in report.beyond_data_sheet:
         print_line("data sheet", f"beyond it: {sentence}")
     print_line("seconds", f"{sum(report.seconds.values()):.0f} of processor time")
-    print_line("files", f"{out}/plenofir.bit, report.json, work/")
+    print_line("files", f"{out}/{BOARDS[report.board].bitstream}, report.json, work/")
 
 
 @app.command()

@@ -96,6 +96,10 @@ def print_screen(plan: "Plan") -> None:
         print_line("text", f"takes {_amounts(takes)}")
         for text in screen.overlay.texts:
             print_line("", text)
+    if plan.stored is not None and plan.stored_needs is not None:
+        takes = {name: amount for name, amount in plan.stored_needs.items() if amount}
+        rows, columns = plan.stored.lenses
+        print_line("stored", f"{columns} x {rows} micro images, takes {_amounts(takes)}")
 
 
 def print_plan(plan: "Plan") -> None:
@@ -352,7 +356,7 @@ def synth(
     from plenofir.ground.files import publish_files
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
-    from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design
+    from plenofir.plan.figures import designs, is_nextpnr_board, load_figures, scene_design
 
     options.require("out", "scene", out is not None and scene is None)
     options.require("device", "scene", device is not None and scene is None)
@@ -363,7 +367,7 @@ def synth(
         if planned.path == "core" and DEVICES[planned.device].family != "spartan6":
             _count(planned)
             return
-        if is_ecp5_board(planned):
+        if is_nextpnr_board(planned):
             raise InputError(
                 f"{planned.scene} is for a board with an {planned.device.upper()}; make bitstream "
                 "synthesises it",

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga.devices import device_name
-from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VideoMode, modes_of_range
+from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VGA_MIDDLE, VideoMode, modes_of_range
 from plenofir.fpga.names import BoardName
 from plenofir.ground import project
 
-Flow = Literal["ise", "nextpnr"]
+Flow = Literal["ise", "nextpnr", "gowin"]
+_CONSTRAINTS: dict[Flow, str] = {"ise": "ucf", "nextpnr": "lpf", "gowin": "cst"}
 
 
 @dataclass(frozen=True)
@@ -20,19 +21,26 @@ class Board:
     name: BoardName  # as users type it; ``hdl/sources_NAME.txt`` lists its own sources
     title: str
     devices: tuple[str, ...]  # of `plenofir.fpga.devices.DEVICES`, the usual one first
-    flow: Flow  # tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr
+    # Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr for ECP5 or for Gowin.
+    flow: Flow
     top: str
     library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
-    # What its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI.
+    # What its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI in.
     clock_ranges: tuple[int, ...] = ()
     pixel_mhz: float = 0  # of a board without HDMI
+    # What the core refocuses of the mode that a board without HDMI in shows.
+    own_mode: VideoMode | None = None
     scene: str = ""  # shipped one that is built without options
 
     @property
     def constraints(self) -> Path:
         """Pins and clocks; no such file for a target without pins of its own."""
-        suffix = "ucf" if self.flow == "ise" else "lpf"
-        return project.root() / "constraints" / f"{self.name}.{suffix}"
+        return project.root() / "constraints" / f"{self.name}.{_CONSTRAINTS[self.flow]}"
+
+    @property
+    def bitstream(self) -> str:
+        """Name of the file that is loaded into it."""
+        return "plenofir.fs" if self.flow == "gowin" else "plenofir.bit"
 
     def device(self, typed: str) -> str | None:
         """Device of the board by its name, its part, or the name's end: ``lfe5u-25f``, ``25f``."""
@@ -43,6 +51,8 @@ class Board:
     @property
     def modes(self) -> tuple[VideoMode, ...]:
         """Video modes that a build for each of its ranges takes, all together."""
+        if self.own_mode is not None:
+            return (self.own_mode,)
         modes = {m.name: m for c in self.clock_ranges for m in modes_of_range(c)}
         return tuple(sorted(modes.values(), key=lambda mode: mode.pixel_clock))
 
@@ -72,6 +82,16 @@ BOARDS: dict[str, Board] = {
             library="ecp5u",
             clock_ranges=CLOCK_RANGES,
             scene="ulx3s-480p",
+        ),
+        Board(
+            name="tangnano20k",
+            title="Sipeed Tang Nano 20K",
+            devices=("gw2ar-18",),
+            flow="gowin",
+            top="tangnano20k_top",
+            library="gw2a",
+            own_mode=VGA_MIDDLE,
+            scene="tangnano20k",
         ),
         Board(
             name="ecp5-eval",

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The VHDL sources, in the order of analysis."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plenofir.ground.files import input_file
@@ -31,6 +32,13 @@ def all_sources() -> list[Path]:
     """All synthesisable VHDL sources, in the order of analysis."""
     lists = sorted(path.name for path in (root() / "hdl").glob("sources_*.txt"))
     return hdl_sources() + [source for own in lists for source in _listed(own)]
+
+
+def with_packages(sources: Sequence[Path], packages: Mapping[str, str], folder: Path) -> list[Path]:
+    """Write packages (name to text) into a folder; the sources with them in place of theirs."""
+    for name, text in packages.items():
+        (folder / f"{name}.vhd").write_text(text)
+    return [folder / s.name if s.stem in packages else s for s in sources]
 
 
 def model_sources(library: str = "unisim") -> list[Path]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import ise, nextpnr, top_level
+from plenofir.fpga.bitstream import gowin, ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
 from plenofir.fpga.constraints import Constraints
 from plenofir.fpga.devices import DEVICES
@@ -14,6 +14,7 @@ from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground.files import publish
 from plenofir.plan.planned import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
@@ -153,6 +154,8 @@ def board_packages(plan: Plan) -> dict[str, str]:
         packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
     elif plan.screen != Screen():
         packages[SCREEN_PACKAGE] = screen_package(plan.screen)
+    if plan.stored is not None:
+        packages[STORED_PACKAGE] = stored_package(plan.stored)
     return packages
 
 
@@ -161,6 +164,13 @@ def _board_top(plan: Plan) -> dict[str, str]:
     own = {f"{name}.vhd": text for name, text in board_packages(plan).items()}
     board = _board(plan)
     generics = scene_generics(plan)
+    if board.own_mode is not None:
+        return {
+            **own,
+            f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
+            f"{board.top}.cst": board.constraints.read_text(),
+            f"{board.top}.sdc": gowin.clock_constraints(board.own_mode),
+        }
     if board.flow == "nextpnr":
         clock_range = clock_range_of(plan)
         generics |= nextpnr.range_generics(clock_range)

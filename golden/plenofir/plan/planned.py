@@ -8,6 +8,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.plan.left_out import LeftOut
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
@@ -91,7 +92,7 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
 class Plan(BaseModel):
     """What is built for a scene."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     scene: str
     path: str  # "core" or "video"
@@ -126,6 +127,9 @@ class Plan(BaseModel):
     left_out: tuple[LeftOut, ...]  # what is not there, each with what it would take
     screen: Screen = Screen()  # what a board shows, and the text over it
     screen_needs: dict[str, int] | None = None  # resources that the text takes; None without one
+    # Light field that the board keeps, and the resources that it takes.
+    stored: StoredLightField | None = Field(default=None, exclude=True)
+    stored_needs: dict[str, int] | None = None
     # In hexadecimal, the EDID that the board serves instead of its own; None for its own.
     edid: str | None = None
     # What makes the raster of a sensor's raw frames; None if the frames are the raster.

@@ -16,7 +16,7 @@ from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.names import SliceEngineName
-from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
+from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage, stored_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.ground.errors import InputError
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
@@ -309,7 +309,7 @@ def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usag
         usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     if loaded.scene.build.path == "video":
         usage += VIDEO_USAGES[device.family] + overlay_usage(shown.overlay, device.family)
-    return usage
+    return usage + stored_usage(loaded.stored)
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
@@ -478,6 +478,10 @@ def make_plan(loaded: LoadedScene) -> Plan:
             None
             if shown.overlay is None
             else device.amounts(overlay_usage(shown.overlay, device.family))
+        ),
+        stored=loaded.stored,
+        stored_needs=(
+            None if loaded.stored is None else device.amounts(stored_usage(loaded.stored))
         ),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         edid=None if loaded.edid is None else loaded.edid.hex(),

@@ -22,10 +22,12 @@ from plenofir.fpga.devices import DEVICES, device_name
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
+from plenofir.plan.scene_stored import SceneStored, load_stored
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus import Border
 from plenofir.refocus.sharpening import WEIGHT_ADVICE, check_sharpen, sharpening_units
@@ -180,6 +182,8 @@ class Scene(_Part):
     # What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
+    # Light field that the chip keeps, in place of the test pattern.
+    stored: SceneStored | None = None
 
     @model_validator(mode="after")
     def _parts_agree(self) -> "Scene":
@@ -235,6 +239,11 @@ class Scene(_Part):
                 f"build.path = 'video' needs build.device of a board: {boards}",
             ),
             (not video and build.edid is not None, "build.edid needs build.path = 'video'"),
+            (self.stored is not None and not video, "stored needs build.path = 'video'"),
+            (
+                self.stored is not None and sensor is not None,
+                "a stored light field takes the place of a sensor; leave one of both out",
+            ),
         )
         return self
 
@@ -251,6 +260,7 @@ class LoadedScene(BaseModel):
     edid: bytes | None = None  # that it names, checked
     sensor: SensorChip | None = None  # what makes the raster of its sensor's raw frames
     shown: Screen = Screen()  # what its board shows, once its slices are known
+    stored: StoredLightField | None = None  # that its board keeps
 
     @property
     def video_size(self) -> tuple[int, int]:
@@ -300,6 +310,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         if board is None or not board.modes:
             build = {**build, "path": "core"}
             build.pop("edid", None)
+            content.pop("stored", None)
         content["build"] = build
     try:
         scene = Scene.model_validate(_with_a_frame(content, str(file)))
@@ -326,7 +337,18 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
-    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts, edid=edid, sensor=chip)
+    stored = None
+    if scene.stored is not None:
+        stored = load_stored(scene.stored, scene.camera.micro_image_size, file)
+    return LoadedScene(
+        path=file,
+        scene=scene,
+        camera=camera,
+        shifts=shifts,
+        edid=edid,
+        sensor=chip,
+        stored=stored,
+    )
 
 
 def _with_a_frame(content: dict[str, Any], where: str) -> dict[str, Any]:

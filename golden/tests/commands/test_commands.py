@@ -70,7 +70,7 @@ def test_options_agree_with_what_they_choose() -> None:
 
     assert get_args(SliceEngineName) == tuple(SLICE_ENGINES)
     assert get_args(BoardName) == tuple(BOARDS)
-    assert set(get_args(HdmiBoardName)) == {b.name for b in BOARDS.values() if b.modes}
+    assert set(get_args(HdmiBoardName)) == {b.name for b in BOARDS.values() if b.clock_ranges}
     orders = [interpolation_order(name) for name in get_args(options.InterpolationName)]
     assert orders == [0, 1, 0, 1, 2, 3]
     assert get_args(options.Radius)[1].max == MAX_SHARPNESS_RADIUS

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from plenofir.fpga.bitstream.netlist_names import name_nets
 from plenofir.ground.errors import ToolError
 
 SLOW, FAST = "clk", "clk_x5"
 """The pixel clock and the lanes' one."""
-# Net to cell and port of a top level: Yosys has many names for a net that goes through a hierarchy.
+# Net to cell and port of a top level.
 _CLOCK_NETS = {
     "source_clk": ("pixel_clocks_of_both.pll", "CLKI"),
     SLOW: ("pixel_clocks_of_both.pll", "CLKOP"),
@@ -62,12 +63,7 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
         cells, nets = module["cells"], module["netnames"]
         if other := {n for n, cell in cells.items() if cell["type"] == "EHXPLLL"} - named:
             raise ToolError(f"PLL {min(other)} is none of {', '.join(sorted(named))}")
-        for name, (cell, port) in _CLOCK_NETS.items():
-            if cell in cells:
-                bits = cells[cell]["connections"][port]
-                for other in [other for other, net in nets.items() if net["bits"] == bits]:
-                    del nets[other]
-                nets[name] = {"hide_name": 0, "bits": bits, "attributes": {}}
+        name_nets(module, _CLOCK_NETS)
         for cell in cells.values():
             if cell["type"] == "EHXPLLL":
                 cell["attributes"].update({name: str(word) for name, word in PLL_WORDS.items()})

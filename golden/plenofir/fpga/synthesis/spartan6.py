@@ -61,7 +61,7 @@ class Netlist(BaseModel):
 
 def cell_models() -> Path:
     """Verilog file of the installed Yosys with models of the cells, block RAM excepted."""
-    return cell_declarations().with_name("cells_sim.v")
+    return cell_declarations()[0].with_name("cells_sim.v")
 
 
 def synthesise(

@@ -7,6 +7,7 @@ bits. GHDL 2.0 adds an empty module for each set of generics and writes texts as
 
 import re
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
@@ -30,7 +31,7 @@ def parameter_kinds(models: str, name: str) -> dict[str, str]:
     body = models[begin.start() : models.index("endmodule", begin.start())]
     kinds = {}
     for kind, parameter, value in re.findall(
-        r"parameter (?:(real|integer|\[\d+:0\]) )?(\w+) = ([^;]+);", body
+        r"parameter (?:(real|integer|\[\d+:0\]) )?(\w+) *= *([^;]+);", body
     ):
         kinds[parameter] = "real" if kind == "real" else "text" if '"' in value else "integer"
     return kinds
@@ -48,18 +49,21 @@ def _value(kind: str, value: str) -> str:
     return '"' + int(bits, 2).to_bytes(len(bits) // 8, "big").decode("ascii") + '"'
 
 
-def with_primitives(text: str, components: Path, models: Path) -> str:
-    """Replace GHDL's components in Verilog by Yosys' cells, declared in the file `models`.
+def with_primitives(text: str, components: Path, models: Sequence[Path]) -> str:
+    """Replace GHDL's components in Verilog by Yosys' cells, declared in the files `models`.
 
     `components` is the package that declares them. Parameters that a cell does not have are left
     out.
     """
-    declared = models.read_text()
+    declared = "".join(model.read_text() for model in models)
     names = "|".join(primitives(components))
     text = re.sub(rf"^module (?:{names})\n.*?^endmodule\n", "", text, flags=re.M | re.S)
 
+    # Most have names in capitals, some of Gowin's not.
+    spelled = {name.lower(): name for name in re.findall(r"^module (\w+)", declared, re.M)}
+
     def instance(match: re.Match[str]) -> str:
-        name = match["name"].upper()
+        name = spelled.get(match["name"], match["name"].upper())
         kinds = parameter_kinds(declared, name)
         values = [
             f".{parameter}({_value(kinds[parameter], value)})"

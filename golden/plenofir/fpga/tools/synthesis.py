@@ -92,6 +92,28 @@ def plain_verilog(text: str) -> str:
     return text
 
 
+_INITIAL = re.compile(r"^ *initial begin\n((?: *\w+\[\d+\] = \d+'b[01]+;\n)+) *end\n", re.M)
+
+
+def move_contents(verilog: Path, least: int = 4096) -> None:
+    """Move what memories of `least` words or more begin with into files beside a Verilog file.
+
+    Yosys takes a time for assignments that grows with the square of their number: half a minute
+    for 8190 words, as a file an instant.
+    """
+
+    def moved(match: re.Match[str]) -> str:
+        words = re.findall(r"(\w+)\[(\d+)\] = \d+'b([01]+);", match[1])
+        name, found = words[0][0], {int(place): bits for _, place, bits in words}
+        if len(found) < least or sorted(found) != list(range(len(found))):
+            return match[0]
+        file = verilog.with_name(f"{verilog.stem}_{match.start()}.mem")
+        file.write_text("".join(f"{found[place]}\n" for place in range(len(found))))
+        return f'  initial $readmemb("{file.name}", {name});\n'
+
+    verilog.write_text(_INITIAL.sub(moved, verilog.read_text()))
+
+
 _CASE = re.compile(r"^ *case \(.*?^ *endcase", re.S | re.M)
 _CHOICE = re.compile(r"^ *(\d+)'b[01]+:", re.M)
 _SELECT = re.compile(r"^ *with .*? select (\w+) <=\n.*?([^\n]*) when others;$", re.S | re.M)
@@ -156,10 +178,12 @@ def write_verilog(
     directory: Path,
     *,
     primitives: str = "",
+    contents_in_files: bool = False,
 ) -> Path:
     """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
-    The sources of a board instantiate primitives of a library: ``"unisim"`` or ``"ecp5u"``.
+    The sources of a board instantiate primitives of a library: ``"unisim"``, ``"ecp5u"`` or
+    ``"gw2a"``. What large memories begin with is in the file, or in files beside it.
     """
     environment = find_simulator("ghdl").environment
     verilog = directory / f"{top}.v"
@@ -202,17 +226,25 @@ def write_verilog(
         for name in (f"{primitives}-obj93.cf", f"{components.stem}.o"):
             (directory / name).unlink(missing_ok=True)
     verilog.write_text(plain_verilog(text))
+    if contents_in_files:
+        move_contents(verilog)
     return verilog
 
 
-def cell_declarations(library: str = "unisim") -> Path:
-    """Verilog file of the installed Yosys that declares the cells it has no model of."""
+_CELLS = {
+    "unisim": ("xilinx/cells_xtra.v",),
+    "ecp5u": ("ecp5/cells_bb.v",),
+    "gw2a": ("gowin/cells_xtra_gw2a.v", "gowin/cells_sim.v"),
+}
+
+
+def cell_declarations(library: str = "unisim") -> list[Path]:
+    """Verilog files of the installed Yosys that declare the cells of a library."""
     yosys_version()
     package = importlib.util.find_spec("pyosys")
     assert package is not None
     assert package.origin is not None
-    file = {"unisim": "xilinx/cells_xtra.v", "ecp5u": "ecp5/cells_bb.v"}[library]
-    return Path(package.origin).parent / "share" / file
+    return [Path(package.origin).parent / "share" / file for file in _CELLS[library]]
 
 
 def run_yosys(

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The light field of a scene that is kept on the chip, to see refocusing without any source."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.fpga.screen.stored import StoredLightField, move_focus, store
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import eight_bits, read_picture
+from plenofir.refocus import check_raw
+
+Place = Annotated[int, Field(ge=0)]
+Extent = Annotated[int, Field(ge=1)]
+
+
+class SceneStored(BaseModel):
+    """A part of a raw image, counted in micro images."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    # Aligned raw image of the scene's M: a file (relative to the scene file) or a shipped one.
+    raw: Annotated[str, Field(min_length=1)]
+    top: Place = 0  # first micro image of the part
+    left: Place = 0
+    rows: Extent | None = None  # micro images of it; as many as there are
+    columns: Extent | None = None
+    # What is sharp at a in the raw image is so at a + move_focus on the chip: its views are moved
+    # by whole micro images.
+    move_focus: Annotated[int, Field(ge=-8, le=8)] = 0
+
+
+def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> StoredLightField:
+    """Read the raw image of a scene file and keep what it wants of it.
+
+    InputError if there is no such image, or the part reaches beyond it.
+    """
+    m, where = micro_image_size, f"{scene}: stored"
+    beside, shipped = scene.parent / part.raw, project.DATA / part.raw
+    file = shipped if shipped.is_file() and not beside.is_file() else beside
+    picture = read_picture(file)
+    check_raw(picture.pixels, m, where=str(file))
+    pixels = eight_bits(picture.pixels, picture.full_scale)
+    if pixels.ndim == 2:
+        pixels = np.repeat(pixels[..., None], 3, axis=2)
+    # Views of the border come from that far.
+    margin = abs(part.move_focus) * (m // 2)
+    lenses = [extent // m for extent in pixels.shape[:2]]
+    first = (part.top, part.left)
+    count = [
+        lenses[d] - first[d] - margin if wanted is None else wanted
+        for d, wanted in enumerate((part.rows, part.columns))
+    ]
+    for name, begin, number, there in zip(("rows", "columns"), first, count, lenses, strict=True):
+        if number < 1 or begin < margin or begin + number + margin > there:
+            beyond = f", as move_focus = {part.move_focus} takes {margin} beyond it"
+            raise InputError(
+                f"{name} {begin} to {begin + number - 1} of the {there} of {file.name}; use a part "
+                f"within {margin} to {there - 1 - margin}{beyond if margin else ''}",
+                where=where,
+            )
+    whole = pixels[: m * lenses[0], : m * lenses[1]]
+    moved = move_focus(np.ascontiguousarray(whole), m, part.move_focus)
+    top, left = (m * begin for begin in first)
+    return store(moved[top : top + m * count[0], left : left + m * count[1]], m)

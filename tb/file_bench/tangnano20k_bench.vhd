@@ -1,0 +1,154 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The Tang Nano 20K at work: what its pins send, as words of 30 bits in output.bin, until WORDS of them came.
+--
+-- A word is sampled in tenths of the clock lane's period behind each of its rising edges: channel 0 in bits 0 to 9,
+-- channel 1 in 10 to 19, channel 2 in 20 to 29, what came first is lowest. The key that steps is pressed for a while
+-- after STEP_WORDS words; never if 0.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity tangnano20k_bench is
+  generic (
+    WORDS               : positive := 1000;
+    STEP_WORDS          : natural  := 0;
+    MICRO_IMAGE_SIZE    : positive := 5;
+    SHIFTS              : string   := "-2 0 2";
+    MAX_COLUMNS         : positive := 480;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 4;
+    GUARD_BITS          : natural  := 2;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    BROADCAST_TAPS      : natural  := 0;
+    ENGINE              : string   := "fir";
+    SWEEP_FRAMES        : positive := 1;
+    SIDE_COLUMNS        : positive := 80;
+    PATTERN_H_ACTIVE    : positive := 480;
+    PATTERN_H_FRONT     : positive := 96;
+    PATTERN_H_SYNC      : positive := 96;
+    PATTERN_H_BACK      : positive := 128;
+    PATTERN_V_ACTIVE    : positive := 480;
+    PATTERN_V_FRONT     : positive := 10;
+    PATTERN_V_SYNC      : positive := 2;
+    PATTERN_V_BACK      : positive := 33
+  );
+end entity tangnano20k_bench;
+
+architecture test of tangnano20k_bench is
+
+  type words_t is file of integer;
+
+  -- Half a period of 27 MHz; a tenth of the pixel clock's, whose period is fifteen fourteenths of the oscillator's.
+  constant HALF_PERIOD : time := 18519 ps;
+  constant TENTH       : time := 2 * HALF_PERIOD * 15 / 14 / 10;
+
+  signal clk_27     : std_logic := '0';
+  signal key_step   : std_logic := '0';
+  signal out_clk_p  : std_logic;
+  signal out_clk_n  : std_logic;
+  signal out_data_p : std_logic_vector(2 downto 0);
+  signal out_data_n : std_logic_vector(2 downto 0);
+  signal done       : boolean   := false;
+
+begin
+
+  oscillate : process is
+  begin
+
+    while not done loop
+
+      clk_27 <= not clk_27;
+      wait for HALF_PERIOD;
+
+    end loop;
+
+    wait;
+
+  end process oscillate;
+
+  board : entity work.tangnano20k_top
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      ENGINE              => ENGINE,
+      SIDE_COLUMNS        => SIDE_COLUMNS,
+      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
+      PATTERN_H_FRONT     => PATTERN_H_FRONT,
+      PATTERN_H_SYNC      => PATTERN_H_SYNC,
+      PATTERN_H_BACK      => PATTERN_H_BACK,
+      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
+      PATTERN_V_FRONT     => PATTERN_V_FRONT,
+      PATTERN_V_SYNC      => PATTERN_V_SYNC,
+      PATTERN_V_BACK      => PATTERN_V_BACK,
+      SWEEP_FRAMES        => SWEEP_FRAMES,
+      BUTTON_STABLE       => 4
+    )
+    port map (
+      clk_27     => clk_27,
+      key_stop   => '0',
+      key_step   => key_step,
+      out_clk_p  => out_clk_p,
+      out_clk_n  => out_clk_n,
+      out_data_p => out_data_p,
+      out_data_n => out_data_n,
+      led_n      => open
+    );
+
+  take : process is
+
+    file     output : words_t;
+    variable word   : unsigned(29 downto 0);
+
+  begin
+
+    file_open(output, "output.bin", write_mode);
+
+    for number in 1 to WORDS loop
+
+      wait until rising_edge(out_clk_p);
+      wait for TENTH / 2;
+
+      for bit in 0 to 9 loop
+
+        for c in 0 to 2 loop
+
+          word(10 * c + bit) := out_data_p(c);
+
+          assert out_data_n(c) = not out_data_p(c) and out_clk_n = not out_clk_p
+            report "a pair whose pins do not differ"
+            severity failure;
+
+        end loop;
+
+        if bit < 9 then
+          wait for TENTH;
+        end if;
+
+      end loop;
+
+      write(output, to_integer(word));
+
+      if number = STEP_WORDS then
+        key_step <= '1';
+      elsif number = STEP_WORDS + 40 then
+        key_step <= '0';
+      end if;
+
+    end loop;
+
+    file_close(output);
+    done <= true;
+    wait;
+
+  end process take;
+
+end architecture test;

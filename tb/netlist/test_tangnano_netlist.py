@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The netlist that nextpnr places of the Tang Nano 20K, from the stored flower to serial bits.
+
+Fabric: Yosys' models of the GW2A's cells; hard blocks: ``gowin_blocks.v``.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from hdmi.test_tangnano import golden_frames, shown_slices
+from netlist.netlists import FOLDER, netlist_verilog, run_netlist
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.gowin import synthesise_board
+from plenofir.fpga.bitstream.top_level import board_generics
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.hdmi.link import decode_frames
+from plenofir.fpga.hdmi.modes import VGA, VGA_MIDDLE
+from plenofir.fpga.tools.synthesis import cell_declarations, write_verilog
+from plenofir.plan import Plan, load_scene, make_plan
+from plenofir.plan.configure import board_packages
+from plenofir_tb.video import in_the_middle
+
+BOARD = BOARDS["tangnano20k"]
+# Frames that are sent; of them three go by until the timing is followed.
+FRAMES = 6
+
+
+def check_netlist(netlist: Path, plan: Plan) -> None:
+    """Whole frames of 640x480: each is black or the golden model's."""
+    declared, cells = cell_declarations(BOARD.library)
+    words = FRAMES * VGA.h_total * VGA.v_total + 1000
+    models = [FOLDER / "gowin_blocks.v", cells]
+    taken = run_netlist(netlist, "tangnano20k_bench.v", models, declared.parent, {"WORDS": words})
+    got = decode_frames(taken)
+    assert plan.stored is not None
+    raw = in_the_middle(plan.stored.raster(), plan.core.micro_image_size, VGA_MIDDLE)
+    assert len(shown_slices(got, golden_frames(plan.core, raw, plan.screen, 80))) >= 2
+    assert {frame.mode for frame in got} == {VGA.as_measured()}
+
+
+@pytest.mark.slow
+def test_netlist_of_the_shipped_scene(tmp_path: Path) -> None:
+    plan = make_plan(load_scene(BOARD.scene))
+    sources = hdl.with_packages(hdl.board_sources(BOARD.name), board_packages(plan), tmp_path)
+    generics = board_generics(plan.core, BOARD.top)
+    write_verilog(sources, BOARD.top, generics, tmp_path, primitives=BOARD.library)
+    netlist = tmp_path / f"{BOARD.top}.json"
+    synthesise_board(BOARD, netlist)
+    check_netlist(netlist_verilog(netlist), plan)
