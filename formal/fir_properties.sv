@@ -40,22 +40,26 @@ module fir_properties #(
 
   wire out_strobe;
   wire [SUM_BITS-1:0] sum;
-  wire [1:0] tag;
+  wire pixel;
+  wire line_out;
 
   fir_stage dut (
       .clk(clk),
       .reset(1'b0),
-      .strobe(takes),
-      .pixel(1'b1),
-      .advance(1'b1),
-      .first(begins),
-      .slice(1'b0),
+      .token_strobe(takes),
+      .token_pixel(1'b1),
+      .token_line_first(begins),
+      .token_line_last(1'b0),
+      .token_band(1'b0),
+      .token_frame_first(1'b0),
+      .token_image(1'b0),
+      .token_slice(8'b0),
       .data(data),
-      .step_tag({now, 1'b1}),
-      .token_tag(1'b0),
-      .out_strobe(out_strobe),
+      .tag(now),
+      .out_token_strobe(out_strobe),
+      .out_token_pixel(pixel),
       .out_data(sum),
-      .out_step_tag(tag)
+      .out_tag(line_out)
   );
 
   function integer floor_divided(input integer value);
@@ -89,20 +93,20 @@ module fir_properties #(
         length0 <= length0 + 1;
       end
     end
-    if (out_strobe && tag[0]) begin
-      if (tag[1]) given1 <= given1 + 1;
+    if (out_strobe && pixel) begin
+      if (line_out) given1 <= given1 + 1;
       else given0 <= given0 + 1;
     end
   end
 
   always @* begin
-    if (out_strobe && tag[0]) begin
+    if (out_strobe && pixel) begin
       for (i = 0; i < LENGTH; i = i + 1) begin
-        if (!tag[1] && given0 == i) assert (sum == gathered(pixels0, length0, i));
-        if (tag[1] && given1 == i) assert (sum == gathered(pixels1, length1, i));
+        if (!line_out && given0 == i) assert (sum == gathered(pixels0, length0, i));
+        if (line_out && given1 == i) assert (sum == gathered(pixels1, length1, i));
       end
       // No output without its pixel.
-      assert (tag[1] ? given1 < length1 : given0 < length0);
+      assert (line_out ? given1 < length1 : given0 < length0);
     end
   end
 endmodule

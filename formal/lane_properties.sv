@@ -48,20 +48,26 @@ module lane_properties #(
 
   wire out_strobe;
   wire [P*SUM_BITS-1:0] sums;
-  wire [1:0] tag;
+  wire pixel;
+  wire line_out;
 
   lane_stage dut (
       .clk(clk),
       .reset(1'b0),
-      .strobe(takes),
-      .first(begins),
-      .live(live),
-      .slice(1'b0),
+      .token_strobe(takes),
+      .token_pixel(live),
+      .token_line_first(begins),
+      .token_line_last(1'b0),
+      .token_band(1'b0),
+      .token_frame_first(1'b0),
+      .token_image(1'b0),
+      .token_slice(8'b0),
       .data(data),
-      .tag({now, live}),
-      .out_strobe(out_strobe),
+      .tag(now),
+      .out_token_strobe(out_strobe),
+      .out_token_pixel(pixel),
       .out_data(sums),
-      .out_tag(tag)
+      .out_tag(line_out)
   );
 
   function integer floor_divided(input integer value);
@@ -96,23 +102,23 @@ module lane_properties #(
         length0 <= length0 + 1;
       end
     end
-    if (out_strobe && tag[0]) begin
-      if (tag[1]) given1 <= given1 + 1;
+    if (out_strobe && pixel) begin
+      if (line_out) given1 <= given1 + 1;
       else given0 <= given0 + 1;
     end
   end
 
   always @* begin
-    if (out_strobe && tag[0]) begin
+    if (out_strobe && pixel) begin
       for (i = 0; i < LENGTH; i = i + 1)
         for (j = 0; j < P; j = j + 1) begin
-          if (!tag[1] && given0 == i)
+          if (!line_out && given0 == i)
             assert (sums[j*SUM_BITS+:SUM_BITS] == gathered(pixels0, length0, i * P + j));
-          if (tag[1] && given1 == i)
+          if (line_out && given1 == i)
             assert (sums[j*SUM_BITS+:SUM_BITS] == gathered(pixels1, length1, i * P + j));
         end
       // No output without its pixels.
-      assert (tag[1] ? given1 < length1 : given0 < length0);
+      assert (line_out ? given1 < length1 : given0 < length0);
     end
   end
 endmodule

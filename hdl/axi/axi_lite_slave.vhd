@@ -20,23 +20,23 @@ entity axi_lite_slave is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- AXI4-Lite.
+    -- AXI4-Lite. The handshakes have a level from the very first moment, as some simulated masters look at them then.
     s_axi_awaddr  : in    std_logic_vector(ADDRESS_BITS - 1 downto 0);
     s_axi_awvalid : in    std_logic;
-    s_axi_awready : out   std_logic;
+    s_axi_awready : out   std_logic := '0';
     s_axi_wdata   : in    std_logic_vector(31 downto 0);
     s_axi_wstrb   : in    std_logic_vector(3 downto 0);
     s_axi_wvalid  : in    std_logic;
-    s_axi_wready  : out   std_logic;
+    s_axi_wready  : out   std_logic := '0';
     s_axi_bresp   : out   std_logic_vector(1 downto 0);
-    s_axi_bvalid  : out   std_logic;
+    s_axi_bvalid  : out   std_logic := '0';
     s_axi_bready  : in    std_logic;
     s_axi_araddr  : in    std_logic_vector(ADDRESS_BITS - 1 downto 0);
     s_axi_arvalid : in    std_logic;
-    s_axi_arready : out   std_logic;
+    s_axi_arready : out   std_logic := '0';
     s_axi_rdata   : out   std_logic_vector(31 downto 0);
     s_axi_rresp   : out   std_logic_vector(1 downto 0);
-    s_axi_rvalid  : out   std_logic;
+    s_axi_rvalid  : out   std_logic := '0';
     s_axi_rready  : in    std_logic;
     -- For a clock: writes the bytes of a word whose bits in write_bytes are 1. In the same clock write_refused says
     -- whether there is no such word to write.

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the registers of a core behind a bus read as, of its generics, and the width of its streams.
--- All functions are evaluated at elaboration only.
+-- What passes between registers, core and bus; what the registers of a core read as, of its generics; the width of
+-- its streams. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -12,6 +12,66 @@ use work.sharpness_pkg.all;
 use work.register_map_pkg.all;
 
 package axi_pkg is
+
+  -- What the master of AXI4-Lite drives, with an address for 4 KiB. Nothing here is protected, so awprot and arprot are
+  -- of no account.
+  type bus_request_t is record
+    awaddr  : std_logic_vector(11 downto 0);
+    awprot  : std_logic_vector(2 downto 0);
+    awvalid : std_logic;
+    wdata   : std_logic_vector(31 downto 0);
+    wstrb   : std_logic_vector(3 downto 0);
+    wvalid  : std_logic;
+    bready  : std_logic;
+    araddr  : std_logic_vector(11 downto 0);
+    arprot  : std_logic_vector(2 downto 0);
+    arvalid : std_logic;
+    rready  : std_logic;
+  end record bus_request_t;
+
+  -- What the slave drives.
+  type bus_answer_t is record
+    awready : std_logic;
+    wready  : std_logic;
+    bresp   : std_logic_vector(1 downto 0);
+    bvalid  : std_logic;
+    arready : std_logic;
+    rdata   : std_logic_vector(31 downto 0);
+    rresp   : std_logic_vector(1 downto 0);
+    rvalid  : std_logic;
+  end record bus_answer_t;
+
+  -- What software orders of a core: its ports of these names; restart is its reset.
+  type orders_t is record
+    restart      : std_logic;
+    columns      : std_logic_vector(15 downto 0);
+    rows         : std_logic_vector(15 downto 0);
+    slice        : std_logic_vector(7 downto 0);
+    sweep        : std_logic;
+    sweep_frames : std_logic_vector(7 downto 0);
+    red_place    : std_logic_vector(1 downto 0);
+  end record orders_t;
+
+  -- A stream that goes out, which is watched alone; tid: the slice.
+  type watched_t is record
+    tvalid : std_logic;
+    tready : std_logic;
+    tuser  : std_logic_vector(0 downto 0);
+    tid    : std_logic_vector(7 downto 0);
+    tlast  : std_logic;
+  end record watched_t;
+
+  -- For a clock each: a frame and a line begin to go in; a frame begins to come out, a line has come out; the source
+  -- and the core had to wait; a transfer belongs to no frame.
+  type traffic_t is record
+    frame_in  : std_logic;
+    line_in   : std_logic;
+    frame_out : std_logic;
+    line_out  : std_logic;
+    stall_in  : std_logic;
+    stall_out : std_logic;
+    dropped   : std_logic;
+  end record traffic_t;
 
   -- A bit for each register.
   subtype registers_t is std_logic_vector(0 to REGISTERS_TOTAL - 1);

@@ -12,6 +12,10 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.axi_pkg.all;
+use work.token_pkg.marks_t;
+
 entity frame_gate is
   generic (
     -- Longest line of the core in pixels.
@@ -27,30 +31,17 @@ entity frame_gate is
     -- Frame size of the core.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- The stream that comes, without its data.
-    s_axis_tvalid : in    std_logic;
+    -- The stream that comes, and the handshake of the core's input.
+    s_axis_marks  : in    marks_t;
     s_axis_tready : out   std_logic;
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    s_axis_tlast  : in    std_logic;
-    -- Handshake of the core's input.
-    core_tvalid : out   std_logic;
-    core_tready : in    std_logic;
-    -- The core's output, which is watched alone.
-    m_axis_tvalid : in    std_logic;
-    m_axis_tready : in    std_logic;
-    m_axis_tuser  : in    std_logic_vector(0 downto 0);
-    m_axis_tlast  : in    std_logic;
+    core_tvalid   : out   std_logic;
+    core_tready   : in    std_logic;
+    -- The core's output.
+    m_axis_watched : in    watched_t;
     -- A frame is under way: its last pixel has not come.
     busy : out   std_logic;
-    -- For a clock each: a frame and a line begin to go in; a frame begins to come out, a line has come out; the source
-    -- and the core had to wait; a transfer belongs to no frame.
-    frame_in  : out   std_logic;
-    line_in   : out   std_logic;
-    frame_out : out   std_logic;
-    line_out  : out   std_logic;
-    stall_in  : out   std_logic;
-    stall_out : out   std_logic;
-    dropped   : out   std_logic
+    -- What goes in and comes out.
+    traffic : out   traffic_t
   );
 end entity frame_gate;
 
@@ -71,14 +62,16 @@ architecture rtl of frame_gate is
 
 begin
 
-  lets          <= enable when s_axis_tuser = "1" else
-                   let_in;
-  core_tvalid   <= s_axis_tvalid and lets;
+  lets        <= enable when s_axis_marks.tuser = "1" else
+                 let_in;
+  core_tvalid <= s_axis_marks.tvalid and lets;
+  -- What is not let in is taken and dropped, or a source that cannot wait would stand still for ever.
   ready         <= core_tready or not lets;
   s_axis_tready <= ready;
-  transfer      <= s_axis_tvalid and ready;
+  transfer      <= s_axis_marks.tvalid and ready;
   busy          <= frame_open;
 
+  -- The core drops frames of a size that it cannot build; here it only counts them as dropped.
   size_good <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                '0';
 
@@ -91,60 +84,62 @@ begin
   begin
 
     if rising_edge(clk) then
-      frame_in <= '0';
-      line_in  <= '0';
-      dropped  <= '0';
+      traffic.frame_in <= '0';
+      traffic.line_in  <= '0';
+      traffic.dropped  <= '0';
 
+      -- Counted as the core's sequencer does it, by the same rules, as its decision is not to be seen from here.
       belongs   := frame_open = '1' and excess = '0';
       at_column := column;
       at_row    := row;
-      if s_axis_tuser = "1" then
+      if s_axis_marks.tuser = "1" then
         belongs   := lets = '1' and size_good = '1';
         at_column := (others => '0');
         at_row    := (others => '0');
       end if;
 
+      -- A pixel that waits is looked at once, when it is taken.
       if transfer = '1' then
-        if s_axis_tuser = "1" then
+        if s_axis_marks.tuser = "1" then
           let_in     <= lets;
           frame_open <= '0';
           excess     <= '0';
           if belongs then
-            frame_in   <= '1';
-            frame_open <= '1';
+            traffic.frame_in <= '1';
+            frame_open       <= '1';
           end if;
         end if;
 
         if belongs then
           if at_column = 0 then
-            line_in <= '1';
+            traffic.line_in <= '1';
           end if;
           column <= at_column + PIXELS_PER_CLOCK;
           row    <= at_row;
           -- The last pixel that the line is to have, or the last one that it has.
-          if at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_tlast = '1' then
+          if at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_marks.tlast = '1' then
             column <= (others => '0');
             row    <= at_row + 1;
-            excess <= not s_axis_tlast;
+            excess <= not s_axis_marks.tlast;
             if at_row + 1 = unsigned(rows) then
               frame_open <= '0';
             end if;
           end if;
         else
-          dropped <= '1';
-          if s_axis_tlast = '1' then
+          traffic.dropped <= '1';
+          if s_axis_marks.tlast = '1' then
             excess <= '0';
           end if;
         end if;
       end if;
 
       if reset = '1' then
-        let_in     <= '0';
-        frame_open <= '0';
-        excess     <= '0';
-        frame_in   <= '0';
-        line_in    <= '0';
-        dropped    <= '0';
+        let_in           <= '0';
+        frame_open       <= '0';
+        excess           <= '0';
+        traffic.frame_in <= '0';
+        traffic.line_in  <= '0';
+        traffic.dropped  <= '0';
       end if;
     end if;
 
@@ -154,10 +149,10 @@ begin
   begin
 
     if rising_edge(clk) then
-      frame_out <= m_axis_tvalid and m_axis_tready and m_axis_tuser(0) and not reset;
-      line_out  <= m_axis_tvalid and m_axis_tready and m_axis_tlast and not reset;
-      stall_in  <= s_axis_tvalid and not ready and not reset;
-      stall_out <= m_axis_tvalid and not m_axis_tready and not reset;
+      traffic.frame_out <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tuser(0) and not reset;
+      traffic.line_out  <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tlast and not reset;
+      traffic.stall_in  <= s_axis_marks.tvalid and not ready and not reset;
+      traffic.stall_out <= m_axis_watched.tvalid and not m_axis_watched.tready and not reset;
     end if;
 
   end process watch;

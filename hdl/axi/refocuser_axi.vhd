@@ -16,6 +16,7 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
+use work.token_pkg.marks_t;
 
 entity refocuser_axi is
   generic (
@@ -85,22 +86,49 @@ architecture rtl of refocuser_axi is
 
   constant OUT_BITS : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
 
-  signal restart      : std_logic;
-  signal columns      : std_logic_vector(15 downto 0);
-  signal rows         : std_logic_vector(15 downto 0);
-  signal faults       : std_logic_vector(5 downto 0);
-  signal core_tvalid  : std_logic;
-  signal core_tready  : std_logic;
-  signal out_tvalid   : std_logic;
-  signal out_tdata    : std_logic_vector(OUT_BITS - 1 downto 0);
-  signal out_tuser    : std_logic_vector(0 downto 0);
-  signal out_tlast    : std_logic;
-  signal slice        : std_logic_vector(7 downto 0);
-  signal sweep        : std_logic;
-  signal sweep_frames : std_logic_vector(7 downto 0);
-  signal out_tid      : std_logic_vector(7 downto 0);
+  signal bus_request : bus_request_t;
+  signal bus_answer  : bus_answer_t;
+  signal orders      : orders_t;
+  signal s_marks     : marks_t;
+  signal watched     : watched_t;
+  signal faults      : std_logic_vector(5 downto 0);
+  signal core_tvalid : std_logic;
+  signal core_tready : std_logic;
+  signal out_tvalid  : std_logic;
+  signal out_tdata   : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal out_tuser   : std_logic_vector(0 downto 0);
+  signal out_tlast   : std_logic;
+  signal out_tid     : std_logic_vector(7 downto 0);
 
 begin
+
+  -- Ports have the names that Vivado looks for; inside, a bus is two records.
+  bus_request <=
+  (
+    s_axi_ctrl_awaddr,
+    s_axi_ctrl_awprot,
+    s_axi_ctrl_awvalid,
+    s_axi_ctrl_wdata,
+    s_axi_ctrl_wstrb,
+    s_axi_ctrl_wvalid,
+    s_axi_ctrl_bready,
+    s_axi_ctrl_araddr,
+    s_axi_ctrl_arprot,
+    s_axi_ctrl_arvalid,
+    s_axi_ctrl_rready
+  );
+
+  s_axi_ctrl_awready <= bus_answer.awready;
+  s_axi_ctrl_wready  <= bus_answer.wready;
+  s_axi_ctrl_bresp   <= bus_answer.bresp;
+  s_axi_ctrl_bvalid  <= bus_answer.bvalid;
+  s_axi_ctrl_arready <= bus_answer.arready;
+  s_axi_ctrl_rdata   <= bus_answer.rdata;
+  s_axi_ctrl_rresp   <= bus_answer.rresp;
+  s_axi_ctrl_rvalid  <= bus_answer.rvalid;
+
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+  watched <= (out_tvalid, m_axis_tready, out_tuser, out_tid, out_tlast);
 
   registers : entity work.refocuser_registers
     generic map (
@@ -115,51 +143,16 @@ begin
     port map (
       clk                => clk,
       reset              => reset,
-      s_axi_ctrl_awaddr  => s_axi_ctrl_awaddr,
-      s_axi_ctrl_awprot  => s_axi_ctrl_awprot,
-      s_axi_ctrl_awvalid => s_axi_ctrl_awvalid,
-      s_axi_ctrl_awready => s_axi_ctrl_awready,
-      s_axi_ctrl_wdata   => s_axi_ctrl_wdata,
-      s_axi_ctrl_wstrb   => s_axi_ctrl_wstrb,
-      s_axi_ctrl_wvalid  => s_axi_ctrl_wvalid,
-      s_axi_ctrl_wready  => s_axi_ctrl_wready,
-      s_axi_ctrl_bresp   => s_axi_ctrl_bresp,
-      s_axi_ctrl_bvalid  => s_axi_ctrl_bvalid,
-      s_axi_ctrl_bready  => s_axi_ctrl_bready,
-      s_axi_ctrl_araddr  => s_axi_ctrl_araddr,
-      s_axi_ctrl_arprot  => s_axi_ctrl_arprot,
-      s_axi_ctrl_arvalid => s_axi_ctrl_arvalid,
-      s_axi_ctrl_arready => s_axi_ctrl_arready,
-      s_axi_ctrl_rdata   => s_axi_ctrl_rdata,
-      s_axi_ctrl_rresp   => s_axi_ctrl_rresp,
-      s_axi_ctrl_rvalid  => s_axi_ctrl_rvalid,
-      s_axi_ctrl_rready  => s_axi_ctrl_rready,
+      s_axi_ctrl_request => bus_request,
+      s_axi_ctrl_answer  => bus_answer,
       interrupt          => interrupt,
-      restart            => restart,
-      columns            => columns,
-      rows               => rows,
-      slice              => slice,
-      sweep              => sweep,
-      sweep_frames       => sweep_frames,
-      red_place          => open,
-      load_write         => open,
-      load_kind          => open,
-      load_address       => open,
-      load_data          => open,
+      orders             => orders,
       faults             => faults,
-      raster_columns     => x"0000",
-      raster_rows        => x"0000",
-      s_axis_tvalid      => s_axis_tvalid,
+      s_axis_marks       => s_marks,
       s_axis_tready      => s_axis_tready,
-      s_axis_tuser       => s_axis_tuser,
-      s_axis_tlast       => s_axis_tlast,
       core_tvalid        => core_tvalid,
       core_tready        => core_tready,
-      m_axis_tvalid      => out_tvalid,
-      m_axis_tready      => m_axis_tready,
-      m_axis_tuser       => out_tuser,
-      m_axis_tid         => out_tid,
-      m_axis_tlast       => out_tlast
+      m_axis_watched     => watched
     );
 
   -- With error_clear a flag is high for the clock of its fault.
@@ -186,12 +179,12 @@ begin
     )
     port map (
       clk           => clk,
-      reset         => restart,
-      columns       => columns,
-      rows          => rows,
-      slice         => slice,
-      sweep         => sweep,
-      sweep_frames  => sweep_frames,
+      reset         => orders.restart,
+      columns       => orders.columns,
+      rows          => orders.rows,
+      slice         => orders.slice,
+      sweep         => orders.sweep,
+      sweep_frames  => orders.sweep_frames,
       s_axis_tvalid => core_tvalid,
       s_axis_tready => core_tready,
       s_axis_tdata  => s_axis_tdata(OUT_BITS - 1 downto 0),
@@ -214,6 +207,7 @@ begin
   m_axis_tid    <= out_tid;
   m_axis_tlast  <= out_tlast;
 
+  -- AXI4-Stream has whole bytes; what fills them up is zero, so that a reader may take words as they are.
   pad : process (out_tdata) is
   begin
 

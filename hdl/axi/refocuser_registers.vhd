@@ -20,6 +20,8 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
+use work.token_pkg.marks_t;
+use work.resample_pkg.load_t;
 
 entity refocuser_registers is
   generic (
@@ -40,58 +42,25 @@ entity refocuser_registers is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- AXI4-Lite.
-    s_axi_ctrl_awaddr  : in    std_logic_vector(11 downto 0);
-    s_axi_ctrl_awprot  : in    std_logic_vector(2 downto 0);
-    s_axi_ctrl_awvalid : in    std_logic;
-    s_axi_ctrl_awready : out   std_logic;
-    s_axi_ctrl_wdata   : in    std_logic_vector(31 downto 0);
-    s_axi_ctrl_wstrb   : in    std_logic_vector(3 downto 0);
-    s_axi_ctrl_wvalid  : in    std_logic;
-    s_axi_ctrl_wready  : out   std_logic;
-    s_axi_ctrl_bresp   : out   std_logic_vector(1 downto 0);
-    s_axi_ctrl_bvalid  : out   std_logic;
-    s_axi_ctrl_bready  : in    std_logic;
-    s_axi_ctrl_araddr  : in    std_logic_vector(11 downto 0);
-    s_axi_ctrl_arprot  : in    std_logic_vector(2 downto 0);
-    s_axi_ctrl_arvalid : in    std_logic;
-    s_axi_ctrl_arready : out   std_logic;
-    s_axi_ctrl_rdata   : out   std_logic_vector(31 downto 0);
-    s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
-    s_axi_ctrl_rvalid  : out   std_logic;
-    s_axi_ctrl_rready  : in    std_logic;
+    s_axi_ctrl_request : in    bus_request_t;
+    s_axi_ctrl_answer  : out   bus_answer_t;
     -- High while something has happened that is not masked out.
     interrupt : out   std_logic;
-    -- To the core: its reset, its slice, the size of its frames.
-    restart      : out   std_logic;
-    slice        : out   std_logic_vector(7 downto 0);
-    sweep        : out   std_logic;
-    sweep_frames : out   std_logic_vector(7 downto 0);
-    columns      : out   std_logic_vector(15 downto 0);
-    rows         : out   std_logic_vector(15 downto 0);
-    red_place    : out   std_logic_vector(1 downto 0);
+    -- To the core.
+    orders : out   orders_t;
     -- Load port of a resampler.
-    load_write   : out   std_logic;
-    load_kind    : out   std_logic_vector(1 downto 0);
-    load_address : out   std_logic_vector(19 downto 0);
-    load_data    : out   std_logic_vector(39 downto 0);
+    load : out   load_t;
     -- From the core: for a clock each, faults by the bits of `errors`.
     faults : in    std_logic_vector(5 downto 0);
     -- Size of the frames that come out of a resampler.
-    raster_columns : in    std_logic_vector(15 downto 0);
-    raster_rows    : in    std_logic_vector(15 downto 0);
-    -- The stream that comes, without its data, and the handshake of the core's input: see frame_gate.
-    s_axis_tvalid : in    std_logic;
-    s_axis_tready : out   std_logic;
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    s_axis_tlast  : in    std_logic;
-    core_tvalid   : out   std_logic;
-    core_tready   : in    std_logic;
-    -- The core's output, which is watched alone; tid: the slice.
-    m_axis_tvalid : in    std_logic;
-    m_axis_tready : in    std_logic;
-    m_axis_tuser  : in    std_logic_vector(0 downto 0);
-    m_axis_tid    : in    std_logic_vector(7 downto 0);
-    m_axis_tlast  : in    std_logic
+    raster_columns : in    std_logic_vector(15 downto 0) := (others => '0');
+    raster_rows    : in    std_logic_vector(15 downto 0) := (others => '0');
+    -- The stream that comes, the handshake of the core's input, and its output: see frame_gate.
+    s_axis_marks   : in    marks_t;
+    s_axis_tready  : out   std_logic;
+    core_tvalid    : out   std_logic;
+    core_tready    : in    std_logic;
+    m_axis_watched : in    watched_t
   );
 end entity refocuser_registers;
 
@@ -181,13 +150,7 @@ architecture rtl of refocuser_registers is
 
   -- What happens at the core, and what has happened.
   signal busy      : std_logic;
-  signal frame_in  : std_logic;
-  signal line_in   : std_logic;
-  signal frame_out : std_logic;
-  signal line_out  : std_logic;
-  signal stall_in  : std_logic;
-  signal stall_out : std_logic;
-  signal dropped   : std_logic;
+  signal traffic   : traffic_t;
   signal out_slice : std_logic_vector(7 downto 0) := (others => '0');
 
   signal refused        : std_logic;
@@ -210,23 +173,23 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      s_axi_awaddr  => s_axi_ctrl_awaddr,
-      s_axi_awvalid => s_axi_ctrl_awvalid,
-      s_axi_awready => s_axi_ctrl_awready,
-      s_axi_wdata   => s_axi_ctrl_wdata,
-      s_axi_wstrb   => s_axi_ctrl_wstrb,
-      s_axi_wvalid  => s_axi_ctrl_wvalid,
-      s_axi_wready  => s_axi_ctrl_wready,
-      s_axi_bresp   => s_axi_ctrl_bresp,
-      s_axi_bvalid  => s_axi_ctrl_bvalid,
-      s_axi_bready  => s_axi_ctrl_bready,
-      s_axi_araddr  => s_axi_ctrl_araddr,
-      s_axi_arvalid => s_axi_ctrl_arvalid,
-      s_axi_arready => s_axi_ctrl_arready,
-      s_axi_rdata   => s_axi_ctrl_rdata,
-      s_axi_rresp   => s_axi_ctrl_rresp,
-      s_axi_rvalid  => s_axi_ctrl_rvalid,
-      s_axi_rready  => s_axi_ctrl_rready,
+      s_axi_awaddr  => s_axi_ctrl_request.awaddr,
+      s_axi_awvalid => s_axi_ctrl_request.awvalid,
+      s_axi_awready => s_axi_ctrl_answer.awready,
+      s_axi_wdata   => s_axi_ctrl_request.wdata,
+      s_axi_wstrb   => s_axi_ctrl_request.wstrb,
+      s_axi_wvalid  => s_axi_ctrl_request.wvalid,
+      s_axi_wready  => s_axi_ctrl_answer.wready,
+      s_axi_bresp   => s_axi_ctrl_answer.bresp,
+      s_axi_bvalid  => s_axi_ctrl_answer.bvalid,
+      s_axi_bready  => s_axi_ctrl_request.bready,
+      s_axi_araddr  => s_axi_ctrl_request.araddr,
+      s_axi_arvalid => s_axi_ctrl_request.arvalid,
+      s_axi_arready => s_axi_ctrl_answer.arready,
+      s_axi_rdata   => s_axi_ctrl_answer.rdata,
+      s_axi_rresp   => s_axi_ctrl_answer.rresp,
+      s_axi_rvalid  => s_axi_ctrl_answer.rvalid,
+      s_axi_rready  => s_axi_ctrl_request.rready,
       write         => write,
       write_place   => write_place,
       write_bytes   => write_bytes,
@@ -243,29 +206,18 @@ begin
       PIXELS_PER_CLOCK => PIXELS_PER_CLOCK
     )
     port map (
-      clk           => clk,
-      reset         => restarts,
-      enable        => enabled,
-      columns       => frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS),
-      rows          => frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS),
-      s_axis_tvalid => s_axis_tvalid,
-      s_axis_tready => s_axis_tready,
-      s_axis_tuser  => s_axis_tuser,
-      s_axis_tlast  => s_axis_tlast,
-      core_tvalid   => core_tvalid,
-      core_tready   => core_tready,
-      m_axis_tvalid => m_axis_tvalid,
-      m_axis_tready => m_axis_tready,
-      m_axis_tuser  => m_axis_tuser,
-      m_axis_tlast  => m_axis_tlast,
-      busy          => busy,
-      frame_in      => frame_in,
-      line_in       => line_in,
-      frame_out     => frame_out,
-      line_out      => line_out,
-      stall_in      => stall_in,
-      stall_out     => stall_out,
-      dropped       => dropped
+      clk            => clk,
+      reset          => restarts,
+      enable         => enabled,
+      columns        => frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS),
+      rows           => frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS),
+      s_axis_marks   => s_axis_marks,
+      s_axis_tready  => s_axis_tready,
+      core_tvalid    => core_tvalid,
+      core_tready    => core_tready,
+      m_axis_watched => m_axis_watched,
+      busy           => busy,
+      traffic        => traffic
     );
 
   --------------------------------------------------------------------------------------------------
@@ -274,6 +226,8 @@ begin
   decode : process (write, write_place, write_bytes, write_data, read_place, words) is
   begin
 
+    -- Refused unless some register says otherwise: holes of the map and parts that are not there need no case of
+    -- their own.
     write_refused <= '1';
     written       <= (others => '0');
     read_refused  <= '1';
@@ -293,6 +247,7 @@ begin
 
     end loop;
 
+    -- For registers whose bits act when 1 is written: bytes that are not written count as 0.
     ones <= (others => '0');
 
     for i in 0 to 3 loop
@@ -360,16 +315,20 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What was written.
 
-  restarts     <= reset or restart_now;
-  restart      <= restarts;
-  enabled      <= kept_words(AT_CONTROL)(CONTROL_ENABLE);
-  frame_size   <= kept_words(AT_FRAME_SIZE);
-  sweep        <= kept_words(AT_CONTROL)(CONTROL_SWEEP);
-  slice        <= kept_words(AT_SLICE)(7 downto 0);
-  sweep_frames <= kept_words(AT_SWEEP_FRAMES)(7 downto 0);
-  columns      <= frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS);
-  rows         <= frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS);
-  red_place    <= kept_words(AT_RED_PLACE)(RED_PLACE_ROW) & kept_words(AT_RED_PLACE)(RED_PLACE_COLUMN);
+  restarts   <= reset or restart_now;
+  enabled    <= kept_words(AT_CONTROL)(CONTROL_ENABLE);
+  frame_size <= kept_words(AT_FRAME_SIZE);
+
+  orders <=
+  (
+    restart      => restarts,
+    columns      => frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS),
+    rows         => frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS),
+    slice        => kept_words(AT_SLICE)(7 downto 0),
+    sweep        => kept_words(AT_CONTROL)(CONTROL_SWEEP),
+    sweep_frames => kept_words(AT_SWEEP_FRAMES)(7 downto 0),
+    red_place    => kept_words(AT_RED_PLACE)(RED_PLACE_ROW) & kept_words(AT_RED_PLACE)(RED_PLACE_COLUMN)
+  );
 
   size_good <= '1' when whole = '1' and enabled = '0' and
                         unsigned(write_data(15 downto 0)) /= 0 and unsigned(write_data(15 downto 0)) <= MAX_COLUMNS and
@@ -394,6 +353,7 @@ begin
 
       end loop;
 
+      -- A new size restarts the core: what it holds is of the old one, and half a frame of each would come out.
       restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
 
       if reset = '1' then
@@ -411,7 +371,8 @@ begin
              ((written(AT_LOAD_PLACE) or written(AT_LOAD_WORD)) and not whole) or
              (written(AT_LOAD_PLACE) and write_data(LOAD_PLACE_KIND) and write_data(LOAD_PLACE_KIND + 1));
 
-  events <= frame_in & frame_out & line_in & line_out & stall_in & stall_out & dropped;
+  events <= traffic.frame_in & traffic.frame_out & traffic.line_in & traffic.line_out & traffic.stall_in &
+            traffic.stall_out & traffic.dropped;
 
   happenings : entity work.event_registers
     generic map (
@@ -421,8 +382,8 @@ begin
       clk            => clk,
       reset          => restarts,
       events         => events,
-      frame_in       => frame_in,
-      frame_out      => frame_out,
+      frame_in       => traffic.frame_in,
+      frame_out      => traffic.frame_out,
       new_errors     => new_errors,
       clear_errors   => clear_errors,
       clear_happened => clear_happened,
@@ -433,6 +394,7 @@ begin
       counts         => counts
     );
 
+  -- A refused write is an error like those of the stream: software that does not read back learns of it.
   new_errors     <= refused & faults;
   clear_errors   <= ones(6 downto 0) when written(AT_ERRORS) = '1' else
                     (others => '0');
@@ -443,8 +405,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      if m_axis_tvalid = '1' then
-        out_slice <= m_axis_tid;
+      -- On offer is enough: software wants to know which slice comes next as much as which one came.
+      if m_axis_watched.tvalid = '1' then
+        out_slice <= m_axis_watched.tid;
       end if;
     end if;
 
@@ -453,33 +416,35 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The load port.
 
-  load : process (clk) is
+  give_load : process (clk) is
   begin
 
     if rising_edge(clk) then
-      load_write   <= '0';
-      load_kind    <= std_logic_vector(load_place(LOAD_PLACE_KIND + 1 downto LOAD_PLACE_KIND));
-      load_address <= std_logic_vector(load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0));
-      load_data    <= kept_words(AT_LOAD_HIGH)(7 downto 0) & write_data;
+      -- For a clock only, whatever the bus does.
+      load.write   <= '0';
+      load.kind    <= std_logic_vector(load_place(LOAD_PLACE_KIND + 1 downto LOAD_PLACE_KIND));
+      load.address <= std_logic_vector(load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0));
+      load.data    <= kept_words(AT_LOAD_HIGH)(7 downto 0) & write_data;
 
+      -- The address moves on by itself, so that a table is loaded by writing one register again and again.
       if written(AT_LOAD_WORD) = '1' and whole = '1' then
-        load_write                                       <= '1';
+        load.write                                       <= '1';
         load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) <= load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) + 1;
       end if;
       if written(AT_LOAD_PLACE) = '1' and refused = '0' then
         load_place <= unsigned(write_data(load_place'range));
       end if;
       if written(AT_COMMAND) = '1' and ones(COMMAND_COMMIT) = '1' then
-        load_write <= '1';
-        load_kind  <= COMMIT_KIND;
+        load.write <= '1';
+        load.kind  <= COMMIT_KIND;
       end if;
 
       if reset = '1' then
-        load_write <= '0';
+        load.write <= '0';
         load_place <= (others => '0');
       end if;
     end if;
 
-  end process load;
+  end process give_load;
 
 end architecture rtl;

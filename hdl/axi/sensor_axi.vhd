@@ -16,6 +16,8 @@ library work;
 use work.math_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
+use work.token_pkg.marks_t;
+use work.resample_pkg.load_t;
 
 entity sensor_axi is
   generic (
@@ -81,9 +83,12 @@ architecture rtl of sensor_axi is
   constant IN_BITS  : positive := choose(MOSAIC, 1, CHANNELS) * PIXEL_BITS;
   constant OUT_BITS : positive := CHANNELS * PIXEL_BITS;
 
-  signal restart        : std_logic;
-  signal columns        : std_logic_vector(15 downto 0);
-  signal rows           : std_logic_vector(15 downto 0);
+  signal bus_request    : bus_request_t;
+  signal bus_answer     : bus_answer_t;
+  signal orders         : orders_t;
+  signal s_marks        : marks_t;
+  signal watched        : watched_t;
+  signal load           : load_t;
   signal faults         : std_logic_vector(5 downto 0);
   signal core_tvalid    : std_logic;
   signal core_tready    : std_logic;
@@ -93,13 +98,35 @@ architecture rtl of sensor_axi is
   signal out_tlast      : std_logic;
   signal raster_columns : std_logic_vector(15 downto 0);
   signal raster_rows    : std_logic_vector(15 downto 0);
-  signal red_place      : std_logic_vector(1 downto 0);
-  signal load_write     : std_logic;
-  signal load_kind      : std_logic_vector(1 downto 0);
-  signal load_address   : std_logic_vector(19 downto 0);
-  signal load_data      : std_logic_vector(39 downto 0);
 
 begin
+
+  bus_request <=
+  (
+    s_axi_ctrl_awaddr,
+    s_axi_ctrl_awprot,
+    s_axi_ctrl_awvalid,
+    s_axi_ctrl_wdata,
+    s_axi_ctrl_wstrb,
+    s_axi_ctrl_wvalid,
+    s_axi_ctrl_bready,
+    s_axi_ctrl_araddr,
+    s_axi_ctrl_arprot,
+    s_axi_ctrl_arvalid,
+    s_axi_ctrl_rready
+  );
+
+  s_axi_ctrl_awready <= bus_answer.awready;
+  s_axi_ctrl_wready  <= bus_answer.wready;
+  s_axi_ctrl_bresp   <= bus_answer.bresp;
+  s_axi_ctrl_bvalid  <= bus_answer.bvalid;
+  s_axi_ctrl_arready <= bus_answer.arready;
+  s_axi_ctrl_rdata   <= bus_answer.rdata;
+  s_axi_ctrl_rresp   <= bus_answer.rresp;
+  s_axi_ctrl_rvalid  <= bus_answer.rvalid;
+
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+  watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 
   registers : entity work.refocuser_registers
     generic map (
@@ -112,51 +139,19 @@ begin
     port map (
       clk                => clk,
       reset              => reset,
-      s_axi_ctrl_awaddr  => s_axi_ctrl_awaddr,
-      s_axi_ctrl_awprot  => s_axi_ctrl_awprot,
-      s_axi_ctrl_awvalid => s_axi_ctrl_awvalid,
-      s_axi_ctrl_awready => s_axi_ctrl_awready,
-      s_axi_ctrl_wdata   => s_axi_ctrl_wdata,
-      s_axi_ctrl_wstrb   => s_axi_ctrl_wstrb,
-      s_axi_ctrl_wvalid  => s_axi_ctrl_wvalid,
-      s_axi_ctrl_wready  => s_axi_ctrl_wready,
-      s_axi_ctrl_bresp   => s_axi_ctrl_bresp,
-      s_axi_ctrl_bvalid  => s_axi_ctrl_bvalid,
-      s_axi_ctrl_bready  => s_axi_ctrl_bready,
-      s_axi_ctrl_araddr  => s_axi_ctrl_araddr,
-      s_axi_ctrl_arprot  => s_axi_ctrl_arprot,
-      s_axi_ctrl_arvalid => s_axi_ctrl_arvalid,
-      s_axi_ctrl_arready => s_axi_ctrl_arready,
-      s_axi_ctrl_rdata   => s_axi_ctrl_rdata,
-      s_axi_ctrl_rresp   => s_axi_ctrl_rresp,
-      s_axi_ctrl_rvalid  => s_axi_ctrl_rvalid,
-      s_axi_ctrl_rready  => s_axi_ctrl_rready,
+      s_axi_ctrl_request => bus_request,
+      s_axi_ctrl_answer  => bus_answer,
       interrupt          => interrupt,
-      restart            => restart,
-      columns            => columns,
-      rows               => rows,
-      slice              => open,
-      sweep              => open,
-      sweep_frames       => open,
-      red_place          => red_place,
-      load_write         => load_write,
-      load_kind          => load_kind,
-      load_address       => load_address,
-      load_data          => load_data,
+      orders             => orders,
+      load               => load,
       faults             => faults,
       raster_columns     => raster_columns,
       raster_rows        => raster_rows,
-      s_axis_tvalid      => s_axis_tvalid,
+      s_axis_marks       => s_marks,
       s_axis_tready      => s_axis_tready,
-      s_axis_tuser       => s_axis_tuser,
-      s_axis_tlast       => s_axis_tlast,
       core_tvalid        => core_tvalid,
       core_tready        => core_tready,
-      m_axis_tvalid      => out_tvalid,
-      m_axis_tready      => m_axis_tready,
-      m_axis_tuser       => out_tuser,
-      m_axis_tid         => x"00",
-      m_axis_tlast       => out_tlast
+      m_axis_watched     => watched
     );
 
   -- With error_clear a flag is high for the clock of its fault.
@@ -179,14 +174,14 @@ begin
     )
     port map (
       clk            => clk,
-      reset          => restart,
-      columns        => columns,
-      rows           => rows,
-      red_place      => red_place,
-      load_write     => load_write,
-      load_kind      => load_kind,
-      load_address   => load_address,
-      load_data      => load_data,
+      reset          => orders.restart,
+      columns        => orders.columns,
+      rows           => orders.rows,
+      red_place      => orders.red_place,
+      load_write     => load.write,
+      load_kind      => load.kind,
+      load_address   => load.address,
+      load_data      => load.data,
       s_axis_tvalid  => core_tvalid,
       s_axis_tready  => core_tready,
       s_axis_tdata   => s_axis_tdata(IN_BITS - 1 downto 0),
@@ -207,6 +202,7 @@ begin
   m_axis_tuser  <= out_tuser;
   m_axis_tlast  <= out_tlast;
 
+  -- AXI4-Stream has whole bytes; what fills them up is zero, so that a reader may take words as they are.
   pad : process (out_tdata) is
   begin
 

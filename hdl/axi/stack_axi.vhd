@@ -16,6 +16,7 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
+use work.token_pkg.marks_t;
 
 entity stack_axi is
   generic (
@@ -83,9 +84,11 @@ architecture rtl of stack_axi is
   constant STACK_BITS : positive := SLICES * IN_BITS;
   constant OUT_BITS   : positive := stack_output_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS);
 
-  signal restart      : std_logic;
-  signal columns      : std_logic_vector(15 downto 0);
-  signal rows         : std_logic_vector(15 downto 0);
+  signal bus_request  : bus_request_t;
+  signal bus_answer   : bus_answer_t;
+  signal orders       : orders_t;
+  signal s_marks      : marks_t;
+  signal watched      : watched_t;
   signal faults       : std_logic_vector(5 downto 0);
   signal core_tvalid  : std_logic;
   signal core_tready  : std_logic;
@@ -103,6 +106,33 @@ architecture rtl of stack_axi is
 
 begin
 
+  bus_request <=
+  (
+    s_axi_ctrl_awaddr,
+    s_axi_ctrl_awprot,
+    s_axi_ctrl_awvalid,
+    s_axi_ctrl_wdata,
+    s_axi_ctrl_wstrb,
+    s_axi_ctrl_wvalid,
+    s_axi_ctrl_bready,
+    s_axi_ctrl_araddr,
+    s_axi_ctrl_arprot,
+    s_axi_ctrl_arvalid,
+    s_axi_ctrl_rready
+  );
+
+  s_axi_ctrl_awready <= bus_answer.awready;
+  s_axi_ctrl_wready  <= bus_answer.wready;
+  s_axi_ctrl_bresp   <= bus_answer.bresp;
+  s_axi_ctrl_bvalid  <= bus_answer.bvalid;
+  s_axi_ctrl_arready <= bus_answer.arready;
+  s_axi_ctrl_rdata   <= bus_answer.rdata;
+  s_axi_ctrl_rresp   <= bus_answer.rresp;
+  s_axi_ctrl_rvalid  <= bus_answer.rvalid;
+
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+  watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
+
   registers : entity work.refocuser_registers
     generic map (
       PARTS      => 2 ** PARTS_STACK + choose(DEPTH_INDEX, 2 ** PARTS_DEPTH_INDEX, 0),
@@ -116,51 +146,16 @@ begin
     port map (
       clk                => clk,
       reset              => reset,
-      s_axi_ctrl_awaddr  => s_axi_ctrl_awaddr,
-      s_axi_ctrl_awprot  => s_axi_ctrl_awprot,
-      s_axi_ctrl_awvalid => s_axi_ctrl_awvalid,
-      s_axi_ctrl_awready => s_axi_ctrl_awready,
-      s_axi_ctrl_wdata   => s_axi_ctrl_wdata,
-      s_axi_ctrl_wstrb   => s_axi_ctrl_wstrb,
-      s_axi_ctrl_wvalid  => s_axi_ctrl_wvalid,
-      s_axi_ctrl_wready  => s_axi_ctrl_wready,
-      s_axi_ctrl_bresp   => s_axi_ctrl_bresp,
-      s_axi_ctrl_bvalid  => s_axi_ctrl_bvalid,
-      s_axi_ctrl_bready  => s_axi_ctrl_bready,
-      s_axi_ctrl_araddr  => s_axi_ctrl_araddr,
-      s_axi_ctrl_arprot  => s_axi_ctrl_arprot,
-      s_axi_ctrl_arvalid => s_axi_ctrl_arvalid,
-      s_axi_ctrl_arready => s_axi_ctrl_arready,
-      s_axi_ctrl_rdata   => s_axi_ctrl_rdata,
-      s_axi_ctrl_rresp   => s_axi_ctrl_rresp,
-      s_axi_ctrl_rvalid  => s_axi_ctrl_rvalid,
-      s_axi_ctrl_rready  => s_axi_ctrl_rready,
+      s_axi_ctrl_request => bus_request,
+      s_axi_ctrl_answer  => bus_answer,
       interrupt          => interrupt,
-      restart            => restart,
-      columns            => columns,
-      rows               => rows,
-      slice              => open,
-      sweep              => open,
-      sweep_frames       => open,
-      red_place          => open,
-      load_write         => open,
-      load_kind          => open,
-      load_address       => open,
-      load_data          => open,
+      orders             => orders,
       faults             => faults,
-      raster_columns     => x"0000",
-      raster_rows        => x"0000",
-      s_axis_tvalid      => s_axis_tvalid,
+      s_axis_marks       => s_marks,
       s_axis_tready      => s_axis_tready,
-      s_axis_tuser       => s_axis_tuser,
-      s_axis_tlast       => s_axis_tlast,
       core_tvalid        => core_tvalid,
       core_tready        => core_tready,
-      m_axis_tvalid      => out_tvalid,
-      m_axis_tready      => m_axis_tready,
-      m_axis_tuser       => out_tuser,
-      m_axis_tid         => x"00",
-      m_axis_tlast       => out_tlast
+      m_axis_watched     => watched
     );
 
   -- With error_clear a flag is high for the clock of its fault.
@@ -177,9 +172,9 @@ begin
     )
     port map (
       clk           => clk,
-      reset         => restart,
-      columns       => columns,
-      rows          => rows,
+      reset         => orders.restart,
+      columns       => orders.columns,
+      rows          => orders.rows,
       s_axis_tvalid => core_tvalid,
       s_axis_tready => core_tready,
       s_axis_tdata  => s_axis_tdata(IN_BITS - 1 downto 0),
@@ -194,6 +189,7 @@ begin
       error_clear   => '1'
     );
 
+  -- The stack's slices go out as they are.
   no_index : if not DEPTH_INDEX generate
     out_tvalid   <= stack_tvalid;
     stack_tready <= m_axis_tready;
@@ -218,10 +214,10 @@ begin
       )
       port map (
         clk           => clk,
-        reset         => restart,
-        columns       => columns,
-        rows          => rows,
-        picture_rows  => rows,
+        reset         => orders.restart,
+        columns       => orders.columns,
+        rows          => orders.rows,
+        picture_rows  => orders.rows,
         slice         => x"00",
         sweep         => '0',
         sweep_frames  => x"00",
@@ -234,7 +230,6 @@ begin
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => out_tdata,
         m_axis_tuser  => out_tuser,
-        m_axis_tid    => open,
         m_axis_tlast  => out_tlast,
         error_flags   => index_faults,
         error_clear   => '1'
@@ -242,12 +237,14 @@ begin
 
   end generate sharpest;
 
+  -- Both see the same frames; what is wrong with a stream the first of them tells.
   faults <= '0' & (stack_faults or index_faults);
 
   m_axis_tvalid <= out_tvalid;
   m_axis_tuser  <= out_tuser;
   m_axis_tlast  <= out_tlast;
 
+  -- AXI4-Stream has whole bytes; what fills them up is zero, so that a reader may take words as they are.
   pad : process (out_tdata) is
   begin
 

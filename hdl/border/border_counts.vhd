@@ -58,61 +58,25 @@ architecture rtl of border_counts is
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant P          : positive := PIXELS_PER_CLOCK;
   constant PASSES     : positive := INTERPOLATION_ORDER + 1;
-  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
   constant COUNT_BITS : positive := bits_for(largest_count(M, PASSES));
-
-  -- Side information of a token; bit 0 is the one that reset clears.
-  constant PIXEL      : natural := 0;
-  constant LINE_FIRST : natural := 1;
-  constant LINE_LAST  : natural := 2;
-
-  subtype token_tag_t is std_logic_vector(LINE_LAST downto 0);
-
-  -- Side information of a line.
-  constant IMAGE       : natural := 0;
-  constant FRAME_FIRST : natural := 1;
-  constant SLICE_LOW   : natural := 2;
-
-  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
-
-  -- Side information of a token in the passes along lines: the token's, its slice, the count of its line.
-  constant ROW_SLICE_LOW : natural := LINE_LAST + 1;
-  constant DOWN_LOW      : natural := ROW_SLICE_LOW + SLICE_BITS;
-
-  subtype row_tag_t is std_logic_vector(DOWN_LOW + COUNT_BITS - 1 downto 0);
-
-  type token_tags_t is array (natural range 0 to PASSES) of token_tag_t;
-
-  type line_tags_t is array (natural range 0 to PASSES) of line_tag_t;
-
-  type row_tags_t is array (natural range 0 to PASSES) of row_tag_t;
 
   type down_counts_t is array (natural range 0 to PASSES) of std_logic_vector(COUNT_BITS - 1 downto 0);
 
   type across_counts_t is array (natural range 0 to PASSES) of std_logic_vector(P * COUNT_BITS - 1 downto 0);
 
-  -- In front of each pass, and behind the last.
-  signal line_strobe : std_logic_vector(0 to PASSES);
-  signal token_tags  : token_tags_t;
-  signal line_tags   : line_tags_t;
-  signal down        : down_counts_t;
-  signal row_strobe  : std_logic_vector(0 to PASSES);
-  signal row_tags    : row_tags_t;
-  signal across      : across_counts_t;
+  -- In front of each pass, and behind the last. Along lines each token takes the count of its line with it.
+  signal line_token : tokens_t(0 to PASSES);
+  signal down       : down_counts_t;
+  signal row_token  : tokens_t(0 to PASSES);
+  signal row_down   : down_counts_t;
+  signal across     : across_counts_t;
 
 begin
 
   --------------------------------------------------------------------------------------------------
   -- Along columns: a line is a step.
 
-  line_strobe(0)            <= token.strobe;
-  token_tags(0)(PIXEL)      <= token.pixel;
-  token_tags(0)(LINE_FIRST) <= token.line_first;
-  token_tags(0)(LINE_LAST)  <= token.line_last;
-  line_tags(0)(IMAGE)       <= token.image;
-  line_tags(0)(FRAME_FIRST) <= token.frame_first;
-
-  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
+  line_token(0) <= token;
 
   down(0) <= std_logic_vector(to_unsigned(1, COUNT_BITS));
 
@@ -122,20 +86,7 @@ begin
     constant IN_BITS      : positive := bits_for(largest_count(M, i));
     constant OUT_BITS     : positive := bits_for(largest_count(M, i + 1));
 
-    signal slice   : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
-    signal advance : std_logic;
-
   begin
-
-    first_pass : if i = 0 generate
-      slice <= unsigned(line_tags(i)(line_tag_t'high downto SLICE_LOW));
-    end generate first_pass;
-
-    later_pass : if i > 0 generate
-      slice <= (others => '0');
-    end generate later_pass;
-
-    advance <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
 
     stage : entity work.moving_sum_stage
       generic map (
@@ -143,33 +94,21 @@ begin
         SHIFTS           => STAGE_SHIFTS,
         CENTRED          => CENTRED,
         FIXED_SLICE      => choose(i = 0, FIXED_SLICE, - 1),
-        DEPTH            => 1,
-        LANES            => 1,
-        DATA_BITS        => IN_BITS,
-        STORED           => false,
-        SCALE_BITS       => 0,
-        PRODUCT_MAX      => largest_count(M, i),
-        SUM_MAX          => largest_count(M, i + 1),
-        DROP_BITS        => 0,
-        RESULT_BITS      => OUT_BITS,
-        STEP_TAG_BITS    => line_tag_t'length,
-        TOKEN_TAG_BITS   => token_tag_t'length
+        -- A line counts as one: what its first token brings.
+        COLUMNS     => true,
+        LANES       => 1,
+        DATA_BITS   => IN_BITS,
+        PRODUCT_MAX => largest_count(M, i),
+        SUM_MAX     => largest_count(M, i + 1),
+        RESULT_BITS => OUT_BITS
       )
       port map (
-        clk           => clk,
-        reset         => reset,
-        strobe        => line_strobe(i),
-        pixel         => advance,
-        advance       => advance,
-        first         => line_tags(i)(FRAME_FIRST),
-        slice         => slice,
-        data          => down(i)(IN_BITS - 1 downto 0),
-        step_tag      => line_tags(i),
-        token_tag     => token_tags(i),
-        out_strobe    => line_strobe(i + 1),
-        out_data      => down(i + 1)(OUT_BITS - 1 downto 0),
-        out_step_tag  => line_tags(i + 1),
-        out_token_tag => token_tags(i + 1)
+        clk       => clk,
+        reset     => reset,
+        token     => line_token(i),
+        data      => down(i)(IN_BITS - 1 downto 0),
+        out_token => line_token(i + 1),
+        out_data  => down(i + 1)(OUT_BITS - 1 downto 0)
       );
 
   end generate line_pass;
@@ -177,9 +116,10 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Along lines: a token is a step.
 
-  row_strobe(0) <= line_strobe(PASSES);
-  row_tags(0)   <= down(PASSES) & line_tags(PASSES)(line_tag_t'high downto SLICE_LOW) & token_tags(PASSES);
+  row_token(0) <= line_token(PASSES);
+  row_down(0)  <= down(PASSES);
 
+  -- Each pixel of a token counts as one.
   one_for_each : for j in 0 to P - 1 generate
     across(0)((j + 1) * COUNT_BITS - 1 downto j * COUNT_BITS) <= std_logic_vector(to_unsigned(1, COUNT_BITS));
   end generate one_for_each;
@@ -190,28 +130,16 @@ begin
     constant IN_BITS      : positive := bits_for(largest_count(M, i));
     constant OUT_BITS     : positive := bits_for(largest_count(M, i + 1));
 
-    signal slice  : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
-    signal first  : std_logic;
     signal counts : std_logic_vector(P * IN_BITS - 1 downto 0);
     signal sums   : std_logic_vector(P * OUT_BITS - 1 downto 0);
 
   begin
 
-    first_pass : if i = 0 generate
-      slice <= unsigned(row_tags(i)(DOWN_LOW - 1 downto ROW_SLICE_LOW));
-    end generate first_pass;
-
-    later_pass : if i > 0 generate
-      slice <= (others => '0');
-    end generate later_pass;
-
-    first <= row_tags(i)(PIXEL) and row_tags(i)(LINE_FIRST);
-
     lane : for j in 0 to P - 1 generate
 
       -- What lies behind a line's last pixel is none.
       counts((j + 1) * IN_BITS - 1 downto j * IN_BITS) <= across(i)(j * COUNT_BITS + IN_BITS - 1 downto j * COUNT_BITS)
-                                                          when row_tags(i)(LINE_LAST) = '0' or line_end(j) = '1' else
+                                                          when row_token(i).line_last = '0' or line_end(j) = '1' else
                                                           (others => '0');
 
       across(i + 1)(j * COUNT_BITS + OUT_BITS - 1 downto j * COUNT_BITS) <= sums((j + 1) * OUT_BITS - 1 downto
@@ -227,33 +155,22 @@ begin
           SHIFTS           => STAGE_SHIFTS,
           CENTRED          => CENTRED,
           FIXED_SLICE      => choose(i = 0, FIXED_SLICE, - 1),
-          DEPTH            => 1,
           LANES            => 1,
           DATA_BITS        => IN_BITS,
-          STORED           => false,
-          SCALE_BITS       => 0,
           PRODUCT_MAX      => largest_count(M, i),
           SUM_MAX          => largest_count(M, i + 1),
-          DROP_BITS        => 0,
           RESULT_BITS      => OUT_BITS,
-          STEP_TAG_BITS    => row_tag_t'length,
-          TOKEN_TAG_BITS   => 1
+          TAG_BITS         => COUNT_BITS
         )
         port map (
-          clk           => clk,
-          reset         => reset,
-          strobe        => row_strobe(i),
-          pixel         => '1',
-          advance       => '1',
-          first         => first,
-          slice         => slice,
-          data          => counts,
-          step_tag      => row_tags(i),
-          token_tag     => "0",
-          out_strobe    => row_strobe(i + 1),
-          out_data      => sums,
-          out_step_tag  => row_tags(i + 1),
-          out_token_tag => open
+          clk       => clk,
+          reset     => reset,
+          token     => row_token(i),
+          data      => counts,
+          tag       => row_down(i),
+          out_token => row_token(i + 1),
+          out_data  => sums,
+          out_tag   => row_down(i + 1)
         );
 
     end generate pixel_stage;
@@ -269,20 +186,17 @@ begin
           CHANNELS         => 1,
           DATA_BITS        => IN_BITS,
           SUM_BITS         => OUT_BITS,
-          TAG_BITS         => row_tag_t'length
+          TAG_BITS         => COUNT_BITS
         )
         port map (
-          clk        => clk,
-          reset      => reset,
-          strobe     => row_strobe(i),
-          first      => first,
-          live       => row_tags(i)(PIXEL),
-          slice      => slice,
-          data       => counts,
-          tag        => row_tags(i),
-          out_strobe => row_strobe(i + 1),
-          out_data   => sums,
-          out_tag    => row_tags(i + 1)
+          clk       => clk,
+          reset     => reset,
+          token     => row_token(i),
+          data      => counts,
+          tag       => row_down(i),
+          out_token => row_token(i + 1),
+          out_data  => sums,
+          out_tag   => row_down(i + 1)
         );
 
     end generate pixels_stage;
@@ -298,7 +212,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      of_line := unsigned(row_tags(PASSES)(row_tag_t'high downto DOWN_LOW));
+      -- The count of its line came along with the token; that of its place is what came out of the last pass.
+      of_line := unsigned(row_down(PASSES));
 
       for j in 0 to P - 1 loop
 

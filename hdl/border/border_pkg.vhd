@@ -55,6 +55,7 @@ package body border_pkg is
   ) return positive is
   begin
 
+    -- Each pass adds M counts at most, so the bits of a pass are those of a power of M.
     return micro_image_size ** number;
 
   end function largest_count;
@@ -96,6 +97,7 @@ package body border_pkg is
   ) return natural is
   begin
 
+    -- Negative if the engine is the slower one; then the weights wait.
     return larger(border_latency(geometry, order, pixels) - sum_clocks, 0);
 
   end function border_wait;
@@ -114,6 +116,7 @@ package body border_pkg is
       return clocks;
     end if;
 
+    -- The sums' own division falls away; the slower of sums and weights decides.
     return larger(clocks - DIVIDE_LATENCY, border_latency(geometry, order, pixels)) + scaler_latency(true, pixel_bits);
 
   end function normalised_latency;

@@ -59,18 +59,13 @@ architecture rtl of border_weights is
 
   constant GEOMETRY : geometry_t := geometry_of("border_weights", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
+  constant SOME_SLICES : boolean := not takes(SLICES_AT_ONCE = 1 or SLICES_AT_ONCE = GEOMETRY.slices,
+                                              "border_weights: SLICES_AT_ONCE must be 1 or all slices of SHIFTS");
+
   constant BITS   : positive := PIXELS_PER_CLOCK * WEIGHT_BITS;
   constant AHEAD  : natural  := border_wait(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK, ENGINE_CLOCKS);
   constant BEHIND : natural  := AHEAD + ENGINE_CLOCKS - border_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK);
 
-  -- A token and its data as a word; bit 0 is the one that reset clears.
-  constant SLICE_LOW : natural := 7;
-  constant DATA_LOW  : natural := SLICE_LOW + slice_t'length;
-
-  subtype word_t is std_logic_vector(DATA_LOW + DATA_BITS - 1 downto 0);
-
-  signal word    : word_t;
-  signal delayed : word_t;
   signal counted : std_logic_vector(SLICES_AT_ONCE * BITS - 1 downto 0);
 
 begin
@@ -97,6 +92,7 @@ begin
 
   end generate slice;
 
+  -- Of AHEAD and BEHIND one is always zero.
   delay_weights : entity work.tag_delay
     generic map (
       WIDTH  => SLICES_AT_ONCE * BITS,
@@ -104,36 +100,56 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => counted,
       delayed => weights
     );
 
-  word <= token_data & std_logic_vector(token.slice) & token.image & token.frame_first & token.band &
-          token.line_last & token.line_first & token.pixel & token.strobe;
+  -- An engine of many clocks is slower than the weights: then these wait (BEHIND), not the tokens.
+  pass : if AHEAD = 0 generate
+    engine_token <= token;
+    engine_data  <= token_data;
+  end generate pass;
 
-  delay_token : entity work.tag_delay
-    generic map (
-      WIDTH  => word_t'length,
-      LENGTH => AHEAD
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => word,
-      delayed => delayed
-    );
+  wait_for_weights : if AHEAD > 0 generate
 
-  engine_token.strobe      <= delayed(0);
-  engine_token.pixel       <= delayed(1);
-  engine_token.line_first  <= delayed(2);
-  engine_token.line_last   <= delayed(3);
-  engine_token.band        <= delayed(4);
-  engine_token.frame_first <= delayed(5);
-  engine_token.image       <= delayed(6);
-  engine_token.slice       <= unsigned(delayed(DATA_LOW - 1 downto SLICE_LOW));
-  engine_data              <= delayed(word_t'high downto DATA_LOW);
+    type data_t is array (natural range <>) of std_logic_vector(DATA_BITS - 1 downto 0);
+
+    signal token_at : tokens_t(1 to AHEAD) := (others => NO_TOKEN);
+    signal data_at  : data_t(1 to AHEAD)   := (others => (others => '0'));
+
+  begin
+
+    move : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        token_at(1) <= token;
+        data_at(1)  <= token_data;
+
+        for i in 2 to AHEAD loop
+
+          token_at(i) <= token_at(i - 1);
+          data_at(i)  <= data_at(i - 1);
+
+        end loop;
+
+        if reset = '1' then
+
+          for i in 1 to AHEAD loop
+
+            -- Without strobe a token does not count, so its other bits and its pixels need no reset.
+            token_at(i).strobe <= '0';
+
+          end loop;
+
+        end if;
+      end if;
+
+    end process move;
+
+    engine_token <= token_at(AHEAD);
+    engine_data  <= data_at(AHEAD);
+
+  end generate wait_for_weights;
 
 end architecture rtl;

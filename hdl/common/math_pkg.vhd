@@ -87,6 +87,7 @@ package body math_pkg is
 
   begin
 
+    -- 0 takes a bit as well: a vector without one is no signal in every tool.
     remaining := max_value / 2;
     bits      := 1;
 
@@ -149,6 +150,7 @@ package body math_pkg is
       return 0;
     end if;
 
+    -- And not (value + divisor - 1) / divisor, which may exceed an integer.
     return (value - 1) / divisor + 1;
 
   end function divide_up;
@@ -188,6 +190,7 @@ package body math_pkg is
 
   begin
 
+    -- Texts of generics may begin at any index, so both are walked through from their left ends.
     same := a'length = b'length;
 
     for i in natural range 0 to a'length - 1 loop
@@ -209,6 +212,7 @@ package body math_pkg is
   ) return natural is
   begin
 
+    -- Twice both, so that half a divisor is a whole number for odd ones, too: halves round up.
     return (2 * value * 2 ** scale_bits + divisor) / (2 * divisor);
 
   end function scaled_quotient;

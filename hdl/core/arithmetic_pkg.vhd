@@ -134,6 +134,7 @@ package body arithmetic_pkg is
       report name & ": GUARD_BITS exceeds FRACTION_BITS"
       severity failure;
 
+    -- Its table has a word for each value, and block RAM for 2**16 words is where a table stops being cheap.
     assert arithmetic.exact or arithmetic.pixel_bits + arithmetic.guard_bits <= 16
       report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
       severity failure;
@@ -160,10 +161,12 @@ package body arithmetic_pkg is
       report name & ": BORDER_NORMALISED needs EXACT: stored products are divided by M before they are summed"
       severity failure;
 
+    -- Weights come in raster order, one token after the other.
     assert not normalised or parallel_rows = 1
       report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
       severity failure;
 
+    -- The sharpener subtracts neighbours a lens away, whose sums near the border are of another weight.
     assert not normalised or not sharpened
       report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
       severity failure;
@@ -196,8 +199,10 @@ package body arithmetic_pkg is
   ) return positive is
   begin
 
+    -- Exact sums grow with each pass, and so does the width of what it takes in.
     if arithmetic.exact then
       return bits_for(product_max(arithmetic, pass));
+    -- Guard bits are the intermediate image's alone: pixels come in without, and go out without.
     elsif pass = 0 or pass = 2 * arithmetic.passes then
       return arithmetic.pixel_bits;
     end if;
@@ -212,6 +217,7 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
+      -- The last sums are the widest, as none is divided in between.
       return value_bits(arithmetic, 2 * arithmetic.passes);
     end if;
 
@@ -231,6 +237,7 @@ package body arithmetic_pkg is
       return arithmetic.fraction_bits;
     end if;
 
+    -- The guard bits are there already, from the pass before.
     return arithmetic.fraction_bits - arithmetic.guard_bits;
 
   end function scale_bits;
@@ -242,6 +249,7 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
+      -- A white image: each pass adds M equal values.
       return (2 ** arithmetic.pixel_bits - 1) * arithmetic.micro_image_size ** pass;
     end if;
 
@@ -271,6 +279,7 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
+      -- M for each pass, of rows and of columns: divided once, so that it is rounded once.
       return arithmetic.micro_image_size ** (2 * arithmetic.passes);
     end if;
 

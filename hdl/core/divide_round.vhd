@@ -35,6 +35,9 @@ end entity divide_round;
 
 architecture rtl of divide_round is
 
+  constant NARROW : boolean := not takes(bits_for((VALUE_MAX + DIVISOR / 2) / DIVISOR) <= QUOTIENT_BITS,
+                                         "divide_round: QUOTIENT_BITS must hold VALUE_MAX / DIVISOR");
+
   -- Half of the divisor is added first, which rounds halves up.
   constant HALF           : natural  := DIVISOR / 2;
   constant NUMERATOR_MAX  : positive := VALUE_MAX + HALF;
@@ -173,6 +176,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Three clocks: the addition, the multiplication in the registers of its block, and what is kept of it.
       numerator <= resize(unsigned(value), NUMERATOR_BITS) + HALF;
       product   <= numerator * FACTOR;
       quotient  <= std_logic_vector(resize(shift_right(product, EXPONENT), QUOTIENT_BITS));

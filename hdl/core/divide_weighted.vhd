@@ -99,6 +99,7 @@ begin
       if unsigned(weight) = 0 then
         weight_at(0)(0) <= '1';
       end if;
+      -- The weight goes along with its number from digit to digit.
       weight_at(1 to QUOTIENT_BITS) <= weight_at(0 to QUOTIENT_BITS - 1);
     end if;
 
@@ -119,9 +120,11 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- Half of the weight is added first: halves round up.
         numerator := resize(unsigned(values((i + 1) * VALUE_BITS - 1 downto i * VALUE_BITS)), NUMERATOR_BITS) +
                      shift_right(unsigned(weight), 1);
 
+        -- A value is below its weight times 2**QUOTIENT_BITS, so its high bits are a remainder already.
         remainder_at(0) <= signed('0' & numerator(NUMERATOR_BITS - 1 downto QUOTIENT_BITS));
         word_at(0)      <= numerator(QUOTIENT_BITS - 1 downto 0);
 
@@ -130,7 +133,8 @@ begin
           remainder       := next_remainder(remainder_at(k - 1), word_at(k - 1)(QUOTIENT_BITS - 1), weight_at(k - 1));
           remainder_at(k) <= remainder;
           word_at(k)      <= shift_left(word_at(k - 1), 1);
-          word_at(k)(0)   <= not remainder(WEIGHT_BITS);
+          -- The digit is the sign of the remainder; a negative one is made good by the next step instead of restored.
+          word_at(k)(0) <= not remainder(WEIGHT_BITS);
 
         end loop;
 

@@ -33,19 +33,19 @@ entity frame_sequencer is
     -- said of a pixel below holds for all of them.
     PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the filters take at once.
-    PARALLEL_ROWS : positive;
+    PARALLEL_ROWS : positive := 1;
     -- Width of a pixel, or of those that come together.
     DATA_BITS : positive;
     -- Tokens behind the last pixel that push everything out of the row filters, with parallel rows out of the array.
-    ROW_FLUSH : natural;
+    ROW_FLUSH : natural := 0;
     -- Bands behind the last line that push everything out of the column filters.
-    COLUMN_FLUSH : natural;
+    COLUMN_FLUSH : natural := 0;
     -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
-    MIN_STEPS : positive;
+    MIN_STEPS : positive := 1;
     -- Bands from the beginning of a frame to that of the next one: as many at least, and as the frame has,
     -- rounded up to a multiple of BAND_MODULUS. Flush lines make up for what is missing.
-    MIN_BANDS    : positive;
-    BAND_MODULUS : positive;
+    MIN_BANDS    : positive := 1;
+    BAND_MODULUS : positive := 1;
     -- Whether flush lines count, too, so that frames always begin a multiple of BAND_MODULUS bands apart.
     KEEP_MODULUS : boolean := false
   );
@@ -56,7 +56,7 @@ entity frame_sequencer is
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Slice of the frame, read in the clock of frame_start.
-    slice       : in    slice_t;
+    slice       : in    slice_t := (others => '0');
     frame_start : out   std_logic;
     -- The stream.
     s_axis_tvalid : in    std_logic;
@@ -68,7 +68,7 @@ entity frame_sequencer is
     credit : in    std_logic;
     -- The lines before have left, so that a flush line does not pile its lines upon them. With parallel rows it
     -- waits until they have reached the output.
-    drained : in    std_logic;
+    drained : in    std_logic := '1';
     -- Tokens with their pixel and the place of its line in its band.
     token      : out   token_t;
     token_row  : out   natural range 0 to larger(PARALLEL_ROWS - 1, 1);
@@ -159,13 +159,15 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What is on offer, and what has to be waited for.
 
+  -- PIXELS_PER_CLOCK is a power of two, so the last token of a line is found by cutting bits off: no division.
   new_last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
   new_last_row    <= unsigned(rows) - 1;
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                      '0';
 
-  completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else
-                     '0';
+  completes_band <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else
+                    '0';
+  -- A frame of one line is a band by itself, whatever PARALLEL_ROWS is.
   completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
                      '0';
 
@@ -250,6 +252,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What the decision means.
 
+  -- From here on the decision is one of few bits, each made of `send` alone, so that what depends on it stays
+  -- shallow.
   any_step    <= '0' when send = nothing else
                  '1';
   empty_step  <= '1' when send = empty else
@@ -295,6 +299,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Written in every clock, not only with starts_frame: the register then needs no enable, and line_end already
+      -- holds the old value.
       last_column <= line_end;
       if sends_pixel = '1' then
         if line_ends = '1' then
@@ -320,6 +326,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The end of a line comes before all else, as a line of one pixel is also one that begins.
       if sends_pixel = '1' and line_ends = '1' then
         state <= accept;
       elsif send = flush_pixel then
@@ -353,6 +360,8 @@ begin
           at_last_row <= to_logic(row + 1 = row_end);
         end if;
       end if;
+      -- What was sent of the broken frame stays valid: its line is filled up, its band too, and only then the new
+      -- frame begins.
       if frame_broken = '1' then
         frame_open <= '0';
         if at_first = '1' then
@@ -466,6 +475,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Of the token only strobe has a reset: without it the other fields do not count.
       token.strobe      <= any_step and not reset;
       token.pixel       <= sends_pixel;
       token.line_first  <= sends_pixel and at_first;

@@ -45,8 +45,14 @@ end entity result_scaler;
 
 architecture rtl of result_scaler is
 
+  constant SPLIT_LANES : boolean := not takes(LANES mod WEIGHT_COUNT = 0,
+                                              "result_scaler: WEIGHT_COUNT must divide LANES");
+  constant UNSCALED    : boolean := not takes(EXACT or SUM_BITS = PIXEL_BITS,
+                                              "result_scaler: SUM_BITS must be PIXEL_BITS without EXACT");
+
 begin
 
+  -- Stored products divide by M in their tables; what is left after the last pass is a pixel.
   stored_products : if not EXACT generate
     scaled <= result;
     pixels <= sums;
@@ -54,34 +60,41 @@ begin
 
   exact_sums : if EXACT generate
 
-    constant SLICE_LOW : positive := 4;
+    constant LATENCY : positive := scaler_latency(WEIGHT_BITS > 0, PIXEL_BITS);
 
-    -- Bit 0 is the one that reset clears.
-    signal tag     : std_logic_vector(SLICE_LOW + slice_t'length - 1 downto 0);
-    signal delayed : std_logic_vector(SLICE_LOW + slice_t'length - 1 downto 0);
+    -- One flag of a result is cleared, with which its other marks count: shift registers of LUTs have no reset.
+    signal result_at : results_t(0 to LATENCY)   := (others => NO_RESULT);
+    signal used_at   : std_logic_vector(0 to LATENCY) := (others => '0');
 
   begin
 
-    tag <= std_logic_vector(result.slice) & result.start & result.last & result.skip & (result.valid or result.skip);
+    result_at(0) <= result;
+    used_at(0)   <= result.valid or result.skip;
 
-    delay_result : entity work.tag_delay
-      generic map (
-        WIDTH  => tag'length,
-        LENGTH => scaler_latency(WEIGHT_BITS > 0, PIXEL_BITS)
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        tag     => tag,
-        delayed => delayed
-      );
+    delay_result : process (clk) is
+    begin
 
-    scaled.valid <= delayed(0) and not delayed(1);
-    scaled.skip  <= delayed(0) and delayed(1);
-    scaled.last  <= delayed(2);
-    scaled.start <= delayed(3);
-    scaled.slice <= unsigned(delayed(delayed'high downto SLICE_LOW));
+      if rising_edge(clk) then
+        -- In step with the division: a result is as late as its pixels.
+        result_at(1 to LATENCY) <= result_at(0 to LATENCY - 1);
+        used_at(1 to LATENCY)   <= used_at(0 to LATENCY - 1);
+        if reset = '1' then
+          used_at(1 to LATENCY) <= (others => '0');
+        end if;
+      end if;
 
+    end process delay_result;
+
+    give : process (result_at, used_at) is
+    begin
+
+      scaled       <= result_at(LATENCY);
+      scaled.valid <= used_at(LATENCY) and not result_at(LATENCY).skip;
+      scaled.skip  <= used_at(LATENCY) and result_at(LATENCY).skip;
+
+    end process give;
+
+    -- One constant divisor: a multiplication by its reciprocal and a shift.
     full_weight : if WEIGHT_BITS = 0 generate
 
       lane : for i in 0 to LANES - 1 generate
@@ -102,6 +115,7 @@ begin
 
     end generate full_weight;
 
+    -- A divisor for each output: digit by digit, as no reciprocal is at hand.
     own_weights : if WEIGHT_BITS > 0 generate
 
       constant GROUP_LANES : positive := LANES / WEIGHT_COUNT;

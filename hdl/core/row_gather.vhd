@@ -64,6 +64,8 @@ begin
 
   begin
 
+    -- The column is counted here again, as flush lines and filled-up lines have as many columns as any other, and the
+    -- token carries none.
     column <= (others => '0') when token.line_first = '1' else
               column_d1 + 1;
 
@@ -71,6 +73,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- Empty tokens between lines must not move the column, or the next line would be stored out of place.
         if token.strobe = '1' and token.pixel = '1' then
           column_d1 <= column;
         end if;
@@ -79,8 +82,10 @@ begin
         row_d1          <= token_row;
         data_d1         <= token_data;
 
-        array_token            <= token_d1;
-        array_token.strobe     <= token_d1.strobe and not reset;
+        array_token        <= token_d1;
+        array_token.strobe <= token_d1.strobe and not reset;
+        -- While a band is gathered the engine gets empty tokens in place of these pixels: they move the filters on,
+        -- as a raster's do, and add nothing.
         array_token.pixel      <= token_d1.pixel and token_d1.band;
         array_token.line_first <= token_d1.line_first and token_d1.band;
         array_token.line_last  <= token_d1.line_last and token_d1.band;

@@ -98,6 +98,7 @@ begin
 
   begin
 
+    -- A raster needs no word for a line that is none: nothing waits for it.
     write <= results(r).valid when PARALLEL_ROWS = 1 else
              results(r).valid or results(r).skip;
 
@@ -117,7 +118,6 @@ begin
         clk           => clk,
         reset         => reset,
         s_axis_tvalid => write,
-        s_axis_tready => open,
         s_axis_tdata  => word,
         m_axis_tvalid => on_offer(r),
         m_axis_tready => take(r),
@@ -132,6 +132,8 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- Compared a clock before it is used: the register keeps the comparison out of the sequencer's decision, and
+        -- CREDIT_LEVEL leaves room for the token that is decided meanwhile.
         if level < CREDIT_LEVEL then
           has_credit(r) <= '1';
         else
@@ -173,7 +175,9 @@ begin
 
     passed <= (others => '0');
     place  := row;
-    going  := taken and (entry(LAST_BIT) or entry(WIDTH));
+    -- With the last pixel of a line all rows without a line that follow are passed over in the same clock, so that
+    -- they cost none.
+    going := taken and (entry(LAST_BIT) or entry(WIDTH));
 
     for i in 1 to PARALLEL_ROWS loop
 

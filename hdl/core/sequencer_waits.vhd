@@ -67,6 +67,7 @@ architecture rtl of sequencer_waits is
 
 begin
 
+  -- Any pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
   tokens_to_flush : entity work.countdown
     generic map (
       MOST => ROW_FLUSH
@@ -81,6 +82,7 @@ begin
       due   => tokens_due
     );
 
+  -- Flush lines load nothing: what they leave in the column filters is zero and need not come out.
   bands_to_flush : entity work.countdown
     generic map (
       MOST => COLUMN_FLUSH
@@ -95,6 +97,8 @@ begin
       due   => bands_due
     );
 
+  -- Counted from the end of a band, when it is known how many tokens it had, instead of from its beginning: so the
+  -- count is nearly always zero and the next band need not wait for a comparison.
   steps_to_wait : entity work.countdown
     generic map (
       MOST => MIN_STEPS
@@ -112,6 +116,7 @@ begin
   -- The first band counts with the start of the frame.
   later_band <= band_ends and not first_band;
 
+  -- It begins with the frame's first pixel, as the first band may be the only one.
   bands_to_wait : entity work.countdown
     generic map (
       MOST => MIN_BANDS - 1
@@ -134,6 +139,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- BAND_MODULUS may be no power of two (it is M), so the remainder is counted instead of cut.
       if counts_band = '1' then
         if band_phase = BAND_MODULUS - 1 then
           band_phase <= 0;

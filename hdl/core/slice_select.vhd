@@ -47,6 +47,8 @@ architecture rtl of slice_select is
 
 begin
 
+  -- Software may write any byte; the last slice stands for those that are none, so that no index beyond a table ever
+  -- exists.
   asked <= LAST when unsigned(slice) >= SLICES else
            unsigned(slice(SLICE_BITS - 1 downto 0));
 
@@ -57,10 +59,13 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- All changes wait for a frame: a slice holds through it, whatever the ports do meanwhile.
       if frame_start = '1' then
         frames <= (others => '0');
+        -- A sweep that is switched on goes on from what was shown last, without a jump.
         if sweep = '0' then
           swept <= asked;
+        -- 0 counts as 1 by itself: no number of frames is below it.
         elsif frames + 1 < unsigned(sweep_frames) then
           frames <= frames + 1;
         elsif swept = LAST then

@@ -55,6 +55,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- First, so that a fault in the clock of error_clear is not lost.
       if error_clear = '1' then
         error_flags <= (others => '0');
       end if;
@@ -62,6 +63,7 @@ begin
         synchronised <= '1';
       end if;
       if takes_pixel = '1' then
+        -- A line that is too long is known with its last wanted pixel: that one should have had tlast.
         in_excess <= line_ends and not s_axis_tlast;
         if s_axis_tlast = '1' and line_ends = '0' then
           error_flags(LINE_EARLY) <= '1';
@@ -69,11 +71,13 @@ begin
           error_flags(LINE_LATE) <= '1';
         end if;
       elsif credit = '1' and s_axis_tvalid = '1' then
+        -- A new frame ends the excess as well: a source that lost its tlast would otherwise lose the next frame too.
         if s_axis_tuser = '1' or s_axis_tlast = '1' then
           in_excess <= '0';
         end if;
         if frame_broken = '1' then
           error_flags(FRAME_EARLY) <= '1';
+        -- Taken, but not as a pixel of a frame: only a size that cannot be built keeps a start of frame out.
         elsif take = '1' and s_axis_tuser = '1' then
           error_flags(FRAME_SIZE) <= '1';
         elsif take = '1' and synchronised = '1' and in_excess = '0' then

@@ -53,27 +53,17 @@ entity stream_shell is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Frame size, read with the first pixel of a frame.
-    columns : in    std_logic_vector(15 downto 0);
-    rows    : in    std_logic_vector(15 downto 0);
-    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
-    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
-    slice        : in    std_logic_vector(7 downto 0);
-    sweep        : in    std_logic;
-    sweep_frames : in    std_logic_vector(7 downto 0);
-    -- The stream in: tuser(0) marks the start of a frame, tlast the end of a line.
-    s_axis_tvalid : in    std_logic;
+    -- Size and slice of the next frame.
+    order : in    frame_order_t;
+    -- The stream in.
+    s_axis_marks  : in    marks_t;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(IN_BITS - 1 downto 0);
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    s_axis_tlast  : in    std_logic;
     -- The stream out; tid: the slice of the frame that comes out.
-    m_axis_tvalid : out   std_logic;
+    m_axis_marks  : out   marks_t;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(OUT_BITS - 1 downto 0);
-    m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
-    m_axis_tlast  : out   std_logic;
     -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
     -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
@@ -112,11 +102,12 @@ architecture rtl of stream_shell is
 
 begin
 
-  input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
+  input_word <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
 
+  -- A stage behind another core needs no FIFO of its own: that one's output waits as well.
   no_fifo : if INPUT_PIXELS = 0 generate
     stream_word   <= input_word;
-    stream_valid  <= s_axis_tvalid;
+    stream_valid  <= s_axis_marks.tvalid;
     s_axis_tready <= stream_ready;
   end generate no_fifo;
 
@@ -130,13 +121,12 @@ begin
       port map (
         clk           => clk,
         reset         => reset,
-        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tvalid => s_axis_marks.tvalid,
         s_axis_tready => s_axis_tready,
         s_axis_tdata  => input_word,
         m_axis_tvalid => stream_valid,
         m_axis_tready => stream_ready,
-        m_axis_tdata  => stream_word,
-        level         => open
+        m_axis_tdata  => stream_word
       );
 
   end generate fifo;
@@ -160,9 +150,9 @@ begin
         clk          => clk,
         reset        => reset,
         frame_start  => frame_start,
-        slice        => slice,
-        sweep        => sweep,
-        sweep_frames => sweep_frames,
+        slice        => order.slice,
+        sweep        => order.sweep,
+        sweep_frames => order.sweep_frames,
         selected     => selected
       );
 
@@ -186,8 +176,8 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      columns       => columns,
-      rows          => rows,
+      columns       => order.columns,
+      rows          => order.rows,
       slice         => slice_selected,
       frame_start   => frame_start,
       s_axis_tvalid => stream_valid,
@@ -215,12 +205,14 @@ begin
 
   begin
 
-    place <= to_integer(unsigned(columns) - 1) mod PIXELS_PER_CLOCK;
+    -- Registered for the frame below: the engine reads it with the last token of a line, many clocks later.
+    place <= to_integer(unsigned(order.columns) - 1) mod PIXELS_PER_CLOCK;
 
     find_end : process (clk) is
     begin
 
       if rising_edge(clk) then
+        -- With the frame, as the sequencer reads its size: a size written meanwhile is that of the next one.
         if frame_start = '1' then
 
           for j in 0 to PIXELS_PER_CLOCK - 1 loop
@@ -270,12 +262,12 @@ begin
       reset         => reset,
       results       => results,
       data          => result_data,
-      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tvalid => m_axis_marks.tvalid,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser(0),
+      m_axis_tuser  => m_axis_marks.tuser(0),
       m_axis_tid    => m_axis_tid,
-      m_axis_tlast  => m_axis_tlast,
+      m_axis_tlast  => m_axis_marks.tlast,
       credit        => credit,
       drained       => drained
     );

@@ -1,11 +1,29 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What passes between the stream shell and an engine: tokens in, results out. Pixels travel beside them.
+-- What passes between the stream shell and an engine, and from stage to stage in it: tokens in, results out. Pixels
+-- travel beside them, as their width is that of a generic.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 package token_pkg is
+
+  -- What the next frame is, read with its first pixel: its size; its slice as a number in the set, beyond it the last
+  -- one; or with sweep all of them in turn, each for sweep_frames frames (0 counts as 1).
+  type frame_order_t is record
+    columns      : std_logic_vector(15 downto 0);
+    rows         : std_logic_vector(15 downto 0);
+    slice        : std_logic_vector(7 downto 0);
+    sweep        : std_logic;
+    sweep_frames : std_logic_vector(7 downto 0);
+  end record frame_order_t;
+
+  -- A stream of video without its data: tuser(0) marks the start of a frame, tlast the end of a line.
+  type marks_t is record
+    tvalid : std_logic;
+    tuser  : std_logic_vector(0 downto 0);
+    tlast  : std_logic;
+  end record marks_t;
 
   -- Number of a slice in its set, from 0.
   subtype slice_t is unsigned(7 downto 0);
@@ -28,6 +46,15 @@ package token_pkg is
     slice : slice_t;
   end record token_t;
 
+  constant NO_TOKEN : token_t := ('0', '0', '0', '0', '0', '0', '0', (others => '0'));
+
+  type tokens_t is array (natural range <>) of token_t;
+
+  -- Whether a token holds the first pixel of a line. An empty token may still have the marks of the one before it.
+  function begins_line (
+    token : token_t
+  ) return std_logic;
+
   -- What an engine has for a pixel of a row.
   type result_t is record
     -- A pixel of an image line.
@@ -42,7 +69,45 @@ package token_pkg is
     slice : slice_t;
   end record result_t;
 
+  constant NO_RESULT : result_t := ('0', '0', '0', '0', (others => '0'));
+
   -- Results of parallel rows.
   type results_t is array (natural range <>) of result_t;
 
+  -- What a token becomes that comes out of an engine with its sums.
+  function result_of (
+    token : token_t
+  ) return result_t;
+
 end package token_pkg;
+
+package body token_pkg is
+
+  function begins_line (
+    token : token_t
+  ) return std_logic is
+  begin
+
+    return token.pixel and token.line_first;
+
+  end function begins_line;
+
+  function result_of (
+    token : token_t
+  ) return result_t is
+
+    variable result : result_t;
+
+  begin
+
+    result.valid := token.strobe and token.pixel and token.image;
+    result.skip  := token.strobe and begins_line(token) and not token.image;
+    result.start := token.line_first and token.frame_first;
+    result.last  := token.line_last;
+    result.slice := token.slice;
+
+    return result;
+
+  end function result_of;
+
+end package body token_pkg;

@@ -87,6 +87,9 @@ architecture rtl of depth_index is
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant OUT_BITS   : positive := index_word_bits(CHANNELS, PIXEL_BITS, CHOSEN_TOO);
 
+  signal order       : frame_order_t;
+  signal s_marks     : marks_t;
+  signal m_marks     : marks_t;
   signal token       : token_t;
   signal token_data  : std_logic_vector(STACK_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
@@ -96,6 +99,13 @@ architecture rtl of depth_index is
   signal found_word  : std_logic_vector(OUT_BITS - 1 downto 0);
 
 begin
+
+  order   <= (columns, rows, slice, sweep, sweep_frames);
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+
+  m_axis_tvalid <= m_marks.tvalid;
+  m_axis_tuser  <= m_marks.tuser;
+  m_axis_tlast  <= m_marks.tlast;
 
   shell : entity work.stream_shell
     generic map (
@@ -116,32 +126,24 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      columns       => columns,
-      rows          => rows,
-      slice         => slice,
-      sweep         => sweep,
-      sweep_frames  => sweep_frames,
-      s_axis_tvalid => s_axis_tvalid,
+      order         => order,
+      s_axis_marks  => s_marks,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
-      s_axis_tuser  => s_axis_tuser,
-      s_axis_tlast  => s_axis_tlast,
-      m_axis_tvalid => m_axis_tvalid,
+      m_axis_marks  => m_marks,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
-      m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags,
       error_clear   => error_clear,
       token         => token,
-      token_rows    => open,
       token_data    => token_data,
-      line_end      => open,
       results       => results,
       result_data   => found_word
     );
 
+  -- It judges a row of micro images when it is complete, so pixels wait in it and not in the shell: the source is
+  -- slowed down by nothing but lines that are too short.
   find : entity work.sharpness_index
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -168,6 +170,7 @@ begin
 
   found_word(DATA_BITS + 7 downto 0) <= std_logic_vector(resize(found_index, 8)) & found_data;
 
+  -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
   chosen_beside : if CHOSEN_TOO generate
     found_word(OUT_BITS - 1 downto DATA_BITS + 8) <= chosen_data;
   end generate chosen_beside;

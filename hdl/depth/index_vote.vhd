@@ -73,6 +73,8 @@ architecture rtl of index_vote is
   -- The same from the micro image itself.
   constant FINAL : positive := 3 + MIDDLE_DELAY;
 
+  type entries_t is array (3 to FINAL) of std_logic_vector(ENTRY_BITS - 1 downto 0);
+
   type lenses_t is array (natural range 0 to FINAL) of unsigned(LENS_BITS - 1 downto 0);
 
   subtype votes_t is unsigned(VOTE_BITS - 1 downto 0);
@@ -92,10 +94,9 @@ architecture rtl of index_vote is
   signal entry_3   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
   -- Entries of the rows above it, the last one in the low bits; with the new one; the one in the middle of the
   -- window.
-  signal rows        : std_logic_vector(KEPT_BITS - 1 downto 0);
-  signal moved       : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
-  signal middle      : std_logic_vector(ENTRY_BITS - 1 downto 0);
-  signal middle_late : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  signal rows      : std_logic_vector(KEPT_BITS - 1 downto 0);
+  signal moved     : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
+  signal middle_at : entries_t := (others => (others => '0'));
   -- Votes of each slice; the most so far and the slice that has them, slice by slice.
   signal votes      : most_t;
   signal most_votes : most_t;
@@ -163,8 +164,8 @@ begin
       read_data     => rows
     );
 
-  moved  <= rows & entry_3;
-  middle <= moved((VOTE_RADIUS + 1) * ENTRY_BITS - 1 downto VOTE_RADIUS * ENTRY_BITS);
+  moved        <= rows & entry_3;
+  middle_at(3) <= moved((VOTE_RADIUS + 1) * ENTRY_BITS - 1 downto VOTE_RADIUS * ENTRY_BITS);
 
   --------------------------------------------------------------------------------------------------
   -- 4: votes of a column; 5: votes of the window, VOTE_RADIUS clocks behind its middle; then the slice with most of
@@ -196,6 +197,8 @@ begin
 
         end loop;
 
+        -- Votes of a column are added when it enters the window and taken away when it leaves: two additions, however
+        -- wide it is.
         column     <= added;
         total      <= total + column - columns(WINDOW);
         columns(1) <= column;
@@ -263,17 +266,6 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The slice that is taken.
 
-  delay_middle : entity work.tag_delay
-    generic map (
-      WIDTH  => ENTRY_BITS,
-      LENGTH => MIDDLE_DELAY
-    )
-    port map (
-      clk     => clk,
-      tag     => middle,
-      delayed => middle_late
-    );
-
   row_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => INDEX_BITS,
@@ -294,16 +286,20 @@ begin
   begin
 
     if rising_edge(clk) then
+      middle_at(4 to FINAL) <= middle_at(3 to FINAL - 1);
+
       result_write <= active_at(FINAL);
       result_lens  <= lens_at(FINAL);
-      if middle_late(0) = '1' then
-        result_index <= unsigned(middle_late(INDEX_BITS downto 1));
+      -- A micro image that is sure of its slice keeps it; only doubtful ones are outvoted.
+      if middle_at(FINAL)(0) = '1' then
+        result_index <= unsigned(middle_at(FINAL)(INDEX_BITS downto 1));
       elsif most_votes(SLICES - 1) /= 0 then
         result_index <= best(SLICES - 1);
+      -- No sure neighbour at all: the one above has the best guess, as it was decided before.
       elsif starts = '0' then
         result_index <= unsigned(above);
       elsif lens_at(FINAL) = 0 then
-        result_index <= unsigned(middle_late(INDEX_BITS downto 1));
+        result_index <= unsigned(middle_at(FINAL)(INDEX_BITS downto 1));
       end if;
     end if;
 

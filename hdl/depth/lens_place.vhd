@@ -12,6 +12,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.token_pkg.all;
+use work.sharpness_pkg.all;
 
 entity lens_place is
   generic (
@@ -32,19 +33,10 @@ entity lens_place is
     -- A token, and the slices of its pixel.
     token      : in    token_t;
     token_data : in    std_logic_vector(STACK_BITS - 1 downto 0);
-    -- Whether a pixel is here; its token, image only inside the picture; its slices, 0 below the picture.
-    active : out   std_logic;
+    -- The token, image only inside the picture; its place; its slices, 0 below the picture.
     placed : out   token_t;
-    data   : out   std_logic_vector(STACK_BITS - 1 downto 0);
-    -- Its micro image in the line; whether it is in that one's first or last column, first or last line.
-    lens       : out   unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    lens_first : out   std_logic;
-    lens_last  : out   std_logic;
-    row_first  : out   std_logic;
-    row_last   : out   std_logic;
-    -- Whether its row of micro images is of the picture, and the first one.
-    row_live   : out   std_logic;
-    row_starts : out   std_logic
+    place  : out   lens_place_t;
+    data   : out   std_logic_vector(STACK_BITS - 1 downto 0)
   );
 end entity lens_place;
 
@@ -70,11 +62,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      active  <= token.strobe and token.pixel;
-      token_1 <= token;
+      place.active <= token.strobe and token.pixel;
+      token_1      <= token;
       if token.strobe = '1' and token.pixel = '1' then
         in_picture := inside_now;
         if token.line_first = '1' then
+          -- Lines are counted, as frames may have some below the picture (CROPPED), which a token does not tell.
           next_line := line_number + 1;
           if token.frame_first = '1' then
             next_line := (others => '0');
@@ -89,9 +82,11 @@ begin
             next_phase := line_phase + 1;
           end if;
           line_phase <= next_phase;
+          -- What holds for a row of micro images is decided with its first line, and stays: a picture that ends
+          -- within a row ends with it.
           if next_phase = 0 then
-            row_live   <= in_picture;
-            row_starts <= in_picture and token.frame_first;
+            place.row_live   <= in_picture;
+            place.row_starts <= in_picture and token.frame_first;
           end if;
         elsif column_phase = M - 1 then
           column_phase <= 0;
@@ -101,27 +96,28 @@ begin
         end if;
         token_1.image <= in_picture;
         data          <= token_data;
+        -- Zeros below the picture, so that what stands there has no sharpness.
         if CROPPED and in_picture = '0' then
           data <= (others => '0');
         end if;
       end if;
       if reset = '1' then
-        active <= '0';
+        place.active <= '0';
       end if;
     end if;
 
   end process count;
 
-  lens_first <= '1' when column_phase = 0 else
-                '0';
-  lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
-                '0';
-  row_first  <= '1' when line_phase = 0 else
-                '0';
-  row_last   <= '1' when line_phase = M - 1 else
-                '0';
+  place.lens_first <= '1' when column_phase = 0 else
+                      '0';
+  place.lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
+                      '0';
+  place.row_first  <= '1' when line_phase = 0 else
+                      '0';
+  place.row_last   <= '1' when line_phase = M - 1 else
+                      '0';
 
-  placed <= token_1;
-  lens   <= lens_now;
+  placed     <= token_1;
+  place.lens <= resize(lens_now, 12);
 
 end architecture rtl;

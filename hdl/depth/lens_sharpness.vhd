@@ -131,6 +131,7 @@ begin
 
   kept <= stored(SUM_BITS - 1 downto 0) & sum;
 
+  -- The last two rows of sums, moved on as each new one comes: the Laplacian needs the row above and the row below.
   rows_before : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => 2 * SUM_BITS,
@@ -239,6 +240,7 @@ begin
 
     moved <= rows & std_logic_vector(row_sum);
 
+    -- Sums of rows are kept, not Laplacians: a window costs one addition a row, however wide it is.
     row_sums : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => KEPT_BITS,

@@ -29,16 +29,9 @@ entity lens_sums is
   );
   port (
     clk : in    std_logic;
-    -- Marks a pixel, and its micro image.
-    active : in    std_logic;
-    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    -- The first and the last pixel of a line of it, the first and the last line of it.
-    lens_first : in    std_logic;
-    lens_last  : in    std_logic;
-    row_first  : in    std_logic;
-    row_last   : in    std_logic;
-    -- The pixel.
-    data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- A pixel, and its place.
+    place : in    lens_place_t;
+    data  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     -- Address of the sum, and 2 clocks later the sum.
     read_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     sum       : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
@@ -99,18 +92,19 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Brightness first, so that one sum serves three channels.
       luma_1      <= luma_of(data);
-      active_1    <= active;
-      first_1     <= lens_first;
-      ends_1      <= active and lens_last;
+      active_1    <= place.active;
+      first_1     <= place.lens_first;
+      ends_1      <= place.active and place.lens_last;
       ends_2      <= ends_1;
       ends_3      <= ends_2;
-      row_first_1 <= row_first;
+      row_first_1 <= place.row_first;
       row_first_2 <= row_first_1;
-      row_last_1  <= row_last;
+      row_last_1  <= place.row_last;
       row_last_2  <= row_last_1;
       row_last_3  <= row_last_2;
-      lens_1      <= lens;
+      lens_1      <= place.lens(ADDRESS_BITS - 1 downto 0);
       lens_2      <= lens_1;
       lens_3      <= lens_2;
 
@@ -123,6 +117,7 @@ begin
         end if;
       end if;
 
+      -- The first line of a micro image starts its sum: the memory need not be cleared.
       if row_first_2 = '1' then
         sum_3 <= std_logic_vector(line_2);
       else

@@ -13,6 +13,8 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.token_pkg.all;
+use work.sharpness_pkg.all;
 
 entity sharpest_pixels is
   generic (
@@ -32,32 +34,19 @@ entity sharpest_pixels is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a pixel, the first and the last one of a line.
-    active     : in    std_logic;
-    line_first : in    std_logic;
-    line_last  : in    std_logic;
-    -- Marks the pixels of a frame's first line, and those of the image.
-    frame_first : in    std_logic;
-    image       : in    std_logic;
-    -- The slice that its frame has chosen.
-    slice : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    -- Its micro image.
-    lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    -- Its slices, the first in the low bits.
-    data : in    std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
+    -- A pixel, its place, and its slices, the first in the low bits.
+    token : in    token_t;
+    place : in    lens_place_t;
+    data  : in    std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
     -- Marks the index of a micro image, which one it is, and its index.
     index_write : in    std_logic;
     index_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     index       : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    -- Marks a pixel of the picture, the first of a frame, the last of a line.
-    out_valid : out   std_logic;
-    out_start : out   std_logic;
-    out_last  : out   std_logic;
-    -- Its slice and the pixel.
-    out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_data  : out   std_logic_vector(PIXEL_BITS - 1 downto 0);
-    -- The slice that its frame has chosen, and the pixel there.
-    out_slice  : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    -- A pixel of the picture, with the slice that its frame has chosen.
+    result : out   result_t;
+    -- The sharpest slice and its pixel; the pixel of the chosen slice.
+    out_index  : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_data   : out   std_logic_vector(PIXEL_BITS - 1 downto 0);
     out_chosen : out   std_logic_vector(PIXEL_BITS - 1 downto 0)
   );
 end entity sharpest_pixels;
@@ -70,70 +59,102 @@ architecture rtl of sharpest_pixels is
   constant RING_WORDS : positive := RING_LINES * MAX_COLUMNS;
   constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
 
-  -- Side information of a pixel, in front of its micro image and its slices. Bit 0 is the one that reset clears.
-  constant ACTIVE_BIT      : natural := 0;
-  constant FIRST_BIT       : natural := 1;
-  constant LAST_BIT        : natural := 2;
-  constant IMAGE_BIT       : natural := 3;
-  constant FRAME_FIRST_BIT : natural := 4;
-  constant SLICE_LOW       : natural := 5;
-  constant LENS_LOW        : natural := SLICE_LOW + INDEX_BITS;
-  constant DATA_LOW        : natural := LENS_LOW + LENS_BITS;
+  -- Clocks that a pixel waits in front of the ring.
+  constant AHEAD : positive := INDEX_LATENCY - 2;
+  -- Behind it: the ring's address, its word and the choice.
+  constant BEHIND : positive := 3;
+
+  type lenses_t is array (natural range <>) of unsigned(LENS_BITS - 1 downto 0);
+
+  type stacks_t is array (natural range <>) of std_logic_vector(STACK_BITS - 1 downto 0);
 
   -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the
   -- ring until the index is known.
-  signal token      : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0);
-  signal token_late : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0);
-  signal token_now  : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0) := (others => '0');
-  signal new_line   : std_logic;
+  signal token_at : tokens_t(1 to AHEAD + 1) := (others => NO_TOKEN);
+  signal lens_at  : lenses_t(1 to AHEAD + 2) := (others => (others => '0'));
+  signal data_at  : stacks_t(1 to AHEAD + 1) := (others => (others => '0'));
+  signal new_line : std_logic;
   -- First word of the line in the ring that is written and read, and the word of the pixel. Each word is read just
   -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
   signal ring_line : unsigned(RING_BITS - 1 downto 0) := (others => '0');
   signal ring_word : unsigned(RING_BITS - 1 downto 0) := (others => '0');
-  -- The pixels of all slices that leave, their micro image, its index as it is written and as it is read.
+  -- The pixels of all slices that leave; the index of their micro image as it is written and as it is read.
   signal delayed    : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal lens_now   : unsigned(LENS_BITS - 1 downto 0) := (others => '0');
   signal index_word : std_logic_vector(INDEX_BITS - 1 downto 0);
   signal index_read : std_logic_vector(INDEX_BITS - 1 downto 0);
 
-  -- Of the line that leaves the ring: its slice, whether it begins a frame, whether it is of the image; and the same
-  -- of its pixels behind those of the one that enters, with the ring's address, its word and the result.
-  signal line_due   : std_logic_vector(INDEX_BITS + 1 downto 0);
-  signal result_in  : std_logic_vector(INDEX_BITS + 4 downto 0);
-  signal result_due : std_logic_vector(INDEX_BITS + 4 downto 0);
-  signal result     : std_logic_vector(INDEX_BITS + 4 downto 0) := (others => '0');
+  -- What is said of a line waits in lines as its pixels do. Of the pixel that leaves: what is said of its line, and
+  -- what is said of the pixel that enters at its place.
+  signal line_at   : tokens_t(1 to RING_LINES + 1) := (others => NO_TOKEN);
+  signal result_at : tokens_t(1 to BEHIND)         := (others => NO_TOKEN);
 
 begin
 
-  token <= data & std_logic_vector(lens) & std_logic_vector(slice) &
-           (frame_first & image & line_last & line_first & active);
+  new_line <= token_at(AHEAD).strobe and token_at(AHEAD).line_first;
 
-  delay_token : entity work.tag_delay
-    generic map (
-      WIDTH  => DATA_LOW + STACK_BITS,
-      LENGTH => INDEX_LATENCY - 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => token,
-      delayed => token_late
-    );
+  wait_for_scan : process (clk) is
+  begin
 
-  new_line <= token_late(ACTIVE_BIT) and token_late(FIRST_BIT);
+    if rising_edge(clk) then
+      -- strobe says from here on that there is a pixel: empty tokens have no place in the ring.
+      token_at(1)        <= token;
+      token_at(1).strobe <= place.active;
+      lens_at(1)         <= place.lens(LENS_BITS - 1 downto 0);
+      data_at(1)         <= data;
 
-  lines_due : entity work.tag_delay
-    generic map (
-      WIDTH  => INDEX_BITS + 2,
-      LENGTH => RING_LINES + 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => new_line,
-      tag     => token_late(LENS_LOW - 1 downto IMAGE_BIT),
-      delayed => line_due
-    );
+      token_at(2 to AHEAD + 1) <= token_at(1 to AHEAD);
+      lens_at(2 to AHEAD + 2)  <= lens_at(1 to AHEAD + 1);
+      data_at(2 to AHEAD + 1)  <= data_at(1 to AHEAD);
+
+      if reset = '1' then
+
+        for i in 1 to AHEAD loop
+
+          token_at(i).strobe <= '0';
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process wait_for_scan;
+
+  wait_in_lines : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if new_line = '1' then
+        -- What is said of a line is written once a line, and read RING_LINES lines later.
+        line_at(1)                   <= token_at(AHEAD);
+        line_at(2 to RING_LINES + 1) <= line_at(1 to RING_LINES);
+      end if;
+
+      -- The pixel that leaves has the column of the one that enters, as both are at the same word of their lines; so
+      -- what is said of the place in the line is that of the one that enters.
+      result_at(1)            <= line_at(RING_LINES + 1);
+      result_at(1).strobe     <= token_at(AHEAD + 1).strobe;
+      result_at(1).line_first <= token_at(AHEAD + 1).line_first;
+      result_at(1).line_last  <= token_at(AHEAD + 1).line_last;
+      result_at(2 to BEHIND)  <= result_at(1 to BEHIND - 1);
+
+      if reset = '1' then
+
+        for i in 1 to RING_LINES + 1 loop
+
+          line_at(i).image <= '0';
+
+        end loop;
+
+        for i in 1 to BEHIND loop
+
+          result_at(i).strobe <= '0';
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process wait_in_lines;
 
   find_word : process (clk) is
   begin
@@ -148,11 +169,9 @@ begin
           ring_word <= ring_line + MAX_COLUMNS;
         end if;
       -- No line is longer than MAX_COLUMNS, so a line never runs into the next one's words.
-      elsif token_late(ACTIVE_BIT) = '1' then
+      elsif token_at(AHEAD).strobe = '1' then
         ring_word <= ring_word + 1;
       end if;
-      token_now <= token_late;
-      lens_now  <= unsigned(token_now(DATA_LOW - 1 downto LENS_LOW));
       if reset = '1' then
         ring_line <= (others => '0');
       end if;
@@ -160,6 +179,7 @@ begin
 
   end process find_word;
 
+  -- Read and written at one address: the memory gives the old word in the clock that overwrites it.
   ring : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => STACK_BITS,
@@ -168,15 +188,16 @@ begin
     )
     port map (
       clk           => clk,
-      write_enable  => token_now(ACTIVE_BIT),
+      write_enable  => token_at(AHEAD + 1).strobe,
       write_address => ring_word,
-      write_data    => token_now(token_now'high downto DATA_LOW),
+      write_data    => data_at(AHEAD + 1),
       read_address  => ring_word,
       read_data     => delayed
     );
 
   index_word <= std_logic_vector(index);
 
+  -- Its address comes a clock after the ring's, and it is read in one clock instead of two: both are there together.
   indices : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => INDEX_BITS,
@@ -189,7 +210,7 @@ begin
       write_enable  => index_write,
       write_address => index_lens,
       write_data    => index_word,
-      read_address  => lens_now,
+      read_address  => lens_at(AHEAD + 2),
       read_data     => index_read
     );
 
@@ -202,7 +223,7 @@ begin
 
     if rising_edge(clk) then
       sharpest   := to_integer(unsigned(index_read));
-      chosen     := to_integer(unsigned(result_due(INDEX_BITS + 4 downto 5)));
+      chosen     := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
       out_index  <= unsigned(index_read);
       out_data   <= delayed(PIXEL_BITS - 1 downto 0);
       out_chosen <= delayed(PIXEL_BITS - 1 downto 0);
@@ -218,31 +239,14 @@ begin
 
       end loop;
 
-      result <= result_due;
-      if reset = '1' then
-        result(ACTIVE_BIT) <= '0';
-      end if;
     end if;
 
   end process pick;
 
-  result_in <= line_due & token_now(LAST_BIT downto ACTIVE_BIT);
-
-  delay_result : entity work.tag_delay
-    generic map (
-      WIDTH  => INDEX_BITS + 5,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => result_in,
-      delayed => result_due
-    );
-
-  out_valid <= result(ACTIVE_BIT) and result(IMAGE_BIT);
-  out_last  <= result(LAST_BIT);
-  out_start <= result(FIRST_BIT) and result(FRAME_FIRST_BIT);
-  out_slice <= unsigned(result(INDEX_BITS + 4 downto 5));
+  result.valid <= result_at(BEHIND).strobe and result_at(BEHIND).image;
+  result.skip  <= '0';
+  result.last  <= result_at(BEHIND).line_last;
+  result.start <= result_at(BEHIND).line_first and result_at(BEHIND).frame_first;
+  result.slice <= result_at(BEHIND).slice;
 
 end architecture rtl;

@@ -74,7 +74,9 @@ architecture rtl of sharpness_index is
   constant STACK_BITS : positive := SLICES * DATA_BITS;
   constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
-  constant INNER_DELAY   : positive := 5 + RADIUS;
+  constant INNER_DELAY : positive := 5 + RADIUS;
+  -- From the last pixel of a row to the scan over its sums, which follow it as fast.
+  constant SUMMED        : positive := LENS_SUM_LATENCY - 3;
   constant JUDGING_DELAY : positive := JUDGED - LENS_SUM_LATENCY + 2;
   -- The oldest row of which it counts whether it begins a frame.
   constant OLDEST : positive := larger(2 * RADIUS + 1, RADIUS + 1 + 2 * VOTE_RADIUS);
@@ -92,26 +94,19 @@ architecture rtl of sharpness_index is
   type indices_t is array (natural range 0 to SLICES - 1) of index_t;
 
   -- A token, with the counts of its place.
-  signal active     : std_logic;
-  signal token_1    : token_t;
-  signal data       : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal lens       : lens_t;
-  signal lens_first : std_logic;
-  signal lens_last  : std_logic;
-  signal row_first  : std_logic;
-  signal row_last   : std_logic;
-  signal row_live   : std_logic;
-  signal row_starts : std_logic;
+  signal placed : token_t;
+  signal place  : lens_place_t;
+  signal data   : std_logic_vector(STACK_BITS - 1 downto 0);
 
   -- The scan.
   -- With the last pixel of a row of micro images a scan over its sums begins, one micro image a clock. It is as long
   -- as the row has micro images, the next row is complete M lines later, and the pixels meanwhile go on: a scan never
   -- meets the next one.
-  signal complete       : std_logic_vector(0 downto 0);
-  signal complete_3     : std_logic_vector(0 downto 0);
   signal complete_lens  : lens_t    := (others => '0');
   signal complete_live  : std_logic := '0';
   signal complete_start : std_logic := '0';
+  -- A row is complete, and the same until its sums are.
+  signal complete_at : std_logic_vector(0 to SUMMED) := (others => '0');
   -- The scan itself; behind its address the sums, their Laplacians and the windows follow, each a fixed number of
   -- clocks late.
   signal scan_on     : std_logic                            := '0';
@@ -135,8 +130,6 @@ architecture rtl of sharpness_index is
   signal joined_below : std_logic;
   signal same         : std_logic_vector(2 * RADIUS downto 0);
 
-  signal chosen_slice : index_t;
-
   -- What each slice has, and the most, the least and the best of all up to it: one comparison a clock instead of a
   -- tree of them in one.
   signal sharpness : sharpness_list_t;
@@ -159,46 +152,29 @@ begin
       rows       => rows,
       token      => token,
       token_data => token_data,
-      active     => active,
-      placed     => token_1,
-      data       => data,
-      lens       => lens,
-      lens_first => lens_first,
-      lens_last  => lens_last,
-      row_first  => row_first,
-      row_last   => row_last,
-      row_live   => row_live,
-      row_starts => row_starts
+      placed     => placed,
+      place      => place,
+      data       => data
     );
 
   --------------------------------------------------------------------------------------------------
   -- A scan over each complete row of micro images.
 
-  complete(0) <= active and token_1.line_last and row_last;
-
-  delay_complete : entity work.tag_delay
-    generic map (
-      WIDTH  => 1,
-      LENGTH => LENS_SUM_LATENCY - 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => complete,
-      delayed => complete_3
-    );
+  complete_at(0) <= place.active and placed.line_last and place.row_last;
 
   scan : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if complete(0) = '1' then
-        complete_lens  <= lens;
-        complete_live  <= row_live;
-        complete_start <= row_starts;
+      complete_at(1 to SUMMED) <= complete_at(0 to SUMMED - 1);
+      -- Kept until the scan begins: by then the next row may have begun and the place says something else.
+      if complete_at(0) = '1' then
+        complete_lens  <= place.lens(PLACE_BITS - 1 downto 0);
+        complete_live  <= place.row_live;
+        complete_start <= place.row_starts;
       end if;
 
-      if complete_3(0) = '1' then
+      if complete_at(SUMMED) = '1' then
         scan_on   <= '1';
         scan_lens <= (others => '0');
         live      <= complete_live & live(0 to RADIUS);
@@ -211,9 +187,12 @@ begin
         end if;
       end if;
 
+      -- Two clocks on, when the window's sums are there.
       inner_1 <= scanned_at(INNER_DELAY);
       inner_2 <= inner_1;
       if reset = '1' then
+        complete_at(1 to SUMMED) <= (others => '0');
+
         scan_on <= '0';
         live    <= (others => '0');
       end if;
@@ -248,6 +227,7 @@ begin
   joined_above <= not starts(1);
   joined_below <= live(0) and not starts(0);
 
+  -- A window may reach over the border between two frames: rows of the other frame count as beyond the edge.
   find_same : process (starts) is
   begin
 
@@ -282,16 +262,11 @@ begin
         PIXEL_BITS       => PIXEL_BITS
       )
       port map (
-        clk        => clk,
-        active     => active,
-        lens       => lens,
-        lens_first => lens_first,
-        lens_last  => lens_last,
-        row_first  => row_first,
-        row_last   => row_last,
-        data       => data((s + 1) * DATA_BITS - 1 downto s * DATA_BITS),
-        read_lens  => scan_lens,
-        sum        => sum
+        clk       => clk,
+        place     => place,
+        data      => data((s + 1) * DATA_BITS - 1 downto s * DATA_BITS),
+        read_lens => scan_lens,
+        sum       => sum
       );
 
     judge : entity work.lens_sharpness
@@ -442,27 +417,16 @@ begin
     port map (
       clk         => clk,
       reset       => reset,
-      active      => active,
-      line_first  => token_1.line_first,
-      line_last   => token_1.line_last,
-      frame_first => token_1.frame_first,
-      image       => token_1.image,
-      slice       => token_1.slice(INDEX_BITS - 1 downto 0),
-      lens        => lens,
+      token       => placed,
+      place       => place,
       data        => data,
       index_write => index_write,
       index_lens  => index_lens,
       index       => index,
-      out_valid   => result.valid,
-      out_start   => result.start,
-      out_last    => result.last,
+      result      => result,
       out_index   => out_index,
       out_data    => out_data,
-      out_slice   => chosen_slice,
       out_chosen  => out_chosen
     );
-
-  result.skip  <= '0';
-  result.slice <= resize(chosen_slice, 8);
 
 end architecture rtl;

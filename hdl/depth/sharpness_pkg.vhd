@@ -4,11 +4,31 @@
 -- Sharpness is judged between micro lenses: the luma of each micro image is summed over its pixels, and around each
 -- sum the absolute Laplacians of a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images are added.
 
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 
 package sharpness_pkg is
+
+  -- Where a pixel lies in the micro images of a picture.
+  type lens_place_t is record
+    -- A pixel is here.
+    active : std_logic;
+    -- Its micro image in the line, of 4096 at most: 8192 columns, M = 2.
+    lens : unsigned(11 downto 0);
+    -- It is in that one's first or last column, first or last line.
+    lens_first : std_logic;
+    lens_last  : std_logic;
+    row_first  : std_logic;
+    row_last   : std_logic;
+    -- The row of micro images is of the picture, and the first one.
+    row_live   : std_logic;
+    row_starts : std_logic;
+  end record lens_place_t;
 
   -- Stops elaboration, by a message that begins with a name, if the index cannot be built; else true.
   function takes_index (
@@ -134,6 +154,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
+    -- The last micro image of a line may be cut; it counts as one.
     return (columns + micro_image_size - 1) / micro_image_size;
 
   end function lens_count;
@@ -158,6 +179,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
+    -- A Laplacian of four neighbours has two bits more, and the window of a row adds 2 r + 1 of them.
     return lens_bits(micro_image_size, channels, pixel_bits) + 2 + bits_for(2 * radius);
 
   end function row_sharpness_bits;
@@ -181,6 +203,8 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
+    -- A row of micro images is judged when the window below it is complete, and a row more is needed for its
+    -- Laplacian.
     return (radius + 2 + vote_radius) * micro_image_size;
 
   end function sharpness_delay;
@@ -213,6 +237,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
+    -- The index has a byte whatever the number of slices, so that software reads it alike.
     return choose(chosen_too, 2, 1) * channels * pixel_bits + 8;
 
   end function index_word_bits;

@@ -106,8 +106,7 @@ architecture rtl of fir_array is
                                      takes_filters("fir_array", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS, MAX_COLUMNS,
                                                     CHANNELS, SHARPENING));
 
-  constant STORED     : boolean  := not EXACT;
-  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
+  constant STORED : boolean := not EXACT;
   -- Filters that work in step in a row stage, and streams of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
   constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
@@ -115,61 +114,38 @@ architecture rtl of fir_array is
   constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
   constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
 
-  -- Side information of a token; bit 0 is the one that reset clears.
-  constant PIXEL       : natural := 0;
-  constant BAND_FIRST  : natural := 1;
-  constant BAND_LAST   : natural := 2;
-  constant FRAME_FIRST : natural := 3;
-  constant SLICE_LOW   : natural := 4;
-  constant IMAGE_LOW   : natural := SLICE_LOW + SLICE_BITS;
-
-  subtype token_tag_t is std_logic_vector(IMAGE_LOW + PARALLEL_ROWS - 1 downto 0);
-
-  -- Side information of a column.
-  subtype column_tag_t is std_logic_vector(BAND_LAST downto 0);
-
-  -- Side information of a line.
-  constant LINE_IMAGE       : natural := 0;
-  constant LINE_FRAME_FIRST : natural := 1;
-  constant LINE_SLICE_LOW   : natural := 2;
-
-  subtype line_tag_t is std_logic_vector(LINE_SLICE_LOW + SLICE_BITS - 1 downto 0);
-
   -- What passes from one stage to the next; lanes take the low bits.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
 
-  type row_tags_t is array (natural range 0 to PASSES) of token_tag_t;
+  type row_flags_t is array (natural range 0 to PASSES) of std_logic_vector(PARALLEL_ROWS - 1 downto 0);
 
   constant COLUMN_WIDTH : positive := widest_bits(ARITHMETIC);
 
   type column_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * COLUMN_WIDTH - 1 downto 0);
 
-  type column_tags_t is array (natural range 0 to PASSES) of column_tag_t;
-
-  type line_tags_t is array (natural range 0 to PASSES) of line_tag_t;
-
-  signal row_strobe : std_logic_vector(0 to PASSES);
-  signal row_data   : row_data_t;
-  signal row_tags   : row_tags_t;
+  -- Tokens in the row modules, the rows of their band that are image lines, and the lanes.
+  signal row_token : tokens_t(0 to PASSES);
+  signal row_image : row_flags_t;
+  signal row_data  : row_data_t;
 
   signal skewed_data  : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
   signal demuxed_data : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
   signal band_starts  : std_logic;
   signal count        : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal band_tag     : token_tag_t;
-  signal band_held    : token_tag_t;
-  signal image_rows   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  -- Of the band whose columns the modules take.
+  signal band_slice : slice_t;
+  signal band_image : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal slice_held : slice_t;
+  signal image_held : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
 
-  signal column_strobe : std_logic_vector(0 to PASSES);
-  signal column_data   : column_data_t;
-  signal column_tags   : column_tags_t;
-  signal line_tags     : line_tags_t;
+  -- In the column modules a token is that of module 0, but what is said of a line is said of row t of the band with its
+  -- t-th token.
+  signal column_token : tokens_t(0 to PASSES);
+  signal column_data  : column_data_t;
 
   -- Behind the column modules, and the sharpener where there is one.
-  signal last_strobe : std_logic;
-  signal last_column : column_tag_t;
-  signal last_line   : line_tag_t;
-  signal last_sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+  signal last_token : token_t;
+  signal last_sums  : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
 
   signal summed : results_t(0 to PARALLEL_ROWS - 1);
   signal sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
@@ -177,40 +153,19 @@ architecture rtl of fir_array is
 begin
 
   -- Row modules: every token is a step.
-  row_strobe(0)                                  <= token.strobe;
-  row_tags(0)(PIXEL)                             <= token.pixel;
-  row_tags(0)(BAND_FIRST)                        <= token.line_first;
-  row_tags(0)(BAND_LAST)                         <= token.line_last;
-  row_tags(0)(FRAME_FIRST)                       <= token.frame_first;
-  row_tags(0)(IMAGE_LOW - 1 downto SLICE_LOW)    <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
-  row_tags(0)(token_tag_t'high downto IMAGE_LOW) <= token_rows;
+  row_token(0) <= token;
+  row_image(0) <= token_rows;
 
   row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= token_data;
 
   row_pass : for i in 0 to PASSES - 1 generate
 
-    constant STAGE_SHIFTS : string := pass_shifts(SHIFTS, i);
-
-    signal slice : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
-
-  begin
-
-    first_pass : if i = 0 generate
-      slice <= unsigned(row_tags(i)(IMAGE_LOW - 1 downto SLICE_LOW));
-    end generate first_pass;
-
-    later_pass : if i > 0 generate
-      slice <= (others => '0');
-    end generate later_pass;
-
     stage : entity work.fir_stage
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => STAGE_SHIFTS,
+        SHIFTS           => pass_shifts(SHIFTS, i),
         CENTRED          => CENTRED,
         HOLD             => HOLD and i = 0,
-        MODULES          => 1,
-        DEPTH            => 1,
         LANES            => ROW_LANES,
         DATA_BITS        => value_bits(ARITHMETIC, i),
         STORED           => STORED,
@@ -219,29 +174,23 @@ begin
         DROP_BITS        => drop_bits(ARITHMETIC, i),
         RESULT_BITS      => value_bits(ARITHMETIC, i + 1),
         BROADCAST_TAPS   => BROADCAST_TAPS,
-        STEP_TAG_BITS    => token_tag_t'length,
-        TOKEN_TAG_BITS   => 1
+        TAG_BITS         => PARALLEL_ROWS
       )
       port map (
-        clk           => clk,
-        reset         => reset,
-        strobe        => row_strobe(i),
-        pixel         => '1',
-        advance       => '1',
-        first         => row_tags(i)(BAND_FIRST),
-        slice         => slice,
-        data          => row_data(i)(ROW_LANES * value_bits(ARITHMETIC, i) - 1 downto 0),
-        step_tag      => row_tags(i),
-        token_tag     => "0",
-        out_strobe    => row_strobe(i + 1),
-        out_data      => row_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, i + 1) - 1 downto 0),
-        out_step_tag  => row_tags(i + 1),
-        out_token_tag => open
+        clk       => clk,
+        reset     => reset,
+        token     => row_token(i),
+        data      => row_data(i)(ROW_LANES * value_bits(ARITHMETIC, i) - 1 downto 0),
+        tag       => row_image(i),
+        out_token => row_token(i + 1),
+        out_data  => row_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, i + 1) - 1 downto 0),
+        out_tag   => row_image(i + 1)
       );
 
   end generate row_pass;
 
   -- Skew registers, pixel counter, demultiplexers.
+  -- Without this skew all N pixels of a column would want the same column module in one clock.
   skew_rows : entity work.lane_skew
     generic map (
       LANES    => PARALLEL_ROWS,
@@ -251,12 +200,12 @@ begin
     port map (
       clk      => clk,
       reset    => '0',
-      enable   => row_strobe(PASSES),
+      enable   => row_token(PASSES).strobe,
       data_in  => row_data(PASSES),
       data_out => skewed_data
     );
 
-  band_starts <= row_tags(PASSES)(PIXEL) and row_tags(PASSES)(BAND_FIRST);
+  band_starts <= begins_line(row_token(PASSES));
 
   count_pixels : entity work.pixel_counter
     generic map (
@@ -264,11 +213,12 @@ begin
     )
     port map (
       clk     => clk,
-      strobe  => row_strobe(PASSES),
+      strobe  => row_token(PASSES).strobe,
       restart => band_starts,
       count   => count
     );
 
+  -- Column k belongs to module k mod N: a rotation of the N lanes by the count.
   demultiplex : entity work.lane_exchange
     generic map (
       LANES => PARALLEL_ROWS,
@@ -276,65 +226,53 @@ begin
     )
     port map (
       clk      => clk,
-      strobe   => row_strobe(PASSES),
+      strobe   => row_token(PASSES).strobe,
       count    => count,
       data_in  => skewed_data,
       data_out => demuxed_data
     );
 
-  -- The lines of a band, one with each of its first tokens.
-  band_tag <= row_tags(PASSES) when band_starts = '1' else
-              band_held;
+  -- A band says with its first token which of its rows are image lines; the others of its first N tokens need it, too,
+  -- as each hands the next row on.
+  band_slice <= row_token(PASSES).slice when band_starts = '1' else
+                slice_held;
+  band_image <= row_image(PASSES) when band_starts = '1' else
+                image_held;
 
   hold_band : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if row_strobe(PASSES) = '1' then
-        band_held <= band_tag;
+      if row_token(PASSES).strobe = '1' then
+        slice_held <= band_slice;
+        image_held <= band_image;
       end if;
     end if;
 
   end process hold_band;
 
-  image_rows <= band_tag(token_tag_t'high downto IMAGE_LOW);
-
-  line_tags(0)(LINE_IMAGE)       <= image_rows(count);
-  line_tags(0)(LINE_FRAME_FIRST) <= band_starts and row_tags(PASSES)(FRAME_FIRST);
-
-  line_tags(0)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW) <= band_tag(IMAGE_LOW - 1 downto SLICE_LOW);
-
   -- Column modules: every line is a step.
-  column_strobe(0) <= row_strobe(PASSES);
-  column_tags(0)   <= row_tags(PASSES)(BAND_LAST downto 0);
+  hand_over : process (row_token, band_starts, band_slice, band_image, count) is
+  begin
+
+    column_token(0)             <= row_token(PASSES);
+    column_token(0).image       <= band_image(count);
+    column_token(0).frame_first <= band_starts and row_token(PASSES).frame_first;
+    column_token(0).slice       <= band_slice;
+
+  end process hand_over;
 
   column_data(0)(ROW_LANES * ROW_SUM_BITS - 1 downto 0) <= demuxed_data;
 
   column_pass : for i in 0 to PASSES - 1 generate
 
-    constant STAGE_SHIFTS : string := pass_shifts(SHIFTS, i);
-
-    signal slice   : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
-    signal advance : std_logic;
-
-  begin
-
-    first_pass : if i = 0 generate
-      slice <= unsigned(line_tags(i)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW));
-    end generate first_pass;
-
-    later_pass : if i > 0 generate
-      slice <= (others => '0');
-    end generate later_pass;
-
-    advance <= column_tags(i)(PIXEL) and column_tags(i)(BAND_FIRST);
-
     stage : entity work.fir_stage
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => STAGE_SHIFTS,
+        SHIFTS           => pass_shifts(SHIFTS, i),
         CENTRED          => CENTRED,
         HOLD             => HOLD and i = 0,
+        COLUMNS          => true,
         MODULES          => PARALLEL_ROWS,
         DEPTH            => DEPTH,
         LANES            => CHANNELS,
@@ -344,99 +282,60 @@ begin
         PRODUCT_MAX      => product_max(ARITHMETIC, PASSES + i),
         DROP_BITS        => drop_bits(ARITHMETIC, PASSES + i),
         RESULT_BITS      => value_bits(ARITHMETIC, PASSES + i + 1),
-        BROADCAST_TAPS   => BROADCAST_TAPS,
-        STEP_TAG_BITS    => line_tag_t'length,
-        TOKEN_TAG_BITS   => column_tag_t'length
+        BROADCAST_TAPS   => BROADCAST_TAPS
       )
       port map (
-        clk           => clk,
-        reset         => reset,
-        strobe        => column_strobe(i),
-        pixel         => column_tags(i)(PIXEL),
-        advance       => advance,
-        first         => line_tags(i)(LINE_FRAME_FIRST),
-        slice         => slice,
-        data          => column_data(i)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i) - 1 downto 0),
-        step_tag      => line_tags(i),
-        token_tag     => column_tags(i),
-        out_strobe    => column_strobe(i + 1),
-        out_data      => column_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i + 1) - 1 downto 0),
-        out_step_tag  => line_tags(i + 1),
-        out_token_tag => column_tags(i + 1)
+        clk       => clk,
+        reset     => reset,
+        token     => column_token(i),
+        data      => column_data(i)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i) - 1 downto 0),
+        out_token => column_token(i + 1),
+        out_data  => column_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i + 1) - 1 downto 0)
       );
 
   end generate column_pass;
 
+  -- Both are wires of the same kind, so that what follows does not know which it is.
   plain : if not sharpens(SHARPENING) generate
-    last_strobe <= column_strobe(PASSES);
-    last_column <= column_tags(PASSES);
-    last_line   <= line_tags(PASSES);
-    last_sums   <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+    last_token <= column_token(PASSES);
+    last_sums  <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
   end generate plain;
 
   sharp : if sharpens(SHARPENING) generate
-
-    signal slice     : unsigned(SLICE_BITS - 1 downto 0);
-    signal slice_due : unsigned(SLICE_BITS - 1 downto 0);
-
-  begin
-
-    slice <= unsigned(line_tags(PASSES)(line_tag_t'high downto LINE_SLICE_LOW));
-
-    last_line(line_tag_t'high downto LINE_SLICE_LOW) <= std_logic_vector(slice_due);
 
     sharpener : entity work.lens_sharpener
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SHARPENING       => SHARPENING,
-        PIXELS_PER_CLOCK => 1,
         TOKENS           => MAX_COLUMNS,
         CHANNELS         => CHANNELS,
         SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
         DIVISOR          => final_divisor(ARITHMETIC)
       )
       port map (
-        clk             => clk,
-        reset           => reset,
-        strobe          => column_strobe(PASSES),
-        pixel           => column_tags(PASSES)(PIXEL),
-        line_first      => column_tags(PASSES)(BAND_FIRST),
-        line_last       => column_tags(PASSES)(BAND_LAST),
-        line_end        => "1",
-        image           => line_tags(PASSES)(LINE_IMAGE),
-        frame_first     => line_tags(PASSES)(LINE_FRAME_FIRST),
-        slice           => slice,
-        sums            => column_data(PASSES)(CHANNELS * RESULT_SUM_BITS - 1 downto 0),
-        out_strobe      => last_strobe,
-        out_pixel       => last_column(PIXEL),
-        out_line_first  => last_column(BAND_FIRST),
-        out_line_last   => last_column(BAND_LAST),
-        out_image       => last_line(LINE_IMAGE),
-        out_frame_first => last_line(LINE_FRAME_FIRST),
-        out_slice       => slice_due,
-        out_sums        => last_sums(CHANNELS * RESULT_SUM_BITS - 1 downto 0)
+        clk       => clk,
+        reset     => reset,
+        token     => column_token(PASSES),
+        line_end  => "1",
+        sums      => column_data(PASSES)(CHANNELS * RESULT_SUM_BITS - 1 downto 0),
+        out_token => last_token,
+        out_sums  => last_sums(CHANNELS * RESULT_SUM_BITS - 1 downto 0)
       );
 
   end generate sharp;
 
   -- From modules back to rows.
+  -- It reads the line of each row with the token that brings it, so it needs no memory of bands.
   back_to_rows : entity work.row_results
     generic map (
       PARALLEL_ROWS => PARALLEL_ROWS,
-      SLICE_BITS    => SLICE_BITS,
       SUM_BITS      => CHANNELS * RESULT_SUM_BITS,
       DESKEW        => DESKEW
     )
     port map (
       clk         => clk,
       reset       => reset,
-      strobe      => last_strobe,
-      pixel       => last_column(PIXEL),
-      band_first  => last_column(BAND_FIRST),
-      band_last   => last_column(BAND_LAST),
-      image       => last_line(LINE_IMAGE),
-      frame_first => last_line(LINE_FRAME_FIRST),
-      slice       => last_line(line_tag_t'high downto LINE_SLICE_LOW),
+      token       => last_token,
       module_sums => last_sums,
       results     => summed,
       row_sums    => sums

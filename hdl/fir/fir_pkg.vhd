@@ -133,6 +133,7 @@ package body fir_pkg is
   ) return natural is
   begin
 
+    -- A slice with less delay than the set's begins that much later, so that all end together.
     return phase * (geometry.shifts(slice) - 1) + geometry.output_delay - centre_offset(geometry, slice);
 
   end function first_delay;
@@ -147,6 +148,8 @@ package body fir_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
+      -- The outputs of a micro image are equal only if a' is a multiple of M, and it begins where they do only if the
+      -- offset is.
       if geometry.shifts(i) mod M /= 0 or centre_offset(geometry, i) mod M /= 0 then
         return false;
       end if;
@@ -170,6 +173,7 @@ package body fir_pkg is
 
   begin
 
+    -- The last tap's sum goes out at once and is not kept.
     return (tap_count(geometry, hold) - choose(hold, 0, 1)) *
            bits_for(M * product_max(arithmetic, arithmetic.passes + stage));
 
@@ -213,6 +217,7 @@ package body fir_pkg is
     bits  := kept_bits(arithmetic, geometry, hold, 0);
 
     if depth > 1 then
+      -- Line buffers of a power of two: their address is a counter that wraps around.
       words := channels * parallel_rows * 2 ** bits_for(depth - 1);
     end if;
 
@@ -234,6 +239,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
+    -- A module has a single column then, whose sums stay in its registers.
     if max_columns <= parallel_rows then
       return parallel_rows;
     end if;

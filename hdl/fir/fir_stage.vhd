@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- One pass of the refocuser along one dimension: stored products, switch control, the switched FIR filters of all
--- lanes, and the rounding behind them. The side information is delayed as the pixels are.
+-- lanes, and the rounding behind them. The tokens are delayed as their pixels are.
 --
 -- Rows (MODULES = 1, DEPTH = 1): every token is a step of all lanes. A lane is a channel of one of the parallel rows.
 --
--- Columns (MODULES = N): a token brings the next of N rows to each of N modules. Module m does what module 0 did
--- m tokens earlier. A module takes N steps on a column, one for each row, then turns to its next column, which has
+-- Columns (COLUMNS, MODULES = N): a token brings the next of N rows to each of N modules. Module m does what module 0
+-- did m tokens earlier. A module takes N steps on a column, one for each row, then turns to its next column, which has
 -- a slot of its own. The switches of the N rows are read in the first N tokens of a band. They move from module
 -- to module with the columns, and from the last module back to the first. With N = 1 this is a raster scan, and
 -- a step is a line.
@@ -22,6 +22,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.fir_pkg.all;
 
 entity fir_stage is
@@ -34,10 +35,12 @@ entity fir_stage is
     CENTRED : boolean;
     -- Whether the first output of a micro image is held for its others, which are equal.
     HOLD : boolean;
+    -- Whether it filters columns: a line is a step then, else a token.
+    COLUMNS : boolean := false;
     -- Filters that work one token after the other: 1 for rows, the rows of a band for columns.
-    MODULES : positive;
+    MODULES : positive := 1;
     -- Interleaved streams of a filter: 1 for rows, the columns of a module for columns.
-    DEPTH : positive;
+    DEPTH : positive := 1;
     -- Filters that work in step, in each module.
     LANES : positive;
     -- Width of a lane of the input.
@@ -54,37 +57,23 @@ entity fir_stage is
     RESULT_BITS : positive;
     -- Taps that one latch of the broadcast net drives; 0: one register drives all.
     BROADCAST_TAPS : natural;
-    -- Width of the side information of a step.
-    STEP_TAG_BITS : positive;
-    -- Width of the side information of a token.
-    TOKEN_TAG_BITS : positive
+    -- Width of what goes with a step beside its token.
+    TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token.
-    strobe : in    std_logic;
-    -- The token belongs to a band of lines; other tokens only move things on.
-    pixel : in    std_logic;
-    -- The first token of a band.
-    advance : in    std_logic;
-    -- A step that begins a line (for columns: a frame), and the slice from there on. Read, as step_tag is, at each of
-    -- the first N tokens of a band, row by row.
-    first : in    std_logic;
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- A token. Of columns it is that of module 0: its pixel belongs to a band of lines, which begins with the line's
+    -- first token; in each of the first N tokens of a band image, frame_first and slice are those of the next row.
+    token : in    token_t;
     -- The lanes of all modules: module 0, lane 0 in the low bits.
     data : in    std_logic_vector(MODULES * LANES * DATA_BITS - 1 downto 0);
-    -- Side information of a step. Bit 0 marks steps that hold image pixels; other steps add nothing.
-    step_tag : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    -- Side information of a token.
-    token_tag : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
-    -- The token and its results, in the order of data.
-    out_strobe : out   std_logic;
-    out_data   : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
-    -- The step tag of output_delay steps before, row by row as it came in. Reset clears bit 0.
-    out_step_tag : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    -- The tag of the token.
-    out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
+    -- What else goes with a step.
+    tag : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+    -- The token behind the stage (token_path), and its results in the order of data.
+    out_token : out   token_t;
+    out_data  : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
+    out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity fir_stage;
 
@@ -100,6 +89,8 @@ architecture rtl of fir_stage is
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
   constant SLOT_BITS : positive := bits_for(DEPTH - 1);
   constant LATENCY   : positive := stage_latency(STORED, BROADCAST_TAPS);
+  -- A set of one slice has a number of one bit, which says nothing.
+  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   -- What a module does with a token.
   type turn_t is record
@@ -119,24 +110,29 @@ architecture rtl of fir_stage is
 
   type switch_chain_t is array (natural range 0 to MODULES) of switches_t;
 
+  -- What the token is to the filters: it has a pixel, begins a band, begins a line (for columns a frame), and holds
+  -- image pixels; others add nothing.
+  signal pixel   : std_logic;
+  signal advance : std_logic;
+  signal first   : std_logic;
+  signal live    : std_logic;
+
   signal burst_step : natural range 0 to larger(MODULES - 1, 1);
   signal opening    : std_logic := '0';
   signal fresh      : std_logic;
   -- A module's turn now; the two clocks behind, in which its filter and the switches take it; the one of the token
   -- before, which the next module has.
-  signal turn        : turns_t;
-  signal turn_d1     : turns_t   := (others => NO_TURN);
-  signal turn_d2     : turns_t   := (others => NO_TURN);
-  signal turn_held   : turns_t   := (others => NO_TURN);
-  signal strobe_d1   : std_logic := '0';
-  signal strobe_d2   : std_logic := '0';
-  signal fresh_d1    : std_logic := '0';
-  signal fresh_d2    : std_logic := '0';
-  signal first_d1    : std_logic := '0';
-  signal slice_d1    : unsigned(slice'range);
-  signal step_tag_d1 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-  signal step_tag_d2 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-  signal step_tag_d3 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+  signal turn      : turns_t;
+  signal turn_d1   : turns_t   := (others => NO_TURN);
+  signal turn_d2   : turns_t   := (others => NO_TURN);
+  signal turn_held : turns_t   := (others => NO_TURN);
+  signal strobe_d1 : std_logic := '0';
+  signal strobe_d2 : std_logic := '0';
+  signal fresh_d1  : std_logic := '0';
+  signal fresh_d2  : std_logic := '0';
+  signal first_d1  : std_logic := '0';
+  signal live_d1   : std_logic := '0';
+  signal slice_d1  : unsigned(SLICE_BITS - 1 downto 0);
 
   -- Switches of the row that comes, and the same as they move on with its pixels.
   signal closed   : std_logic_vector(0 to TAPS - 1);
@@ -144,25 +140,39 @@ architecture rtl of fir_stage is
   signal update   : std_logic;
   signal switches : switch_chain_t := (others => (others => '0'));
 
-  signal strobe_tag     : std_logic_vector(0 downto 0);
-  signal out_strobe_tag : std_logic_vector(0 downto 0);
-
 begin
 
+  row_tokens : if not COLUMNS generate
+    pixel   <= '1';
+    advance <= '1';
+    first   <= token.line_first;
+    live    <= token.pixel;
+  end generate row_tokens;
+
+  column_tokens : if COLUMNS generate
+    pixel   <= token.pixel;
+    advance <= begins_line(token);
+    first   <= token.frame_first;
+    live    <= token.image;
+  end generate column_tokens;
+
   -- Module 0's turn: the place in its burst on a column, and the column.
+  -- A module takes the N rows of a column in N tokens; with N = 1 the count is always 0, and all that depends on it
+  -- falls away.
   count_steps : entity work.pixel_counter
     generic map (
       MODULUS => MODULES
     )
     port map (
       clk     => clk,
-      strobe  => strobe,
+      strobe  => token.strobe,
       restart => advance,
       count   => burst_step
     );
 
-  fresh <= strobe and (advance or opening);
+  fresh <= token.strobe and (advance or opening);
 
+  -- A column's sums are N tokens on when it comes again, so the slot moves with the burst, not with the token.
   turn(0).slot <= (others => '0') when advance = '1' or DEPTH = 1 else
                   turn_held(0).slot + 1 when burst_step = 0 else
                   turn_held(0).slot;
@@ -174,6 +184,8 @@ begin
                     turn_held(0).active;
 
   -- Each of the other modules does the same a token later than the module before it.
+  -- The pixels of a column come to module m a token later than to module 0, and its turn is the one that module 0
+  -- had.
   followers : for m in 1 to MODULES - 1 generate
     turn(m) <= turn_held(m - 1);
   end generate followers;
@@ -182,18 +194,22 @@ begin
   begin
 
     if rising_edge(clk) then
-      strobe_d1   <= strobe;
-      strobe_d2   <= strobe_d1;
-      fresh_d1    <= fresh;
-      fresh_d2    <= fresh_d1;
-      first_d1    <= first;
-      slice_d1    <= slice;
-      step_tag_d1 <= step_tag;
-      step_tag_d2 <= step_tag_d1;
-      turn_d1     <= turn;
-      turn_d2     <= turn_d1;
-      if strobe = '1' then
+      strobe_d1 <= token.strobe;
+      strobe_d2 <= strobe_d1;
+      fresh_d1  <= fresh;
+      fresh_d2  <= fresh_d1;
+      first_d1  <= first;
+      live_d1   <= live;
+      slice_d1  <= token.slice(SLICE_BITS - 1 downto 0);
+      -- Two clocks, as the switches need them: one to read their table, one for the fan-out to all taps.
+      turn_d1 <= turn;
+      turn_d2 <= turn_d1;
+      if GEOMETRY.slices = 1 then
+        slice_d1 <= (others => '0');
+      end if;
+      if token.strobe = '1' then
         turn_held <= turn;
+        -- The N-th token of a band closes it, before a band of N tokens may open the next.
         if burst_step = MODULES - 1 then
           opening <= '0';
         elsif advance = '1' then
@@ -224,7 +240,7 @@ begin
       clk     => clk,
       advance => fresh_d1,
       first   => first_d1,
-      live    => step_tag_d1(0),
+      live    => live_d1,
       slice   => slice_d1,
       closed  => closed,
       restart => restart,
@@ -269,6 +285,7 @@ begin
 
   begin
 
+    -- What is no pixel of a band moves no partial sum: the memory keeps its word.
     step <= strobe_d2 and turn_d2(m).active;
 
     lane : for i in m * LANES to m * LANES + LANES - 1 generate
@@ -330,11 +347,13 @@ begin
       begin
 
         if rising_edge(clk) then
+          -- The register in front of the broadcast net, by which one product reaches all taps.
           product_d2 <= product_d1;
         end if;
 
       end process delay_product;
 
+      -- The slot goes in two clocks early: the line buffer needs them to read.
       fir : entity work.switched_fir
         generic map (
           TAPS           => TAPS,
@@ -361,58 +380,21 @@ begin
 
   end generate module;
 
-  -- Side information.
-  step_tags : entity work.tag_delay
+  path : entity work.token_path
     generic map (
-      WIDTH  => STEP_TAG_BITS,
-      LENGTH => DELAY + 1
+      LATENCY  => LATENCY,
+      DELAY    => DELAY,
+      COLUMNS  => COLUMNS,
+      TAG_BITS => TAG_BITS
     )
     port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => fresh_d2,
-      tag     => step_tag_d2,
-      delayed => step_tag_d3
-    );
-
-  later_step_tags : entity work.tag_delay
-    generic map (
-      WIDTH  => STEP_TAG_BITS,
-      LENGTH => LATENCY - 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => step_tag_d3,
-      delayed => out_step_tag
-    );
-
-  strobe_tag(0) <= strobe_d2;
-
-  strobes : entity work.tag_delay
-    generic map (
-      WIDTH  => 1,
-      LENGTH => LATENCY - 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => strobe_tag,
-      delayed => out_strobe_tag
-    );
-
-  out_strobe <= out_strobe_tag(0);
-
-  token_tags : entity work.tag_delay
-    generic map (
-      WIDTH  => TOKEN_TAG_BITS,
-      LENGTH => LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => token_tag,
-      delayed => out_token_tag
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      step      => fresh,
+      tag       => tag,
+      out_token => out_token,
+      out_tag   => out_tag
     );
 
 end architecture rtl;

@@ -34,6 +34,8 @@ architecture rtl of lane_skew is
 
 begin
 
+  -- Lane 0 (REVERSED: the last lane) is a wire. A chain for each lane: shift registers of LUTs have no taps, so a
+  -- shared one would be made of flip-flops.
   lane : for i in 0 to LANES - 1 generate
 
     delay : entity work.tag_delay

@@ -21,8 +21,6 @@ entity row_results is
   generic (
     -- N.
     PARALLEL_ROWS : positive;
-    -- Bits of a slice that may differ from zero.
-    SLICE_BITS : positive;
     -- Width of the sums of a pixel, all channels.
     SUM_BITS : positive;
     -- Whether all rows of a column come out with the same token.
@@ -31,17 +29,9 @@ entity row_results is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token of module 0.
-    strobe : in    std_logic;
-    -- It is a pixel, in the first or last column of its band.
-    pixel      : in    std_logic;
-    band_first : in    std_logic;
-    band_last  : in    std_logic;
-    -- The line of row t of a band, with the t-th token of the band: it belongs to the image, to the first band of
-    -- a frame, and to this slice.
-    image       : in    std_logic;
-    frame_first : in    std_logic;
-    slice       : in    std_logic_vector(SLICE_BITS - 1 downto 0);
+    -- A token of module 0. In each of the first N tokens of a band image, frame_first and slice are those of the next
+    -- row.
+    token : in    token_t;
     -- The sums of each module, module 0 in the low bits.
     module_sums : in    std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
     -- The results of each row, and their sums, row 0 in the low bits.
@@ -52,28 +42,17 @@ end entity row_results;
 
 architecture rtl of row_results is
 
-  -- Side information of a column; bit 0 is the one that reset clears.
+  -- A column passes the rows a token apart; bit 0 is the one that reset clears.
   constant PIXEL_BIT   : natural := 0;
   constant FIRST_BIT   : natural := 1;
   constant LAST_BIT    : natural := 2;
   constant COLUMN_BITS : natural := 3;
 
-  -- Side information of a line.
-  constant IMAGE_BIT : natural := 0;
-  constant FRAME_BIT : natural := 1;
-  constant SLICE_LOW : natural := 2;
-
-  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
-
-  -- A result with its sums: used marks pixels of image lines, and with skip the first column of other lines.
-  -- Bit 0 is the one that reset clears.
-  constant USED_BIT         : natural := 0;
-  constant SKIP_BIT         : natural := 1;
-  constant RESULT_LAST_BIT  : natural := 2;
-  constant START_BIT        : natural := 3;
-  constant RESULT_SLICE_LOW : natural := 4;
-  constant DATA_LOW         : natural := RESULT_SLICE_LOW + SLICE_BITS;
-  constant RESULT_BITS      : natural := DATA_LOW + SUM_BITS;
+  -- Results of the rows, a token apart, and all of a column together. Until the last moment they are not gated with
+  -- strobe, as they move with tokens: valid then also marks the first column of a line that is none, which skip tells.
+  constant SLICE_LOW   : natural := 4;
+  constant DATA_LOW    : natural := SLICE_LOW + slice_t'length;
+  constant RESULT_BITS : natural := DATA_LOW + SUM_BITS;
 
   -- Columns come back a token apart from module to module; counted from a band's first one they go to their rows.
   signal starts    : std_logic;
@@ -81,15 +60,12 @@ architecture rtl of row_results is
   signal summed    : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
   signal raw_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skew_tags : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
-  signal line_tag  : line_tag_t;
-  -- Results of the rows, a token apart, and all of a column together.
-  signal skewed  : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
-  signal aligned : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal skewed    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal aligned   : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
 
-  starts   <= pixel and band_first;
-  line_tag <= slice & frame_first & image;
+  starts <= begins_line(token);
 
   count_columns : entity work.pixel_counter
     generic map (
@@ -97,7 +73,7 @@ begin
     )
     port map (
       clk     => clk,
-      strobe  => strobe,
+      strobe  => token.strobe,
       restart => starts,
       count   => count
     );
@@ -109,14 +85,16 @@ begin
     )
     port map (
       clk      => clk,
-      strobe   => strobe,
+      strobe   => token.strobe,
       count    => count,
       data_in  => module_sums,
       data_out => summed
     );
 
+  -- All rows get the same three bits; the skew makes them those of each row's own column.
   every_row_tag : for r in 0 to PARALLEL_ROWS - 1 generate
-    raw_tags((r + 1) * COLUMN_BITS - 1 downto r * COLUMN_BITS) <= band_last & band_first & pixel;
+    raw_tags((r + 1) * COLUMN_BITS - 1 downto r * COLUMN_BITS) <= token.line_last & token.line_first &
+                                                                  token.pixel;
   end generate every_row_tag;
 
   skew_tags_of_rows : entity work.lane_skew
@@ -128,7 +106,7 @@ begin
     port map (
       clk      => clk,
       reset    => reset,
-      enable   => strobe,
+      enable   => token.strobe,
       data_in  => raw_tags,
       data_out => skew_tags
     );
@@ -137,37 +115,40 @@ begin
 
     signal column_tag : std_logic_vector(COLUMN_BITS - 1 downto 0);
     signal begins     : std_logic;
-    signal line_held  : line_tag_t := (others => '0');
-    signal line_now   : line_tag_t;
-    signal result     : std_logic_vector(RESULT_BITS - 1 downto 0);
+    -- The line that the row has in this band: the token that begins it there says which.
+    signal line_held : token_t := NO_TOKEN;
+    signal line_now  : token_t;
+    signal used      : std_logic;
+    signal skip      : std_logic;
+    signal start     : std_logic;
 
   begin
 
     column_tag <= skew_tags((r + 1) * COLUMN_BITS - 1 downto r * COLUMN_BITS);
     begins     <= column_tag(PIXEL_BIT) and column_tag(FIRST_BIT);
-    line_now   <= line_tag when begins = '1' else
+    line_now   <= token when begins = '1' else
                   line_held;
 
     hold_line : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if strobe = '1' then
+        if token.strobe = '1' then
           line_held <= line_now;
         end if;
       end if;
 
     end process hold_line;
 
-    result(USED_BIT)        <= column_tag(PIXEL_BIT) and (line_now(IMAGE_BIT) or column_tag(FIRST_BIT));
-    result(SKIP_BIT)        <= not line_now(IMAGE_BIT);
-    result(RESULT_LAST_BIT) <= column_tag(LAST_BIT);
-    result(START_BIT)       <= begins and line_now(FRAME_BIT);
+    used <= column_tag(PIXEL_BIT) and (line_now.image or column_tag(FIRST_BIT));
+    -- A row without an image line says so once a band, with its first column: row_scatter waits for each row in turn
+    -- and must not wait for this one.
+    skip  <= not line_now.image;
+    start <= begins and line_now.frame_first;
 
-    result(DATA_LOW - 1 downto RESULT_SLICE_LOW) <= line_now(line_tag_t'high downto SLICE_LOW);
-    result(RESULT_BITS - 1 downto DATA_LOW)      <= summed((r + 1) * SUM_BITS - 1 downto r * SUM_BITS);
-
-    skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= result;
+    skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= summed((r + 1) * SUM_BITS - 1 downto r * SUM_BITS) &
+                                                                std_logic_vector(line_now.slice) & start &
+                                                                column_tag(LAST_BIT) & skip & used;
 
   end generate row_result;
 
@@ -177,6 +158,7 @@ begin
 
   deskewed_results : if DESKEW generate
 
+    -- The other way round: row 0 waits longest, so that all pixels of a column leave together.
     deskew_rows : entity work.lane_skew
       generic map (
         LANES    => PARALLEL_ROWS,
@@ -186,7 +168,7 @@ begin
       port map (
         clk      => clk,
         reset    => reset,
-        enable   => strobe,
+        enable   => token.strobe,
         data_in  => skewed,
         data_out => aligned
       );
@@ -201,13 +183,14 @@ begin
   begin
 
     result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
-    used   <= result(USED_BIT) and strobe;
+    -- Gated at the end alone: between tokens the skew registers hold, and their outputs with them.
+    used <= result(0) and token.strobe;
 
-    results(r).valid <= used and not result(SKIP_BIT);
-    results(r).skip  <= used and result(SKIP_BIT);
-    results(r).last  <= result(RESULT_LAST_BIT);
-    results(r).start <= result(START_BIT);
-    results(r).slice <= resize(unsigned(result(DATA_LOW - 1 downto RESULT_SLICE_LOW)), slice_t'length);
+    results(r).valid <= used and not result(1);
+    results(r).skip  <= used and result(1);
+    results(r).last  <= result(2);
+    results(r).start <= result(3);
+    results(r).slice <= unsigned(result(DATA_LOW - 1 downto SLICE_LOW));
 
     row_sums((r + 1) * SUM_BITS - 1 downto r * SUM_BITS) <= result(RESULT_BITS - 1 downto DATA_LOW);
 

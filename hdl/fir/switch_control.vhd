@@ -94,9 +94,11 @@ architecture rtl of switch_control is
 
 begin
 
+  -- M need not be a power of two, so the phase counts and is compared, and a line always begins at 0.
   phase_next <= (others => '0') when first = '1' or phase = MICRO_IMAGE_SIZE - 1 else
                 phase + 1;
 
+  -- A slice is that of a whole line: the filters hold sums of two lines at once, and each has its own switches.
   slice_next <= slice when first = '1' else
                 slice_held;
 
@@ -111,6 +113,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- New outputs come DELAY steps behind their pixels, and so does the sign that they are new.
       if advance = '1' then
         phase      <= phase_next;
         slice_held <= slice_next;
@@ -142,33 +145,33 @@ begin
       closed => switches
     );
 
+  -- A step without a pixel adds nothing, but moves the sums on: that is how the last ones get out.
   closed <= switches and mask when live_held = '1' else
             (others => '0');
 
   -- The output of step t is new where t is a multiple of M.
   hold_output : if HOLD generate
 
-    signal at_phase_0 : std_logic_vector(0 downto 0);
-    signal new_output : std_logic_vector(0 downto 0);
+    -- Whether the output is new, from the step of its pixel to its own.
+    signal new_at : std_logic_vector(0 to DELAY + 1) := (others => '0');
 
   begin
 
-    at_phase_0(0) <= '1' when phase_next = 0 else
-                     '0';
+    new_at(0) <= '1' when phase_next = 0 else
+                 '0';
 
-    delay_update : entity work.tag_delay
-      generic map (
-        WIDTH  => 1,
-        LENGTH => DELAY + 1
-      )
-      port map (
-        clk     => clk,
-        enable  => advance,
-        tag     => at_phase_0,
-        delayed => new_output
-      );
+    delay_update : process (clk) is
+    begin
 
-    update <= new_output(0);
+      if rising_edge(clk) then
+        if advance = '1' then
+          new_at(1 to DELAY + 1) <= new_at(0 to DELAY);
+        end if;
+      end if;
+
+    end process delay_update;
+
+    update <= new_at(DELAY + 1);
 
   end generate hold_output;
 

@@ -171,6 +171,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- It holds between steps, as the filters do.
       if enable = '1' then
         row <= ROWS(to_integer(slice & phase));
       end if;
@@ -184,6 +185,7 @@ begin
       closed(w) <= row(column_of(w));
     end generate switch;
 
+    -- A tap that no slice closes costs nothing: its adder falls away with its switch.
     no_switch : if SWITCHED(w) = '0' generate
       closed(w) <= '0';
     end generate no_switch;

@@ -38,6 +38,11 @@ end entity ahead_sum;
 
 architecture rtl of ahead_sum is
 
+  constant UNEVEN  : boolean := not takes(PIXELS_PER_CLOCK = 2 ** bits_for(PIXELS_PER_CLOCK - 1),
+                                          "ahead_sum: PIXELS_PER_CLOCK must be a power of two");
+  constant HURRIED : boolean := not takes(LATENCY > bits_for(PIXELS_PER_CLOCK - 1) + 1,
+                                          "ahead_sum: LATENCY must exceed the levels of the adders by 2 at least");
+
   constant P      : positive := PIXELS_PER_CLOCK;
   constant LEVELS : positive := bits_for(P - 1);
 
@@ -58,21 +63,27 @@ architecture rtl of ahead_sum is
 
   type sums_t is array (natural range 0 to P * CHANNELS - 1) of unsigned(SUM_BITS - 1 downto 0);
 
+  type gathered_t is array (natural range <>) of std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+
   type partial_t is array (natural range 0 to LEVELS) of sums_t;
 
-  signal partial   : partial_t                                          := (others => (others => (others => '0')));
-  signal flags     : std_logic_vector(1 downto 0);
-  signal flags_due : std_logic_vector(1 downto 0);
-  signal gathered  : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0) := (others => '0');
+  signal partial : partial_t := (others => (others => (others => '0')));
+  -- A token and whether it begins a line, until its pixels are added.
+  signal active_at : std_logic_vector(0 to LEVELS) := (others => '0');
+  signal fresh_at  : std_logic_vector(0 to LEVELS) := (others => '0');
+  -- What is gathered, from the clock behind the last addition on.
+  signal gathered_at : gathered_t(LEVELS + 1 to LATENCY) := (others => (others => '0'));
 
 begin
 
+  -- Pixels that do not count are zero from here on, so the adders need no enable.
   pixel : for i in 0 to P * CHANNELS - 1 generate
     partial(0)(i) <= resize(unsigned(pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)), SUM_BITS)
                      when chosen(i / CHANNELS) = '1' else
                      (others => '0');
   end generate pixel;
 
+  -- A register behind each level: log2 P short additions instead of a chain of P.
   every_level : for l in 1 to LEVELS generate
 
     add : process (clk) is
@@ -87,6 +98,7 @@ begin
 
           for c in 0 to CHANNELS - 1 loop
 
+            -- Added in the bits that the level can have: a tool does not see that the high ones stay zero.
             narrow := resize(partial(l - 1)(2 * i * CHANNELS + c), bits_of(l)) +
                       resize(partial(l - 1)((2 * i + 1) * CHANNELS + c), bits_of(l));
 
@@ -102,18 +114,8 @@ begin
 
   end generate every_level;
 
-  flags <= fresh & active;
-
-  delay_flags : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => LEVELS
-    )
-    port map (
-      clk     => clk,
-      tag     => flags,
-      delayed => flags_due
-    );
+  active_at(0) <= active;
+  fresh_at(0)  <= fresh;
 
   gather : process (clk) is
 
@@ -122,15 +124,24 @@ begin
   begin
 
     if rising_edge(clk) then
-      if flags_due(0) = '1' then
+      active_at(1 to LEVELS) <= active_at(0 to LEVELS - 1);
+      fresh_at(1 to LEVELS)  <= fresh_at(0 to LEVELS - 1);
+
+      gathered_at(LEVELS + 2 to LATENCY) <= gathered_at(LEVELS + 1 to LATENCY - 1);
+
+      -- The first token of a line replaces the sum instead of adding to it, so nothing has to be cleared between
+      -- lines.
+      if active_at(LEVELS) = '1' then
 
         for c in 0 to CHANNELS - 1 loop
 
           before := (others => '0');
-          if flags_due(1) = '0' then
-            before := unsigned(gathered((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
+          if fresh_at(LEVELS) = '0' then
+            before := unsigned(gathered_at(LEVELS + 1)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
           end if;
-          gathered((c + 1) * SUM_BITS - 1 downto c * SUM_BITS) <= std_logic_vector(before + partial(LEVELS)(c));
+
+          gathered_at(LEVELS + 1)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS) <= std_logic_vector(before +
+                                                                                                  partial(LEVELS)(c));
 
         end loop;
 
@@ -139,15 +150,6 @@ begin
 
   end process gather;
 
-  delay_sum : entity work.tag_delay
-    generic map (
-      WIDTH  => CHANNELS * SUM_BITS,
-      LENGTH => LATENCY - LEVELS - 1
-    )
-    port map (
-      clk     => clk,
-      tag     => gathered,
-      delayed => sum
-    );
+  sum <= gathered_at(LATENCY);
 
 end architecture rtl;

@@ -86,6 +86,7 @@ begin
     words(b) <= words_in((b + 1) * WIDTH - 1 downto b * WIDTH);
   end generate every_bank;
 
+  -- With one slice the exchange is a fixed permutation, which is wires.
   one_slice : if SLICES = 1 generate
 
     place : for r in 0 to BANKS - 1 generate
@@ -182,6 +183,7 @@ begin
 
         for r in 0 to BANKS - 1 loop
 
+          -- Registered by place, a clock ahead of the words: the decision is then of few bits.
           codes(r) <= CODE_OF(0)(r);
 
           for s in 1 to SLICES - 1 loop

@@ -254,6 +254,7 @@ begin
           own_count <= own_count + 1;
         end if;
         own <= now;
+        -- Empty tokens behind a line move its outputs on, but take no place: nothing would be read from it.
         if live = '1' then
           following <= token_behind(now);
         else
@@ -273,6 +274,7 @@ begin
           same     <= '1';
         else
           due <= then_due;
+          -- Counted no further than a table looks: rows beyond all reach are alike.
           if then_due.row /= due.row and due_rows < MOST_ROWS then
             due_rows <= due_rows + 1;
           end if;

@@ -17,6 +17,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
@@ -37,26 +38,20 @@ entity lane_stage is
     DATA_BITS : positive;
     -- Width of a channel of the output: of M times the largest input.
     SUM_BITS : positive;
-    -- Width of the side information of a token.
-    TAG_BITS : positive
+    -- Width of what goes with a token beside it.
+    TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a token, the first of a line, and those with pixels of the line.
-    strobe : in    std_logic;
-    first  : in    std_logic;
-    live   : in    std_logic;
-    -- Slice of the line, read with its first token.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    -- The pixels, pixel 0 and channel 0 in the low bits.
-    data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DATA_BITS - 1 downto 0);
-    -- Side information of a token; bit 0 is the one that reset clears.
-    tag        : in    std_logic_vector(TAG_BITS - 1 downto 0);
-    out_strobe : out   std_logic;
-    out_data   : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0);
-    -- That of lane_delay tokens before.
-    out_tag : out   std_logic_vector(TAG_BITS - 1 downto 0)
+    -- A token, its pixels, pixel 0 and channel 0 in the low bits, and what else goes with it.
+    token : in    token_t;
+    data  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DATA_BITS - 1 downto 0);
+    tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+    -- The token of lane_delay tokens before, and its sums.
+    out_token : out   token_t;
+    out_data  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0);
+    out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity lane_stage;
 
@@ -77,6 +72,8 @@ architecture rtl of lane_stage is
   constant ROW_BITS  : positive := bits_for(bank_rows(GEOMETRY, P) - 1);
   constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
   constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
+
+  constant SLICE_BITS : positive := bits_for(SLICES - 1);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
@@ -121,6 +118,12 @@ architecture rtl of lane_stage is
 
   constant BEGINS_OF : begins_t := begins_table;
 
+  type begins_list_t is array (natural range <>) of lanes_t;
+
+  -- The token begins a line, whose slice is read with it.
+  signal first : std_logic;
+  signal slice : unsigned(SLICE_BITS - 1 downto 0);
+
   -- Clocks behind a token are part of the names.
   signal pixels_1      : std_logic_vector(P * CHANNELS * DATA_BITS - 1 downto 0) := (others => '0');
   signal write_1       : std_logic;
@@ -139,16 +142,21 @@ architecture rtl of lane_stage is
   signal end_row_1     : row_t;
   -- What enters less what leaves, for each pixel of the token; signed, so a bit wider than pixels.
   signal differences : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
-  signal flags_1     : std_logic_vector(1 downto 0);
-  signal flags       : std_logic_vector(1 downto 0);
+  -- Whether outputs are due and begin with output 0, until their differences are summed.
+  signal active_at : std_logic_vector(1 to SUMMED) := (others => '0');
+  signal take_at   : std_logic_vector(1 to SUMMED) := (others => '0');
   -- Which outputs of the token begin a group of equal ones.
-  signal begins_2 : std_logic_vector(P + 1 downto 0) := (others => '1');
-  signal begins   : lanes_t;
+  signal begins_2  : std_logic_vector(P + 1 downto 0) := (others => '1');
+  signal begins_at : begins_list_t(2 to SUMMED)       := (others => (others => '1'));
   -- The sum of the pixels that have come before the line's first output, and the one that output 0 shows.
   signal ahead : sums_t;
   signal held  : sums_t;
 
 begin
+
+  first <= begins_line(token);
+  slice <= (others => '0') when SLICES = 1 else
+           token.slice(SLICE_BITS - 1 downto 0);
 
   control : entity work.lane_control
     generic map (
@@ -162,9 +170,9 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      strobe        => strobe,
+      strobe        => token.strobe,
       first         => first,
-      live          => live,
+      live          => token.pixel,
       slice         => slice,
       write_1       => write_1,
       write_place_1 => write_place_1,
@@ -220,6 +228,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Sums of the pixels that come before output 0.
 
+  -- Without delay output 0 comes with pixel 0: nothing can come before.
   nothing_ahead : if DELAY = 0 generate
     ahead <= (others => '0');
   end generate nothing_ahead;
@@ -245,6 +254,8 @@ begin
 
   end generate pixels_ahead;
 
+  -- A group that begins with output 0 shows what it gathers; only one that began before the line shows something
+  -- else.
   nothing_held : if DELAY = 0 or not begins_within_group(GEOMETRY) generate
     held <= (others => '0');
   end generate nothing_held;
@@ -273,22 +284,25 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Running sums.
 
-  flags_1 <= take_1 & active_1;
+  active_at(1) <= active_1;
+  take_at(1)   <= take_1;
 
-  delay_flags : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => SUMMED - 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => flags_1,
-      delayed => flags
-    );
+  delay_flags : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- Until the prefix sums are there; they take a clock for each level of adders.
+      active_at(2 to SUMMED) <= active_at(1 to SUMMED - 1);
+      take_at(2 to SUMMED)   <= take_at(1 to SUMMED - 1);
+      if reset = '1' then
+        active_at(2 to SUMMED) <= (others => '0');
+      end if;
+    end if;
+
+  end process delay_flags;
 
   no_groups : if not HOLDING generate
-    begins <= (others => '1');
+    begins_at(SUMMED) <= (others => '1');
   end generate no_groups;
 
   groups : if HOLDING generate
@@ -297,6 +311,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- Without the product of slice and words an index of one slice needs no bits of a slice.
         if SLICES = 1 then
           begins_2 <= BEGINS_OF(read_place_1);
         else
@@ -306,16 +321,16 @@ begin
 
     end process look_up;
 
-    delay_begins : entity work.tag_delay
-      generic map (
-        WIDTH  => P,
-        LENGTH => SUMMED - 2
-      )
-      port map (
-        clk     => clk,
-        tag     => begins_2(P downto 1),
-        delayed => begins
-      );
+    begins_at(2) <= begins_2(P downto 1);
+
+    delay_begins : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        begins_at(3 to SUMMED) <= begins_at(2 to SUMMED - 1);
+      end if;
+
+    end process delay_begins;
 
   end generate groups;
 
@@ -330,31 +345,28 @@ begin
     port map (
       clk         => clk,
       differences => differences,
-      active      => flags(0),
-      take        => flags(1),
-      begins      => begins,
+      active      => active_at(SUMMED),
+      take        => take_at(SUMMED),
+      begins      => begins_at(SUMMED),
       ahead       => ahead,
       held        => held,
       sums        => out_data
     );
 
-  tags : entity work.stage_tags
+  path : entity work.token_path
     generic map (
-      LATENCY        => lane_stage_latency(GEOMETRY, P),
-      DELAY          => DELAY,
-      STEP_TAG_BITS  => TAG_BITS,
-      TOKEN_TAG_BITS => 1
+      LATENCY  => lane_stage_latency(GEOMETRY, P),
+      DELAY    => DELAY,
+      TAG_BITS => TAG_BITS
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => strobe,
-      token_tag     => "0",
-      step          => strobe,
-      step_tag      => tag,
-      out_strobe    => out_strobe,
-      out_token_tag => open,
-      out_step_tag  => out_tag
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      step      => token.strobe,
+      tag       => tag,
+      out_token => out_token,
+      out_tag   => out_tag
     );
 
 end architecture rtl;

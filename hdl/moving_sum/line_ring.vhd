@@ -308,6 +308,7 @@ begin
 
     if rising_edge(clk) then
       -- 1: the place of the own line.
+      -- Where each ring stood when the frame began: output 0 comes later, and counts from there.
       if step_1 = '1' and first_1 = '1' then
         frame_place <= write_place;
       end if;
@@ -321,6 +322,7 @@ begin
       next_own := place_behind(own_place_2, RING_OF(phase_2));
       step_3   <= step_2;
       stored_3 <= '0';
+      -- Phases that only ever enter with their own line are not stored at all.
       if RING_OF(phase_2) > 0 then
         stored_3 <= live_2;
       end if;
@@ -329,12 +331,14 @@ begin
         own_place_3   <= own_place_2;
         enter_phase_3 <= enter_phase_2;
         enter_place_3 <= enter_place(enter_phase_2);
+        -- M steps before, the line of the same phase entered: in its ring the neighbour of the one that enters now.
         leave_place_3 <= place_before(enter_place(enter_phase_2), RING_OF(enter_phase_2));
         take_3        <= take_2;
 
         -- No element of varying index: GHDL 2.0 synthesises no register for it.
         for v in 0 to M - 1 loop
 
+          -- Lines that belong to no frame take no place, or flush lines would push those out that are still read.
           if v = phase_2 and live_2 = '1' then
             write_place(v) <= next_own;
           end if;
@@ -364,13 +368,16 @@ begin
       own_line_4   <= line_address(own_place_3, phase_3);
       enter_line_4 <= line_address(enter_place_3, enter_phase_3);
       leave_line_4 <= line_address(leave_place_3, enter_phase_3);
+      -- By turns: what enters and what leaves are neighbours in a ring, and so lie in different banks and are read in
+      -- one clock.
       own_bank_4   <= own_place_3 mod BANKS;
       enter_bank_4 <= enter_place_3 mod BANKS;
       stored_4     <= stored_3;
 
       -- 4: addresses of pixels.
-      own_bank_5    <= own_bank_4;
-      stored_5      <= stored_4;
+      own_bank_5 <= own_bank_4;
+      stored_5   <= stored_4;
+      -- Line and column added in a clock of their own, in front of the memories' address registers.
       write_address <= own_line_4 + column_4;
 
       for b in 0 to BANKS - 1 loop

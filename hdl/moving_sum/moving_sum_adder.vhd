@@ -133,7 +133,9 @@ begin
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
         own_pixel := lane_of(own, i, PIXEL_BITS);
+        -- Sums wait for their tokens: between them they keep what the memory gave.
         if active_at(2) = '1' then
+          -- A line's first token begins with nothing: what the memory holds is of the line before.
           sum := (others => '0');
           if command_at(2).fresh = '0' then
             sum := lane_of(old_first, i, SUM_BITS);
@@ -156,6 +158,7 @@ begin
         -- 3: the running sums.
         if active_at(3) = '1' then
           sum := (others => '0');
+          -- Output 0: the sum that was gathered beside takes over, with all of its pixels already in it.
           if command_at(3).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
           else
@@ -171,6 +174,7 @@ begin
       end loop;
 
       -- 4: results, the same for a group.
+      -- A clock later than it was made, as the results are.
       held_before <= held_sums;
       if active_at(4) = '1' then
         if command_at(4).due = '0' then
@@ -178,6 +182,7 @@ begin
           results <= (others => '0');
         elsif command_at(4).update = '1' or not HOLDING then
           results <= running;
+        -- The group began before the line: what it shows is the sum of its first place, gathered apart.
         elsif SPLIT and command_at(4).take = '1' then
           results <= held_before;
         else
@@ -193,6 +198,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What they were with the token before.
 
+  -- All four are read and written at fixed distances from the token, so one column counter serves them.
   first_memory : entity work.column_memory
     generic map (
       COLUMNS => COLUMNS,

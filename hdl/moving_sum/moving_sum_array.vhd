@@ -100,7 +100,6 @@ architecture rtl of moving_sum_array is
   constant P          : positive := PIXELS_PER_CLOCK;
   constant LANES      : positive := P * CHANNELS;
   constant LAST_STAGE : positive := 2 * PASSES - 1;
-  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   -- Whether a stage filters columns.
   function filters_columns (
@@ -115,28 +114,7 @@ architecture rtl of moving_sum_array is
   constant SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
   constant WIDTH    : positive := widest_bits(ARITHMETIC);
 
-  -- Side information of a token; bit 0 is the one that reset clears.
-  constant PIXEL      : natural := 0;
-  constant LINE_FIRST : natural := 1;
-  constant LINE_LAST  : natural := 2;
-
-  subtype token_tag_t is std_logic_vector(LINE_LAST downto 0);
-
-  -- Side information of a line.
-  constant IMAGE       : natural := 0;
-  constant FRAME_FIRST : natural := 1;
-  constant SLICE_LOW   : natural := 2;
-
-  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
-
-  constant TOKEN_BITS : positive := token_tag_t'length;
-  constant LINE_BITS  : positive := line_tag_t'length;
-
   type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * WIDTH - 1 downto 0);
-
-  type token_tags_t is array (natural range 0 to 2 * PASSES) of token_tag_t;
-
-  type line_tags_t is array (natural range 0 to 2 * PASSES) of line_tag_t;
 
   -- The pixels of a token that lie in its line.
   function in_line (
@@ -164,28 +142,18 @@ architecture rtl of moving_sum_array is
 
   end function in_line;
 
-  signal strobe     : std_logic_vector(0 to 2 * PASSES);
-  signal data       : data_t;
-  signal token_tags : token_tags_t;
-  signal line_tags  : line_tags_t;
+  -- In front of each stage, and behind the last.
+  signal token_at : tokens_t(0 to 2 * PASSES);
+  signal data     : data_t;
 
   -- Behind the sums, and the sharpener where there is one.
-  signal last_strobe : std_logic;
-  signal last_token  : token_tag_t;
-  signal last_line   : line_tag_t;
-  signal last_sums   : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
-  signal summed      : result_t;
+  signal last_token : token_t;
+  signal last_sums  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+  signal summed     : result_t;
 
 begin
 
-  strobe(0)                 <= token.strobe;
-  token_tags(0)(PIXEL)      <= token.pixel;
-  token_tags(0)(LINE_FIRST) <= token.line_first;
-  token_tags(0)(LINE_LAST)  <= token.line_last;
-  line_tags(0)(IMAGE)       <= token.image;
-  line_tags(0)(FRAME_FIRST) <= token.frame_first;
-
-  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
+  token_at(0) <= token;
 
   data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token.line_last, line_end);
 
@@ -193,48 +161,12 @@ begin
 
     constant COLUMNS      : boolean  := filters_columns(i);
     constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i mod PASSES);
-    constant STEP_BITS    : positive := choose(COLUMNS, LINE_BITS, TOKEN_BITS + LINE_BITS);
     constant IN_BITS      : positive := value_bits(ARITHMETIC, i);
     constant OUT_BITS     : positive := value_bits(ARITHMETIC, i + 1);
 
-    signal slice         : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
-    signal used          : std_logic;
-    signal advance       : std_logic;
-    signal first         : std_logic;
-    signal step_tag      : std_logic_vector(STEP_BITS - 1 downto 0);
-    signal out_step_tag  : std_logic_vector(STEP_BITS - 1 downto 0);
-    signal out_token_tag : token_tag_t;
-
   begin
 
-    set_of_slices : if i mod PASSES = 0 generate
-      slice <= unsigned(line_tags(i)(line_tag_t'high downto SLICE_LOW));
-    end generate set_of_slices;
-
-    one_slice : if i mod PASSES > 0 generate
-      slice <= (others => '0');
-    end generate one_slice;
-
-    -- Every line is a step.
-    column_steps : if COLUMNS generate
-      used              <= token_tags(i)(PIXEL);
-      advance           <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
-      first             <= line_tags(i)(FRAME_FIRST);
-      step_tag          <= line_tags(i);
-      line_tags(i + 1)  <= out_step_tag;
-      token_tags(i + 1) <= out_token_tag;
-    end generate column_steps;
-
-    -- Every token is a step.
-    row_steps : if not COLUMNS generate
-      used              <= '1';
-      advance           <= '1';
-      first             <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
-      step_tag          <= line_tags(i) & token_tags(i);
-      line_tags(i + 1)  <= out_step_tag(STEP_BITS - 1 downto STEP_BITS - LINE_BITS);
-      token_tags(i + 1) <= out_step_tag(TOKEN_BITS - 1 downto 0);
-    end generate row_steps;
-
+    -- To columns the pixels of a token are channels: they never mix, and a stage of one pixel serves all of them.
     pixel_stage : if COLUMNS or P = 1 generate
 
       stage : entity work.moving_sum_stage
@@ -242,6 +174,7 @@ begin
           MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
           SHIFTS           => STAGE_SHIFTS,
           CENTRED          => CENTRED,
+          COLUMNS          => COLUMNS,
           ANY_ROWS         => ANY_ROWS,
           DEPTH            => choose(COLUMNS, line_tokens(MAX_COLUMNS, P), 1),
           LANES            => LANES,
@@ -251,25 +184,15 @@ begin
           PRODUCT_MAX      => product_max(ARITHMETIC, i),
           SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
           DROP_BITS        => drop_bits(ARITHMETIC, i),
-          RESULT_BITS      => OUT_BITS,
-          STEP_TAG_BITS    => STEP_BITS,
-          TOKEN_TAG_BITS   => TOKEN_BITS
+          RESULT_BITS      => OUT_BITS
         )
         port map (
-          clk           => clk,
-          reset         => reset,
-          strobe        => strobe(i),
-          pixel         => used,
-          advance       => advance,
-          first         => first,
-          slice         => slice,
-          data          => data(i)(LANES * IN_BITS - 1 downto 0),
-          step_tag      => step_tag,
-          token_tag     => token_tags(i),
-          out_strobe    => strobe(i + 1),
-          out_data      => data(i + 1)(LANES * OUT_BITS - 1 downto 0),
-          out_step_tag  => out_step_tag,
-          out_token_tag => out_token_tag
+          clk       => clk,
+          reset     => reset,
+          token     => token_at(i),
+          data      => data(i)(LANES * IN_BITS - 1 downto 0),
+          out_token => token_at(i + 1),
+          out_data  => data(i + 1)(LANES * OUT_BITS - 1 downto 0)
         );
 
     end generate pixel_stage;
@@ -280,7 +203,7 @@ begin
 
     begin
 
-      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, out_step_tag(LINE_LAST),
+      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1).line_last,
                                                             line_end);
 
       stage : entity work.lane_stage
@@ -291,44 +214,28 @@ begin
           PIXELS_PER_CLOCK => P,
           CHANNELS         => CHANNELS,
           DATA_BITS        => IN_BITS,
-          SUM_BITS         => OUT_BITS,
-          TAG_BITS         => STEP_BITS
+          SUM_BITS         => OUT_BITS
         )
         port map (
-          clk        => clk,
-          reset      => reset,
-          strobe     => strobe(i),
-          first      => first,
-          live       => token_tags(i)(PIXEL),
-          slice      => slice,
-          data       => data(i)(LANES * IN_BITS - 1 downto 0),
-          tag        => step_tag,
-          out_strobe => strobe(i + 1),
-          out_data   => sums,
-          out_tag    => out_step_tag
+          clk       => clk,
+          reset     => reset,
+          token     => token_at(i),
+          data      => data(i)(LANES * IN_BITS - 1 downto 0),
+          out_token => token_at(i + 1),
+          out_data  => sums
         );
 
     end generate pixels_stage;
 
   end generate every_stage;
 
+  -- Both are wires of the same kind, so that what follows does not know which it is.
   plain : if not sharpens(SHARPENING) generate
-    last_strobe <= strobe(2 * PASSES);
-    last_token  <= token_tags(2 * PASSES);
-    last_line   <= line_tags(2 * PASSES);
-    last_sums   <= data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0);
+    last_token <= token_at(2 * PASSES);
+    last_sums  <= data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0);
   end generate plain;
 
   sharp : if sharpens(SHARPENING) generate
-
-    signal slice     : unsigned(SLICE_BITS - 1 downto 0);
-    signal slice_due : unsigned(SLICE_BITS - 1 downto 0);
-
-  begin
-
-    slice <= unsigned(line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW));
-
-    last_line(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(slice_due);
 
     sharpener : entity work.lens_sharpener
       generic map (
@@ -341,34 +248,18 @@ begin
         DIVISOR          => final_divisor(ARITHMETIC)
       )
       port map (
-        clk             => clk,
-        reset           => reset,
-        strobe          => strobe(2 * PASSES),
-        pixel           => token_tags(2 * PASSES)(PIXEL),
-        line_first      => token_tags(2 * PASSES)(LINE_FIRST),
-        line_last       => token_tags(2 * PASSES)(LINE_LAST),
-        line_end        => line_end,
-        image           => line_tags(2 * PASSES)(IMAGE),
-        frame_first     => line_tags(2 * PASSES)(FRAME_FIRST),
-        slice           => slice,
-        sums            => data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0),
-        out_strobe      => last_strobe,
-        out_pixel       => last_token(PIXEL),
-        out_line_first  => last_token(LINE_FIRST),
-        out_line_last   => last_token(LINE_LAST),
-        out_image       => last_line(IMAGE),
-        out_frame_first => last_line(FRAME_FIRST),
-        out_slice       => slice_due,
-        out_sums        => last_sums
+        clk       => clk,
+        reset     => reset,
+        token     => token_at(2 * PASSES),
+        line_end  => line_end,
+        sums      => data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0),
+        out_token => last_token,
+        out_sums  => last_sums
       );
 
   end generate sharp;
 
-  summed.valid <= last_strobe and last_token(PIXEL) and last_line(IMAGE);
-  summed.skip  <= last_strobe and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
-  summed.last  <= last_token(LINE_LAST);
-  summed.start <= last_token(LINE_FIRST) and last_line(FRAME_FIRST);
-  summed.slice <= resize(unsigned(last_line(line_tag_t'high downto SLICE_LOW)), slice_t'length);
+  summed <= result_of(last_token);
 
   scale : entity work.result_scaler
     generic map (

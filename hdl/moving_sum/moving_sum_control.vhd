@@ -66,6 +66,11 @@ architecture rtl of moving_sum_control is
 
   constant GEOMETRY : geometry_t := geometry_of("moving_sum_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
+  constant NO_SUCH_SLICE : boolean := not takes(FIXED_SLICE < GEOMETRY.slices,
+                                                "moving_sum_control: FIXED_SLICE must be one of SHIFTS");
+  constant OTHER_REACH   : boolean := not takes(REACHED = reach(GEOMETRY),
+                                                "moving_sum_control: REACHED must be reach of the others");
+
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant SLICES : positive := GEOMETRY.slices;
   constant DELAY  : natural  := GEOMETRY.output_delay;
@@ -294,6 +299,7 @@ begin
       if advance = '1' then
         due_now   := due_tag(0);
         now_ended := 0;
+        -- How long ago the last pixel of the line was: what would enter behind it is none, and counts as zero.
         if live = '0' then
           now_ended := next_count(own_ended);
         end if;
@@ -309,6 +315,8 @@ begin
           own_phase <= next_phase(own_phase);
           own_count <= next_count(own_count);
         end if;
+        -- The output begins its line DELAY steps after the pixel did, so its count starts there; its phase starts
+        -- again, as the pixel's.
         if due_now = '1' then
           due_phase <= 0;
           due_count <= DELAY;
@@ -348,8 +356,11 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Two tables of the same words: one is asked by the pixel that comes, the other by the output that goes, a line
+      -- before it perhaps.
       own := table_row(SLICES, M, own_slice, own_phase);
       row := table_row(SLICES, M, due_slice, due_phase);
+      -- A slice of a stack has tables of its own, a row of the common ones: the tool drops the others.
       if FIXED_SLICE >= 0 then
         own := FIXED_SLICE * SLICE_STEP + own_phase;
         row := FIXED_SLICE * SLICE_STEP + due_phase;

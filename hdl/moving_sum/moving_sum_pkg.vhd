@@ -122,6 +122,7 @@ package body moving_sum_pkg is
 
     if pixels_leave(geometry) then
       lines := lines + 1;
+      -- Even, so that both banks have as many: what leaves is in the other bank than what enters.
       lines := lines + lines mod 2;
     end if;
 
@@ -147,6 +148,7 @@ package body moving_sum_pkg is
 
     end loop;
 
+    -- Each bank has every second line of a phase.
     if pixels_leave(geometry) then
       lines := lines / 2;
     end if;
@@ -160,6 +162,7 @@ package body moving_sum_pkg is
   ) return positive is
   begin
 
+    -- A power of two: slice and phase side by side are the index, without a multiplication by M.
     return 2 ** bits_for(micro_image_size - 1);
 
   end function phase_words;
@@ -192,6 +195,7 @@ package body moving_sum_pkg is
       return phase;
     end if;
 
+    -- Numeric indices are made of vectors here, as GHDL then sees a wire and no arithmetic.
     row := slice & to_unsigned(phase, bits_for(micro_image_size - 1));
 
     return to_integer(row);
@@ -212,6 +216,7 @@ package body moving_sum_pkg is
 
     -- No pass reaches further than the first.
     if any_rows then
+      -- Two frames in `reach` lines would need a third line of some phases.
       return larger(lines, reach(geometry));
     end if;
 

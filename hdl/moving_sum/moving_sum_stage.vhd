@@ -6,7 +6,8 @@
 --
 -- The pixels themselves are kept until they have left the sum, each phase (index mod M) for only as long
 -- as its age says; the sum takes one pixel in and gives one back at each step, whatever M and a' are.
--- DEPTH = 1 filters rows, a token being a step; DEPTH > 1 filters columns, a line being a step.
+-- Of rows a token is a step; of columns (COLUMNS) a line is one. With DEPTH = 1 a line of columns has one pixel, that
+-- of its first token.
 --
 -- Lines (for columns: frames) must begin output_delay + 1 steps apart, frames as many lines as they have, rounded up
 -- to a multiple of M; with ANY_ROWS least_frame lines, or as many as they have. The sequencer appends empty ones.
@@ -22,6 +23,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
@@ -33,55 +35,44 @@ entity moving_sum_stage is
     SHIFTS : string;
     -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
+    -- Whether it filters columns.
+    COLUMNS : boolean := false;
     -- Columns only: whether frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean := false;
     -- Rows only: the slice, if it is always the same; -1: `slice`.
     FIXED_SLICE : integer := -1;
     -- 1 for rows, the longest line for columns.
-    DEPTH : positive;
+    DEPTH : positive := 1;
     -- Pixels of a token.
     LANES : positive;
     -- Width of a lane of the input.
     DATA_BITS : positive;
     -- Whether the input is multiplied by stored products.
-    STORED : boolean;
+    STORED : boolean := false;
     -- Stored products: fraction bits of the products above those of the input.
-    SCALE_BITS : natural;
+    SCALE_BITS : natural := 0;
     -- Largest input of the sums.
     PRODUCT_MAX : natural;
     -- Largest sum: M times the largest input.
     SUM_MAX : positive;
     -- Stored products: fraction bits to drop from the sums.
-    DROP_BITS : natural;
+    DROP_BITS : natural := 0;
     -- Width of a lane of the output.
     RESULT_BITS : positive;
-    -- Width of the side information of a step.
-    STEP_TAG_BITS : positive;
-    -- Width of the side information of a token.
-    TOKEN_TAG_BITS : positive
+    -- Width of what goes with a step beside its token.
+    TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a token, and those that the filter works on.
-    strobe : in    std_logic;
-    pixel  : in    std_logic;
-    -- Marks a token that begins a step, and with it the first step of a line.
-    advance : in    std_logic;
-    first   : in    std_logic;
-    -- Slice of the line, read with its first step.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    -- The lanes.
-    data : in    std_logic_vector(LANES * DATA_BITS - 1 downto 0);
-    -- Side information of a step, taken with advance; bit 0 marks steps with a pixel of the line (the image).
-    step_tag : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    -- Side information of a token.
-    token_tag  : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
-    out_strobe : out   std_logic;
-    out_data   : out   std_logic_vector(LANES * RESULT_BITS - 1 downto 0);
-    -- The tag of output_delay steps before; it holds until the next step.
-    out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
+    -- A token, its lanes, and what else goes with a step.
+    token : in    token_t;
+    data  : in    std_logic_vector(LANES * DATA_BITS - 1 downto 0);
+    tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+    -- The token behind the stage (token_path), and its lanes.
+    out_token : out   token_t;
+    out_data  : out   std_logic_vector(LANES * RESULT_BITS - 1 downto 0);
+    out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity moving_sum_stage;
 
@@ -94,6 +85,7 @@ architecture rtl of moving_sum_stage is
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
+  constant SLICE_BITS   : positive := bits_for(GEOMETRY.slices - 1);
 
   -- Clocks from a token to the addresses of the memory, and to its words.
   constant ADDRESSED : positive := 5;
@@ -101,14 +93,25 @@ architecture rtl of moving_sum_stage is
 
   subtype pixels_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
 
+  type pixels_list_t is array (natural range <>) of pixels_t;
+
+  type products_t is array (natural range <>) of std_logic_vector(PRODUCT_BITS - 1 downto 0);
+
   type choices_t is array (3 to READ) of pixel_choice_t;
 
   type commands_t is array (3 to READ) of sum_command_t;
 
   type columns_t is array (3 to READ) of unsigned(bits_for(DEPTH - 1) - 1 downto 0);
 
+  -- What the token is to the filter: it has a pixel of a line, begins a step, begins a line (for columns a frame), and
+  -- the step belongs to the line.
+  signal pixel : std_logic;
+  signal step  : std_logic;
+  signal first : std_logic;
+  signal live  : std_logic;
+  signal slice : unsigned(SLICE_BITS - 1 downto 0);
+
   -- Of the control; clocks behind a token are part of the names.
-  signal step          : std_logic;
   signal step_1        : std_logic;
   signal phase_1       : natural range 0 to larger(M - 1, 1);
   signal first_1       : std_logic;
@@ -119,17 +122,16 @@ architecture rtl of moving_sum_stage is
   signal moves_3       : std_logic;
   signal age_3         : natural range 0 to REACHED;
 
-  -- A token from 3 clocks behind it on: whether the filter works on it, what it does, its column.
-  signal token_tag_0 : std_logic_vector(1 downto 0);
-  signal token_tag_3 : std_logic_vector(1 downto 0);
-  signal active_at   : std_logic_vector(3 to READ) := (others => '0');
-  signal choice_at   : choices_t                   := (others => NO_PIXELS);
-  signal command_at  : commands_t                  := (others => NO_COMMAND);
-  signal column_at   : columns_t                   := (others => (others => '0'));
+  -- A token: whether it begins a step and the filter works on it, and from 3 clocks behind it on what it does, and its
+  -- column.
+  signal step_at    : std_logic_vector(0 to 3)    := (others => '0');
+  signal active_at  : std_logic_vector(0 to READ) := (others => '0');
+  signal choice_at  : choices_t                   := (others => NO_PIXELS);
+  signal command_at : commands_t                  := (others => NO_COMMAND);
+  signal column_at  : columns_t                   := (others => (others => '0'));
 
-  -- Its pixels, with the addresses and with the words of the memory; those that enter and leave.
-  signal pixels_5   : pixels_t;
-  signal own        : pixels_t;
+  -- Its pixels, from the addresses to the words of the memory; those that enter and leave.
+  signal pixels_at  : pixels_list_t(ADDRESSED to READ) := (others => (others => '0'));
   signal read_enter : pixels_t;
   signal read_leave : pixels_t;
   signal entering   : pixels_t;
@@ -151,7 +153,7 @@ begin
 
     stored_products : if STORED generate
 
-      signal product : std_logic_vector(PRODUCT_BITS - 1 downto 0);
+      signal product_at : products_t(1 to ADDRESSED) := (others => (others => '0'));
 
     begin
 
@@ -165,19 +167,20 @@ begin
         port map (
           clk     => clk,
           value   => value,
-          product => product
+          product => product_at(1)
         );
 
-      delay_product : entity work.tag_delay
-        generic map (
-          WIDTH  => PRODUCT_BITS,
-          LENGTH => ADDRESSED - 1
-        )
-        port map (
-          clk     => clk,
-          tag     => product,
-          delayed => pixels_5((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS)
-        );
+      -- One clock less than plain values: the table of products has taken it.
+      delay_product : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          product_at(2 to ADDRESSED) <= product_at(1 to ADDRESSED - 1);
+        end if;
+
+      end process delay_product;
+
+      pixels_at(ADDRESSED)((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS) <= product_at(ADDRESSED);
 
       round_sum : entity work.round_saturate
         generic map (
@@ -195,16 +198,23 @@ begin
 
     plain_values : if not STORED generate
 
-      delay_value : entity work.tag_delay
-        generic map (
-          WIDTH  => DATA_BITS,
-          LENGTH => ADDRESSED
-        )
-        port map (
-          clk     => clk,
-          tag     => value,
-          delayed => pixels_5((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS)
-        );
+      signal value_at : products_t(1 to ADDRESSED) := (others => (others => '0'));
+
+    begin
+
+      -- Pixels wait for the addresses of what leaves; in front of the memory, so that it is written and read in one
+      -- place.
+      delay_value : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          value_at(1)              <= value;
+          value_at(2 to ADDRESSED) <= value_at(1 to ADDRESSED - 1);
+        end if;
+
+      end process delay_value;
+
+      pixels_at(ADDRESSED)((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS) <= value_at(ADDRESSED);
 
       out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS);
 
@@ -215,8 +225,25 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What a token does.
 
-  step <= strobe and advance;
+  row_tokens : if not COLUMNS generate
+    pixel <= '1';
+    step  <= token.strobe;
+    first <= begins_line(token);
+    live  <= token.pixel;
+  end generate row_tokens;
 
+  column_tokens : if COLUMNS generate
+    pixel <= token.pixel when DEPTH > 1 else
+             begins_line(token);
+    step  <= token.strobe and begins_line(token);
+    first <= token.frame_first;
+    live  <= token.image;
+  end generate column_tokens;
+
+  slice <= (others => '0') when GEOMETRY.slices = 1 else
+           token.slice(SLICE_BITS - 1 downto 0);
+
+  -- It looks at a step three clocks ahead of its pixels: ages come from a table, and are compared behind a register.
   control : entity work.moving_sum_control
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -230,7 +257,7 @@ begin
       reset         => reset,
       advance       => step,
       first         => first,
-      live          => step_tag(0),
+      live          => live,
       slice         => slice,
       step_1        => step_1,
       phase_1       => phase_1,
@@ -245,23 +272,9 @@ begin
       command_3     => command_at(3)
     );
 
-  -- Bit 0 is the one that reset clears.
-  token_tag_0 <= step & (strobe and pixel);
-
-  delay_token : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => token_tag_0,
-      delayed => token_tag_3
-    );
-
-  active_at(3) <= token_tag_3(0);
-  column_at(3) <= (others => '0') when token_tag_3(1) = '1' else
+  step_at(0)   <= step;
+  active_at(0) <= token.strobe and pixel;
+  column_at(3) <= (others => '0') when step_at(3) = '1' else
                   column_at(4) + 1 when active_at(3) = '1' else
                   column_at(4);
 
@@ -269,12 +282,18 @@ begin
   begin
 
     if rising_edge(clk) then
-      active_at(4 to READ)  <= active_at(3 to READ - 1);
+      step_at(1 to 3)      <= step_at(0 to 2);
+      active_at(1 to READ) <= active_at(0 to READ - 1);
+      -- A step's choice holds for all its tokens, so these are copies of the control's outputs at the right moment,
+      -- not of the tokens.
       choice_at(4 to READ)  <= choice_at(3 to READ - 1);
       command_at(4 to READ) <= command_at(3 to READ - 1);
       column_at(4 to READ)  <= column_at(3 to READ - 1);
+
+      pixels_at(ADDRESSED + 1 to READ) <= pixels_at(ADDRESSED to READ - 1);
+
       if reset = '1' then
-        active_at(4 to READ) <= (others => '0');
+        active_at(1 to READ) <= (others => '0');
       end if;
     end if;
 
@@ -283,7 +302,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The pixels in use, and which of them change the sums.
 
-  rows : if DEPTH = 1 generate
+  -- A row's pixels fit distributed RAM or a shift register: few are in use at a time.
+  one_column : if DEPTH = 1 generate
 
     ring : entity work.pixel_ring
       generic map (
@@ -296,14 +316,15 @@ begin
         clk      => clk,
         age      => age_3,
         active   => active_at(ADDRESSED),
-        pixel    => pixels_5,
+        pixel    => pixels_at(ADDRESSED),
         entering => read_enter,
         leaving  => read_leave
       );
 
-  end generate rows;
+  end generate one_column;
 
-  columns : if DEPTH > 1 generate
+  -- Lines of pixels go to block RAM, a word for each column, at an address that moves with it.
+  many_columns : if DEPTH > 1 generate
 
     ring : entity work.line_ring
       generic map (
@@ -327,26 +348,16 @@ begin
         moves_3       => moves_3,
         column_4      => column_at(4),
         active_5      => active_at(ADDRESSED),
-        pixel_5       => pixels_5,
+        pixel_5       => pixels_at(ADDRESSED),
         entering_8    => read_enter,
         leaving_8     => read_leave
       );
 
-  end generate columns;
+  end generate many_columns;
 
-  delay_own : entity work.tag_delay
-    generic map (
-      WIDTH  => PIXEL_BITS,
-      LENGTH => READ - ADDRESSED
-    )
-    port map (
-      clk     => clk,
-      tag     => pixels_5,
-      delayed => own
-    );
-
+  -- The pixel that enters with the token that brings it is not in the memory yet, so it comes past it.
   entering <= (others => '0') when choice_at(READ).enter = '0' else
-              own when choice_at(READ).enter_now = '1' else
+              pixels_at(READ) when choice_at(READ).enter_now = '1' else
               read_enter;
   leaving  <= read_leave when choice_at(READ).leave = '1' else
               (others => '0');
@@ -367,29 +378,27 @@ begin
       column   => column_at(READ - 2),
       active   => active_at(READ),
       command  => command_at(READ),
-      own      => own,
+      own      => pixels_at(READ),
       entering => entering,
       leaving  => leaving,
       sums     => sums
     );
 
-  tags : entity work.stage_tags
+  path : entity work.token_path
     generic map (
-      LATENCY        => sum_stage_latency(STORED, DEPTH),
-      DELAY          => GEOMETRY.output_delay,
-      STEP_TAG_BITS  => STEP_TAG_BITS,
-      TOKEN_TAG_BITS => TOKEN_TAG_BITS
+      LATENCY  => sum_stage_latency(STORED, DEPTH),
+      DELAY    => GEOMETRY.output_delay,
+      COLUMNS  => COLUMNS,
+      TAG_BITS => TAG_BITS
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => strobe,
-      token_tag     => token_tag,
-      step          => step,
-      step_tag      => step_tag,
-      out_strobe    => out_strobe,
-      out_token_tag => out_token_tag,
-      out_step_tag  => out_step_tag
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      step      => step,
+      tag       => tag,
+      out_token => out_token,
+      out_tag   => out_tag
     );
 
 end architecture rtl;

@@ -97,6 +97,13 @@ architecture rtl of pixel_banks is
 
   type row_tables_t is array (natural range 0 to SLICES - 1) of distances_t;
 
+  -- Clocks from a place to the differences of its banks.
+  constant CHANGED : positive := 5 + choose(SLICES > 1, 1, 0);
+
+  type turns_t is array (1 to CHANGED) of place_t;
+
+  type slices_t is array (1 to 4) of unsigned(read_slice_1'length - 1 downto 0);
+
   subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
 
   -- By slice and bank: the place.
@@ -191,21 +198,19 @@ architecture rtl of pixel_banks is
   signal end_2      : natural range 0 to BANKS             := 0;
   -- 3: a bank's rows to be read for the pixel that enters and the one that leaves; whether these lie in the line. 4:
   -- their words.
-  signal enter_row_3 : rows_t  := (others => (others => '0'));
-  signal leave_row_3 : rows_t  := (others => (others => '0'));
-  signal enters_3    : flags_t := (others => '0');
-  signal leaves_3    : flags_t := (others => '0');
-  signal enters_4    : flags_t := (others => '0');
-  signal leaves_4    : flags_t := (others => '0');
-  signal enter_4     : pixels_t;
-  signal leave_4     : pixels_t;
-  signal changes_5   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
-  signal place_bits  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
-  signal place_late  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
-  signal read_turn   : place_t;
-  signal slice_4     : std_logic_vector(read_slice_1'length - 1 downto 0);
-  signal exchanged   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
-  signal turned      : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+  signal enter_row_3   : rows_t   := (others => (others => '0'));
+  signal leave_row_3   : rows_t   := (others => (others => '0'));
+  signal enters_3      : flags_t  := (others => '0');
+  signal leaves_3      : flags_t  := (others => '0');
+  signal enters_4      : flags_t  := (others => '0');
+  signal leaves_4      : flags_t  := (others => '0');
+  signal enter_4       : pixels_t;
+  signal leave_4       : pixels_t;
+  signal changes_5     : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+  signal read_place_at : turns_t  := (others => 0);
+  signal read_slice_at : slices_t := (others => (others => '0'));
+  signal exchanged     : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+  signal turned        : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
 
 begin
 
@@ -385,31 +390,20 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Differences from the banks to the outputs.
 
-  place_bits <= std_logic_vector(to_unsigned(read_place_1, place_bits'length));
+  read_place_at(1) <= read_place_1;
+  read_slice_at(1) <= read_slice_1;
 
-  delay_place : entity work.tag_delay
-    generic map (
-      WIDTH  => place_bits'length,
-      LENGTH => 4 + choose(SLICES > 1, 1, 0)
-    )
-    port map (
-      clk     => clk,
-      tag     => place_bits,
-      delayed => place_late
-    );
+  wait_for_banks : process (clk) is
+  begin
 
-  read_turn <= to_integer(unsigned(place_late));
+    if rising_edge(clk) then
+      -- The turn of the last rotation is that of the token whose differences come: its place waits as long as they
+      -- take.
+      read_place_at(2 to CHANGED) <= read_place_at(1 to CHANGED - 1);
+      read_slice_at(2 to 4)       <= read_slice_at(1 to 3);
+    end if;
 
-  delay_slice : entity work.tag_delay
-    generic map (
-      WIDTH  => read_slice_1'length,
-      LENGTH => 3
-    )
-    port map (
-      clk     => clk,
-      tag     => std_logic_vector(read_slice_1),
-      delayed => slice_4
-    );
+  end process wait_for_banks;
 
   to_places : entity work.bank_exchange
     generic map (
@@ -421,7 +415,7 @@ begin
     )
     port map (
       clk       => clk,
-      slice     => unsigned(slice_4),
+      slice     => read_slice_at(4),
       words_in  => changes_5,
       exchanged => exchanged
     );
@@ -433,7 +427,7 @@ begin
       WIDTH => DIFFERENCE_WIDTH
     )
     port map (
-      amount   => read_turn,
+      amount   => read_place_at(CHANGED),
       words_in => exchanged,
       rotated  => turned
     );

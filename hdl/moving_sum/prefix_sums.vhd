@@ -46,6 +46,9 @@ end entity prefix_sums;
 
 architecture rtl of prefix_sums is
 
+  constant UNEVEN : boolean := not takes(PIXELS_PER_CLOCK = 2 ** bits_for(PIXELS_PER_CLOCK - 1),
+                                         "prefix_sums: PIXELS_PER_CLOCK must be a power of two");
+
   constant P      : positive := PIXELS_PER_CLOCK;
   constant LEVELS : positive := bits_for(P - 1);
 

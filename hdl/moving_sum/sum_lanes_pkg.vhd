@@ -146,6 +146,7 @@ package body sum_lanes_pkg is
   ) return integer is
   begin
 
+    -- VHDL's division rounds towards zero, its mod towards minus infinity: so the rest is taken off first.
     return (value - value mod divisor) / divisor;
 
   end function floor_divided;
@@ -197,6 +198,8 @@ package body sum_lanes_pkg is
       report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
       severity failure;
 
+    -- Stored products are rounded between rows and columns, so rows come first there, and they have lanes only behind
+    -- columns.
     assert pixels = 1 or arithmetic.exact
       report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
       severity failure;
@@ -238,6 +241,7 @@ package body sum_lanes_pkg is
       return columns;
     end if;
 
+    -- One column would be a wire back to itself, a clock too fast for its sum.
     return larger(divide_up(columns, pixels), 2);
 
   end function line_tokens;
@@ -248,6 +252,7 @@ package body sum_lanes_pkg is
   ) return natural is
   begin
 
+    -- Whole tokens: what is too much is made up for by reading later rows.
     return divide_up(geometry.output_delay, pixels);
 
   end function lane_delay;
@@ -365,6 +370,7 @@ package body sum_lanes_pkg is
 
       for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
 
+        -- The least of all, by the largest of the negatives.
         row := -larger(-row, -entering_row(geometry, pixels, s, r));
 
       end loop;
@@ -451,6 +457,8 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
+    -- A clock for the control, five for the differences of the banks, one for the running sum; a level of adders for
+    -- each doubling of P.
     return 7 + bits_for(pixels - 1) + choose(geometry.slices > 1, 1, 0) +
            choose(holds_outputs(geometry), 1, 0);
 

@@ -122,8 +122,10 @@ package body sum_schedule_pkg is
   begin
 
     equal := group_size(geometry, slice);
+    -- Phases of a group are M / g apart.
     index := phase / (geometry.micro_image_size / equal);
 
+    -- With a' >= 1 pixels of later phases add further on, so of those of one output the first phase comes last.
     if geometry.shifts(slice) >= 1 then
       return equal - 1 - index;
     end if;
@@ -170,6 +172,7 @@ package body sum_schedule_pkg is
   ) return integer is
   begin
 
+    -- Where the pixel's place is, less the last place that the sum of its own index takes in.
     return phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase) + 1 -
            centre_offset(geometry, slice) - group_size(geometry, slice);
 
@@ -199,6 +202,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
+      -- One memory serves all slices, so it keeps a pixel as long as the slice that needs it longest.
       oldest := larger(oldest, entering_age(geometry, i, phase));
 
     end loop;
@@ -247,6 +251,7 @@ package body sum_schedule_pkg is
     first := centre_offset(geometry, slice);
 
     if held then
+      -- The group of output 0 may begin before the line; what it shows is the sum of that first place.
       first := first - first mod equal;
     end if;
 
@@ -312,6 +317,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
+      -- One slice of the set is enough: the register is there for all, and the others update it every step.
       if group_size(geometry, i) > 1 then
         return true;
       end if;
@@ -329,6 +335,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
+      -- With g = M each group is a micro image by itself: its sum begins at 0 and nothing has to leave.
       if group_size(geometry, i) /= geometry.micro_image_size then
         return true;
       end if;

@@ -206,14 +206,17 @@ begin
       else
         column <= (others => '0');
       end if;
+      -- Lines are counted by their ends: the overlay needs no raster of its own.
       if was = '1' and in_video.active = '0' then
         over <= over + 1;
       end if;
       if in_video.v_sync /= v_before then
+        -- From the top, unless it is to stand at the bottom: then the mode's lines decide.
         least := to_unsigned(MARGIN, 12);
         if bottom = '1' then
           least := unsigned(rows) - (OVERLAY_ROWS + MARGIN);
         end if;
+        -- Changes take effect between frames, so that no text is cut.
         shown <= show;
         -- The overlay's first line is line 0.
         over <= 0 - least;
@@ -272,6 +275,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- A number beyond the set has no text; the first one stands in for it rather than a place beyond the table.
       number := to_integer(unsigned(slice));
       entry  := 0;
       if raw = '1' then

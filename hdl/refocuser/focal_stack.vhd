@@ -87,6 +87,9 @@ architecture rtl of focal_stack is
 
   constant WEIGHT_BITS : natural := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, 0);
 
+  signal order       : frame_order_t;
+  signal s_marks     : marks_t;
+  signal m_marks     : marks_t;
   signal token       : token_t;
   signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
@@ -99,6 +102,14 @@ architecture rtl of focal_stack is
   signal weights     : std_logic_vector(GEOMETRY.slices * larger(WEIGHT_BITS, 1) - 1 downto 0);
 
 begin
+
+  -- A stack has all of its slices at once: there is none to choose.
+  order   <= (columns, rows, x"00", '0', x"00");
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+
+  m_axis_tvalid <= m_marks.tvalid;
+  m_axis_tuser  <= m_marks.tuser;
+  m_axis_tlast  <= m_marks.tlast;
 
   shell : entity work.stream_shell
     generic map (
@@ -118,26 +129,16 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      columns       => columns,
-      rows          => rows,
-      slice         => x"00",
-      sweep         => '0',
-      sweep_frames  => x"00",
-      s_axis_tvalid => s_axis_tvalid,
+      order         => order,
+      s_axis_marks  => s_marks,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
-      s_axis_tuser  => s_axis_tuser,
-      s_axis_tlast  => s_axis_tlast,
-      m_axis_tvalid => m_axis_tvalid,
+      m_axis_marks  => m_marks,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser,
-      m_axis_tid    => open,
-      m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags,
       error_clear   => error_clear,
       token         => token,
-      token_rows    => open,
       token_data    => token_data,
       line_end      => line_end,
       results       => results,

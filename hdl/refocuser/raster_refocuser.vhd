@@ -143,6 +143,9 @@ architecture rtl of raster_refocuser is
                                              sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK));
   constant WEIGHT_BITS  : natural  := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, INTERPOLATION_ORDER);
 
+  signal order       : frame_order_t;
+  signal s_marks     : marks_t;
+  signal m_marks     : marks_t;
   signal token       : token_t;
   signal token_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal token_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
@@ -157,6 +160,13 @@ architecture rtl of raster_refocuser is
   signal weights      : std_logic_vector(PIXELS_PER_CLOCK * larger(WEIGHT_BITS, 1) - 1 downto 0);
 
 begin
+
+  order   <= (columns, rows, slice, sweep, sweep_frames);
+  s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
+
+  m_axis_tvalid <= m_marks.tvalid;
+  m_axis_tuser  <= m_marks.tuser;
+  m_axis_tlast  <= m_marks.tlast;
 
   shell : entity work.stream_shell
     generic map (
@@ -181,22 +191,14 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      columns       => columns,
-      rows          => rows,
-      slice         => slice,
-      sweep         => sweep,
-      sweep_frames  => sweep_frames,
-      s_axis_tvalid => s_axis_tvalid,
+      order         => order,
+      s_axis_marks  => s_marks,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
-      s_axis_tuser  => s_axis_tuser,
-      s_axis_tlast  => s_axis_tlast,
-      m_axis_tvalid => m_axis_tvalid,
+      m_axis_marks  => m_marks,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
-      m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags,
       error_clear   => error_clear,
       token         => token,
@@ -207,6 +209,7 @@ begin
       result_data   => result_data
     );
 
+  -- Without weights the engine gets its tokens at once, and the core no LUT more.
   zero_border : if not BORDER_NORMALISED generate
     engine_token <= token;
     engine_rows  <= token_rows;
@@ -214,6 +217,7 @@ begin
     weights      <= (others => '0');
   end generate zero_border;
 
+  -- Beside the engine and not in it: both engines, and the stack, are divided by the same weights.
   normalised_border : if BORDER_NORMALISED generate
 
     border : entity work.border_weights
@@ -242,6 +246,7 @@ begin
 
   end generate normalised_border;
 
+  -- Only one of the engines is built; the other costs nothing but its analysis.
   fir_engine : if not MOVING_SUM generate
 
     filters : entity work.fir_array

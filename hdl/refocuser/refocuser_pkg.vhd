@@ -93,6 +93,7 @@ package body refocuser_pkg is
       report name & ": PIXELS_PER_CLOCK above 1 needs the ENGINE moving_sum"
       severity failure;
 
+    -- Moving sums gain nothing by parallel rows: several pixels of a line share their adders instead.
     assert same_text(engine, "fir") or parallel_rows = 1
       report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
       severity failure;
@@ -135,6 +136,8 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
+    -- Moving sums, and the weights of a normalised border, are made of one line at a time: the next begins when the
+    -- last output of the one before is out.
     return larger(min_line_steps(parallel_rows, max_columns),
                   choose(normalised or not same_text(engine, "fir"), delay + 1, 1));
 
@@ -149,6 +152,7 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
+    -- The same with frames and lines in place of lines and pixels.
     if normalised or not same_text(engine, "fir") then
       return least_frame(geometry, order, any_rows);
     end if;

@@ -101,11 +101,12 @@ architecture rtl of hexagonal_rows is
   signal place_even : position_t            := (others => '0');
   signal place_odd  : position_t            := (others => '0');
   signal step       : position_t            := (others => '0');
-  -- A pixel is read; tags: valid, first of a frame, last of a line.
-  signal issue       : std_logic                    := '0';
-  signal issued      : std_logic                    := '0';
-  signal issued_tags : std_logic_vector(2 downto 0) := (others => '0');
-  signal tags        : std_logic_vector(2 downto 0);
+  -- A pixel is read; whether it is the first of a frame, the last of a line; of these reset clears the first alone.
+  signal issue    : std_logic                           := '0';
+  signal issued   : std_logic                           := '0';
+  signal valid_at : std_logic_vector(1 to READ_LATENCY) := (others => '0');
+  signal first_at : std_logic_vector(1 to READ_LATENCY) := (others => '0');
+  signal last_at  : std_logic_vector(1 to READ_LATENCY) := (others => '0');
   -- The share of the right lens, and which of both memories has the left one, until the words are there.
   signal weight_1 : weight_t  := (others => '0');
   signal weight_2 : weight_t  := (others => '0');
@@ -179,7 +180,9 @@ begin
 
       -- 1: reads.
       issued      <= issue;
-      issued_tags <= "000";
+      valid_at(1) <= '0';
+      first_at(1) <= '0';
+      last_at(1)  <= '0';
       even_bank   <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       odd_bank    <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       if left_lens(0) = '1' then
@@ -193,18 +196,18 @@ begin
       weight_3 <= weight_2;
 
       if issue = '1' then
-        issued_tags(0) <= '1';
-        issued_tags(1) <= starts_frame;
-        starts_frame   <= '0';
+        valid_at(1)  <= '1';
+        first_at(1)  <= starts_frame;
+        starts_frame <= '0';
         if out_pixel = LAST_PIXEL then
           out_pixel    <= 0;
           place        <= place + step;
           outputs_left <= outputs_left - 1;
           if outputs_left = 1 then
-            issued_tags(2) <= '1';
-            starts_line    <= '1';
-            place          <= (others => '0');
-            line_base      <= line_base + signed(lenses(3 downto 0));
+            last_at(1)  <= '1';
+            starts_line <= '1';
+            place       <= (others => '0');
+            line_base   <= line_base + signed(lenses(3 downto 0));
             if line_index = LAST_PIXEL then
               line_index <= 0;
               row_odd    <= not row_odd;
@@ -231,7 +234,9 @@ begin
         place       <= (others => '0');
         starts_line <= '1';
         out_pixel   <= 0;
-        issued_tags <= (others => '0');
+        valid_at(1) <= '0';
+        first_at(1) <= '0';
+        last_at(1)  <= '0';
         room        <= to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
       end if;
     end if;
@@ -307,19 +312,22 @@ begin
 
   end generate blend;
 
-  late : entity work.tag_delay
-    generic map (
-      WIDTH  => 3,
-      LENGTH => READ_LATENCY - 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => issued_tags,
-      delayed => tags
-    );
+  follow_tags : process (clk) is
+  begin
 
-  fifo_in <= tags(2) & tags(1) & blended;
+    if rising_edge(clk) then
+      -- As long as the memories and the interpolation take.
+      valid_at(2 to READ_LATENCY) <= valid_at(1 to READ_LATENCY - 1);
+      first_at(2 to READ_LATENCY) <= first_at(1 to READ_LATENCY - 1);
+      last_at(2 to READ_LATENCY)  <= last_at(1 to READ_LATENCY - 1);
+      if reset = '1' then
+        valid_at(2 to READ_LATENCY) <= (others => '0');
+      end if;
+    end if;
+
+  end process follow_tags;
+
+  fifo_in <= last_at(READ_LATENCY) & first_at(READ_LATENCY) & blended;
 
   buffered : entity work.axis_fifo
     generic map (
@@ -329,13 +337,11 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      s_axis_tvalid => tags(0),
-      s_axis_tready => open,
+      s_axis_tvalid => valid_at(READ_LATENCY),
       s_axis_tdata  => fifo_in,
       m_axis_tvalid => out_valid,
       m_axis_tready => m_axis_tready,
-      m_axis_tdata  => fifo_out,
-      level         => open
+      m_axis_tdata  => fifo_out
     );
 
   m_axis_tvalid   <= out_valid;

@@ -26,11 +26,8 @@ entity lens_registers is
   );
   port (
     clk : in    std_logic;
-    -- Writes a register; commit: the registers are complete.
-    load_write   : in    std_logic;
-    load_address : in    unsigned(3 downto 0);
-    load_data    : in    std_logic_vector(31 downto 0);
-    load_commit  : in    std_logic;
+    -- The load port; of it the registers and the commit.
+    load : in    load_t;
     -- For a clock: a commit without all registers.
     incomplete : out   std_logic;
     -- A frame begins to come in: it has what is committed by now.
@@ -46,7 +43,10 @@ architecture rtl of lens_registers is
 
   subtype bank_t is unsigned(1 downto 0);
 
-  subtype written_t is std_logic_vector(2 ** load_address'length - 1 downto 0);
+  -- Of a register's number.
+  constant NUMBER_BITS : positive := 4;
+
+  subtype written_t is std_logic_vector(2 ** NUMBER_BITS - 1 downto 0);
 
   -- The bank that is neither.
   function other_than (
@@ -70,6 +70,8 @@ architecture rtl of lens_registers is
   signal writing     : bank_t                            := "01";
   signal written     : written_t                         := (others => '0');
   signal count       : natural range 0 to REGISTER_COUNT := 0;
+  signal write_now   : std_logic;
+  signal number      : unsigned(NUMBER_BITS - 1 downto 0);
   signal write_place : unsigned(5 downto 0);
   signal read_place  : unsigned(5 downto 0);
   signal word        : std_logic_vector(31 downto 0);
@@ -77,8 +79,10 @@ architecture rtl of lens_registers is
 
 begin
 
-  write_place <= writing & load_address;
-  read_place  <= used & to_unsigned(count, load_address'length);
+  write_now   <= writes(load, LOAD_KIND_REGISTER);
+  number      <= unsigned(load.address(NUMBER_BITS - 1 downto 0));
+  write_place <= writing & number;
+  read_place  <= used & to_unsigned(count, NUMBER_BITS);
   registers   <= held;
   copied      <= '1' when count = REGISTER_COUNT else
                  '0';
@@ -92,13 +96,15 @@ begin
 
     if rising_edge(clk) then
       used_now := used;
+      -- A frame that begins in the clock of a commit has the grid before it: it is not sure to have the new one
+      -- whole.
       if frame_start = '1' then
         used_now := newest;
       end if;
       used <= used_now;
 
-      if load_write = '1' then
-        written(to_integer(load_address)) <= '1';
+      if write_now = '1' then
+        written(to_integer(number)) <= '1';
       end if;
 
       missing := '0';
@@ -110,7 +116,9 @@ begin
       end loop;
 
       incomplete <= '0';
-      if load_commit = '1' then
+      -- Three banks: one that the frame on work has, the newest, and one to write. So software never waits and no
+      -- frame gets half a grid.
+      if writes(load, LOAD_KIND_COMMIT) = '1' then
         if missing = '0' then
           newest  <= writing;
           writing <= other_than(writing, used_now);
@@ -145,6 +153,7 @@ begin
 
   end process copy_words;
 
+  -- One memory for all banks: the registers are copied out once a frame, a word each clock.
   words : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => 32,
@@ -153,9 +162,9 @@ begin
     )
     port map (
       clk           => clk,
-      write_enable  => load_write,
+      write_enable  => write_now,
       write_address => write_place,
-      write_data    => load_data,
+      write_data    => load.data(31 downto 0),
       read_address  => read_place,
       read_data     => word
     );

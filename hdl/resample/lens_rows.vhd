@@ -34,33 +34,24 @@ entity lens_rows is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Writes a register; commit: the registers are complete.
-    load_write   : in    std_logic;
-    load_address : in    unsigned(3 downto 0);
-    load_data    : in    std_logic_vector(31 downto 0);
-    load_commit  : in    std_logic;
+    -- The load port; of it the registers and the commit.
+    load : in    load_t;
     -- A frame begins to come in; its size.
     frame_start : in    std_logic;
     columns     : in    std_logic_vector(15 downto 0);
     rows        : in    std_logic_vector(15 downto 0);
     -- From and to raw_writer.
-    frame_waits : in    std_logic;
-    frame_base  : in    place_t;
-    frame_taken : out   std_logic;
-    lines_in    : in    place_t;
-    keep        : out   place_t;
-    keep_none   : out   std_logic;
+    ring : in    ring_state_t;
+    need : out   ring_need_t;
     -- A line of the raster; it was taken; no line is walked along; all pixels have left.
     raster_line : out   raster_line_t;
     line_valid  : out   std_logic;
     line_taken  : in    std_logic;
     at_rest     : in    std_logic;
     drained     : in    std_logic;
-    -- The frame on work: its registers, number of its line 0, its last line and column.
-    registers   : out   registers_t;
-    base        : out   place_t;
-    last_line   : out   place_t;
-    last_column : out   place_t;
+    -- The frame on work, and its registers.
+    frame     : out   raw_frame_t;
+    registers : out   registers_t;
     -- Size of its raster; between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
@@ -76,9 +67,9 @@ architecture rtl of lens_rows is
   constant LEAST_LENSES   : positive := choose(HEXAGONAL, 2, 1);
   constant MOST_LINES     : positive := 8192;
 
-  -- idle: no frame. load: copies registers. start: the first row of lenses. borders, reach, check: which lines the next
-  -- line of the raster needs. wait_lines: until they are in. offer: until it is taken. finish: until all is out.
-  type state_t is (idle, load, start, borders, reach, check, wait_lines, offer, finish);
+  -- idle: no frame. fetch: copies registers. start: the first row of lenses. borders, reach, check: which lines the
+  -- next line of the raster needs. wait_lines: until they are in. offer: until it is taken. finish: until all is out.
+  type state_t is (idle, fetch, start, borders, reach, check, wait_lines, offer, finish);
 
   signal state : state_t := idle;
 
@@ -169,16 +160,14 @@ architecture rtl of lens_rows is
 begin
 
   registers      <= held;
-  base           <= base_now;
-  last_line      <= bottom_line;
-  last_column    <= last_place;
-  keep           <= keep_now;
+  frame          <= (base_now, bottom_line, last_place);
+  need.keep      <= keep_now;
   raster_columns <= std_logic_vector(columns_now);
   raster_rows    <= std_logic_vector(rows_now);
   line_valid     <= offered;
   fault          <= given_up or incomplete;
 
-  copy     <= '1' when state = load else
+  copy     <= '1' when state = fetch else
               '0';
   possible <= '1' when size_fits = '1' and unsigned(held(REGISTER_LENSES)(15 downto 0)) /= 0 and
                        unsigned(held(REGISTER_LENSES)(31 downto 16)) >= LEAST_LENSES else
@@ -193,16 +182,13 @@ begin
       NEEDED => GRID_REGISTERS
     )
     port map (
-      clk          => clk,
-      load_write   => load_write,
-      load_address => load_address,
-      load_data    => load_data,
-      load_commit  => load_commit,
-      incomplete   => incomplete,
-      frame_start  => frame_start,
-      copy         => copy,
-      copied       => copied,
-      registers    => held
+      clk         => clk,
+      load        => load,
+      incomplete  => incomplete,
+      frame_start => frame_start,
+      copy        => copy,
+      copied      => copied,
+      registers   => held
     );
 
   -- The size of a frame is told as it begins to come in, which may be before the last one is done.
@@ -214,7 +200,7 @@ begin
         waiting_columns <= signed(columns);
         waiting_rows    <= signed(rows);
       end if;
-      if state = idle and frame_waits = '1' then
+      if state = idle and ring.frame_waits = '1' then
         bottom_line <= waiting_rows - 1;
         last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
         size_fits   <= to_logic(waiting_columns > 1 and waiting_rows > 1 and waiting_rows <= MOST_LINES);
@@ -227,29 +213,29 @@ begin
   begin
 
     if rising_edge(clk) then
-      frame_taken <= '0';
-      given_up    <= '0';
-      keep_none   <= '0';
+      need.frame_taken <= '0';
+      given_up         <= '0';
+      need.keep_none   <= '0';
 
       case state is
 
         when idle =>
 
-          if frame_waits = '1' then
-            base_now <= frame_base;
-            keep_now <= frame_base;
-            state    <= load;
+          if ring.frame_waits = '1' then
+            base_now <= ring.frame_base;
+            keep_now <= ring.frame_base;
+            state    <= fetch;
           else
-            keep_none <= '1';
+            need.keep_none <= '1';
           end if;
 
-        when load =>
+        when fetch =>
 
           if copied = '1' then
-            columns_now <= resize(unsigned(held(REGISTER_OUTPUTS)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
-            rows_now    <= resize(unsigned(held(REGISTER_LENSES)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
-            frame_taken <= '1';
-            state       <= start;
+            columns_now      <= resize(unsigned(held(REGISTER_OUTPUTS)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
+            rows_now         <= resize(unsigned(held(REGISTER_LENSES)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
+            need.frame_taken <= '1';
+            state            <= start;
           end if;
 
         when start =>
@@ -284,10 +270,10 @@ begin
           if at_rest = '1' then
             keep_now <= base_now + kept;
           end if;
-          if lines_in > needed then
+          if ring.lines_in > needed then
             offered <= '1';
             state   <= offer;
-          elsif frame_waits = '1' then
+          elsif ring.frame_waits = '1' then
             -- The frame was cut short.
             state <= finish;
           end if;

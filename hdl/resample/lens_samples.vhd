@@ -32,32 +32,21 @@ entity lens_samples is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Writes a word of the lens table or of the profile.
-    load_lens    : in    std_logic;
-    load_profile : in    std_logic;
-    load_address : in    lens_t;
-    load_data    : in    std_logic_vector(39 downto 0);
+    -- The load port; of it the words of the tables.
+    load : in    load_t;
     -- From raw_writer.
-    write_enable : in    std_logic;
-    write_line   : in    place_t;
-    write_slot   : in    natural range 0 to LINES / 2 - 1;
-    write_column : in    unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0);
-    write_data   : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The frame that is read: number of its line 0, its last line and column, its black level.
-    base        : in    place_t;
-    last_line   : in    place_t;
-    last_column : in    place_t;
-    black       : in    unsigned(PIXEL_BITS + GUARD_BITS - 1 downto 0);
-    -- From lens_walk: side information (bit 0 is the one that reset clears), a position of the even grid, its lens and
-    -- its pixel of the profile.
-    tag        : in    std_logic_vector(2 downto 0);
-    position_y : in    signed(15 + WEIGHT_BITS downto 0);
-    position_x : in    signed(15 + WEIGHT_BITS downto 0);
-    lens       : in    lens_t;
-    profile    : in    profile_t;
-    -- The side information of a position, and its channels; channel 0 in the low bits.
-    value_tag : out   std_logic_vector(2 downto 0);
-    values    : out   std_logic_vector(CHANNELS * (PIXEL_BITS + GUARD_BITS + GAIN_INTEGER_BITS) - 1 downto 0)
+    ring_write : in    ring_write_t;
+    write_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The frame that is read, and its black level.
+    frame : in    raw_frame_t;
+    black : in    unsigned(PIXEL_BITS + GUARD_BITS - 1 downto 0);
+    -- From lens_walk: a pixel, at a position of the even grid.
+    pixel : in    walked_t;
+    -- Whether there is a value, the first of a frame, the last of a line; its channels, channel 0 in the low bits.
+    value_valid : out   std_logic;
+    value_first : out   std_logic;
+    value_last  : out   std_logic;
+    values      : out   std_logic_vector(CHANNELS * (PIXEL_BITS + GUARD_BITS + GAIN_INTEGER_BITS) - 1 downto 0)
   );
 end entity lens_samples;
 
@@ -73,9 +62,13 @@ architecture rtl of lens_samples is
   constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
   constant GAIN_WAIT     : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + 1 - 4;
 
+  type positions_t is array (1 to MOVE_LATENCY - 1) of signed(POSITION - 1 downto 0);
+
+  type gains_t is array (1 to GAIN_WAIT) of unsigned(GAIN_WIDTH - 1 downto 0);
+
   -- The position as if lenses were evenly spaced, until the move of its lens has been read.
-  signal even_word : std_logic_vector(2 * POSITION - 1 downto 0);
-  signal even_late : std_logic_vector(2 * POSITION - 1 downto 0);
+  signal even_y_at : positions_t                   := (others => (others => '0'));
+  signal even_x_at : positions_t                   := (others => (others => '0'));
   signal move_y    : signed(WEIGHT_BITS + 1 downto 0);
   signal move_x    : signed(WEIGHT_BITS + 1 downto 0);
   signal moved_y   : signed(POSITION - 1 downto 0) := (others => '0');
@@ -88,9 +81,12 @@ architecture rtl of lens_samples is
   signal weight_y : unsigned(WEIGHT_BITS - 1 downto 0);
   signal weight_x : unsigned(WEIGHT_BITS - 1 downto 0);
   -- The gain is known with the move, and needed after the interpolation.
-  signal gain      : unsigned(GAIN_WIDTH - 1 downto 0);
-  signal gain_now  : std_logic_vector(GAIN_WIDTH - 1 downto 0);
-  signal gain_late : std_logic_vector(GAIN_WIDTH - 1 downto 0);
+  signal gain    : unsigned(GAIN_WIDTH - 1 downto 0);
+  signal gain_at : gains_t := (others => (others => '0'));
+  -- What goes with a value.
+  signal valid_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
+  signal first_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
+  signal last_at  : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
 
 begin
 
@@ -104,29 +100,13 @@ begin
       GAIN_BITS        => GAIN_BITS
     )
     port map (
-      clk          => clk,
-      load_lens    => load_lens,
-      load_profile => load_profile,
-      load_address => load_address,
-      load_data    => load_data,
-      lens         => lens,
-      profile      => profile,
-      move_y       => move_y,
-      move_x       => move_x,
-      gain         => gain
-    );
-
-  even_word <= std_logic_vector(position_y) & std_logic_vector(position_x);
-
-  even_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => 2 * POSITION,
-      LENGTH => MOVE_LATENCY - 1
-    )
-    port map (
       clk     => clk,
-      tag     => even_word,
-      delayed => even_late
+      load    => load,
+      lens    => pixel.lens,
+      profile => pixel.profile,
+      move_y  => move_y,
+      move_x  => move_x,
+      gain    => gain
     );
 
   -- A move is at most a pixel or so: the sum needs no bit more, as positions reach half a micro image beyond the
@@ -135,12 +115,19 @@ begin
   begin
 
     if rising_edge(clk) then
-      moved_y <= signed(even_late(2 * POSITION - 1 downto POSITION)) + move_y;
-      moved_x <= signed(even_late(POSITION - 1 downto 0)) + move_x;
+      -- The position waits for the move of its lens, which comes out of a table.
+      even_y_at(1)                     <= pixel.y(POSITION - 1 downto 0);
+      even_x_at(1)                     <= pixel.x(POSITION - 1 downto 0);
+      even_y_at(2 to MOVE_LATENCY - 1) <= even_y_at(1 to MOVE_LATENCY - 2);
+      even_x_at(2 to MOVE_LATENCY - 1) <= even_x_at(1 to MOVE_LATENCY - 2);
+
+      moved_y <= even_y_at(MOVE_LATENCY - 1) + move_y;
+      moved_x <= even_x_at(MOVE_LATENCY - 1) + move_x;
     end if;
 
   end process move;
 
+  -- It reads four neighbouring pixels at once, from four memories by parity of line and column.
   window : entity work.raw_window
     generic map (
       MAX_COLUMNS => MAX_COLUMNS,
@@ -149,36 +136,18 @@ begin
       WEIGHT_BITS => WEIGHT_BITS
     )
     port map (
-      clk          => clk,
-      write_enable => write_enable,
-      write_line   => write_line,
-      write_slot   => write_slot,
-      write_column => write_column,
-      write_data   => write_data,
-      base         => base,
-      last_line    => last_line,
-      last_column  => last_column,
-      position_y   => moved_y,
-      position_x   => moved_x,
-      pixel_00     => pixel_00,
-      pixel_01     => pixel_01,
-      pixel_10     => pixel_10,
-      pixel_11     => pixel_11,
-      weight_y     => weight_y,
-      weight_x     => weight_x
-    );
-
-  gain_now <= std_logic_vector(gain);
-
-  gain_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => GAIN_WIDTH,
-      LENGTH => GAIN_WAIT
-    )
-    port map (
-      clk     => clk,
-      tag     => gain_now,
-      delayed => gain_late
+      clk        => clk,
+      ring_write => ring_write,
+      write_data => write_data,
+      frame      => frame,
+      position_y => moved_y,
+      position_x => moved_x,
+      pixel_00   => pixel_00,
+      pixel_01   => pixel_01,
+      pixel_10   => pixel_10,
+      pixel_11   => pixel_11,
+      weight_y   => weight_y,
+      weight_x   => weight_x
     );
 
   channel : for c in 0 to CHANNELS - 1 generate
@@ -214,7 +183,7 @@ begin
         clk    => clk,
         sample => sample,
         black  => black,
-        gain   => unsigned(gain_late),
+        gain   => gain_at(GAIN_WAIT),
         value  => value
       );
 
@@ -222,17 +191,29 @@ begin
 
   end generate channel;
 
-  -- What goes with a value: valid, first of a frame, last of a line. Of these reset clears valid alone.
-  tags : entity work.tag_delay
-    generic map (
-      WIDTH  => 3,
-      LENGTH => VALUE_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => tag,
-      delayed => value_tag
-    );
+  delay : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- The gain was read with the move and is needed behind the interpolation.
+      gain_at(1)                   <= gain;
+      gain_at(2 to GAIN_WAIT)      <= gain_at(1 to GAIN_WAIT - 1);
+      valid_at(1)                  <= pixel.valid;
+      valid_at(2 to VALUE_LATENCY) <= valid_at(1 to VALUE_LATENCY - 1);
+      first_at(1)                  <= pixel.first;
+      first_at(2 to VALUE_LATENCY) <= first_at(1 to VALUE_LATENCY - 1);
+      last_at(1)                   <= pixel.last;
+      last_at(2 to VALUE_LATENCY)  <= last_at(1 to VALUE_LATENCY - 1);
+      -- The other marks count with valid alone, and so fit shift registers of LUTs, which have no reset.
+      if reset = '1' then
+        valid_at <= (others => '0');
+      end if;
+    end if;
+
+  end process delay;
+
+  value_valid <= valid_at(VALUE_LATENCY);
+  value_first <= first_at(VALUE_LATENCY);
+  value_last  <= last_at(VALUE_LATENCY);
 
 end architecture rtl;

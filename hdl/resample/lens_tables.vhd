@@ -30,11 +30,8 @@ entity lens_tables is
   );
   port (
     clk : in    std_logic;
-    -- Writes a word of the lens table or of the profile.
-    load_lens    : in    std_logic;
-    load_profile : in    std_logic;
-    load_address : in    lens_t;
-    load_data    : in    std_logic_vector(39 downto 0);
+    -- The load port; of it the words of the lens table and of the profile.
+    load : in    load_t;
     -- The lens and the pixel.
     lens    : in    lens_t;
     profile : in    profile_t;
@@ -56,20 +53,25 @@ architecture rtl of lens_tables is
 
 begin
 
+  -- An even grid needs no table; the tool drops what adds the moves.
   no_moves : if not MOVES generate
     move_y <= (others => '0');
     move_x <= (others => '0');
   end generate no_moves;
 
+  -- A gain of one, so that the multiplier behind it is a wire.
   no_gains : if not GAINS generate
     gain <= to_unsigned(2 ** GAIN_BITS, WORD_BITS);
   end generate no_gains;
 
   tables : if MOVES or GAINS generate
 
-    signal word : std_logic_vector(TABLE_BITS - 1 downto 0);
+    signal write_lens : std_logic;
+    signal word       : std_logic_vector(TABLE_BITS - 1 downto 0);
 
   begin
+
+    write_lens <= writes(load, LOAD_KIND_LENS);
 
     lens_table : entity work.ram_simple_dual_port
       generic map (
@@ -79,9 +81,9 @@ begin
       )
       port map (
         clk           => clk,
-        write_enable  => load_lens,
-        write_address => load_address(ADDRESS_BITS - 1 downto 0),
-        write_data    => load_data(TABLE_BITS - 1 downto 0),
+        write_enable  => write_lens,
+        write_address => unsigned(load.address(ADDRESS_BITS - 1 downto 0)),
+        write_data    => load.data(TABLE_BITS - 1 downto 0),
         read_address  => lens(ADDRESS_BITS - 1 downto 0),
         read_data     => word
       );
@@ -97,10 +99,13 @@ begin
       constant PRODUCT_BITS : positive := 2 * WORD_BITS;
       constant MOST         : unsigned := to_unsigned(LARGEST_GAIN * 2 ** GAIN_BITS, PRODUCT_BITS);
 
-      signal share   : std_logic_vector(WORD_BITS - 1 downto 0);
-      signal product : unsigned(PRODUCT_BITS - 1 downto 0) := (others => '0');
+      signal write_profile : std_logic;
+      signal share         : std_logic_vector(WORD_BITS - 1 downto 0);
+      signal product       : unsigned(PRODUCT_BITS - 1 downto 0) := (others => '0');
 
     begin
+
+      write_profile <= writes(load, LOAD_KIND_PROFILE);
 
       profile_table : entity work.ram_simple_dual_port
         generic map (
@@ -109,9 +114,9 @@ begin
         )
         port map (
           clk           => clk,
-          write_enable  => load_profile,
-          write_address => load_address(PROFILE_BITS - 1 downto 0),
-          write_data    => load_data(WORD_BITS - 1 downto 0),
+          write_enable  => write_profile,
+          write_address => unsigned(load.address(PROFILE_BITS - 1 downto 0)),
+          write_data    => load.data(WORD_BITS - 1 downto 0),
           read_address  => profile(PROFILE_BITS - 1 downto 0),
           read_data     => share
         );
@@ -123,9 +128,11 @@ begin
       begin
 
         if rising_edge(clk) then
+          -- Gains of the lens and of the place in it: two small tables instead of one for each pixel of the sensor.
           product <= unsigned(word(WORD_BITS - 1 downto 0)) * unsigned(share);
 
           rounded := shift_right(product + 2 ** (GAIN_BITS - 1), GAIN_BITS);
+          -- Both gains may be at their largest; the limit keeps the product in the bits of a gain.
           if rounded > MOST then
             rounded := MOST;
           end if;

@@ -35,14 +35,8 @@ entity lens_walk is
     at_rest : out   std_logic;
     -- The output has room for a pixel.
     credit : in    std_logic;
-    -- A pixel of the raster: the first of a frame, the last of a line, where it lies, its addresses in the tables.
-    valid      : out   std_logic;
-    first      : out   std_logic;
-    last       : out   std_logic;
-    position_y : out   signed(15 + WEIGHT_BITS downto 0);
-    position_x : out   signed(15 + WEIGHT_BITS downto 0);
-    lens       : out   lens_t;
-    profile    : out   profile_t
+    -- A pixel of the raster.
+    pixel : out   walked_t
   );
 end entity lens_walk;
 
@@ -60,7 +54,7 @@ architecture rtl of lens_walk is
   signal x      : position_t := (others => '0');
   -- What is left of the line, in lenses and within the lens, and the addresses in the tables.
   signal lenses_left  : unsigned(15 downto 0)                    := (others => '0');
-  signal pixel        : natural range 0 to larger(LAST_PIXEL, 1) := 0;
+  signal in_lens      : natural range 0 to larger(LAST_PIXEL, 1) := 0;
   signal lens_now     : lens_t                                   := (others => '0');
   signal line_profile : profile_t                                := (others => '0');
   signal profile_now  : profile_t                                := (others => '0');
@@ -75,18 +69,19 @@ architecture rtl of lens_walk is
   ) return signed is
   begin
 
-    return resize(shift_right(position, FRACTION_BITS - WEIGHT_BITS), 16 + WEIGHT_BITS);
+    return resize(shift_right(position, FRACTION_BITS - WEIGHT_BITS), 24);
 
   end function cut;
 
 begin
 
-  lens_ends <= '1' when pixel = LAST_PIXEL else
+  lens_ends <= '1' when in_lens = LAST_PIXEL else
                '0';
   line_ends <= '1' when lens_ends = '1' and lenses_left = 1 else
                '0';
 
   -- The next line follows the last pixel of this one.
+  -- With the last pixel of a line, so that there is no clock without a pixel between two lines.
   take       <= line_valid and (not active or (credit and line_ends));
   line_taken <= take;
   at_rest    <= not active;
@@ -95,26 +90,27 @@ begin
   begin
 
     if rising_edge(clk) then
-      valid <= '0';
+      -- Without credit nothing comes, and the walk stands still.
+      pixel.valid <= '0';
 
       -- The next frame may have fewer columns, and the memory is read at this place before its first pixel.
       if active = '0' then
-        position_y <= (others => '0');
-        position_x <= (others => '0');
+        pixel.y <= (others => '0');
+        pixel.x <= (others => '0');
       end if;
 
       if active = '1' and credit = '1' then
-        valid      <= '1';
-        first      <= starts;
-        last       <= line_ends;
-        position_y <= cut(y);
-        position_x <= cut(x);
-        lens       <= lens_now;
-        profile    <= profile_now;
-        starts     <= '0';
+        pixel.valid   <= '1';
+        pixel.first   <= starts;
+        pixel.last    <= line_ends;
+        pixel.y       <= cut(y);
+        pixel.x       <= cut(x);
+        pixel.lens    <= lens_now;
+        pixel.profile <= profile_now;
+        starts        <= '0';
         -- The next lens lies a step from the beginning of this one, so errors of pixels do not add up.
         if lens_ends = '1' then
-          pixel       <= 0;
+          in_lens     <= 0;
           y           <= y + right_y;
           lens_x      <= lens_x + right_x;
           x           <= lens_x + right_x;
@@ -125,7 +121,7 @@ begin
             active <= '0';
           end if;
         else
-          pixel       <= pixel + 1;
+          in_lens     <= in_lens + 1;
           x           <= x + shift_left(to_signed(1, position_t'length), FRACTION_BITS);
           profile_now <= profile_now + 1;
         end if;
@@ -134,7 +130,7 @@ begin
       if take = '1' then
         active       <= '1';
         starts       <= raster_line.first;
-        pixel        <= 0;
+        in_lens      <= 0;
         y            <= raster_line.y;
         lens_x       <= raster_line.x;
         x            <= raster_line.x;
@@ -145,8 +141,8 @@ begin
       end if;
 
       if reset = '1' then
-        active <= '0';
-        valid  <= '0';
+        active      <= '0';
+        pixel.valid <= '0';
       end if;
     end if;
 

@@ -153,6 +153,7 @@ begin
   write_enable <= token_2.strobe and token_2.pixel;
   above_new    <= above(PIXEL_BITS - 1 downto 0) & data_2;
 
+  -- Two lines in one word: the one above and the one of the pixel; the line that comes is the one below.
   lines_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => 2 * PIXEL_BITS,
@@ -176,6 +177,7 @@ begin
       if token.strobe = '1' and token.pixel = '1' then
         column <= column_now + 1;
       end if;
+      -- As late as the memory's word.
       column_1 <= column_now;
       column_2 <= column_1;
       token_1  <= token;
@@ -238,6 +240,7 @@ begin
         elsif was_first = '1' then
           now.above := now.below;
         end if;
+        -- The window's middle is a line behind, and so is what is known of it.
         now.even_line   := was_even;
         now.even_column := token_2.line_first or not centre.even_column;
 
@@ -291,10 +294,11 @@ begin
       red_line_4 <= red_line_3;
       green_4    <= green_3;
       own_4      <= own_3;
-      across_4   <= two(left_3.own, right_3.own);
-      along_4    <= two(centre_3.above, centre_3.below);
-      cross_4    <= two(left_3.own, right_3.own) + two(centre_3.above, centre_3.below);
-      corners_4  <= two(left_3.above, left_3.below) + two(right_3.above, right_3.below);
+      -- All sums are made: each place of the mosaic wants two of them, and which is known only with the pixel.
+      across_4  <= two(left_3.own, right_3.own);
+      along_4   <= two(centre_3.above, centre_3.below);
+      cross_4   <= two(left_3.own, right_3.own) + two(centre_3.above, centre_3.below);
+      corners_4 <= two(left_3.above, left_3.below) + two(right_3.above, right_3.below);
       if reset = '1' then
         valid_4 <= '0';
       end if;

@@ -32,15 +32,10 @@ entity raw_window is
   port (
     clk : in    std_logic;
     -- From raw_writer.
-    write_enable : in    std_logic;
-    write_line   : in    place_t;
-    write_slot   : in    natural range 0 to LINES / 2 - 1;
-    write_column : in    unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0);
-    write_data   : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    -- The frame that is read: number of its line 0, its last line and column.
-    base        : in    place_t;
-    last_line   : in    place_t;
-    last_column : in    place_t;
+    ring_write : in    ring_write_t;
+    write_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    -- The frame that is read.
+    frame : in    raw_frame_t;
     -- The position.
     position_y : in    signed(15 + WEIGHT_BITS downto 0);
     position_x : in    signed(15 + WEIGHT_BITS downto 0);
@@ -55,6 +50,8 @@ entity raw_window is
 end entity raw_window;
 
 architecture rtl of raw_window is
+
+  constant ODD_LINES : boolean := not takes(LINES mod 2 = 0, "raw_window: LINES must be even, as memories hold pairs");
 
   -- Pairs of lines in the ring, pairs of columns in a line.
   constant PAIRS     : positive := LINES / 2;
@@ -75,6 +72,8 @@ architecture rtl of raw_window is
   type bases_t is array (natural range 0 to PAIRS - 1) of address_t;
 
   type pixels_t is array (0 to 3) of pixel_t;
+
+  type weights_t is array (1 to WINDOW_LATENCY) of unsigned(WEIGHT_BITS - 1 downto 0);
 
   type addresses_t is array (0 to 3) of address_t;
 
@@ -141,23 +140,24 @@ architecture rtl of raw_window is
   signal even_slot : slot_t := 0;
   signal odd_slot  : slot_t := 0;
   -- What has to wait beside the addresses and the memories.
-  signal swap_now   : std_logic_vector(1 downto 0);
-  signal swap_late  : std_logic_vector(1 downto 0);
-  signal weight_now : std_logic_vector(2 * WEIGHT_BITS - 1 downto 0);
-  signal weight_out : std_logic_vector(2 * WEIGHT_BITS - 1 downto 0);
+  signal swap_line_at   : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
+  signal swap_column_at : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
+  signal weight_y_at    : weights_t                                 := (others => (others => '0'));
+  signal weight_x_at    : weights_t                                 := (others => (others => '0'));
   -- Memory 2 i + j: lines with number mod 2 = i, columns mod 2 = j.
   signal addresses     : addresses_t                  := (others => (others => '0'));
   signal pixels        : pixels_t;
+  signal write_slot    : slot_t;
   signal write_enables : std_logic_vector(3 downto 0) := (others => '0');
   signal write_address : address_t                    := (others => '0');
   signal write_pixel   : pixel_t;
 
 begin
 
-  weight_now <= std_logic_vector(position_y(WEIGHT_BITS - 1 downto 0)) &
-                std_logic_vector(position_x(WEIGHT_BITS - 1 downto 0));
-  -- Whether line (column) 0 is of odd number.
-  swap_now <= line_0(0) & column_0(0);
+  -- Whether line (column) 0 is of odd number: the memories give lines and columns sorted by parity, so what was swapped
+  -- on the way in is swapped back when their words are there, in step 8.
+  swap_line_at(1)   <= line_0(0);
+  swap_column_at(1) <= column_0(0);
 
   locate : process (clk) is
 
@@ -172,13 +172,21 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The fraction of a position says how the four pixels are weighed: it is wanted when they come out.
+      weight_y_at(1)                          <= unsigned(position_y(WEIGHT_BITS - 1 downto 0));
+      weight_x_at(1)                          <= unsigned(position_x(WEIGHT_BITS - 1 downto 0));
+      weight_y_at(2 to WINDOW_LATENCY)        <= weight_y_at(1 to WINDOW_LATENCY - 1);
+      weight_x_at(2 to WINDOW_LATENCY)        <= weight_x_at(1 to WINDOW_LATENCY - 1);
+      swap_line_at(2 to WINDOW_LATENCY - 1)   <= swap_line_at(1 to WINDOW_LATENCY - 2);
+      swap_column_at(2 to WINDOW_LATENCY - 1) <= swap_column_at(1 to WINDOW_LATENCY - 2);
+
       -- 1: lines by their numbers, columns; mirrored.
       line_now   := position_y(15 + WEIGHT_BITS downto WEIGHT_BITS);
       column_now := position_x(15 + WEIGHT_BITS downto WEIGHT_BITS);
-      line_0     <= mirrored(line_now, last_line) + base;
-      line_1     <= mirrored(line_now + 1, last_line) + base;
-      column_0   <= mirrored(column_now, last_column);
-      column_1   <= mirrored(column_now + 1, last_column);
+      line_0     <= mirrored(line_now, frame.last_line) + frame.base;
+      line_1     <= mirrored(line_now + 1, frame.last_line) + frame.base;
+      column_0   <= mirrored(column_now, frame.last_column);
+      column_1   <= mirrored(column_now + 1, frame.last_column);
 
       -- 2: which is even; how old.
       if line_0(0) = '0' then
@@ -195,11 +203,11 @@ begin
         even_column := column_1;
         odd_column  := column_0;
       end if;
-      number    := shift_right(write_line, 1) - shift_right(even_line, 1);
+      number    := shift_right(ring_write.line, 1) - shift_right(even_line, 1);
       even_age  <= unsigned(number(AGE_BITS - 1 downto 0));
-      number    := shift_right(write_line, 1) - shift_right(odd_line, 1);
+      number    := shift_right(ring_write.line, 1) - shift_right(odd_line, 1);
       odd_age   <= unsigned(number(AGE_BITS - 1 downto 0));
-      newest_3  <= write_slot;
+      newest_3  <= ring_write.slot;
       even_half <= resize(unsigned(even_column(14 downto 1)), ADDR_BITS);
       odd_half  <= resize(unsigned(odd_column(14 downto 1)), ADDR_BITS);
 
@@ -217,8 +225,8 @@ begin
       addresses(3) <= BASES(odd_slot) + odd_3;
 
       -- 8: in order.
-      if swap_late(1) = '0' then
-        if swap_late(0) = '0' then
+      if swap_line_at(WINDOW_LATENCY - 1) = '0' then
+        if swap_column_at(WINDOW_LATENCY - 1) = '0' then
           pixel_00 <= pixels(0);
           pixel_01 <= pixels(1);
           pixel_10 <= pixels(2);
@@ -230,7 +238,7 @@ begin
           pixel_11 <= pixels(2);
         end if;
       else
-        if swap_late(0) = '0' then
+        if swap_column_at(WINDOW_LATENCY - 1) = '0' then
           pixel_00 <= pixels(2);
           pixel_01 <= pixels(3);
           pixel_10 <= pixels(0);
@@ -246,22 +254,25 @@ begin
 
   end process locate;
 
+  -- The record's slot has the range of the largest ring; a table is asked by what this ring has.
+  write_slot <= ring_write.slot;
+
   -- Into the ring: a clock behind its place, as its data are. The four memories share the address.
   write_pixels : process (clk) is
   begin
 
     if rising_edge(clk) then
       write_enables <= (others => '0');
-      if write_line(0) = '0' and write_column(0) = '0' then
-        write_enables(0) <= write_enable;
-      elsif write_line(0) = '0' then
-        write_enables(1) <= write_enable;
-      elsif write_column(0) = '0' then
-        write_enables(2) <= write_enable;
+      if ring_write.line(0) = '0' and ring_write.column(0) = '0' then
+        write_enables(0) <= ring_write.enable;
+      elsif ring_write.line(0) = '0' then
+        write_enables(1) <= ring_write.enable;
+      elsif ring_write.column(0) = '0' then
+        write_enables(2) <= ring_write.enable;
       else
-        write_enables(3) <= write_enable;
+        write_enables(3) <= ring_write.enable;
       end if;
-      write_address <= BASES(write_slot) + resize(shift_right(write_column, 1), ADDR_BITS);
+      write_address <= BASES(write_slot) + resize(shift_right(ring_write.column, 1), ADDR_BITS);
       write_pixel   <= write_data;
     end if;
 
@@ -269,6 +280,7 @@ begin
 
   memories : for i in 0 to 3 generate
 
+    -- Deep memories in blocks: a register stands behind each, which block RAM needs at sensor clocks.
     memory : entity work.ram_blocks
       generic map (
         WIDTH        => DATA_BITS,
@@ -286,31 +298,7 @@ begin
 
   end generate memories;
 
-  -- The memories give lines and columns sorted by parity, so what was swapped on the way in is swapped back.
-  -- From step 1 to step 7.
-  swaps : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => WINDOW_LATENCY - 2
-    )
-    port map (
-      clk     => clk,
-      tag     => swap_now,
-      delayed => swap_late
-    );
-
-  weights : entity work.tag_delay
-    generic map (
-      WIDTH  => 2 * WEIGHT_BITS,
-      LENGTH => WINDOW_LATENCY
-    )
-    port map (
-      clk     => clk,
-      tag     => weight_now,
-      delayed => weight_out
-    );
-
-  weight_y <= unsigned(weight_out(2 * WEIGHT_BITS - 1 downto WEIGHT_BITS));
-  weight_x <= unsigned(weight_out(WEIGHT_BITS - 1 downto 0));
+  weight_y <= weight_y_at(WINDOW_LATENCY);
+  weight_x <= weight_x_at(WINDOW_LATENCY);
 
 end architecture rtl;

@@ -35,21 +35,12 @@ entity raw_writer is
     token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
     -- The next pixel has a place.
     room : out   std_logic;
-    -- To the ring: a pixel, its column, the number of its line and the place of that in the ring, counted in pairs.
-    write_enable : out   std_logic;
-    write_line   : out   place_t;
-    write_slot   : out   natural range 0 to LINES / 2 - 1;
-    write_column : out   unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0);
-    write_data   : out   std_logic_vector(DATA_BITS - 1 downto 0);
-    -- A frame waits for the reader: number of its first line; the reader takes it.
-    frame_waits : out   std_logic;
-    frame_base  : out   place_t;
-    frame_taken : in    std_logic;
-    -- Lines that are complete of the frame that the reader has; with frame_waits there will be no more.
-    lines_in : out   place_t;
-    -- The first line that the reader needs; it needs none.
-    keep      : in    place_t;
-    keep_none : in    std_logic
+    -- To the ring.
+    ring_write : out   ring_write_t;
+    write_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    -- What the ring has, and what its reader needs.
+    ring : out   ring_state_t;
+    need : in    ring_need_t
   );
 end entity raw_writer;
 
@@ -58,6 +49,8 @@ architecture rtl of raw_writer is
   constant LAST_SLOT : natural := LINES / 2 - 1;
   -- Clocks in which what was read for a line has left the ring.
   constant KEEP_WAIT : positive := 12;
+
+  type keeps_t is array (1 to KEEP_WAIT) of place_t;
 
   -- The line that is written, its place in the ring, and the next column. The number wraps around; only differences
   -- of lines within the ring are ever taken.
@@ -73,8 +66,8 @@ architecture rtl of raw_writer is
   signal line_ends   : std_logic;
   -- The first line that the reader needs, and the same when its last reads have left the memory: a line is given free
   -- that much later.
-  signal keep_word : std_logic_vector(16 downto 0);
-  signal keep_late : std_logic_vector(16 downto 0);
+  signal keep_at  : keeps_t                          := (others => (others => '0'));
+  signal keeps_at : std_logic_vector(1 to KEEP_WAIT) := (others => '0');
   -- The first line that must stay, if any.
   signal first_kept : place_t;
   signal keeps_none : std_logic;
@@ -84,33 +77,19 @@ architecture rtl of raw_writer is
 
 begin
 
-  line_ends   <= token.strobe and token.pixel and token.line_last;
-  room        <= room_next when line_ends = '1' else
-                 room_this;
-  frame_base  <= frame_first;
-  frame_waits <= waits;
-  lines_in    <= done_before when waits = '1' else
-                 done;
-
-  keep_word <= std_logic_vector(keep) & not keep_none;
-
-  -- A reset makes it a reader that needs no line.
-  keep_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => 17,
-      LENGTH => KEEP_WAIT
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => keep_word,
-      delayed => keep_late
-    );
+  line_ends        <= token.strobe and token.pixel and token.line_last;
+  room             <= room_next when line_ends = '1' else
+                      room_this;
+  ring.frame_base  <= frame_first;
+  ring.frame_waits <= waits;
+  -- While a frame waits, the reader has the one before, and that one is complete.
+  ring.lines_in <= done_before when waits = '1' else
+                   done;
 
   -- While it has no frame, all lines of the one that waits stay.
-  first_kept <= signed(keep_late(16 downto 1)) when keep_late(0) = '1' else
+  first_kept <= keep_at(KEEP_WAIT) when keeps_at(KEEP_WAIT) = '1' else
                 frame_first;
-  keeps_none <= not (keep_late(0) or waits);
+  keeps_none <= not (keeps_at(KEEP_WAIT) or waits);
 
   follow : process (clk) is
 
@@ -119,12 +98,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      write_enable <= token.strobe and token.pixel;
-      write_data   <= token_data;
-      write_line   <= line_number;
-      write_slot   <= slot;
+      -- Once a pixel is here its line has room: the sequencer was told before it took it.
+      ring_write.enable <= token.strobe and token.pixel;
+      write_data        <= token_data;
+      ring_write.line   <= line_number;
+      ring_write.slot   <= slot;
 
-      if frame_taken = '1' then
+      -- The first line to stay is given free late, when the reads of the lines before it have left the memory; that
+      -- none must stay is known late for the same reason.
+      keep_at(1)               <= need.keep;
+      keep_at(2 to KEEP_WAIT)  <= keep_at(1 to KEEP_WAIT - 1);
+      keeps_at(1)              <= not need.keep_none;
+      keeps_at(2 to KEEP_WAIT) <= keeps_at(1 to KEEP_WAIT - 1);
+
+      if need.frame_taken = '1' then
         waits <= '0';
       end if;
 
@@ -133,11 +120,11 @@ begin
       now := line_number;
       if token.strobe = '1' and token.pixel = '1' then
         if token.line_first = '1' then
-          write_column <= (others => '0');
-          column       <= to_unsigned(1, column'length);
+          ring_write.column <= (others => '0');
+          column            <= to_unsigned(1, column'length);
         else
-          write_column <= column;
-          column       <= column + 1;
+          ring_write.column <= resize(column, 13);
+          column            <= column + 1;
         end if;
 
         if token.line_first = '1' and token.frame_first = '1' then
@@ -164,6 +151,7 @@ begin
           end if;
         end if;
       end if;
+      -- The number runs on from frame to frame, so that a line has one name in the ring whatever frame it is of.
       line_number <= now;
 
       room_this <= '0';
@@ -175,8 +163,10 @@ begin
         room_next <= '1';
       end if;
 
+      -- A reset makes it a reader that needs no line.
       if reset = '1' then
-        waits <= '0';
+        keeps_at <= (others => '0');
+        waits    <= '0';
       end if;
     end if;
 

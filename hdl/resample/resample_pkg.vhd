@@ -72,6 +72,55 @@ package resample_pkg is
   -- The registers written so far, all of a grid, take effect with the next frame.
   constant LOAD_KIND_COMMIT : std_logic_vector(1 downto 0) := "11";
 
+  -- Whether a load writes what a kind says.
+  function writes (
+    load : load_t;
+    kind : std_logic_vector(1 downto 0)
+  ) return std_logic;
+
+  -- Where raw_writer puts a pixel: its column, the number of its line, and that line's place in the ring, counted in
+  -- pairs. Columns and places have the bits of the largest ring; what a smaller one does not use is always 0.
+  type ring_write_t is record
+    enable : std_logic;
+    line   : place_t;
+    slot   : natural range 0 to 127;
+    column : unsigned(12 downto 0);
+  end record ring_write_t;
+
+  -- What the ring has, from raw_writer to lens_rows: whether a frame waits for its reader, the number of its first
+  -- line, and the lines that are complete of the frame that the reader has; while a frame waits these are all.
+  type ring_state_t is record
+    frame_waits : std_logic;
+    frame_base  : place_t;
+    lines_in    : place_t;
+  end record ring_state_t;
+
+  -- What its reader needs: it takes the frame that waits; the first line that must stay, or that none must.
+  type ring_need_t is record
+    frame_taken : std_logic;
+    keep        : place_t;
+    keep_none   : std_logic;
+  end record ring_need_t;
+
+  -- The frame that is read: number of its line 0, its last line and column.
+  type raw_frame_t is record
+    base        : place_t;
+    last_line   : place_t;
+    last_column : place_t;
+  end record raw_frame_t;
+
+  -- A pixel of the raster on its way through the samples: whether there is one, the first of a frame, the last of a
+  -- line; its lens and its place in the profile; where it lies, with the fraction bits of weights (8 at most).
+  type walked_t is record
+    valid   : std_logic;
+    first   : std_logic;
+    last    : std_logic;
+    lens    : lens_t;
+    profile : profile_t;
+    y       : signed(23 downto 0);
+    x       : signed(23 downto 0);
+  end record walked_t;
+
   -- A line of the raster.
   type raster_line_t is record
     -- Where its first pixel lies.
@@ -112,6 +161,16 @@ package body resample_pkg is
     return (write, word(61 downto 60), word(59 downto 40), word(39 downto 0));
 
   end function to_load;
+
+  function writes (
+    load : load_t;
+    kind : std_logic_vector(1 downto 0)
+  ) return std_logic is
+  begin
+
+    return load.write and to_logic(load.kind = kind);
+
+  end function writes;
 
   function mirrored (
     place : place_t;

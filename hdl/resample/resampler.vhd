@@ -94,7 +94,6 @@ architecture rtl of resampler is
 
   constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
-  constant POSITION    : positive := 16 + WEIGHT_BITS;
   constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
   -- The FIFO behind the samples holds all pixels that are under way, so that nothing between the ring and it needs to
@@ -117,31 +116,16 @@ architecture rtl of resampler is
   signal fault        : std_logic;
   signal fault_flag   : std_logic := '0';
 
-  -- What a word of the load port is for.
-  signal load_register : std_logic;
-  signal load_lens     : std_logic;
-  signal load_profile  : std_logic;
-  signal load_commit   : std_logic;
-
-  signal room         : std_logic;
-  signal write_enable : std_logic;
-  signal write_line   : place_t;
-  signal write_slot   : natural range 0 to LINES / 2 - 1;
-  signal write_column : unsigned(COLUMN_BITS - 1 downto 0);
-  signal write_data   : std_logic_vector(DATA_BITS - 1 downto 0);
-  -- Between writer and reader of the ring: a frame that waits, its lines that are in, the lines that must stay.
-  signal frame_waits : std_logic;
-  signal frame_base  : place_t;
-  signal frame_taken : std_logic;
-  signal lines_in    : place_t;
-  signal keep        : place_t;
-  signal keep_none   : std_logic;
+  signal load       : load_t;
+  signal room       : std_logic;
+  signal ring_write : ring_write_t;
+  signal write_data : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal ring       : ring_state_t;
+  signal need       : ring_need_t;
 
   -- The frame that is read: its grid and where it lies in the ring; the line of the raster on offer.
   signal registers   : registers_t;
-  signal base        : place_t;
-  signal last_line   : place_t;
-  signal last_column : place_t;
+  signal frame       : raw_frame_t;
   signal raster_line : raster_line_t;
   signal line_valid  : std_logic;
   signal line_taken  : std_logic;
@@ -151,24 +135,18 @@ architecture rtl of resampler is
   -- Places in the output FIFO that no pixel under way is meant for.
   signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
-  signal pixel_valid : std_logic;
-  signal pixel_first : std_logic;
-  signal pixel_last  : std_logic;
-  signal even_y      : signed(POSITION - 1 downto 0);
-  signal even_x      : signed(POSITION - 1 downto 0);
-  signal lens        : lens_t;
-  signal profile     : profile_t;
+  signal pixel       : walked_t;
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
 
-  -- Beside a pixel: valid (bit 0), first of its frame, last of its line.
-  signal tag        : std_logic_vector(2 downto 0);
-  signal value_tag  : std_logic_vector(2 downto 0);
-  signal word_valid : std_logic;
-  signal word       : std_logic_vector(WORD_BITS - 1 downto 0);
-  signal out_word   : std_logic_vector(WORD_BITS - 1 downto 0);
-  signal out_valid  : std_logic;
-  signal out_ready  : std_logic;
+  signal value_valid : std_logic;
+  signal value_first : std_logic;
+  signal value_last  : std_logic;
+  signal word_valid  : std_logic;
+  signal word        : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal out_word    : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal out_valid   : std_logic;
+  signal out_ready   : std_logic;
 
 begin
 
@@ -187,31 +165,23 @@ begin
       s_axis_tdata  => input_word,
       m_axis_tvalid => stream_valid,
       m_axis_tready => stream_ready,
-      m_axis_tdata  => stream_word,
-      level         => open
+      m_axis_tdata  => stream_word
     );
 
   -- A further frame waits until the reader has the one before.
   may_take <= room and not (stream_valid and stream_word(DATA_BITS + 1) and
-                            (frame_waits or (token.strobe and token.line_first and token.frame_first)));
+                            (ring.frame_waits or (token.strobe and token.line_first and token.frame_first)));
 
   sequencer : entity work.frame_sequencer
     generic map (
-      MAX_COLUMNS   => MAX_COLUMNS,
-      PARALLEL_ROWS => 1,
-      DATA_BITS     => DATA_BITS,
-      ROW_FLUSH     => 0,
-      COLUMN_FLUSH  => 0,
-      MIN_STEPS     => 1,
-      MIN_BANDS     => 1,
-      BAND_MODULUS  => 1
+      MAX_COLUMNS => MAX_COLUMNS,
+      DATA_BITS   => DATA_BITS
     )
     port map (
       clk           => clk,
       reset         => reset,
       columns       => columns,
       rows          => rows,
-      slice         => x"00",
       frame_start   => frame_start,
       s_axis_tvalid => stream_valid,
       s_axis_tready => stream_ready,
@@ -219,9 +189,7 @@ begin
       s_axis_tuser  => stream_word(DATA_BITS + 1),
       s_axis_tlast  => stream_word(DATA_BITS),
       credit        => may_take,
-      drained       => '1',
       token         => token,
-      token_row     => open,
       token_data    => token_data,
       error_flags   => flags,
       error_clear   => error_clear
@@ -234,32 +202,19 @@ begin
       DATA_BITS   => DATA_BITS
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      token        => token,
-      token_data   => token_data,
-      room         => room,
-      write_enable => write_enable,
-      write_line   => write_line,
-      write_slot   => write_slot,
-      write_column => write_column,
-      write_data   => write_data,
-      frame_waits  => frame_waits,
-      frame_base   => frame_base,
-      frame_taken  => frame_taken,
-      lines_in     => lines_in,
-      keep         => keep,
-      keep_none    => keep_none
+      clk        => clk,
+      reset      => reset,
+      token      => token,
+      token_data => token_data,
+      room       => room,
+      ring_write => ring_write,
+      write_data => write_data,
+      ring       => ring,
+      need       => need
     );
 
-  load_register <= load_write when load_kind = LOAD_KIND_REGISTER else
-                   '0';
-  load_lens     <= load_write when load_kind = LOAD_KIND_LENS else
-                   '0';
-  load_profile  <= load_write when load_kind = LOAD_KIND_PROFILE else
-                   '0';
-  load_commit   <= load_write when load_kind = LOAD_KIND_COMMIT else
-                   '0';
+  -- Users get plain ports; inside, the word goes as one to all that keep a part of it.
+  load <= (load_write, load_kind, load_address, load_data);
 
   lines_of_lenses : entity work.lens_rows
     generic map (
@@ -271,33 +226,25 @@ begin
     port map (
       clk            => clk,
       reset          => reset,
-      load_write     => load_register,
-      load_address   => unsigned(load_address(3 downto 0)),
-      load_data      => load_data(31 downto 0),
-      load_commit    => load_commit,
+      load           => load,
       frame_start    => frame_start,
       columns        => columns,
       rows           => rows,
-      frame_waits    => frame_waits,
-      frame_base     => frame_base,
-      frame_taken    => frame_taken,
-      lines_in       => lines_in,
-      keep           => keep,
-      keep_none      => keep_none,
+      ring           => ring,
+      need           => need,
       raster_line    => raster_line,
       line_valid     => line_valid,
       line_taken     => line_taken,
       at_rest        => at_rest,
       drained        => drained,
       registers      => registers,
-      base           => base,
-      last_line      => last_line,
-      last_column    => last_column,
+      frame          => frame,
       raster_columns => raster_columns,
       raster_rows    => raster_rows,
       fault          => fault
     );
 
+  -- What it says of a pixel is registered, and a register is all that stands between it and the memories.
   walk : entity work.lens_walk
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -315,19 +262,13 @@ begin
       line_taken  => line_taken,
       at_rest     => at_rest,
       credit      => have_credit,
-      valid       => pixel_valid,
-      first       => pixel_first,
-      last        => pixel_last,
-      position_y  => even_y,
-      position_x  => even_x,
-      lens        => lens,
-      profile     => profile
+      pixel       => pixel
     );
 
   -- A pixel that was sent a clock ago is not counted yet.
   have_credit <= '1' when credits > 1 else
                  '0';
-  drained     <= '1' when credits = CREDIT and pixel_valid = '0' else
+  drained     <= '1' when credits = CREDIT and pixel.valid = '0' else
                  '0';
 
   -- A pixel that leaves gives its place back; one that is sent and one that leaves in the same clock change nothing.
@@ -335,9 +276,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      if pixel_valid = '1' and not (out_valid = '1' and out_ready = '1') then
+      if pixel.valid = '1' and not (out_valid = '1' and out_ready = '1') then
         credits <= credits - 1;
-      elsif pixel_valid = '0' and out_valid = '1' and out_ready = '1' then
+      elsif pixel.valid = '0' and out_valid = '1' and out_ready = '1' then
         credits <= credits + 1;
       end if;
 
@@ -358,9 +299,9 @@ begin
 
   error_flags <= fault_flag & flags;
 
-  tag   <= pixel_last & pixel_first & pixel_valid;
   black <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
 
+  -- It cannot stop: the credits say beforehand that what it sends out has a place.
   samples : entity work.lens_samples
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -376,30 +317,21 @@ begin
       GAIN_BITS        => GAIN_BITS
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      load_lens    => load_lens,
-      load_profile => load_profile,
-      load_address => unsigned(load_address),
-      load_data    => load_data,
-      write_enable => write_enable,
-      write_line   => write_line,
-      write_slot   => write_slot,
-      write_column => write_column,
-      write_data   => write_data,
-      base         => base,
-      last_line    => last_line,
-      last_column  => last_column,
-      black        => black,
-      tag          => tag,
-      position_y   => even_y,
-      position_x   => even_x,
-      lens         => lens,
-      profile      => profile,
-      value_tag    => value_tag,
-      values       => values
+      clk         => clk,
+      reset       => reset,
+      load        => load,
+      ring_write  => ring_write,
+      write_data  => write_data,
+      frame       => frame,
+      black       => black,
+      pixel       => pixel,
+      value_valid => value_valid,
+      value_first => value_first,
+      value_last  => value_last,
+      values      => values
     );
 
+  -- Its ready is not looked at: it is never full, by the credits.
   values_out : entity work.axis_fifo
     generic map (
       WIDTH        => WORD_BITS,
@@ -409,22 +341,21 @@ begin
       clk           => clk,
       reset         => reset,
       s_axis_tvalid => word_valid,
-      s_axis_tready => open,
       s_axis_tdata  => word,
       m_axis_tvalid => out_valid,
       m_axis_tready => out_ready,
-      m_axis_tdata  => out_word,
-      level         => open
+      m_axis_tdata  => out_word
     );
 
   rectangular : if not HEXAGONAL generate
 
+    -- In step with the rounding, which takes a clock.
     follow_values : process (clk) is
     begin
 
       if rising_edge(clk) then
-        word_valid                               <= value_tag(0);
-        word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_tag(2 downto 1);
+        word_valid                               <= value_valid;
+        word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_last & value_first;
 
         if reset = '1' then
           word_valid <= '0';
@@ -460,8 +391,8 @@ begin
   hexagonal_grid : if HEXAGONAL generate
 
     -- Not rounded yet: hexagonal_rows weighs two values of this width.
-    word_valid <= value_tag(0);
-    word       <= value_tag(2 downto 1) & values;
+    word_valid <= value_valid;
+    word       <= value_last & value_first & values;
 
     straighten : entity work.hexagonal_rows
       generic map (

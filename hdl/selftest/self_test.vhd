@@ -167,8 +167,6 @@ begin
       m_axis_tvalid => result_valid,
       m_axis_tready => '1',
       m_axis_tdata  => result,
-      m_axis_tuser  => open,
-      m_axis_tid    => open,
       m_axis_tlast  => result_last,
       error_flags   => error_flags,
       error_clear   => '0'

@@ -19,6 +19,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sharpen_pkg.all;
 
 entity lens_sharpener is
@@ -41,28 +42,15 @@ entity lens_sharpener is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token; whether it has pixels, and the ends of its line.
-    strobe     : in    std_logic;
-    pixel      : in    std_logic;
-    line_first : in    std_logic;
-    line_last  : in    std_logic;
+    -- A token. What it says of its line counts with the line's first token.
+    token : in    token_t;
     -- The pixels that a line's last token has.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- With a line's first token: it belongs to an image, it is a frame's first one, and its slice.
-    image       : in    std_logic;
-    frame_first : in    std_logic;
-    slice       : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
     -- The sums of a token, channel 0 of pixel 0 in the low bits.
     sums : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
-    -- The same, sharpened; what is of a line comes with each of its tokens.
-    out_strobe      : out   std_logic;
-    out_pixel       : out   std_logic;
-    out_line_first  : out   std_logic;
-    out_line_last   : out   std_logic;
-    out_image       : out   std_logic;
-    out_frame_first : out   std_logic;
-    out_slice       : out   unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
-    out_sums        : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
+    -- The same, sharpened; what is said of a line comes with each of its tokens.
+    out_token : out   token_t;
+    out_sums  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
   );
 end entity lens_sharpener;
 
@@ -73,15 +61,9 @@ architecture rtl of lens_sharpener is
   -- h, before the taps of rows multiply it by 2**s.
   constant ROUNDING : natural := choose(DIVISOR mod 2 = 1, 2 ** (scale_exponent(SHARPENING) - 1), 0);
 
-  signal column_strobe      : std_logic;
-  signal column_pixel       : std_logic;
-  signal column_line_first  : std_logic;
-  signal column_line_last   : std_logic;
-  signal column_image       : std_logic;
-  signal column_frame_first : std_logic;
-  signal column_slice       : unsigned(slice'range);
-  signal column_sharpened   : std_logic;
-  signal column_values      : std_logic_vector(LANES * TAPPED_SIZE - 1 downto 0);
+  signal column_token     : token_t;
+  signal column_sharpened : std_logic;
+  signal column_values    : std_logic_vector(LANES * TAPPED_SIZE - 1 downto 0);
 
 begin
 
@@ -96,25 +78,13 @@ begin
       RESULT_BITS      => TAPPED_SIZE
     )
     port map (
-      clk             => clk,
-      reset           => reset,
-      strobe          => strobe,
-      pixel           => pixel,
-      line_first      => line_first,
-      line_last       => line_last,
-      image           => image,
-      frame_first     => frame_first,
-      slice           => slice,
-      sums            => sums,
-      out_strobe      => column_strobe,
-      out_pixel       => column_pixel,
-      out_line_first  => column_line_first,
-      out_line_last   => column_line_last,
-      out_image       => column_image,
-      out_frame_first => column_frame_first,
-      out_slice       => column_slice,
-      out_sharpened   => column_sharpened,
-      out_values      => column_values
+      clk           => clk,
+      reset         => reset,
+      token         => token,
+      sums          => sums,
+      out_token     => column_token,
+      out_sharpened => column_sharpened,
+      out_values    => column_values
     );
 
   rows : entity work.sharpen_rows
@@ -127,26 +97,14 @@ begin
       SUM_MAX          => SUM_MAX
     )
     port map (
-      clk             => clk,
-      reset           => reset,
-      strobe          => column_strobe,
-      pixel           => column_pixel,
-      line_first      => column_line_first,
-      line_last       => column_line_last,
-      line_end        => line_end,
-      image           => column_image,
-      frame_first     => column_frame_first,
-      slice           => column_slice,
-      sharpened       => column_sharpened,
-      values          => column_values,
-      out_strobe      => out_strobe,
-      out_pixel       => out_pixel,
-      out_line_first  => out_line_first,
-      out_line_last   => out_line_last,
-      out_image       => out_image,
-      out_frame_first => out_frame_first,
-      out_slice       => out_slice,
-      out_sums        => out_sums
+      clk       => clk,
+      reset     => reset,
+      token     => column_token,
+      line_end  => line_end,
+      sharpened => column_sharpened,
+      values    => column_values,
+      out_token => out_token,
+      out_sums  => out_sums
     );
 
 end architecture rtl;

@@ -18,6 +18,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sharpen_pkg.all;
 
 entity sharpen_columns is
@@ -40,25 +41,11 @@ entity sharpen_columns is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token; whether it has pixels, and the ends of its line.
-    strobe     : in    std_logic;
-    pixel      : in    std_logic;
-    line_first : in    std_logic;
-    line_last  : in    std_logic;
-    -- With a line's first token: it belongs to an image, it is a frame's first one, and its slice.
-    image       : in    std_logic;
-    frame_first : in    std_logic;
-    slice       : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
-    -- The sums of a token.
-    sums : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
-    -- The same behind the taps; those of a line hold until the next one.
-    out_strobe      : out   std_logic;
-    out_pixel       : out   std_logic;
-    out_line_first  : out   std_logic;
-    out_line_last   : out   std_logic;
-    out_image       : out   std_logic;
-    out_frame_first : out   std_logic;
-    out_slice       : out   unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    -- A token, and its sums. What it says of its line counts with the line's first token.
+    token : in    token_t;
+    sums  : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    -- The same behind the taps; what is said of a line holds until the next one.
+    out_token : out   token_t;
     -- Whether the slice is sharpened at all.
     out_sharpened : out   std_logic;
     out_values    : out   std_logic_vector(LANES * RESULT_BITS - 1 downto 0)
@@ -70,10 +57,11 @@ architecture rtl of sharpen_columns is
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant WORDS      : positive := M * TOKENS;
   constant LINE_BITS  : positive := LANES * SUM_BITS;
-  constant SLICE_BITS : positive := slice'length;
+  constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
 
   -- Clocks from a token to the words of its address.
-  constant READ : positive := SHARPEN_COLUMNS_LATENCY - TAPS_LATENCY;
+  constant LATENCY : positive := SHARPEN_COLUMNS_LATENCY;
+  constant READ    : positive := LATENCY - TAPS_LATENCY;
 
   subtype address_t is unsigned(bits_for(WORDS - 1) - 1 downto 0);
 
@@ -82,17 +70,6 @@ architecture rtl of sharpen_columns is
   type addresses_t is array (1 to READ) of address_t;
 
   type lines_t is array (1 to READ) of line_t;
-
-  -- Side information of a line; bit 0 is the one that reset clears.
-  constant IMAGE_BIT     : natural := 0;
-  constant FRAME_BIT     : natural := 1;
-  constant ABOVE_BIT     : natural := 2;
-  constant SHARPENED_BIT : natural := 3;
-  constant SLICE_LOW     : natural := 4;
-
-  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
-
-  type line_tags_t is array (1 to SHARPEN_COLUMNS_LATENCY) of line_tag_t;
 
   type sharpened_t is array (natural range 0 to 2 ** SLICE_BITS - 1) of std_logic;
 
@@ -129,9 +106,11 @@ architecture rtl of sharpen_columns is
 
   -- Lines of the frame before the current one, up to M - 1.
   signal lines_before : natural range 0 to larger(M - 1, 1) := 0;
-  signal line_tag     : line_tag_t;
-  signal line_due     : line_tag_t;
-  signal line_tag_at  : line_tags_t                         := (others => (others => '0'));
+  -- What is said of a line moves with lines up to that of M lines before, which has its results now; one place on it
+  -- goes with the clocks of its words. With it go whether the line above it is there and whether it is sharpened.
+  signal line_at      : tokens_t(1 to M + LATENCY)         := (others => NO_TOKEN);
+  signal above_at     : std_logic_vector(1 to M + LATENCY) := (others => '0');
+  signal sharpened_at : std_logic_vector(1 to M + LATENCY) := (others => '0');
   -- The line is M below one of its own frame.
   signal below       : std_logic;
   signal below_at    : std_logic_vector(1 to READ) := (others => '0');
@@ -143,60 +122,57 @@ architecture rtl of sharpen_columns is
   signal word      : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal word_back : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal slice_tap : unsigned(SLICE_BITS - 1 downto 0);
-  signal token_tag : std_logic_vector(3 downto 0);
-  signal token_due : std_logic_vector(3 downto 0);
+  -- What is said of a token, and its strobe, which is all that a reset clears of it.
+  signal token_at  : tokens_t(0 to LATENCY)         := (others => NO_TOKEN);
+  signal strobe_at : std_logic_vector(0 to LATENCY) := (others => '0');
 
 begin
 
-  active <= strobe and pixel;
-  step   <= active and line_first;
+  active <= token.strobe and token.pixel;
+  step   <= active and token.line_first;
 
   --------------------------------------------------------------------------------------------------
   -- Lines.
 
-  below <= image and not frame_first when lines_before = M - 1 else
+  below <= token.image and not token.frame_first when lines_before = M - 1 else
            '0';
-
-  line_tag(IMAGE_BIT)     <= image;
-  line_tag(FRAME_BIT)     <= frame_first;
-  line_tag(ABOVE_BIT)     <= below;
-  line_tag(SHARPENED_BIT) <= SHARPENED(to_integer(slice));
-
-  line_tag(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(slice);
-
-  delay_lines : entity work.tag_delay
-    generic map (
-      WIDTH  => line_tag_t'length,
-      LENGTH => M
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => step,
-      tag     => line_tag,
-      delayed => line_due
-    );
 
   follow_lines : process (clk) is
   begin
 
     if rising_edge(clk) then
       if step = '1' then
-        if frame_first = '1' then
+        if token.frame_first = '1' then
           lines_before <= 0;
         elsif lines_before < M - 1 then
           lines_before <= lines_before + 1;
         end if;
 
-        line_tag_at(1) <= line_due;
-        below_at(1)    <= below;
+        line_at(1)      <= token;
+        above_at(1)     <= below;
+        sharpened_at(1) <= SHARPENED(to_integer(token.slice(SLICE_BITS - 1 downto 0)));
+        below_at(1)     <= below;
       end if;
 
-      for i in 2 to SHARPEN_COLUMNS_LATENCY loop
+      for i in 2 to M + LATENCY loop
 
-        line_tag_at(i) <= line_tag_at(i - 1);
+        if step = '1' or i > M + 1 then
+          line_at(i)      <= line_at(i - 1);
+          above_at(i)     <= above_at(i - 1);
+          sharpened_at(i) <= sharpened_at(i - 1);
+        end if;
 
       end loop;
+
+      if reset = '1' then
+
+        for i in 1 to M loop
+
+          line_at(i).image <= '0';
+
+        end loop;
+
+      end if;
 
       for i in 2 to READ loop
 
@@ -208,9 +184,9 @@ begin
 
   end process follow_lines;
 
-  above_there <= line_tag_at(READ)(ABOVE_BIT) and line_tag_at(READ)(SHARPENED_BIT);
-  below_there <= below_at(READ) and line_tag_at(READ)(SHARPENED_BIT);
-  slice_tap   <= unsigned(line_tag_at(READ + 2)(line_tag_t'high downto SLICE_LOW));
+  above_there <= above_at(M + READ) and sharpened_at(M + READ);
+  below_there <= below_at(READ) and sharpened_at(M + READ);
+  slice_tap   <= line_at(M + READ + 2).slice(SLICE_BITS - 1 downto 0);
 
   --------------------------------------------------------------------------------------------------
   -- The memory.
@@ -222,6 +198,8 @@ begin
       if step = '1' then
         address_at(1) <= next_line;
 
+        -- M words for a column follow each other TOKENS apart: the next line is found by an addition, and the first
+        -- by a comparison.
         if next_line = (M - 1) * TOKENS then
           next_line <= (others => '0');
         else
@@ -231,6 +209,7 @@ begin
         address_at(1) <= address_at(1) + 1;
       end if;
 
+      -- Address, pixel and write enable go together, so that a word that was read is written back at its own place.
       active_at(1) <= active;
       sums_at(1)   <= sums;
 
@@ -283,6 +262,7 @@ begin
     line_above <= signed('0' & word(LINE_BITS + (i + 1) * SUM_BITS - 1 downto LINE_BITS + i * SUM_BITS));
     line_below <= signed('0' & sums_at(READ)((i + 1) * SUM_BITS - 1 downto i * SUM_BITS));
 
+    -- A bit more than a sum: taps work on signed numbers.
     taps : entity work.three_taps
       generic map (
         VALUE_BITS  => SUM_BITS + 1,
@@ -306,30 +286,37 @@ begin
   end generate lane;
 
   --------------------------------------------------------------------------------------------------
-  -- Side information. Bit 0 is the one that reset clears.
+  -- The token.
 
-  token_tag <= line_last & line_first & pixel & strobe;
+  token_at(0)  <= token;
+  strobe_at(0) <= token.strobe;
 
-  delay_tokens : entity work.tag_delay
-    generic map (
-      WIDTH  => token_tag'length,
-      LENGTH => SHARPEN_COLUMNS_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => token_tag,
-      delayed => token_due
-    );
+  delay_token : process (clk) is
+  begin
 
-  out_strobe     <= token_due(0);
-  out_pixel      <= token_due(1);
-  out_line_first <= token_due(2);
-  out_line_last  <= token_due(3);
+    if rising_edge(clk) then
+      -- The token keeps its place in its line; what it says of the line is replaced below by what holds for the line
+      -- M before.
+      token_at(1 to LATENCY)  <= token_at(0 to LATENCY - 1);
+      strobe_at(1 to LATENCY) <= strobe_at(0 to LATENCY - 1);
+      if reset = '1' then
+        strobe_at(1 to LATENCY) <= (others => '0');
+      end if;
+    end if;
 
-  out_image       <= line_tag_at(SHARPEN_COLUMNS_LATENCY)(IMAGE_BIT);
-  out_frame_first <= line_tag_at(SHARPEN_COLUMNS_LATENCY)(FRAME_BIT);
-  out_sharpened   <= line_tag_at(SHARPEN_COLUMNS_LATENCY)(SHARPENED_BIT);
-  out_slice       <= unsigned(line_tag_at(SHARPEN_COLUMNS_LATENCY)(line_tag_t'high downto SLICE_LOW));
+  end process delay_token;
+
+  give : process (token_at, strobe_at, line_at) is
+  begin
+
+    out_token             <= token_at(LATENCY);
+    out_token.strobe      <= strobe_at(LATENCY);
+    out_token.image       <= line_at(M + LATENCY).image;
+    out_token.frame_first <= line_at(M + LATENCY).frame_first;
+    out_token.slice       <= line_at(M + LATENCY).slice;
+
+  end process give;
+
+  out_sharpened <= sharpened_at(M + LATENCY);
 
 end architecture rtl;

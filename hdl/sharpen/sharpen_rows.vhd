@@ -14,6 +14,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sharpen_pkg.all;
 
 entity sharpen_rows is
@@ -34,29 +35,15 @@ entity sharpen_rows is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token; whether it has pixels, and the ends of its line.
-    strobe     : in    std_logic;
-    pixel      : in    std_logic;
-    line_first : in    std_logic;
-    line_last  : in    std_logic;
-    -- The pixels that a line's last token has.
+    -- A token, which says of its line what holds for it, and the pixels that a line's last token has.
+    token    : in    token_t;
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- Of the line, with each of its tokens: it belongs to an image, it is a frame's first one, its slice, and
-    -- whether that is sharpened.
-    image       : in    std_logic;
-    frame_first : in    std_logic;
-    slice       : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
-    sharpened   : in    std_logic;
+    -- Whether the slice is sharpened.
+    sharpened : in    std_logic;
     -- The values of a token, channel 0 of pixel 0 in the low bits.
     values : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * VALUE_BITS - 1 downto 0);
     -- The same behind the taps.
-    out_strobe      : out   std_logic;
-    out_pixel       : out   std_logic;
-    out_line_first  : out   std_logic;
-    out_line_last   : out   std_logic;
-    out_image       : out   std_logic;
-    out_frame_first : out   std_logic;
-    out_slice       : out   unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    out_token : out   token_t;
     -- Sums; 0 behind a line's last pixel.
     out_sums : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
   );
@@ -68,7 +55,7 @@ architecture rtl of sharpen_rows is
   constant PIXELS     : positive := PIXELS_PER_CLOCK;
   constant SUM_BITS   : positive := bits_for(SUM_MAX);
   constant PIXEL_BITS : positive := CHANNELS * VALUE_BITS;
-  constant SLICE_BITS : positive := slice'length;
+  constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
   constant SCALE_BITS : positive := scale_exponent(SHARPENING);
   constant TAP_BITS   : positive := VALUE_BITS + SCALE_BITS + 1;
   -- Of them in front of the point.
@@ -77,23 +64,10 @@ architecture rtl of sharpen_rows is
   -- Tokens that the pixel in the middle waits.
   constant DELAY : positive := divide_up(M, PIXELS);
 
-  -- Side information of a token; bit 0 is the one that reset clears.
-  constant PIXEL_BIT     : natural := 0;
-  constant FIRST_BIT     : natural := 1;
-  constant LAST_BIT      : natural := 2;
-  constant IMAGE_BIT     : natural := 3;
-  constant FRAME_BIT     : natural := 4;
-  constant SHARPENED_BIT : natural := 5;
-  -- DELAY tokens of its line, or one fewer, come before it.
-  constant FULL_BIT   : natural := 6;
-  constant NEARLY_BIT : natural := 7;
-  constant SLICE_LOW  : natural := 8;
-  -- The pixels that it has.
-  constant LANES_LOW : natural := SLICE_LOW + SLICE_BITS;
+  -- Of a token, until it comes out: tokens up to the one whose pixels are in the middle, clocks behind it.
+  constant LAST : positive := DELAY + SHARPEN_ROWS_LATENCY;
 
-  subtype tag_t is std_logic_vector(LANES_LOW + PIXELS - 1 downto 0);
-
-  type tags_t is array (1 to SHARPEN_ROWS_LATENCY) of tag_t;
+  type lanes_t is array (1 to LAST) of std_logic_vector(PIXELS - 1 downto 0);
 
   -- Clocks from a token to the sums behind the taps.
   constant TAPS_DONE : positive := 1 + TAPS_LATENCY;
@@ -101,14 +75,19 @@ architecture rtl of sharpen_rows is
   -- Tokens of the line before this one, up to DELAY: until then the pixel in the middle has no left neighbour.
   signal tokens_before : natural range 0 to DELAY := 0;
   signal tokens_now    : natural range 0 to DELAY;
-  -- Of the token that comes, of the one before it, of the one whose pixels are in the middle.
-  signal tag        : tag_t;
-  signal tag_before : tag_t;
-  signal tag_due    : tag_t;
-  signal tag_at     : tags_t := (others => (others => '0'));
-  signal strobe_in  : std_logic_vector(0 downto 0);
-  signal strobe_due : std_logic_vector(0 downto 0);
-  signal slice_tap  : unsigned(SLICE_BITS - 1 downto 0);
+  -- The pixels that the token has, and whether so many tokens of its line come before it.
+  signal lanes_now  : std_logic_vector(PIXELS - 1 downto 0);
+  signal full_now   : std_logic;
+  signal nearly_now : std_logic;
+  -- What is said of a token, whether it is sharpened, which pixels it has, and whether DELAY tokens of its line come
+  -- before it, or one fewer.
+  signal token_at     : tokens_t(1 to LAST)                         := (others => NO_TOKEN);
+  signal sharpened_at : std_logic_vector(1 to LAST)                 := (others => '0');
+  signal lanes_at     : lanes_t                                     := (others => (others => '0'));
+  signal full_at      : std_logic_vector(1 to LAST)                 := (others => '0');
+  signal nearly_at    : std_logic_vector(1 to LAST)                 := (others => '0');
+  signal strobe_at    : std_logic_vector(0 to SHARPEN_ROWS_LATENCY) := (others => '0');
+  signal slice_tap    : unsigned(SLICE_BITS - 1 downto 0);
   -- Idle clocks must not move the middle on: up to it all is kept in tokens, behind it in clocks.
   signal middle : std_logic_vector(PIXELS * PIXEL_BITS - 1 downto 0);
 
@@ -117,88 +96,63 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Side information.
 
-  tokens_now <= 0 when (pixel = '1' and line_first = '1') else
+  -- Counted only as far as it matters: how much further a line goes on changes no neighbour.
+  tokens_now <= 0 when begins_line(token) = '1' else
                 tokens_before when tokens_before = DELAY else
                 tokens_before + 1;
 
-  tag(PIXEL_BIT)     <= pixel;
-  tag(FIRST_BIT)     <= line_first;
-  tag(LAST_BIT)      <= line_last;
-  tag(IMAGE_BIT)     <= image;
-  tag(FRAME_BIT)     <= frame_first;
-  tag(SHARPENED_BIT) <= sharpened;
-  tag(FULL_BIT)      <= '1' when tokens_now = DELAY else
-                        '0';
-  tag(NEARLY_BIT)    <= '1' when tokens_now >= DELAY - 1 else
-                        '0';
-
-  tag(LANES_LOW - 1 downto SLICE_LOW) <= std_logic_vector(slice);
+  full_now     <= '1' when tokens_now = DELAY else
+                  '0';
+  nearly_now   <= '1' when tokens_now >= DELAY - 1 else
+                  '0';
+  strobe_at(0) <= token.strobe;
 
   every_lane : for i in 0 to PIXELS - 1 generate
-    tag(LANES_LOW + i) <= pixel and (line_end(i) or not line_last);
+    lanes_now(i) <= token.pixel and (line_end(i) or not token.line_last);
   end generate every_lane;
-
-  delay_tag_once : entity work.tag_delay
-    generic map (
-      WIDTH  => tag_t'length,
-      LENGTH => 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => strobe,
-      tag     => tag,
-      delayed => tag_before
-    );
-
-  delay_tag : entity work.tag_delay
-    generic map (
-      WIDTH  => tag_t'length,
-      LENGTH => DELAY - 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => strobe,
-      tag     => tag_before,
-      delayed => tag_due
-    );
-
-  strobe_in(0) <= strobe;
-
-  delay_strobe : entity work.tag_delay
-    generic map (
-      WIDTH  => 1,
-      LENGTH => SHARPEN_ROWS_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => strobe_in,
-      delayed => strobe_due
-    );
 
   follow : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if strobe = '1' then
-        tokens_before <= tokens_now;
+      if token.strobe = '1' then
+        tokens_before   <= tokens_now;
+        token_at(1)     <= token;
+        sharpened_at(1) <= sharpened;
+        lanes_at(1)     <= lanes_now;
+        full_at(1)      <= full_now;
+        nearly_at(1)    <= nearly_now;
       end if;
 
-      tag_at(1) <= tag_due;
+      for i in 2 to LAST loop
 
-      for i in 2 to SHARPEN_ROWS_LATENCY loop
-
-        tag_at(i) <= tag_at(i - 1);
+        -- Up to the middle with tokens, as its pixels; from there on with clocks, as the taps.
+        if token.strobe = '1' or i > DELAY then
+          token_at(i)     <= token_at(i - 1);
+          sharpened_at(i) <= sharpened_at(i - 1);
+          lanes_at(i)     <= lanes_at(i - 1);
+          full_at(i)      <= full_at(i - 1);
+          nearly_at(i)    <= nearly_at(i - 1);
+        end if;
 
       end loop;
 
+      strobe_at(1 to SHARPEN_ROWS_LATENCY) <= strobe_at(0 to SHARPEN_ROWS_LATENCY - 1);
+      if reset = '1' then
+        strobe_at(1 to SHARPEN_ROWS_LATENCY) <= (others => '0');
+
+        for i in 1 to DELAY loop
+
+          token_at(i).pixel <= '0';
+
+        end loop;
+
+      end if;
     end if;
 
   end process follow;
 
-  slice_tap <= unsigned(tag_at(3)(LANES_LOW - 1 downto SLICE_LOW));
+  slice_tap <= token_at(DELAY + 3).slice(SLICE_BITS - 1 downto 0);
 
   --------------------------------------------------------------------------------------------------
   -- Pixels and their neighbours.
@@ -230,7 +184,7 @@ begin
       )
       port map (
         clk     => clk,
-        enable  => strobe,
+        enable  => token.strobe,
         tag     => values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS),
         delayed => middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
       );
@@ -242,7 +196,7 @@ begin
       )
       port map (
         clk     => clk,
-        enable  => strobe,
+        enable  => token.strobe,
         tag     => values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS),
         delayed => right_pixel
       );
@@ -254,26 +208,26 @@ begin
       )
       port map (
         clk     => clk,
-        enable  => strobe,
+        enable  => token.strobe,
         tag     => middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS),
         delayed => left_pixel
       );
 
     -- A neighbour is there if its token belongs to the line, and has this pixel.
     right_now : if RIGHT_TOKENS = DELAY generate
-      right_there <= tag(FULL_BIT) and tag(LANES_LOW + RIGHT_LANE);
+      right_there <= full_now and lanes_now(RIGHT_LANE);
     end generate right_now;
 
     right_before : if RIGHT_TOKENS < DELAY generate
-      right_there <= tag_before(NEARLY_BIT) and tag_before(LANES_LOW + RIGHT_LANE);
+      right_there <= nearly_at(1) and lanes_at(1)(RIGHT_LANE);
     end generate right_before;
 
     left_far : if LEFT_TOKENS = DELAY generate
-      left_there <= tag_due(FULL_BIT);
+      left_there <= full_at(DELAY);
     end generate left_far;
 
     left_near : if LEFT_TOKENS < DELAY generate
-      left_there <= tag_due(NEARLY_BIT);
+      left_there <= nearly_at(DELAY);
     end generate left_near;
 
     hold : process (clk) is
@@ -283,8 +237,8 @@ begin
         own_1    <= middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
         right_1  <= right_pixel;
         left_1   <= left_pixel;
-        right_on <= right_there and tag_due(SHARPENED_BIT);
-        left_on  <= left_there and tag_due(SHARPENED_BIT);
+        right_on <= right_there and sharpened_at(DELAY);
+        left_on  <= left_there and sharpened_at(DELAY);
       end if;
 
     end process hold;
@@ -326,7 +280,9 @@ begin
       begin
 
         if rising_edge(clk) then
-          none      <= whole(whole'high) or not tag_at(TAPS_DONE)(LANES_LOW + i);
+          -- A negative sum and a pixel behind the line end alike: as zero.
+          none <= whole(whole'high) or not lanes_at(DELAY + TAPS_DONE)(i);
+          -- Compared a clock before the choice, as the sum has many bits.
           above_all <= '0';
 
           if whole > SUM_MAX then
@@ -355,12 +311,12 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Out.
 
-  out_strobe      <= strobe_due(0);
-  out_pixel       <= tag_at(SHARPEN_ROWS_LATENCY)(PIXEL_BIT);
-  out_line_first  <= tag_at(SHARPEN_ROWS_LATENCY)(FIRST_BIT);
-  out_line_last   <= tag_at(SHARPEN_ROWS_LATENCY)(LAST_BIT);
-  out_image       <= tag_at(SHARPEN_ROWS_LATENCY)(IMAGE_BIT);
-  out_frame_first <= tag_at(SHARPEN_ROWS_LATENCY)(FRAME_BIT);
-  out_slice       <= unsigned(tag_at(SHARPEN_ROWS_LATENCY)(LANES_LOW - 1 downto SLICE_LOW));
+  give : process (token_at, strobe_at) is
+  begin
+
+    out_token        <= token_at(LAST);
+    out_token.strobe <= strobe_at(SHARPEN_ROWS_LATENCY);
+
+  end process give;
 
 end architecture rtl;

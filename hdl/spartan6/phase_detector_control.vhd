@@ -95,7 +95,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      busy_now         <= busy;
+      busy_now <= busy;
+      -- Orders last a clock; the delay lines answer with busy.
       calibrate_master <= '0';
       calibrate_slave  <= '0';
       delay_reset      <= '0';
@@ -107,6 +108,7 @@ begin
 
         when settle =>
 
+          -- Busy comes some clocks behind an order, so before each order some clocks are waited.
           if clocks >= 2 * QUIET and busy_now = '0' then
             calibrate_master <= not master_done;
             calibrate_slave  <= master_done;
@@ -127,6 +129,7 @@ begin
             state       <= track;
             clocks      <= 0;
             master_done <= '1';
+            -- Master first, then slave: the slave's line is what the phase detector moves later on.
             if master_done = '0' then
               state <= settle;
             elsif tracks = '0' then
@@ -145,6 +148,8 @@ begin
 
         when track =>
 
+          -- Again and again, as a delay line drifts with temperature and voltage; only the slave, as the master
+          -- carries the data.
           if clocks >= INTERVAL and busy_now = '0' then
             calibrate_slave <= '1';
             state           <= begun;
@@ -153,6 +158,7 @@ begin
 
       end case;
 
+      -- A delay line that hangs stays busy for ever; a reset of it frees it, and all begins anew.
       if clocks = TIMEOUT then
         delay_reset <= '1';
         hung        <= not hung;
@@ -181,6 +187,7 @@ begin
       if steps = '1' then
         step_up  <= to_logic(balance > 0);
         may_step <= '0';
+        -- What the line itself does not tell is counted along.
         if balance > 0 and position /= FARTHEST then
           position <= position + 1;
         elsif balance < 0 and position /= -FARTHEST then

@@ -88,6 +88,7 @@ begin
         when wait_read =>
 
           if drp_ready = '1' then
+            -- A register has bits of others in it, which must stay: it is read first.
             drp_in <= (drp_out and not entry.mask) or contents;
             state  <= put;
           end if;
@@ -113,6 +114,8 @@ begin
 
       end case;
 
+      -- A PLL that does not answer must not hold the board back: it goes on with the clock that it has, and the lock
+      -- tells.
       if clocks = TIMEOUT then
         state    <= idle;
         done_now <= '1';

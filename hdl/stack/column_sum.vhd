@@ -61,6 +61,11 @@ architecture rtl of column_sum is
 
   constant GEOMETRY : geometry_t := geometry_of("column_sum", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
+  constant NO_SUCH_SLICE : boolean := not takes(SLICE < GEOMETRY.slices,
+                                                "column_sum: SLICE must be one of SHIFTS");
+  constant OTHER_WORDS   : boolean := not takes(HISTORY_BITS = history_word_bits(GEOMETRY, LANES * LANE_BITS),
+                                                "column_sum: HISTORY_BITS must be history_word_bits of the others");
+
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant PIXEL_BITS : positive := LANES * LANE_BITS;
 
@@ -80,6 +85,7 @@ architecture rtl of column_sum is
 
   begin
 
+    -- Which pixel enters depends on the phase alone: a multiplexer of M wired choices instead of an address.
     for v in 0 to M - 1 loop
 
       table(v) := history_place(GEOMETRY, SLICE, v);
@@ -159,15 +165,8 @@ begin
       first         => first,
       live          => live,
       slice         => NO_SLICE,
-      step_1        => open,
       phase_1       => phase_1,
-      first_1       => open,
-      live_1        => open,
-      take_1        => open,
-      slice_1       => open,
       enter_phase_2 => enter_phase_2,
-      moves_3       => open,
-      age_3         => open,
       choice_3      => choice_3,
       command_3     => command_3
     );
@@ -197,6 +196,7 @@ begin
 
       end loop;
 
+      -- Last, so that it wins: the pixel that has just come is not in the memory yet.
       if choice_3.enter = '1' and choice_3.enter_now = '1' then
         entering_4 <= pixel_3;
       end if;

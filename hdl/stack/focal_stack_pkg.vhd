@@ -134,6 +134,7 @@ package body focal_stack_pkg is
 
   begin
 
+    -- Lines of a phase are M apart; one that has just come is not in the memory yet.
     lines := divide_up(oldest_entering(geometry, phase), geometry.micro_image_size);
 
     -- The line that leaves is M older than the one that enters: the next one of its phase.
@@ -195,6 +196,7 @@ package body focal_stack_pkg is
   ) return positive is
   begin
 
+    -- Counted from the text, as a port's width cannot be taken from a geometry that the architecture makes.
     return slice_count(shifts) * lanes * column_sum_bits(micro_image_size, lane_bits);
 
   end function stack_sum_bits;

@@ -50,6 +50,9 @@ architecture rtl of line_history is
 
   constant GEOMETRY : geometry_t := geometry_of("line_history", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
+  constant OTHER_WORDS : boolean := not takes(HISTORY_BITS = history_word_bits(GEOMETRY, PIXEL_BITS),
+                                              "line_history: HISTORY_BITS must be history_word_bits of the others");
+
   type lines_t is array (natural range 0 to MICRO_IMAGE_SIZE) of natural;
 
   -- Lines of all phases before one.

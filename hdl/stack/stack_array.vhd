@@ -62,7 +62,6 @@ architecture rtl of stack_array is
 
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant SLICES     : positive := GEOMETRY.slices;
-  constant SLICE_BITS : positive := bits_for(SLICES - 1);
   constant PIXEL_MAX  : positive := 2 ** PIXEL_BITS - 1;
   constant COLUMN_MAX : positive := M * PIXEL_MAX;
   constant SUM_MAX    : positive := M * COLUMN_MAX;
@@ -71,42 +70,13 @@ architecture rtl of stack_array is
   constant COLUMN_BITS : positive := CHANNELS * bits_for(COLUMN_MAX);
   constant SUM_BITS    : positive := bits_for(SUM_MAX);
 
-  constant NO_SLICE : unsigned(SLICE_BITS - 1 downto 0) := (others => '0');
-
-  -- Side information of a token and of a line; bit 0 is the one that reset clears.
-  constant PIXEL       : natural := 0;
-  constant LINE_FIRST  : natural := 1;
-  constant LINE_LAST   : natural := 2;
-  constant IMAGE       : natural := 0;
-  constant FRAME_FIRST : natural := 1;
-
-  subtype token_tag_t is std_logic_vector(2 downto 0);
-
-  subtype line_tag_t is std_logic_vector(1 downto 0);
-
-  subtype row_tag_t is std_logic_vector(4 downto 0);
-
-  type row_tags_t is array (natural range 0 to SLICES - 1) of row_tag_t;
-
-  signal token_tag     : token_tag_t;
-  signal line_tag      : line_tag_t;
-  signal column_strobe : std_logic;
-  signal column_data   : std_logic_vector(SLICES * COLUMN_BITS - 1 downto 0);
-  signal column_token  : token_tag_t;
-  signal column_line   : line_tag_t;
-  signal row_first     : std_logic;
-  signal row_tag       : row_tag_t;
-  signal row_strobe    : std_logic_vector(SLICES - 1 downto 0);
-  signal row_due       : row_tags_t;
-  signal row_line      : line_tag_t;
-  signal row_token     : token_tag_t;
-  signal summed        : result_t;
-  signal sums          : std_logic_vector(SLICES * CHANNELS * SUM_BITS - 1 downto 0);
+  signal column_token : token_t;
+  signal column_data  : std_logic_vector(SLICES * COLUMN_BITS - 1 downto 0);
+  signal row_token    : tokens_t(0 to SLICES - 1);
+  signal summed       : result_t;
+  signal sums         : std_logic_vector(SLICES * CHANNELS * SUM_BITS - 1 downto 0);
 
 begin
-
-  token_tag <= token.line_last & token.line_first & token.pixel;
-  line_tag  <= token.frame_first & token.image;
 
   columns : entity work.stack_columns
     generic map (
@@ -115,29 +85,16 @@ begin
       CENTRED          => CENTRED,
       COLUMNS          => MAX_COLUMNS,
       LANES            => CHANNELS,
-      LANE_BITS        => PIXEL_BITS,
-      STEP_TAG_BITS    => line_tag_t'length,
-      TOKEN_TAG_BITS   => token_tag_t'length
+      LANE_BITS        => PIXEL_BITS
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => token.strobe,
-      pixel         => token.pixel,
-      line_first    => token.line_first,
-      first         => token.frame_first,
-      data          => token_data,
-      step_tag      => line_tag,
-      token_tag     => token_tag,
-      out_strobe    => column_strobe,
-      out_data      => column_data,
-      out_step_tag  => column_line,
-      out_token_tag => column_token
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      data      => token_data,
+      out_token => column_token,
+      out_data  => column_data
     );
-
-  -- Rows: every token is a step.
-  row_first <= column_token(PIXEL) and column_token(LINE_FIRST);
-  row_tag   <= column_line & column_token;
 
   slice : for s in 0 to SLICES - 1 generate
 
@@ -147,47 +104,27 @@ begin
         SHIFTS           => SHIFTS,
         CENTRED          => CENTRED,
         FIXED_SLICE      => s,
-        DEPTH            => 1,
         LANES            => CHANNELS,
         DATA_BITS        => bits_for(COLUMN_MAX),
-        STORED           => false,
-        SCALE_BITS       => 0,
         PRODUCT_MAX      => COLUMN_MAX,
         SUM_MAX          => SUM_MAX,
-        DROP_BITS        => 0,
-        RESULT_BITS      => SUM_BITS,
-        STEP_TAG_BITS    => row_tag_t'length,
-        TOKEN_TAG_BITS   => 1
+        RESULT_BITS      => SUM_BITS
       )
       port map (
-        clk           => clk,
-        reset         => reset,
-        strobe        => column_strobe,
-        pixel         => '1',
-        advance       => '1',
-        first         => row_first,
-        slice         => NO_SLICE,
-        data          => column_data((s + 1) * COLUMN_BITS - 1 downto s * COLUMN_BITS),
-        step_tag      => row_tag,
-        token_tag     => "0",
-        out_strobe    => row_strobe(s),
-        out_data      => sums((s + 1) * CHANNELS * SUM_BITS - 1 downto s * CHANNELS * SUM_BITS),
-        out_step_tag  => row_due(s),
-        out_token_tag => open
+        clk       => clk,
+        reset     => reset,
+        token     => column_token,
+        data      => column_data((s + 1) * COLUMN_BITS - 1 downto s * COLUMN_BITS),
+        out_token => row_token(s),
+        out_data  => sums((s + 1) * CHANNELS * SUM_BITS - 1 downto s * CHANNELS * SUM_BITS)
       );
 
   end generate slice;
 
-  -- All slices have the same delay.
-  row_token <= row_due(0)(token_tag_t'length - 1 downto 0);
-  row_line  <= row_due(0)(row_tag_t'length - 1 downto token_tag_t'length);
+  -- All slices have the same delay, so one of them says what the results are.
+  summed <= result_of(row_token(0));
 
-  summed.valid <= row_strobe(0) and row_token(PIXEL) and row_line(IMAGE);
-  summed.skip  <= '0';
-  summed.last  <= row_token(LINE_LAST);
-  summed.start <= row_token(LINE_FIRST) and row_line(FRAME_FIRST);
-  summed.slice <= (others => '0');
-
+  -- All slices are divided alike; with weights each slice has its own, as its views leave the border elsewhere.
   scale : entity work.result_scaler
     generic map (
       EXACT        => true,

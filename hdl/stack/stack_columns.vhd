@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.focal_stack_pkg.all;
 
 entity stack_columns is
@@ -30,32 +31,17 @@ entity stack_columns is
     -- Pixels of a token.
     LANES : positive;
     -- Width of a lane of the input.
-    LANE_BITS : positive;
-    -- Width of the side information of a line.
-    STEP_TAG_BITS : positive;
-    -- Width of the side information of a token.
-    TOKEN_TAG_BITS : positive
+    LANE_BITS : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a token, those with a column, and with these the first of a line and those of a frame's first line.
-    strobe     : in    std_logic;
-    pixel      : in    std_logic;
-    line_first : in    std_logic;
-    first      : in    std_logic;
-    -- The lanes.
-    data : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
-    -- Side information of a line, taken with its first token; bit 0 marks lines of the frame.
-    step_tag : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    -- Side information of a token.
-    token_tag  : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
-    out_strobe : out   std_logic;
-    -- The sums, slice 0 in the low bits.
-    out_data : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0);
-    -- The tag of output_delay lines before; it holds until the next line.
-    out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
+    -- A token, and its lanes.
+    token : in    token_t;
+    data  : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
+    -- The token behind the pass (token_path), and the sums, slice 0 in the low bits.
+    out_token : out   token_t;
+    out_data  : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0)
   );
 end entity stack_columns;
 
@@ -76,6 +62,8 @@ architecture rtl of stack_columns is
 
   type columns_t is array (1 to 3) of unsigned(COLUMN_BITS - 1 downto 0);
 
+  type pixels_t is array (1 to 3) of std_logic_vector(PIXEL_BITS - 1 downto 0);
+
   -- A pixel, and the first of its line.
   signal active : std_logic;
   signal step   : std_logic;
@@ -84,7 +72,7 @@ architecture rtl of stack_columns is
   signal phase_2 : phase_t := 0;
   signal phase_3 : phase_t := 0;
   -- The line that comes in and the lines before it, both of the same column, for all slices.
-  signal pixel_3   : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal pixel_at  : pixels_t := (others => (others => '0'));
   signal history_3 : std_logic_vector(HISTORY_BITS - 1 downto 0);
 
   signal active_at : std_logic_vector(1 to 3) := (others => '0');
@@ -92,13 +80,14 @@ architecture rtl of stack_columns is
 
 begin
 
-  active <= strobe and pixel;
-  step   <= active and line_first;
+  active <= token.strobe and token.pixel;
+  step   <= active and token.line_first;
 
   count_columns : process (clk) is
   begin
 
     if rising_edge(clk) then
+      -- The column is counted and not given: empty tokens between pixels must not move it.
       if step = '1' then
         column_at(1) <= (others => '0');
       elsif active = '1' then
@@ -106,25 +95,17 @@ begin
       end if;
       column_at(2 to 3) <= column_at(1 to 2);
       active_at         <= active & active_at(1 to 2);
-      phase_2           <= phase_1(0);
-      phase_3           <= phase_2;
+      pixel_at(1)       <= data;
+      pixel_at(2 to 3)  <= pixel_at(1 to 2);
+      -- The phase counts lines modulo M, and these are the same in all slices.
+      phase_2 <= phase_1(0);
+      phase_3 <= phase_2;
       if reset = '1' then
         active_at <= (others => '0');
       end if;
     end if;
 
   end process count_columns;
-
-  delay_pixel : entity work.tag_delay
-    generic map (
-      WIDTH  => PIXEL_BITS,
-      LENGTH => 3
-    )
-    port map (
-      clk     => clk,
-      tag     => data,
-      delayed => pixel_3
-    );
 
   memory : entity work.line_history
     generic map (
@@ -141,10 +122,11 @@ begin
       active   => active_at(3),
       phase    => phase_3,
       column_2 => column_at(3),
-      pixel    => pixel_3,
+      pixel    => pixel_at(3),
       history  => history_3
     );
 
+  -- What is shared is what is large: the memory of pixels. The rest of a slice is an adder and a word a column.
   slice : for s in 0 to SLICES - 1 generate
 
     sums : entity work.column_sum
@@ -162,35 +144,31 @@ begin
         clk       => clk,
         reset     => reset,
         step      => step,
-        first     => first,
-        live      => step_tag(0),
+        first     => token.frame_first,
+        live      => token.image,
         phase_1   => phase_1(s),
         column_2  => column_at(2),
         active_3  => active_at(3),
-        pixel_3   => pixel_3,
+        pixel_3   => pixel_at(3),
         history_3 => history_3,
         sum       => out_data((s + 1) * SUMS_BITS - 1 downto s * SUMS_BITS)
       );
 
   end generate slice;
 
-  tags : entity work.stage_tags
+  -- One for all slices, as all have the same delay.
+  path : entity work.token_path
     generic map (
-      LATENCY        => STACK_COLUMN_LATENCY,
-      DELAY          => GEOMETRY.output_delay,
-      STEP_TAG_BITS  => STEP_TAG_BITS,
-      TOKEN_TAG_BITS => TOKEN_TAG_BITS
+      LATENCY => STACK_COLUMN_LATENCY,
+      DELAY   => GEOMETRY.output_delay,
+      COLUMNS => true
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => strobe,
-      token_tag     => token_tag,
-      step          => step,
-      step_tag      => step_tag,
-      out_strobe    => out_strobe,
-      out_token_tag => out_token_tag,
-      out_step_tag  => out_step_tag
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      step      => step,
+      out_token => out_token
     );
 
 end architecture rtl;

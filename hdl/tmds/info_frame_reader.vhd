@@ -154,6 +154,8 @@ begin
           done <= '1';
         end if;
 
+        -- Check bytes run along with the bits, so that the packet need not be stored to be checked: what is left must
+        -- be zero.
         header_before := header_check;
         if place = 0 then
           header_before := (others => '0');
@@ -162,6 +164,7 @@ begin
         if place < HEADER_WORDS then
           header_all <= island.header & header_all(23 downto 1);
         end if;
+        -- Only the first subpacket is looked at: the fields wanted here lie in it.
         if place < SUBPACKET_WORDS then
           first_all <= island.odd(0) & island.even(0) & first_all(55 downto 2);
         end if;
@@ -232,6 +235,7 @@ begin
       packet_error <= done and bad_checks;
       sum_error    <= done and not bad_checks and bad_sum;
 
+      -- Of a packet with an error nothing is taken: the frame before still says what holds.
       if done = '1' and bad_checks = '0' and bad_sum = '0' and header_all(7 downto 0) = AVI then
         -- The InfoFrame's checksum is byte 0; Y is in byte 1, C in 2, EC and Q in 3, VIC in 4, YQ in 5.
         info.informed    <= '1';

@@ -42,6 +42,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- A clock for the comparison and another for the choice, so that neither is long.
       byte_token <= is_token(word);
       byte_word  <= word;
       byte       <= decode_byte(word);
@@ -57,7 +58,8 @@ begin
 
       decoded.active <= not byte_token;
       decoded.error  <= '0';
-      decoded.data   <= (others => '0');
+      -- Black beside the picture, as what is decoded of a token is no colour.
+      decoded.data <= (others => '0');
       if byte_token = '1' then
 
         case byte_word is

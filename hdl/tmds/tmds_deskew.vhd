@@ -68,6 +68,7 @@ architecture rtl of tmds_deskew is
 begin
 
   mark : for c in 0 to CHANNELS - 1 generate
+    -- The end of a long run of tokens: the one moment that all channels have in common.
     marks(c) <= '1' when runs(c) = BEFORE_MARK and tokens(c) = '0' else
                 '0';
   end generate mark;
@@ -130,6 +131,7 @@ begin
 
       end loop;
 
+      -- The channel that came last waits for none; the others wait as long as they were early.
       if now_arrived = "111" then
 
         for c in 0 to CHANNELS - 1 loop
@@ -161,6 +163,7 @@ begin
       end if;
       if measured = '1' then
         previous <= candidate;
+        -- Twice the same, as a damaged word may end a run in one channel too soon.
         if candidate = previous then
           taps     <= candidate;
           locked   <= '1';
@@ -168,6 +171,7 @@ begin
         end if;
       end if;
 
+      -- Without words there is nothing to measure; what was measured before may be of another source.
       if aligned /= "111" then
         locked   <= '0';
         patience <= 0;

@@ -56,12 +56,14 @@ begin
       chain_active  <= active;
       chain_control <= control;
 
+      -- Registered, so that counting and the choice by disparity are not one path.
       excess         <= count_ones(chain(7 downto 0)) - 4;
       excess_chain   <= chain;
       excess_active  <= chain_active;
       excess_control <= chain_control;
 
       if excess_active = '0' then
+        -- Each run of tokens starts anew, as DVI has it: so lines do not depend on each other.
         disparity <= 0;
 
         case excess_control is

@@ -128,6 +128,7 @@ begin
   active_1 <= words_1(2).active & words_1(1).active & words_1(0).active;
 
   -- Two of three channels decide.
+  -- A word that is damaged in one channel must not end the blanking, or each error would cost a line.
   tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
   changes <= to_logic(period = control) and not tokens;
 
@@ -171,6 +172,7 @@ begin
 
     if rising_edge(clk) then
       -- A guard band is two words long.
+      -- A period is known by how it began, so only its beginning needs a vote; inside it the words may be anything.
       period <= now;
       if now = video_guard and period = video_guard then
         period <= picture;
@@ -189,6 +191,7 @@ begin
         hdmi  <= '1';
         plain <= 0;
       elsif changes = '1' and now = picture then
+        -- A source that leaves HDMI mode sends no guard bands any more; a few lines without are no accident.
         if plain = PLAIN_LINES - 1 then
           hdmi <= '0';
         else
@@ -225,6 +228,7 @@ begin
 
           errors <= active_1;
           -- Where channel 0 alone has no token, its syncs are those of the token before.
+          -- Syncs hold through a damaged token: a pulse with a hole would be measured as two.
           if active_1(0) = '0' then
             video.h_sync <= words_1(0).control(0);
             video.v_sync <= words_1(0).control(1);
@@ -259,6 +263,7 @@ begin
             island.start <= '1';
           end if;
           -- The syncs go on inside an island, in channel 0.
+          -- The same inside an island.
           if words_1(0).is_nibble = '1' then
             video.h_sync <= words_1(0).nibble(0);
             video.v_sync <= words_1(0).nibble(1);

@@ -75,8 +75,7 @@ begin
       write_word  => words,
       read_clk    => tx_clk,
       read_reset  => tx_reset,
-      read_word   => tx_words(10 * CHANNELS - 1 downto 0),
-      flowing     => open
+      read_word   => tx_words(10 * CHANNELS - 1 downto 0)
     );
 
   tx_words(10 * CHANNELS + 9 downto 10 * CHANNELS) <= CLOCK_WORD;

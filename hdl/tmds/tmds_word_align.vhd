@@ -62,6 +62,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Two words side by side, so that a token is seen whole at every phase.
       window <= bits & window(19 downto 10);
 
       -- Tokens at all phases.
@@ -74,6 +75,7 @@ begin
       end loop;
 
       -- The word of the chosen phase.
+      -- A register behind the comparison with tokens: word and token belong together whatever the phase is.
       word  <= token_window(phase + 9 downto phase);
       token <= tokens(phase);
 
@@ -89,6 +91,7 @@ begin
 
       end loop;
 
+      -- Each run renews it: a cable that is pulled is noticed by the tokens that stay away.
       if patience /= 0 then
         patience <= patience - 1;
       else
@@ -96,6 +99,7 @@ begin
       end if;
 
       if tokens(run_phase) = '1' then
+        -- A run as long as this never stands in a picture, so the phase is taken without a second look.
         if run_length = RUN - 1 then
           phase    <= run_phase;
           aligned  <= '1';

@@ -91,6 +91,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- 0: it is RGB of full range already, and passes unchanged through the same registers, so that the delay does
+      -- not depend on what comes.
       way <= 0;
       if colour = "00" and limited = '1' then
         way <= 1;
@@ -106,6 +108,7 @@ begin
         end if;
       end if;
 
+      -- All ways share five multipliers; a way is a row of coefficients.
       c := WAYS(way);
 
       video_1    <= in_video;
@@ -115,6 +118,7 @@ begin
       green_blue <= multiply(in_video.pixel(23 downto 16), c.green_blue);
       blue       <= multiply(in_video.pixel(23 downto 16), c.blue);
 
+      -- RGB has no luma that red and blue share.
       also_luma := (others => '0');
       if c.shared_luma = '1' then
         also_luma := luma;

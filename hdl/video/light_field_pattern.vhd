@@ -118,6 +118,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The raster begins a clock behind the reset, with places that are cleared by then.
       fresh <= reset;
 
       -- Places in the line and in the frame.
@@ -135,6 +136,7 @@ begin
       for b in 0 to BANDS - 1 loop
 
         if place.active = '1' then
+          -- Each band is at a depth of its own: its place in the scene moves by another step from view to view.
           places_x(b) <= next_place(places_x(b), u, SHIFTS(b));
         else
           places_x(b) <= (others => '0');
@@ -159,6 +161,7 @@ begin
       video.v_sync <= place.v_sync;
       video.pixel  <= (others => '0');
       if place.active = '1' then
+        -- A chessboard: it has edges in both directions, and wrong focus is seen at once.
         if places_x(band)(CELL) /= places_y(band)(CELL) then
           video.pixel <= LIGHT(band);
         else

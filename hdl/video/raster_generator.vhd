@@ -53,6 +53,7 @@ begin
   raster.h_sync <= h_pulse xor not timing.h_sync_level;
   raster.v_sync <= v_pulse xor not timing.v_sync_level;
 
+  -- Compared with the place that is on show, a clock before the next one is needed.
   last_in_line   <= '1' when x = timing.line_length - 1 else
                     '0';
   last_in_column <= '1' when y = timing.frame_lines - 1 else
@@ -75,6 +76,7 @@ begin
           next_y := (others => '0');
         end if;
       end if;
+      -- It may come at any time: the place then jumps to the first pixel, whatever was running.
       if start = '1' then
         next_x := (others => '0');
         next_y := (others => '0');
@@ -104,6 +106,7 @@ begin
         end if;
         if next_x = timing.h_sync_begin then
           h_pulse <= '1';
+        -- A start in the middle of a pulse ends it, or it would last until the same place of the next line.
         elsif next_x = timing.h_sync_end or start = '1' then
           h_pulse <= '0';
         end if;
@@ -115,6 +118,7 @@ begin
       end if;
 
       if reset = '1' then
+        -- Of the place only the flags are cleared: x and y count for nothing until it runs.
         on_now       <= '0';
         in_rows      <= '0';
         at_first     <= '0';

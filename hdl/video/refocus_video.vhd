@@ -305,7 +305,6 @@ begin
       s_axis          => shown,
       s_axis_tready   => shown_ready,
       video           => shown_video,
-      running         => open,
       underflow       => underflow
     );
 

@@ -157,6 +157,7 @@ begin
 
     if rising_edge(clk) then
       front.restart <= '0';
+      -- Taken between frames alone; a change under way restarts what follows, as the raster has another size then.
       if following.running = '0' then
         columns_now <= size_columns;
         rows_now    <= size_rows;
@@ -170,6 +171,7 @@ begin
         direct_now <= '1';
       end if;
 
+      -- The picture stands in the middle of the screen: half of the lines that it lacks lie above it.
       spare := following.timing.rows - unsigned(rows_now(COUNT_BITS - 1 downto 0));
 
       front.lag <= spare - shift_right(spare, 1) + OWN_LINES + CORE_LINES;
@@ -184,6 +186,7 @@ begin
         due <= first;
       end if;
 
+      -- The first pixel has gone, so the next frame waits for its turn again.
       if raster_valid = '1' and raster_user(0) = '1' and m_axis_tready = '1' and goes = '1' then
         turn <= '0';
       end if;

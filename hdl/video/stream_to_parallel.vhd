@@ -78,6 +78,7 @@ begin
   s_axis_tready <= ready;
 
   -- Behind the longest line pixels are taken, and not stored.
+  -- A camera's receiver cannot wait within a line, so a line is sent only when it is in the FIFO as a whole.
   arrives <= s_axis_tvalid and ready;
   stored  <= s_axis_tvalid when s_axis_tuser(0) = '1' or columns_in /= MAX_COLUMNS else
              '0';
@@ -98,8 +99,7 @@ begin
       s_axis_tdata  => word_in,
       m_axis_tvalid => offered,
       m_axis_tready => taken,
-      m_axis_tdata  => word_out,
-      level         => open
+      m_axis_tdata  => word_out
     );
 
   -- A start of frame that ends a line waits as the first word of its own.
@@ -118,6 +118,7 @@ begin
       more := 0;
       less := 0;
       if arrives = '1' then
+        -- A frame that starts within a line ends it: what has come of it is sent as a short line.
         if s_axis_tuser(0) = '1' then
           if columns_in /= 0 and columns_in /= MAX_COLUMNS then
             more := 1;
@@ -136,6 +137,7 @@ begin
       if line_out = '1' then
         less := 1;
       end if;
+      -- One may come in the clock in which one goes.
       lines <= lines + more - less;
 
       pixel_valid <= '0';
@@ -169,6 +171,7 @@ begin
         else
           in_line <= '1';
         end if;
+      -- Nothing comes any more: the frame is closed, so that a receiver that waits for its end is not left alone.
       elsif patience = 0 then
         in_frame <= '0';
       else

@@ -83,6 +83,7 @@ begin
     );
 
   whole : if not WINDOW generate
+    -- A picture of the mode's size is placed by its first pixel alone.
     early         <= '0';
     too_large     <= '0';
     drop          <= '0';
@@ -112,7 +113,8 @@ begin
     begin
 
       if rising_edge(clk) then
-        mode    := following.timing;
+        mode := following.timing;
+        -- Decided a clock before it is used; the sizes change only between frames.
         outside <= '1';
         if unsigned(picture_columns) <= mode.columns and unsigned(picture_rows) <= mode.rows and
            unsigned(picture_rows) /= 0 then
@@ -149,6 +151,7 @@ begin
   end generate middle;
 
   -- A start of frame waits for its place; anything else is taken there, or dropped.
+  -- One comparison a frame: from there on stream and raster count the same pixels.
   begins        <= picture_first and not early and s_axis.tvalid and s_axis.tuser(0);
   take          <= begins or (picture and not picture_first and in_step and not s_axis.tuser(0));
   s_axis_tready <= take or (not in_step and not s_axis.tuser(0)) or drop;
@@ -157,7 +160,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      start     <= '0';
+      start <= '0';
+      -- A frame must not begin in the middle: the screen stays connected to the next one or is not at all.
       connected <= following.running and not early;
       if following.running = '1' and following.row = delay_lines and following.column = DELAY_PIXELS then
         connected <= '1';
@@ -170,7 +174,8 @@ begin
       video.v_sync <= placed.v_sync and placed.running;
       video.pixel  <= (others => '0');
       running      <= placed.running;
-      underflow    <= '0';
+      -- For a clock each; a counter behind it tells how many.
+      underflow <= '0';
       if take = '1' and s_axis.tvalid = '1' then
         video.pixel <= s_axis.tdata;
       elsif picture = '1' and (in_step = '1' or picture_first = '1') then

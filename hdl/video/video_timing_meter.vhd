@@ -76,13 +76,15 @@ begin
 
   timing <= previous;
 
-  rise    <= video.active and not before.active;
-  fall    <= before.active and not video.active;
-  starts  <= rise and v_changed;
-  wraps   <= to_logic(line_length /= 0 and x = line_length - 1);
+  rise   <= video.active and not before.active;
+  fall   <= before.active and not video.active;
+  starts <= rise and v_changed;
+  wraps  <= to_logic(line_length /= 0 and x = line_length - 1);
+  -- Edges inside the picture are none: some sources give no syncs there.
   h_moves <= (video.h_sync xor before.h_sync) and not video.active;
   v_moves <= (video.v_sync xor before.v_sync) and not video.active;
 
+  -- Also without pixels: once a line's length is known, the blanking lines are counted by it.
   next_x <= (others => '0') when rise = '1' or wraps = '1' else
             x + 1;
   next_y <= y + 1 when rise = '1' or wraps = '1' else
@@ -96,7 +98,8 @@ begin
   row_strays <= rise and not starts and
                 to_logic(before.h_sync /= h_idle or before.v_sync /= v_idle or frame.rows /= next_y);
   cut        <= fall and to_logic(frame.rows /= 1 and frame.columns /= next_x);
-  irregular  <= endless or torn or h_strays or row_strays or cut;
+  -- Any of these makes the frame one that cannot be followed; which it was is of no use to anyone.
+  irregular <= endless or torn or h_strays or row_strays or cut;
 
   follow_levels : process (clk) is
   begin
@@ -161,6 +164,7 @@ begin
         frame.columns <= next_x;
       end if;
       if starts = '1' then
+        -- Each frame is measured by itself, so that nothing of another mode is left in it.
         frame      <= NO_TIMING;
         frame.rows <= to_unsigned(1, COUNT_BITS);
       end if;
@@ -189,8 +193,9 @@ begin
         complete.v_sync_level := not before.v_sync;
 
         previous <= complete;
-        stable   <= to_logic(complete = previous) and regular and not irregular;
-        regular  <= '1';
+        -- Two frames alike, as the first one behind a change of mode may be half of each.
+        stable  <= to_logic(complete = previous) and regular and not irregular;
+        regular <= '1';
       elsif irregular = '1' then
         regular <= '0';
       end if;

@@ -106,6 +106,7 @@ begin
 
   -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
   -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
+  -- It starts on its own only: while it follows, the raster runs free, and frame starts are merely compared with it.
   start          <= starts(0) and stable and supported and not follow and not restart;
   generate_reset <= reset or not (follow or start);
 
@@ -119,6 +120,7 @@ begin
     );
 
   picture_rows : if ROW_MODULUS = 1 generate
+    -- Without a modulus any number of lines will do.
     padded        <= '1';
     stream_timing <= followed;
     stream_rows   <= std_logic_vector(resize(followed.rows, 16));
@@ -140,6 +142,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- By taking away again and again: it has whole frames of time and needs no divider.
         if divided /= measured.frame_lines then
           divided <= measured.frame_lines;
           over    <= measured.frame_lines;
@@ -177,6 +180,8 @@ begin
     if rising_edge(clk) then
       video_1 <= video;
       pixel_2 <= (others => '0');
+      -- Black outside the picture, so that a line whose end was lost does not show what the cable carried in the
+      -- blanking.
       if video_1.active = '1' then
         pixel_2 <= video_1.pixel;
       end if;
@@ -189,6 +194,7 @@ begin
          measured.frame_lines - measured.rows >= BLANK_LINES and padded = '1' then
         supported <= '1';
       end if;
+      -- A core built for one size has no memory for another, and would show it torn.
       if ONLY_COLUMNS /= 0 and (measured.columns /= ONLY_COLUMNS or measured.rows /= ONLY_ROWS) then
         supported <= '0';
       end if;
@@ -202,6 +208,7 @@ begin
       else
         if place.frame_first = '1' then
           misses <= 0;
+          -- A frame start that stays away or comes elsewhere counts; a few may be damaged words.
           if starts(1) = '0' then
             miss   <= '1';
             misses <= misses + 1;

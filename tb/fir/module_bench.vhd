@@ -11,6 +11,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.token_pkg.all;
 
 entity module_bench is
   generic (
@@ -36,20 +37,21 @@ architecture test of module_bench is
   signal reset   : std_logic                                 := '1';
   signal running : boolean                                   := true;
   signal pixel   : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
-  signal strobe  : std_logic                                 := '0';
-  signal first   : std_logic                                 := '0';
-  -- Whether the step takes a pixel of the row.
-  signal is_pixel      : std_logic_vector(0 downto 0) := "0";
-  signal out_pixel     : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal out_strobe    : std_logic;
-  signal out_is_pixel  : std_logic_vector(0 downto 0);
-  signal out_token_tag : std_logic_vector(0 downto 0);
-  signal valid         : std_logic;
+  -- The fields of the token by themselves, as waveforms show no records. Its pixel says whether the step takes a pixel
+  -- of the row.
+  signal strobe    : std_logic := '0';
+  signal first     : std_logic := '0';
+  signal is_pixel  : std_logic := '0';
+  signal token     : token_t;
+  signal out_pixel : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal out_token : token_t;
+  signal valid     : std_logic;
 
 begin
 
   reset <= '0' after 2 * CLOCK_PERIOD;
-  valid <= out_strobe and out_is_pixel(0);
+  token <= (strobe, is_pixel, first, '0', '0', '0', '0', (others => '0'));
+  valid <= out_token.strobe and out_token.pixel;
 
   stage : entity work.fir_stage
     generic map (
@@ -57,8 +59,6 @@ begin
       SHIFTS           => SHIFTS,
       CENTRED          => false,
       HOLD             => HOLD,
-      MODULES          => 1,
-      DEPTH            => 1,
       LANES            => 1,
       DATA_BITS        => PIXEL_BITS,
       STORED           => true,
@@ -66,25 +66,15 @@ begin
       PRODUCT_MAX      => PRODUCT_MAX,
       DROP_BITS        => 0,
       RESULT_BITS      => PIXEL_BITS,
-      BROADCAST_TAPS   => 0,
-      STEP_TAG_BITS    => 1,
-      TOKEN_TAG_BITS   => 1
+      BROADCAST_TAPS   => 0
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => strobe,
-      pixel         => '1',
-      advance       => strobe,
-      first         => first,
-      slice         => "0",
-      data          => pixel,
-      step_tag      => is_pixel,
-      token_tag     => "0",
-      out_strobe    => out_strobe,
-      out_data      => out_pixel,
-      out_step_tag  => out_is_pixel,
-      out_token_tag => out_token_tag
+      clk       => clk,
+      reset     => reset,
+      token     => token,
+      data      => pixel,
+      out_token => out_token,
+      out_data  => out_pixel
     );
 
   -- No pulse of no width at the end, as stopping a concurrent assignment would leave.
@@ -115,10 +105,10 @@ begin
 
     if rising_edge(clk) and reset = '0' then
       word     := 0;
-      is_pixel <= "0";
+      is_pixel <= '0';
       if given < PIXELS then
         read(input_file, word);
-        is_pixel <= "1";
+        is_pixel <= '1';
       end if;
       pixel  <= std_logic_vector(to_unsigned(word, PIXEL_BITS));
       strobe <= '1';

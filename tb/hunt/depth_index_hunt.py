@@ -12,7 +12,7 @@ FAULTS = [
     # The reset that was missing.
     ("sharpest_pixels.vhd", "if reset = '1' then\n        ring_line",
      "if false then\n        ring_line"),
-    ("index_vote.vhd", "if middle_late(0) = '1' then", "if false then", 13),
+    ("index_vote.vhd", "if middle_at(FINAL)(0) = '1' then", "if false then", 13),
 ]  # fmt: skip
 
 

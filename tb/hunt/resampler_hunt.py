@@ -9,7 +9,7 @@ FAULTS = [
     ("lens_registers.vhd", "writing <= other_than(writing, used_now);", "null;"),
     ("lens_registers.vhd", "used_now := newest;", "used_now := writing;"),
     ("lens_registers.vhd", "missing := missing or not written(i);", "null;"),
-    ("raw_window.vhd", "mirrored(line_now + 1, last_line)", "mirrored(line_now, last_line)"),
+    ("raw_window.vhd", "mirrored(line_now + 1, frame", "mirrored(line_now, frame"),
     ("hexagonal_rows.vhd", "row_odd    <= not row_odd;", "row_odd    <= row_odd;"),
 ]
 

@@ -56,23 +56,15 @@ begin
       REACHED          => reach(GEOMETRY)
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      advance       => advance,
-      first         => first,
-      live          => live,
-      slice         => unsigned(slice(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0)),
-      step_1        => step_1,
-      phase_1       => open,
-      first_1       => open,
-      live_1        => open,
-      take_1        => open,
-      slice_1       => open,
-      enter_phase_2 => open,
-      moves_3       => open,
-      age_3         => open,
-      choice_3      => choice,
-      command_3     => command
+      clk       => clk,
+      reset     => reset,
+      advance   => advance,
+      first     => first,
+      live      => live,
+      slice     => unsigned(slice(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0)),
+      step_1    => step_1,
+      choice_3  => choice,
+      command_3 => command
     );
 
   delay_step : process (clk) is

@@ -49,6 +49,7 @@ _PLAIN = {
         "command_t",
     ),
     *("panel_t", "lanes_t", "clocks_state_t", "clocks_order_t"),
+    *("bus_request_t", "bus_answer_t", "orders_t", "marks_t", "watched_t"),
 }
 
 

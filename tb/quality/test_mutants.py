@@ -82,7 +82,6 @@ def test_every_source_has_mutants_and_tests() -> None:
         "stored_pkg.vhd",
         "stored_product.vhd",
         "tmds_output.vhd",
-        "token_pkg.vhd",
     }
     assert names - files == without
     for _, tests in mutant_tests.TESTS:

@@ -53,6 +53,33 @@ BOARD = CORE | {
 }
 BOARD |= {"FRACTION_BITS": 0, "GUARD_BITS": 0, "BROADCAST_TAPS": 0, "ALIGN_TIMEOUT": 8192}
 
+LANES = {"PIXELS_PER_CLOCK": 4, "CHANNELS": 1}
+# Entities inside the cores, whose generics must fit each other.
+INNER: list[tuple[str, Generics, Generics]] = [
+    (
+        "result_scaler",
+        {"EXACT": True, "LANES": 3, "SUM_BITS": 12, "PIXEL_BITS": 8, "DIVISOR": 9},
+        {"WEIGHT_COUNT": 2},
+    ),
+    ("divide_round", {"VALUE_MAX": 255, "DIVISOR": 9, "QUOTIENT_BITS": 5}, {"QUOTIENT_BITS": 4}),
+    ("ahead_sum", LANES | {"PIXEL_BITS": 8, "SUM_BITS": 11, "LATENCY": 6}, {"LATENCY": 3}),
+    (
+        "prefix_sums",
+        LANES | {"DIFFERENCE_BITS": 9, "SUM_BITS": 11, "HOLDING": False},
+        {"PIXELS_PER_CLOCK": 3},
+    ),
+    (
+        "raw_window",
+        {"MAX_COLUMNS": 40, "LINES": 8, "DATA_BITS": 8, "WEIGHT_BITS": 8},
+        {"LINES": 7},
+    ),
+    (
+        "moving_sum_control",
+        {"MICRO_IMAGE_SIZE": 3, "SHIFTS": "1 2", "CENTRED": True, "REACHED": 5},
+        {"FIXED_SLICE": 2},
+    ),
+]
+
 TB = Path(__file__).parents[1]
 
 # Entity, generics that it takes, what is put in their place, the generic that the message names.
@@ -151,6 +178,7 @@ REFUSED: list[Case] = [
     ("text_overlay", TEXTS, {"COLOURS": "00ff00"}, "COLOURS"),
     ("command_line", {"STATUS": "a # b #", "FIELDS": 2}, {"FIELDS": 1}, "FIELDS"),
     ("board_control", {"SLICES": 2, "STATUS": "#", "FIELDS": 1}, {"FIRST_SLICE": 2}, "FIRST_SLICE"),
+    *((entity, base, more, next(iter(more))) for entity, base, more in INNER),
     ("mode_ports", PATTERN, {"H_BACK": 4095}, "PATTERN_H_ACTIVE"),
     ("mode_ports", PATTERN, {"V_BACK": 4095}, "PATTERN_V_ACTIVE"),
 ]

@@ -98,18 +98,19 @@ class Bench:
     async def clock(self, token: Token | None) -> None:
         """One clock, with a token or without."""
         await FallingEdge(self.dut.clk)
-        if str(self.dut.out_strobe.value) == "1" and int(self.dut.out_pixel.value):
+        if str(self.dut.out_token_strobe.value) == "1" and int(self.dut.out_token_pixel.value):
             self.take()
-        self.dut.strobe.value = int(token is not None)
+        self.dut.token_strobe.value = int(token is not None)
         for name, value in (token or {}).items():
-            getattr(self.dut, name).value = value
+            port = name if name in ("sums", "line_end") else f"token_{name}"
+            getattr(self.dut, port).value = value
 
     def take(self) -> None:
         """Note a token of an image."""
-        if not int(self.dut.out_image.value):
+        if not int(self.dut.out_token_image.value):
             return
-        names = ("out_frame_first", "out_line_first", "out_line_last", "out_slice")
-        marks = tuple(int(getattr(self.dut, name).value) for name in names)
+        names = ("frame_first", "line_first", "line_last", "slice")
+        marks = tuple(int(getattr(self.dut, f"out_token_{name}").value) for name in names)
         word = int(self.dut.out_sums.value)
         mask = (1 << SUM_BITS) - 1
         sums = [word >> n * SUM_BITS & mask for n in range(PIXELS * CHANNELS)]
@@ -147,7 +148,7 @@ async def every_sum(dut: Any) -> None:
     bench = Bench(dut, rng)
     dut.reset.value = 1
     for name in ("strobe", "pixel", "line_first", "line_last", "image", "frame_first", "slice"):
-        getattr(dut, name).value = 0
+        getattr(dut, f"token_{name}").value = 0
     dut.line_end.value = 1
     dut.sums.value = 0
     for _ in range(3):

@@ -65,8 +65,8 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
         pytest.param(
             RingProof(3, 4),
             "lens_rows.vhd",
-            "if lines_in > needed then",
-            "if lines_in >= needed then",
+            "if ring.lines_in > needed then",
+            "if ring.lines_in >= needed then",
             marks=pytest.mark.slow,
         ),
         (HeaderProof(), "csi_pkg.vhd", '"111011"', '"110011"'),

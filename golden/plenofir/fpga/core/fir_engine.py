@@ -32,7 +32,7 @@ class FirEngine(SliceEngine):
 
     UNIT: ClassVar[str] = "taps"
     WAVES: ClassVar[tuple[Scope, ...]] = (
-        ("to", _ARRAY, "row_strobe"),
+        ("bit", f"{_ARRAY}row_pass(0)/stage/", "strobe_d1"),
         ("downto", _ROW_CONTROL, "phase"),
         ("to", _ROW_CONTROL, "closed"),
         ("bit", _ROW_CONTROL, "restart"),

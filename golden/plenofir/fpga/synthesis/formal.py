@@ -59,8 +59,6 @@ class FirProof:
             "SHIFTS": str(shift),
             "CENTRED": True,
             "HOLD": self.hold,
-            "MODULES": 1,
-            "DEPTH": 1,
             "LANES": 1,
             "DATA_BITS": self.data_bits,
             "STORED": False,
@@ -69,8 +67,6 @@ class FirProof:
             "DROP_BITS": 0,
             "RESULT_BITS": sum_bits,
             "BROADCAST_TAPS": 0,
-            "STEP_TAG_BITS": 2,
-            "TOKEN_TAG_BITS": 1,
         }
         parameters = {
             "M": m,
@@ -111,7 +107,6 @@ class LaneProof:
             "CHANNELS": 1,
             "DATA_BITS": 1,
             "SUM_BITS": m.bit_length(),
-            "TAG_BITS": 2,
         }
         parameters = {
             "M": m,

@@ -1,0 +1,143 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The way of tokens beside the pixels of a stage: what says when goes by clocks, what says which pixel goes by steps.
+--
+-- A stage answers a token with the output of DELAY steps before, LATENCY clocks later. In a row stage every token is a
+-- step, so all that is said of a pixel is DELAY steps late, but whether there is a token is not. In a column stage a
+-- line is a step: its pixels stay at their place in the line, and what is said of the line is DELAY lines late.
+--
+-- Latency: LATENCY clocks, for what goes by steps DELAY steps more. Throughput: one token each clock.
+-- Equation: out_token(t + LATENCY).strobe = token(t).strobe; the other fields are those of DELAY steps before.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.token_pkg.all;
+
+entity token_path is
+  generic (
+    -- Clocks of the stage.
+    LATENCY : positive range 3 to 1023;
+    -- Steps of the stage.
+    DELAY : natural;
+    -- Whether lines are the steps: then only what is said of a line goes by steps.
+    COLUMNS : boolean := false;
+    -- Width of what else goes with a step.
+    TAG_BITS : positive := 1
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, and whether it begins a step.
+    token : in    token_t;
+    step  : in    std_logic;
+    -- With the first token of a step: what else goes with it.
+    tag : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+    -- The same behind the stage; what goes by steps holds until the next one.
+    out_token : out   token_t;
+    out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
+  );
+end entity token_path;
+
+architecture rtl of token_path is
+
+  -- The memory of steps moves on behind two registers: its enable drives many flip-flops, and so has a clock to reach
+  -- them. One step more than DELAY makes up for the register that it is itself.
+  constant AHEAD  : positive := 2;
+  constant STEPS  : positive := AHEAD + DELAY + 1;
+  constant BEHIND : natural  := LATENCY - AHEAD - 1;
+  constant LAST   : positive := STEPS + BEHIND;
+
+  type tags_t is array (natural range <>) of std_logic_vector(TAG_BITS - 1 downto 0);
+
+  -- What goes by clocks.
+  signal strobe_at     : std_logic_vector(0 to LATENCY) := (others => '0');
+  signal pixel_at      : std_logic_vector(0 to LATENCY) := (others => '0');
+  signal line_first_at : std_logic_vector(0 to LATENCY) := (others => '0');
+  signal line_last_at  : std_logic_vector(0 to LATENCY) := (others => '0');
+  signal step_at       : std_logic_vector(0 to AHEAD)   := (others => '0');
+
+  -- What goes by steps. Whole tokens, as fields that nobody reads cost nothing.
+  signal token_at : tokens_t(1 to LAST) := (others => NO_TOKEN);
+  signal tag_at   : tags_t(1 to LAST)   := (others => (others => '0'));
+
+begin
+
+  strobe_at(0)     <= token.strobe;
+  pixel_at(0)      <= token.pixel;
+  line_first_at(0) <= token.line_first;
+  line_last_at(0)  <= token.line_last;
+  step_at(0)       <= step;
+
+  move : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      strobe_at(1 to LATENCY)     <= strobe_at(0 to LATENCY - 1);
+      pixel_at(1 to LATENCY)      <= pixel_at(0 to LATENCY - 1);
+      line_first_at(1 to LATENCY) <= line_first_at(0 to LATENCY - 1);
+      line_last_at(1 to LATENCY)  <= line_last_at(0 to LATENCY - 1);
+      step_at(1 to AHEAD)         <= step_at(0 to AHEAD - 1);
+
+      token_at(1) <= token;
+      tag_at(1)   <= tag;
+
+      for i in 2 to LAST loop
+
+        if i <= AHEAD or i > STEPS or step_at(AHEAD) = '1' then
+          token_at(i) <= token_at(i - 1);
+          tag_at(i)   <= tag_at(i - 1);
+        end if;
+
+      end loop;
+
+      -- Of a token one field is cleared that the others count with: shift registers of LUTs have no reset.
+      if reset = '1' then
+        strobe_at(1 to LATENCY) <= (others => '0');
+        step_at(1 to AHEAD)     <= (others => '0');
+
+        for i in AHEAD + 1 to LAST loop
+
+          if COLUMNS then
+            token_at(i).image <= '0';
+          else
+            token_at(i).pixel <= '0';
+          end if;
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process move;
+
+  tokens_are_steps : if not COLUMNS generate
+
+    hold : process (token_at, strobe_at) is
+    begin
+
+      out_token        <= token_at(LAST);
+      out_token.strobe <= strobe_at(LATENCY);
+
+    end process hold;
+
+  end generate tokens_are_steps;
+
+  lines_are_steps : if COLUMNS generate
+
+    join : process (token_at, strobe_at, pixel_at, line_first_at, line_last_at) is
+    begin
+
+      out_token            <= token_at(LAST);
+      out_token.strobe     <= strobe_at(LATENCY);
+      out_token.pixel      <= pixel_at(LATENCY);
+      out_token.line_first <= line_first_at(LATENCY);
+      out_token.line_last  <= line_last_at(LATENCY);
+
+    end process join;
+
+  end generate lines_are_steps;
+
+  out_tag <= tag_at(LAST);
+
+end architecture rtl;
