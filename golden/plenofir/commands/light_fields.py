@@ -19,6 +19,7 @@ from plenofir.ground.files import Results, check_folder
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from plenofir.camera.rays import RayModel
     from plenofir.commands.results import Floats
     from plenofir.ground.images import Image, Picture
 
@@ -149,6 +150,8 @@ def refocus_command(
     border: options.Border = "normalise",
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
+    camera: options.CameraIfGiven = None,
+    focus: options.Focus = inf,
     region: Annotated[
         str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
     ] = None,
@@ -156,8 +159,10 @@ def refocus_command(
     """Refocus an aligned raw image, correctly rounded.
 
     It is interpolated linearly and sharpened by 3/16, unless told otherwise: --interpolation
-    nearest is the operator as the thesis and the VHDL have it, as --no-upsample is.
+    nearest is the operator as the thesis and the VHDL have it, as --no-upsample is. The file says
+    in XMP how it was made, with a camera also where it is focused.
     """
+    from plenofir.camera.described import described
     from plenofir.camera.lightfield.stack import PICTURE
     from plenofir.refocus import interpolation_order, refocus, sharpening_units
     from plenofir.refocus.sharpening import WEIGHT_UNITS
@@ -167,6 +172,7 @@ def refocus_command(
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
+    model = _model(camera, focus, m)
     raw = read_raster(raster, m)
     look, exposed = _look(raw, m, exposure, gamma)
     if sharpen is None:
@@ -185,12 +191,22 @@ def refocus_command(
         )
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
-    publish({path.name: look(image)}, path.parent)
+    publish({path.name: look(image)._replace(xmp=described(m, setting, model))}, path.parent)
     units = sharpening_units(sharpen, m, int(setting * m), order)
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
     print_lines(exposed)
+
+
+def _model(camera: str | None, focus: float, m: int) -> "RayModel | None":
+    """Ray model of the camera that was named, if one was."""
+    from plenofir.camera.rays import RayModel, load_camera
+
+    options.require("focus", "camera", focus != inf and camera is None)
+    model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
+    warn_of_camera(model)
+    return model
 
 
 def _look(
@@ -239,6 +255,8 @@ def stack(
     border: options.BorderIfGiven = None,
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
+    camera: options.CameraIfGiven = None,
+    focus: options.Focus = inf,
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
 
@@ -247,6 +265,7 @@ def stack(
     """
     import numpy as np
 
+    from plenofir.camera.described import described
     from plenofir.camera.lightfield.disparity import search_disparity
     from plenofir.camera.lightfield.stack import (
         PICTURE,
@@ -268,6 +287,7 @@ def stack(
         raise InputError(
             f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
+    model = _model(camera, focus, m)
     raw = read_raster(raster, m)
     shape = raw.pixels.shape[:2]
     check_folder(Path(out), out)
@@ -281,9 +301,11 @@ def stack(
         pixels, how = raw.pixels, {} if index else PICTURE
         slices = FocalStack(pixels, m, settings, show, border=edge)
         shown = FocalStack(pixels, m, settings, show, border=edge, **how)
-        names = iter(slice_names(shifts, m))
+        names = iter(zip(slice_names(shifts, m), settings, strict=True))
         for image in shown:
-            save(results, f"refocused_{next(names)}.png", look(image))
+            name, setting = next(names)
+            about = described(m, setting, model)
+            save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))
             # Before the next one is made.
             del image
         if min(shape) >= 2 * margin + 8 * m:
@@ -365,14 +387,13 @@ def depth_map(
     from plenofir.camera.lightfield import exports, sub_aperture
     from plenofir.camera.lightfield.disparity import MANY, search_disparity, sure_distances
     from plenofir.camera.plots import depth_picture
-    from plenofir.camera.rays import RayModel, load_camera
 
     m = micro_image
-    for option, given in (("focus", focus != inf), ("pfm", pfm), ("tiff", tiff), ("ply", ply)):
+    for option, given in (("pfm", pfm), ("tiff", tiff), ("ply", ply)):
         options.require(option, "camera", given and camera is None)
     picture = read_raster(raster, m)
     raw = picture.pixels
-    model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
+    model = _model(camera, focus, m)
     check_folder(Path(out), out)
     with progress_bar("matching") as show:
         found = search_disparity(
@@ -427,4 +448,3 @@ def depth_map(
                 f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
                 f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
             )
-    warn_of_camera(model)

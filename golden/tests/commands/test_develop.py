@@ -116,14 +116,21 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
 
 
 def test_distances_with_a_camera(tmp_path: Path) -> None:
-    words = ["develop", str(DATA / "planes_5x5.png"), "-M", "5", "--out", str(tmp_path / "out")]
-    assert run([*words, "--camera", "f193-mla2", "--focus", "1500", "--slices", "2"]) == 0
+    raster = [str(DATA / "planes_5x5.png"), "-M", "5"]
+    camera = ["--camera", "f193-mla2", "--focus", "1500"]
+    alone = tmp_path / "alone.tif"
+    words = ["develop", *raster, *camera, "--out", str(tmp_path / "out")]
+    assert run([*words, "--slices", "2"]) == 0
+    assert run(["refocus", *raster, "--a", "3/5", *camera, "--out", str(alone)]) == 0
+    assert run(["stack", *raster, "--a", "1/5", *camera, "--out", str(tmp_path / "stack")]) == 0
     distances = np.load(tmp_path / "out" / "distance_mm.npy")
     assert np.nanmax(distances) > 2 * np.nanmin(distances)
     model = RayModel.focused(load_camera("f193-mla2"), 1500, 5)
-    for path in slices(tmp_path / "out"):
+    others = (alone, *(tmp_path / "stack").glob("refocused*.png"))
+    for path in (*slices(tmp_path / "out"), *others):
         with Pillow.open(path) as file:
-            facts = dict(re.findall(r':(\w+)="([^"]*)"', file.info["XML:com.adobe.xmp"]))
+            packet = file.info.get("XML:com.adobe.xmp") or file.info["xmp"].decode()
+        facts = dict(re.findall(r':(\w+)="([^"]*)"', packet))
         a, told = Fraction(facts["a"]), Fraction(facts["SubjectDistance"]) * 1000
         assert float(told) == pytest.approx(float(model.distance(float(a)).mm), rel=1e-4)
         assert float(Fraction(facts["FocalLength"])) == pytest.approx(193.2935)
