@@ -237,6 +237,8 @@ def _measure(
 
 def _pulse(levels: Flags) -> tuple[bool, int, int]:
     """Level, start and length of the one pulse that does not touch the ends of a blanking."""
+    if len(levels) == 0:
+        raise LinkError("no blanking between lines or frames")
     level = not levels[0]
     places = np.flatnonzero(levels == level)
     if len(places) == 0 or np.any(np.diff(places) != 1) or levels[-1] == level:

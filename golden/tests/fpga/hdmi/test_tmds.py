@@ -112,6 +112,15 @@ def test_no_picture_is_an_error() -> None:
         link.decode_frames(np.full(2000, tmds.TOKENS[0] * 0x100401, np.uint32))
 
 
+def test_a_burst_longer_than_a_line_is_an_error() -> None:
+    lines = [True] * 5 + [False] * 5
+    active = np.array([False, *lines * 3, *[False] * 20, *[True] * 50, *[False] * 30, *lines * 3])
+    nothing = np.zeros(len(active), bool)
+    signals = link.RasterSignals(active, nothing, nothing, np.zeros((len(active), 3), np.uint8))
+    with pytest.raises(link.LinkError, match="no blanking"):
+        link.split_frames(signals)
+
+
 def test_modes() -> None:
     assert (VGA.h_total, VGA.v_total) == (800, 525)
     assert (SVGA.h_total, SVGA.v_total) == (1056, 628)
