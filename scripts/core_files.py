@@ -17,7 +17,8 @@ CAPI=2:
 # Built by scripts/build_hdl.py from hdl/sources*.txt and scripts/core_files.py.
 """
 
-# Synthesis of an example by vendors' tools, a device for each. Edalize has no VHDL-93 for Gowin's.
+# Synthesis of an example by vendors' tools, a device for each. Edalize's flow for Gowin's passes
+# over files of VHDL-93: with the flag "plain" filesets come as VHDL, which is VHDL-93 there.
 # Not of a core with its generics: a SHIFTS with blanks does not reach Vivado and Quartus whole.
 SYNTH = """\
   synth:
@@ -43,7 +44,28 @@ SYNTH = """\
       diamond:
         part: {diamond}
     toplevel: {top}
+
+  gowin:
+    <<: *default
+    description: {built}, a project for Gowin EDA
+    filesets_append: [plain_example]
+    flow: gowin
+    flow_options:
+      part: {gowin}
+    flags: {{plain: true}}
+    toplevel: {top}
 """
+
+# What the target "gowin" takes instead of both, and how a core chooses.
+PLAIN = """\
+  plain_rtl:
+    <<: *rtl
+    file_type: vhdlSource
+  plain_example:
+    <<: *example
+    file_type: vhdlSource
+"""
+CHOICE = '["!plain? (rtl)", "plain? (plain_rtl)"]'
 
 # Sources with an example design: the refocuser, the video path.
 EXAMPLE = """\
@@ -51,15 +73,15 @@ name: plenofir:ip:{name}:{version}
 description: {description}
 
 filesets:
-  rtl:
+  rtl: &rtl
     file_type: vhdlSource-93
 {depend}    files:
 {rtl}
-  example:
+  example: &example
     file_type: vhdlSource-93
     files:
       - examples/vhdl/{top}.vhd
-  bench:
+{plain}  bench:
     file_type: vhdlSource-93
     files:
       - examples/vhdl/definition_pkg.vhd
@@ -67,7 +89,7 @@ filesets:
 
 targets:
   default: &default
-    filesets: [rtl]
+    filesets: {choice}
 
   sim:
     <<: *default
@@ -87,20 +109,20 @@ name: plenofir:ip:axi:{version}
 description: The cores with registers behind AXI4-Lite or Wishbone
 
 filesets:
-  rtl:
+  rtl: &rtl
     file_type: vhdlSource-93
     depend: ["plenofir:ip:refocuser:{version}"]
     files:
 {rtl}
 
-  example:
+  example: &example
     file_type: vhdlSource-93
     files:
       - examples/vhdl/refocuser_wishbone.vhd
-
+{plain}
 targets:
   default: &default
-    filesets: [rtl]
+    filesets: {choice}
 
   elaborate:
     <<: *default
@@ -231,6 +253,7 @@ def _synth(built: str, top: str) -> str:
         "quartus": "5ceba4",
         "radiant": "lifcl-40",
         "diamond": "lfe5u-45f",
+        "gowin": "gw2ar-18",
     }
     parts = {tool: DEVICES[name].part for tool, name in names.items()}
     return SYNTH.format(built=built, top=top, **parts)
@@ -246,6 +269,7 @@ def core_files() -> dict[Path, str]:
     video = _needed("hdmi_refocuser")
     small = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
     generics = self_test_generics(small, SELF_TEST_ROWS)
+    both = {"plain": PLAIN, "choice": CHOICE}
     kinds = {str: "str", bool: "bool", int: "int"}
     parameters = [
         f"  {name}: {{datatype: {kinds[type(value)]}, default: {_yaml(value)}, "
@@ -254,6 +278,7 @@ def core_files() -> dict[Path, str]:
     ]
     texts = {
         "refocuser": EXAMPLE.format(
+            **both,
             version=version,
             name="refocuser",
             description="Refocuses the raster scan of a light field, AXI4-Stream video on both "
@@ -265,6 +290,7 @@ def core_files() -> dict[Path, str]:
             synth=_synth("The example design", "refocus_button"),
         ),
         "video": EXAMPLE.format(
+            **both,
             version=version,
             name="video",
             description="Video path around the refocuser - TMDS decoding, timing, refocused video, "
@@ -276,6 +302,7 @@ def core_files() -> dict[Path, str]:
             synth=_synth("The pattern and the video path", "pattern_video"),
         ),
         "axi": AXI.format(
+            **both,
             version=version,
             rtl=_listed(
                 _needed("refocuser_axi", "stack_axi", "sensor_axi", "wishbone_bridge"), core
