@@ -14,6 +14,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from hdl_registers.field.enumeration import Enumeration
@@ -80,14 +81,15 @@ class Vhdl93Generator(RegisterCodeGenerator):
         for place, register in enumerate(registers):
             yield comment, f"AT_{register.name.upper()}", "natural", str(place)
             comment = ""
-        comment = "Their fields: the first bit, and of those of several bits how many."
+        group = "Their fields: the first bit, and of those of several bits how many.\n\n"
         for register in registers:
+            comment = f"{group}{register.name}: {text_of(register)}"
             for field in register.fields:
                 name = f"{register.name}_{field.name}".upper()
                 if field.width == 32:
                     continue
                 yield comment, name, "natural", str(field.base_index)
-                comment = ""
+                comment = group = ""
                 if field.width > 1:
                     yield "", f"{name}_BITS", "positive", str(field.width)
         modes = [register.mode for register in registers]
@@ -106,21 +108,22 @@ class Vhdl93Generator(RegisterCodeGenerator):
             "Bits that a register keeps as they were written.",
             "KEPT",
             f"words_t(0 to {count - 1})",
-            self.table({name: f'x"{mask:08X}"' for name, mask in kept.items()}),
+            self.table({name: f'x"{mask:08X}"' for name, mask in kept.items()}, 'x"00000000"'),
         )
         yield (
             "Bits of the register `parts` of which one has to be set; 0: it is always there.",
             "NEEDS",
             f"naturals_t(0 to {count - 1})",
-            self.table({r.name: str(needs(self, r)) for r in registers}),
+            self.table({r.name: str(needs(self, r)) for r in registers}, "0"),
         )
 
     @staticmethod
-    def table(rows: dict[str, str]) -> str:
-        """Make a value of an array by registers, each on a line."""
-        width = max(map(len, rows))
-        lines = (f"AT_{name.upper():{width}} => {value}" for name, value in rows.items())
-        return "\n  (\n    " + ",\n    ".join(lines) + "\n  )"
+    def table(rows: dict[str, str], nothing: str) -> str:
+        """Make a value of an array by registers, each on a line but for those that have nothing."""
+        lines = [(f"AT_{name.upper()}", value) for name, value in rows.items() if value != nothing]
+        width = max(len(name) for name, _ in lines)
+        each = [f"{name:{width}} => {value}" for name, value in [*lines, ("others", nothing)]]
+        return "\n  (\n    " + ",\n    ".join(each) + "\n  )"
 
     def get_code(self, **_: Any) -> str:
         """Make the package."""
@@ -154,7 +157,9 @@ class Vhdl93Generator(RegisterCodeGenerator):
         for comment, name, type_, value in self.constants():
             if comment:
                 close()
-                lines.extend(["", f"  -- {comment}"])
+                for part in comment.split("\n\n"):
+                    wrapped = wrap(part, 115)
+                    lines.extend(["", *(f"  -- {line}" for line in wrapped)])
             group.append((name, type_, value))
         close()
         return "\n".join([*lines, "", "end package register_map_pkg;", ""])

@@ -55,19 +55,25 @@ package register_map_pkg is
   constant AT_LOAD_WORD        : natural := 32;
 
   -- Their fields: the first bit, and of those of several bits how many.
-  constant VERSION_PATCH                  : natural  := 0;
-  constant VERSION_PATCH_BITS             : positive := 8;
-  constant VERSION_MINOR                  : natural  := 8;
-  constant VERSION_MINOR_BITS             : positive := 8;
-  constant VERSION_MAJOR                  : natural  := 16;
-  constant VERSION_MAJOR_BITS             : positive := 8;
-  constant VERSION_MAP                    : natural  := 24;
-  constant VERSION_MAP_BITS               : positive := 8;
-  constant PARTS_REFOCUSER                : natural  := 0;
-  constant PARTS_STACK                    : natural  := 1;
-  constant PARTS_DEPTH_INDEX              : natural  := 2;
-  constant PARTS_RESAMPLER                : natural  := 3;
-  constant PARTS_MOSAIC                   : natural  := 4;
+
+  -- version: What the core is of.
+  constant VERSION_PATCH      : natural  := 0;
+  constant VERSION_PATCH_BITS : positive := 8;
+  constant VERSION_MINOR      : natural  := 8;
+  constant VERSION_MINOR_BITS : positive := 8;
+  constant VERSION_MAJOR      : natural  := 16;
+  constant VERSION_MAJOR_BITS : positive := 8;
+  constant VERSION_MAP        : natural  := 24;
+  constant VERSION_MAP_BITS   : positive := 8;
+
+  -- parts: What stands behind these registers.
+  constant PARTS_REFOCUSER   : natural := 0;
+  constant PARTS_STACK       : natural := 1;
+  constant PARTS_DEPTH_INDEX : natural := 2;
+  constant PARTS_RESAMPLER   : natural := 3;
+  constant PARTS_MOSAIC      : natural := 4;
+
+  -- geometry: What a frame is made of.
   constant GEOMETRY_MICRO_IMAGE_SIZE      : natural  := 0;
   constant GEOMETRY_MICRO_IMAGE_SIZE_BITS : positive := 8;
   constant GEOMETRY_SLICES                : natural  := 8;
@@ -78,89 +84,134 @@ package register_map_pkg is
   constant GEOMETRY_PIXEL_BITS_BITS       : positive := 5;
   constant GEOMETRY_PIXELS_PER_CLOCK      : natural  := 24;
   constant GEOMETRY_PIXELS_PER_CLOCK_BITS : positive := 6;
-  constant LIMITS_MAX_COLUMNS             : natural  := 0;
-  constant LIMITS_MAX_COLUMNS_BITS        : positive := 16;
-  constant LIMITS_PARALLEL_ROWS           : natural  := 16;
-  constant LIMITS_PARALLEL_ROWS_BITS      : positive := 7;
-  constant ENGINE_MOVING_SUM              : natural  := 0;
-  constant ENGINE_EXACT                   : natural  := 1;
-  constant ENGINE_CENTRED                 : natural  := 2;
-  constant ENGINE_HOLD                    : natural  := 3;
-  constant ENGINE_ANY_ROWS                : natural  := 4;
-  constant ENGINE_ORDER                   : natural  := 5;
-  constant ENGINE_ORDER_BITS              : positive := 2;
-  constant ENGINE_FRACTION_BITS           : natural  := 7;
-  constant ENGINE_FRACTION_BITS_BITS      : positive := 4;
-  constant ENGINE_GUARD_BITS              : natural  := 11;
-  constant ENGINE_GUARD_BITS_BITS         : positive := 4;
-  constant ENGINE_BORDER_NORMALISED       : natural  := 15;
-  constant SHARPNESS_RADIUS               : natural  := 0;
-  constant SHARPNESS_RADIUS_BITS          : positive := 4;
-  constant SHARPNESS_VOTE_RADIUS          : natural  := 4;
-  constant SHARPNESS_VOTE_RADIUS_BITS     : positive := 3;
-  constant CONFIDENCE_LEVEL               : natural  := 0;
-  constant CONFIDENCE_LEVEL_BITS          : positive := 30;
-  constant RESAMPLER_HEXAGONAL            : natural  := 0;
-  constant RESAMPLER_MOVES                : natural  := 1;
-  constant RESAMPLER_GAINS                : natural  := 2;
-  constant RESAMPLER_LINES                : natural  := 3;
-  constant RESAMPLER_LINES_BITS           : positive := 9;
-  constant RESAMPLER_FRACTION_BITS        : natural  := 12;
-  constant RESAMPLER_FRACTION_BITS_BITS   : positive := 5;
-  constant RESAMPLER_WEIGHT_BITS          : natural  := 17;
-  constant RESAMPLER_WEIGHT_BITS_BITS     : positive := 4;
-  constant RESAMPLER_GUARD_BITS           : natural  := 21;
-  constant RESAMPLER_GUARD_BITS_BITS      : positive := 2;
-  constant RESAMPLER_GAIN_BITS            : natural  := 23;
-  constant RESAMPLER_GAIN_BITS_BITS       : positive := 4;
-  constant LENSES_COUNT                   : natural  := 0;
-  constant LENSES_COUNT_BITS              : positive := 21;
-  constant ASKED_SLICE_NUMBER             : natural  := 0;
-  constant ASKED_SLICE_NUMBER_BITS        : positive := 8;
-  constant SLICE_SHIFT_SHIFT              : natural  := 0;
-  constant SLICE_SHIFT_SHIFT_BITS         : positive := 14;
-  constant SLICE_SHIFT_SHARPENING         : natural  := 14;
-  constant SLICE_SHIFT_SHARPENING_BITS    : positive := 5;
-  constant CONTROL_ENABLE                 : natural  := 0;
-  constant CONTROL_SWEEP                  : natural  := 1;
-  constant COMMAND_RESTART                : natural  := 0;
-  constant COMMAND_COMMIT                 : natural  := 1;
-  constant SLICE_NUMBER                   : natural  := 0;
-  constant SLICE_NUMBER_BITS              : positive := 8;
-  constant SWEEP_FRAMES_COUNT             : natural  := 0;
-  constant SWEEP_FRAMES_COUNT_BITS        : positive := 8;
-  constant FRAME_SIZE_COLUMNS             : natural  := 0;
-  constant FRAME_SIZE_COLUMNS_BITS        : positive := 16;
-  constant FRAME_SIZE_ROWS                : natural  := 16;
-  constant FRAME_SIZE_ROWS_BITS           : positive := 16;
-  constant RED_PLACE_COLUMN               : natural  := 0;
-  constant RED_PLACE_ROW                  : natural  := 1;
-  constant STATUS_SLICE                   : natural  := 0;
-  constant STATUS_SLICE_BITS              : positive := 8;
-  constant STATUS_INSIDE                  : natural  := 8;
-  constant RASTER_SIZE_COLUMNS            : natural  := 0;
-  constant RASTER_SIZE_COLUMNS_BITS       : positive := 16;
-  constant RASTER_SIZE_ROWS               : natural  := 16;
-  constant RASTER_SIZE_ROWS_BITS          : positive := 16;
-  constant ERRORS_LINE_EARLY              : natural  := 0;
-  constant ERRORS_LINE_LATE               : natural  := 1;
-  constant ERRORS_FRAME_EARLY             : natural  := 2;
-  constant ERRORS_FRAME_LATE              : natural  := 3;
-  constant ERRORS_FRAME_SIZE              : natural  := 4;
-  constant ERRORS_CALIBRATION             : natural  := 5;
-  constant ERRORS_REFUSED                 : natural  := 6;
-  constant INTERRUPT_STATUS_FRAME_IN      : natural  := 0;
-  constant INTERRUPT_STATUS_FRAME_OUT     : natural  := 1;
-  constant INTERRUPT_STATUS_ERROR         : natural  := 2;
-  constant INTERRUPT_MASK_FRAME_IN        : natural  := 0;
-  constant INTERRUPT_MASK_FRAME_OUT       : natural  := 1;
-  constant INTERRUPT_MASK_ERROR           : natural  := 2;
-  constant LOAD_PLACE_ADDRESS             : natural  := 0;
-  constant LOAD_PLACE_ADDRESS_BITS        : positive := 20;
-  constant LOAD_PLACE_KIND                : natural  := 20;
-  constant LOAD_PLACE_KIND_BITS           : positive := 2;
-  constant LOAD_HIGH_BITS                 : natural  := 0;
-  constant LOAD_HIGH_BITS_BITS            : positive := 8;
+
+  -- limits: The largest frames.
+  constant LIMITS_MAX_COLUMNS        : natural  := 0;
+  constant LIMITS_MAX_COLUMNS_BITS   : positive := 16;
+  constant LIMITS_PARALLEL_ROWS      : natural  := 16;
+  constant LIMITS_PARALLEL_ROWS_BITS : positive := 7;
+
+  -- engine: How slices are computed.
+  constant ENGINE_MOVING_SUM         : natural  := 0;
+  constant ENGINE_EXACT              : natural  := 1;
+  constant ENGINE_CENTRED            : natural  := 2;
+  constant ENGINE_HOLD               : natural  := 3;
+  constant ENGINE_ANY_ROWS           : natural  := 4;
+  constant ENGINE_ORDER              : natural  := 5;
+  constant ENGINE_ORDER_BITS         : positive := 2;
+  constant ENGINE_FRACTION_BITS      : natural  := 7;
+  constant ENGINE_FRACTION_BITS_BITS : positive := 4;
+  constant ENGINE_GUARD_BITS         : natural  := 11;
+  constant ENGINE_GUARD_BITS_BITS    : positive := 4;
+  constant ENGINE_BORDER_NORMALISED  : natural  := 15;
+
+  -- sharpness: How the sharpest slice is found.
+  constant SHARPNESS_RADIUS           : natural  := 0;
+  constant SHARPNESS_RADIUS_BITS      : positive := 4;
+  constant SHARPNESS_VOTE_RADIUS      : natural  := 4;
+  constant SHARPNESS_VOTE_RADIUS_BITS : positive := 3;
+
+  -- confidence: What has texture.
+  constant CONFIDENCE_LEVEL      : natural  := 0;
+  constant CONFIDENCE_LEVEL_BITS : positive := 30;
+
+  -- resampler: What it is built for.
+  constant RESAMPLER_HEXAGONAL          : natural  := 0;
+  constant RESAMPLER_MOVES              : natural  := 1;
+  constant RESAMPLER_GAINS              : natural  := 2;
+  constant RESAMPLER_LINES              : natural  := 3;
+  constant RESAMPLER_LINES_BITS         : positive := 9;
+  constant RESAMPLER_FRACTION_BITS      : natural  := 12;
+  constant RESAMPLER_FRACTION_BITS_BITS : positive := 5;
+  constant RESAMPLER_WEIGHT_BITS        : natural  := 17;
+  constant RESAMPLER_WEIGHT_BITS_BITS   : positive := 4;
+  constant RESAMPLER_GUARD_BITS         : natural  := 21;
+  constant RESAMPLER_GUARD_BITS_BITS    : positive := 2;
+  constant RESAMPLER_GAIN_BITS          : natural  := 23;
+  constant RESAMPLER_GAIN_BITS_BITS     : positive := 4;
+
+  -- lenses: Its tables.
+  constant LENSES_COUNT      : natural  := 0;
+  constant LENSES_COUNT_BITS : positive := 21;
+
+  -- asked_slice: Of which slice `slice_shift` tells.
+  constant ASKED_SLICE_NUMBER      : natural  := 0;
+  constant ASKED_SLICE_NUMBER_BITS : positive := 8;
+
+  -- slice_shift: What the slice `asked_slice` refocuses to; of a number beyond the set 0.
+  constant SLICE_SHIFT_SHIFT           : natural  := 0;
+  constant SLICE_SHIFT_SHIFT_BITS      : positive := 14;
+  constant SLICE_SHIFT_SHARPENING      : natural  := 14;
+  constant SLICE_SHIFT_SHARPENING_BITS : positive := 5;
+
+  -- control: Switches.
+  constant CONTROL_ENABLE : natural := 0;
+  constant CONTROL_SWEEP  : natural := 1;
+
+  -- command: What happens once, when a 1 is written.
+  constant COMMAND_RESTART : natural := 0;
+  constant COMMAND_COMMIT  : natural := 1;
+
+  -- slice: The plane that is refocused to.
+  constant SLICE_NUMBER      : natural  := 0;
+  constant SLICE_NUMBER_BITS : positive := 8;
+
+  -- sweep_frames: How fast a sweep is.
+  constant SWEEP_FRAMES_COUNT      : natural  := 0;
+  constant SWEEP_FRAMES_COUNT_BITS : positive := 8;
+
+  -- frame_size: Size of the frames that come in. A size that is written restarts the core. It is refused
+  -- (`errors.refused`) while `control.enable` is 1, with 0 columns or rows, with more columns than `limits` has, and
+  -- unless all four bytes are written at once. Until one is written frames are dropped with `errors.frame_size`.
+  constant FRAME_SIZE_COLUMNS      : natural  := 0;
+  constant FRAME_SIZE_COLUMNS_BITS : positive := 16;
+  constant FRAME_SIZE_ROWS         : natural  := 16;
+  constant FRAME_SIZE_ROWS_BITS    : positive := 16;
+
+  -- red_place: The first red pixel.
+  constant RED_PLACE_COLUMN : natural := 0;
+  constant RED_PLACE_ROW    : natural := 1;
+
+  -- status: What goes on.
+  constant STATUS_SLICE      : natural  := 0;
+  constant STATUS_SLICE_BITS : positive := 8;
+  constant STATUS_INSIDE     : natural  := 8;
+
+  -- raster_size: Size of the frames that come out; between two frames that of the last one.
+  constant RASTER_SIZE_COLUMNS      : natural  := 0;
+  constant RASTER_SIZE_COLUMNS_BITS : positive := 16;
+  constant RASTER_SIZE_ROWS         : natural  := 16;
+  constant RASTER_SIZE_ROWS_BITS    : positive := 16;
+
+  -- errors: Faults so far. A 1 that is written clears its bit.
+  constant ERRORS_LINE_EARLY  : natural := 0;
+  constant ERRORS_LINE_LATE   : natural := 1;
+  constant ERRORS_FRAME_EARLY : natural := 2;
+  constant ERRORS_FRAME_LATE  : natural := 3;
+  constant ERRORS_FRAME_SIZE  : natural := 4;
+  constant ERRORS_CALIBRATION : natural := 5;
+  constant ERRORS_REFUSED     : natural := 6;
+
+  -- interrupt_status: What has happened. A 1 that is written clears its bit.
+  constant INTERRUPT_STATUS_FRAME_IN  : natural := 0;
+  constant INTERRUPT_STATUS_FRAME_OUT : natural := 1;
+  constant INTERRUPT_STATUS_ERROR     : natural := 2;
+
+  -- interrupt_mask: What the interrupt tells. It is high while a bit is 1 in both `interrupt_status` and here.
+  constant INTERRUPT_MASK_FRAME_IN  : natural := 0;
+  constant INTERRUPT_MASK_FRAME_OUT : natural := 1;
+  constant INTERRUPT_MASK_ERROR     : natural := 2;
+
+  -- load_place: Where the next word of a calibration goes. Refused unless all four bytes are written at once, and with
+  -- kind 3.
+  constant LOAD_PLACE_ADDRESS      : natural  := 0;
+  constant LOAD_PLACE_ADDRESS_BITS : positive := 20;
+  constant LOAD_PLACE_KIND         : natural  := 20;
+  constant LOAD_PLACE_KIND_BITS    : positive := 2;
+
+  -- load_high: What `load_word` has no room for.
+  constant LOAD_HIGH_BITS      : natural  := 0;
+  constant LOAD_HIGH_BITS_BITS : positive := 8;
 
   -- Which of them can be read,
   constant READABLE : std_logic_vector(0 to 32) := "111111111111101111111111111111110";
@@ -171,77 +222,35 @@ package register_map_pkg is
   -- Bits that a register keeps as they were written.
   constant KEPT : words_t(0 to 32) :=
   (
-    AT_IDENTIFICATION   => x"00000000",
-    AT_VERSION          => x"00000000",
-    AT_PARTS            => x"00000000",
-    AT_GEOMETRY         => x"00000000",
-    AT_LIMITS           => x"00000000",
-    AT_ENGINE           => x"00000000",
-    AT_SHARPNESS        => x"00000000",
-    AT_CONFIDENCE       => x"00000000",
-    AT_RESAMPLER        => x"00000000",
-    AT_LENSES           => x"00000000",
-    AT_ASKED_SLICE      => x"000000FF",
-    AT_SLICE_SHIFT      => x"00000000",
-    AT_CONTROL          => x"00000003",
-    AT_COMMAND          => x"00000000",
-    AT_SLICE            => x"000000FF",
-    AT_SWEEP_FRAMES     => x"000000FF",
-    AT_FRAME_SIZE       => x"FFFFFFFF",
-    AT_RED_PLACE        => x"00000003",
-    AT_STATUS           => x"00000000",
-    AT_RASTER_SIZE      => x"00000000",
-    AT_ERRORS           => x"00000000",
-    AT_INTERRUPT_STATUS => x"00000000",
-    AT_INTERRUPT_MASK   => x"00000007",
-    AT_FRAMES_IN        => x"00000000",
-    AT_FRAMES_OUT       => x"00000000",
-    AT_LINES_IN         => x"00000000",
-    AT_LINES_OUT        => x"00000000",
-    AT_STALLS_IN        => x"00000000",
-    AT_STALLS_OUT       => x"00000000",
-    AT_DROPPED          => x"00000000",
-    AT_LOAD_PLACE       => x"00000000",
-    AT_LOAD_HIGH        => x"000000FF",
-    AT_LOAD_WORD        => x"00000000"
+    AT_ASKED_SLICE    => x"000000FF",
+    AT_CONTROL        => x"00000003",
+    AT_SLICE          => x"000000FF",
+    AT_SWEEP_FRAMES   => x"000000FF",
+    AT_FRAME_SIZE     => x"FFFFFFFF",
+    AT_RED_PLACE      => x"00000003",
+    AT_INTERRUPT_MASK => x"00000007",
+    AT_LOAD_HIGH      => x"000000FF",
+    others            => x"00000000"
   );
 
   -- Bits of the register `parts` of which one has to be set; 0: it is always there.
   constant NEEDS : naturals_t(0 to 32) :=
   (
-    AT_IDENTIFICATION   => 0,
-    AT_VERSION          => 0,
-    AT_PARTS            => 0,
-    AT_GEOMETRY         => 0,
-    AT_LIMITS           => 0,
-    AT_ENGINE           => 3,
-    AT_SHARPNESS        => 4,
-    AT_CONFIDENCE       => 4,
-    AT_RESAMPLER        => 8,
-    AT_LENSES           => 8,
-    AT_ASKED_SLICE      => 3,
-    AT_SLICE_SHIFT      => 3,
-    AT_CONTROL          => 0,
-    AT_COMMAND          => 0,
-    AT_SLICE            => 1,
-    AT_SWEEP_FRAMES     => 1,
-    AT_FRAME_SIZE       => 0,
-    AT_RED_PLACE        => 16,
-    AT_STATUS           => 0,
-    AT_RASTER_SIZE      => 8,
-    AT_ERRORS           => 0,
-    AT_INTERRUPT_STATUS => 0,
-    AT_INTERRUPT_MASK   => 0,
-    AT_FRAMES_IN        => 0,
-    AT_FRAMES_OUT       => 0,
-    AT_LINES_IN         => 0,
-    AT_LINES_OUT        => 0,
-    AT_STALLS_IN        => 0,
-    AT_STALLS_OUT       => 0,
-    AT_DROPPED          => 0,
-    AT_LOAD_PLACE       => 8,
-    AT_LOAD_HIGH        => 8,
-    AT_LOAD_WORD        => 8
+    AT_ENGINE       => 3,
+    AT_SHARPNESS    => 4,
+    AT_CONFIDENCE   => 4,
+    AT_RESAMPLER    => 8,
+    AT_LENSES       => 8,
+    AT_ASKED_SLICE  => 3,
+    AT_SLICE_SHIFT  => 3,
+    AT_SLICE        => 1,
+    AT_SWEEP_FRAMES => 1,
+    AT_RED_PLACE    => 16,
+    AT_RASTER_SIZE  => 8,
+    AT_LOAD_PLACE   => 8,
+    AT_LOAD_HIGH    => 8,
+    AT_LOAD_WORD    => 8,
+    others          => 0
   );
 
 end package register_map_pkg;
