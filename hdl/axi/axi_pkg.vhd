@@ -168,11 +168,13 @@ package body axi_pkg is
 
     for i in 0 to REGISTERS_TOTAL - 1 loop
 
+      -- Registers without a need are there with any parts.
       if NEEDS(i) > 0 then
         found(i) := '0';
         there    := parts;
         part     := NEEDS(i);
 
+        -- Naturals have no bits in VHDL-93, so both are taken apart by halving: one part in common is enough.
         for bit_number in 0 to PARTS_MOSAIC loop
 
           if there mod 2 = 1 and part mod 2 = 1 then

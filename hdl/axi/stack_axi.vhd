@@ -79,23 +79,28 @@ end entity stack_axi;
 
 architecture rtl of stack_axi is
 
+  -- All slices of a pixel go side by side from stack to index.
   constant SLICES     : positive := slice_count(SHIFTS);
   constant IN_BITS    : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * IN_BITS;
   constant OUT_BITS   : positive := stack_output_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS);
 
-  signal bus_request  : bus_request_t;
-  signal bus_answer   : bus_answer_t;
-  signal orders       : orders_t;
-  signal s_marks      : marks_t;
-  signal watched      : watched_t;
-  signal faults       : std_logic_vector(5 downto 0);
-  signal core_tvalid  : std_logic;
-  signal core_tready  : std_logic;
-  signal out_tvalid   : std_logic;
-  signal out_tdata    : std_logic_vector(OUT_BITS - 1 downto 0);
-  signal out_tuser    : std_logic_vector(0 downto 0);
-  signal out_tlast    : std_logic;
+  -- The bus, and what software orders.
+  signal bus_request : bus_request_t;
+  signal bus_answer  : bus_answer_t;
+  signal orders      : orders_t;
+  -- What the registers watch and count: the streams without their data, and the faults.
+  signal s_marks     : marks_t;
+  signal watched     : watched_t;
+  signal faults      : std_logic_vector(5 downto 0);
+  signal core_tvalid : std_logic;
+  signal core_tready : std_logic;
+  -- The stream that goes out, which is read here too: VHDL-93 reads no outputs.
+  signal out_tvalid : std_logic;
+  signal out_tdata  : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal out_tuser  : std_logic_vector(0 downto 0);
+  signal out_tlast  : std_logic;
+  -- Between stack and index.
   signal stack_tvalid : std_logic;
   signal stack_tready : std_logic;
   signal stack_tdata  : std_logic_vector(STACK_BITS - 1 downto 0);
@@ -106,6 +111,7 @@ architecture rtl of stack_axi is
 
 begin
 
+  -- Ports have the names that Vivado looks for; inside, a bus is two records.
   bus_request <=
   (
     s_axi_ctrl_awaddr,
@@ -121,6 +127,7 @@ begin
     s_axi_ctrl_rready
   );
 
+  -- Each wire by its name: an output of a record is nothing that block designs connect.
   s_axi_ctrl_awready <= bus_answer.awready;
   s_axi_ctrl_wready  <= bus_answer.wready;
   s_axi_ctrl_bresp   <= bus_answer.bresp;
@@ -130,6 +137,7 @@ begin
   s_axi_ctrl_rresp   <= bus_answer.rresp;
   s_axi_ctrl_rvalid  <= bus_answer.rvalid;
 
+  -- Both streams are counted at the ports. What enters goes through the registers, which drop it until the core runs.
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 

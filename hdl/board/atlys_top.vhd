@@ -111,6 +111,7 @@ architecture rtl of atlys_top is
                                    false
                                  );
 
+  -- Control: reset, and what it knows and orders of the clocks.
   signal reset_request : std_logic;
   signal reset         : std_logic;
   signal own_ready     : std_logic;
@@ -126,12 +127,14 @@ architecture rtl of atlys_top is
   signal out_ddc     : ddc_t;
   signal out_ddc_low : ddc_t;
 
+  -- To and from the parts that any board has.
   signal panel    : panel_t;
   signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
 
   -- Clocks and resets.
+  -- The input clock at the pin and on a global net, the one chosen, and the multiples of it for both directions.
   signal tmds_clk        : std_logic;
   signal tmds_clk_global : std_logic;
   signal source_clk      : std_logic;
@@ -204,6 +207,7 @@ begin
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
+  -- The channel is open drain: it is pulled low or let go, never driven high.
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
   out_scl <= '0' when out_ddc_low.scl = '1' else
@@ -224,6 +228,7 @@ begin
     switch_bottom  => switch_bottom
   );
 
+  -- The phase detectors follow the bits themselves, so wrong words need not steer the delays.
   path : entity work.hdmi_refocuser
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
@@ -264,6 +269,7 @@ begin
       reset   => reset
     );
 
+  -- The clock lane has no data: its frequency is all that is taken.
   clock_pins : entity work.clock_input
     port map (
       clk_p      => in_clk_p,
@@ -272,6 +278,7 @@ begin
       clk_global => tmds_clk_global
     );
 
+  -- A PLL follows whichever clock is chosen, so the rest does not know the difference.
   clock_select : entity work.pixel_clock_select
     port map (
       clk_100   => clk_100,
@@ -285,6 +292,7 @@ begin
   -- Both PLLs have the same setting, written to one and the other at the same time.
   clocks <= (own_ready, configured_each(0) and configured_each(1), pll_locked(0), pll_locked(1));
 
+  -- Both PLLs make the same multiples: receiver and transmitter have a BUFPLL each, in their own banks of pins.
   receive_clocks : entity work.serial_clocks
     port map (
       clk_in        => source_clk,
@@ -336,6 +344,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Serialisers.
 
+  -- A lane at a time, so that each has its own delay: the wires of a cable differ by more than a bit.
   channel : for c in 0 to CHANNELS - 1 generate
 
     input : entity work.tmds_input
@@ -372,6 +381,7 @@ begin
 
   end generate lane;
 
+  -- The clock is sent as a word, from the same kind of serialiser, so that it leaves in step with the data.
   clock_lane : entity work.tmds_output
     port map (
       word      => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),

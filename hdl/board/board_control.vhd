@@ -101,6 +101,7 @@ architecture rtl of board_control is
 
 begin
 
+  -- All contacts go through one debouncer, as a vector.
   contacts <= to_vector(panel);
 
   debounce : entity work.debouncer
@@ -143,6 +144,7 @@ begin
       line          => line_out
     );
 
+  -- Without a resampler every character belongs to the command line.
   no_load : if not WITH_LOAD generate
     other_valid  <= in_valid;
     other_data   <= in_data;
@@ -155,6 +157,7 @@ begin
 
   load : if WITH_LOAD generate
 
+    -- In front of the command line, as it takes the lines that begin with its letter and passes on the others.
     words : entity work.load_port
       generic map (
         DESCRIPTION => DESCRIPTION
@@ -181,6 +184,7 @@ begin
 
   end generate load;
 
+  -- What a build does not have counts as one choice, so commands for it are refused.
   commands : entity work.command_line
     generic map (
       STATUS => STATUS,
@@ -201,6 +205,7 @@ begin
       command       => command
     );
 
+  -- A switch and a command mean "or", so that either can be used alone.
   choice.slice        <= std_logic_vector(slice_now);
   choice.sweep        <= level.switch_sweep or to_logic(sweep_command /= 0);
   choice.sweep_frames <= std_logic_vector(sweep_command) when sweep_command /= 0 else
@@ -218,10 +223,12 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- A command names the slice, a button steps; in the same clock the command holds, for it is exact.
       if command.set_slice = '1' then
         slice_now <= command.value;
       elsif pressed.button_up = '1' then
         slice_now <= slice_now + 1;
+        -- Around the end, as 256 slices would by themselves.
         if slice_now = LAST then
           slice_now <= (others => '0');
         end if;

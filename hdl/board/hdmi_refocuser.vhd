@@ -65,6 +65,7 @@ architecture rtl of hdmi_refocuser is
 
   constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
 
+  -- Pixels and words of the transmitter start with the link, and are in reset without it.
   signal stop     : std_logic;
   signal reset    : std_logic;
   signal tx_reset : std_logic;
@@ -123,6 +124,7 @@ begin
       reset   => tx_reset
     );
 
+  -- `locked` is not looked at: the control judges by the channels, which it names in its report.
   receiver : entity work.tmds_receiver
     generic map (
       ALIGN_TIMEOUT => ALIGN_TIMEOUT
@@ -142,6 +144,7 @@ begin
       sum_error    => sum_error
     );
 
+  -- In front of all else, so that everything behind it has RGB of full range, whatever the source sends.
   convert : entity work.full_range_rgb
     port map (
       clk       => clk,
@@ -152,8 +155,10 @@ begin
       out_video => rgb
     );
 
+  -- The pattern begins with a whole frame when it is chosen.
   pattern_reset <= reset or not settings.show_pattern;
 
+  -- A picture without a source, so that output and refocuser can be tried with nothing plugged in.
   own : entity work.own_light_field
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -172,6 +177,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Registered: from here on it is one video, whatever it came from.
       source <= rgb;
       if settings.show_pattern = '1' then
         source <= drawn;
@@ -183,6 +189,7 @@ begin
 
   end process choose_source;
 
+  -- The same entity for all boards: a board is what lies around it.
   picture : entity work.shown_video
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
@@ -211,6 +218,7 @@ begin
       video_errors => video_errors
     );
 
+  -- Marks are looked for in what came in; what was found is drawn into what goes out.
   watch_marks : entity work.picture_marks
     generic map (
       LINES => MICRO_IMAGE_SIZE
@@ -224,6 +232,7 @@ begin
       marks       => marks
     );
 
+  -- A toggle crosses clocks where a pulse would be lost.
   clear <= clear_seen xor settings.clear_toggle;
   load  <= to_load(load_seen xor settings.load_toggle, settings.load_word);
 
@@ -246,6 +255,7 @@ begin
 
   end process collect_errors;
 
+  -- By channel: a bad contact shows in one of them.
   count_words : for c in 0 to CHANNELS - 1 generate
 
     words : entity work.event_counter
@@ -261,6 +271,7 @@ begin
 
   end generate count_words;
 
+  -- Apart from each other: wrong check bits tell of the cable, a wrong checksum of the source.
   count_packets : entity work.event_counter
     generic map (
       WIDTH => PACKET_ERROR_BITS
@@ -283,6 +294,7 @@ begin
       count => sum_errors
     );
 
+  -- Its clock may be another one, of the same frequency.
   transmitter : entity work.tmds_transmitter
     port map (
       clk      => clk,
@@ -293,6 +305,7 @@ begin
       tx_words => out_words
     );
 
+  -- All that the control reports.
   state <=
   (
     aligned       => aligned,

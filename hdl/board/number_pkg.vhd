@@ -59,6 +59,7 @@ package body number_pkg is
 
   begin
 
+    -- Channel 0 is in the low bits, as everywhere on the link.
     for c in 0 to CHANNELS - 1 loop
 
       value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);

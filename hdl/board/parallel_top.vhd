@@ -49,28 +49,31 @@ end entity parallel_top;
 
 architecture rtl of parallel_top is
 
+  -- A camera has one size, so the sizes are constants and their logic goes away.
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(MAX_COLUMNS, 16));
   constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(ROWS, 16));
 
   signal reset_request : std_logic;
   signal reset         : std_logic;
-  signal raw_valid     : std_logic;
-  signal raw_ready     : std_logic;
-  signal raw_data      : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal raw_first     : std_logic_vector(0 downto 0);
-  signal raw_last      : std_logic;
-  signal new_valid     : std_logic;
-  signal new_ready     : std_logic;
-  signal new_data      : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal new_first     : std_logic_vector(0 downto 0);
-  signal new_last      : std_logic;
-  signal lost          : std_logic;
-  signal flags         : std_logic_vector(4 downto 0);
+  -- From the camera to the core, and from the core to the monitor.
+  signal raw_valid : std_logic;
+  signal raw_ready : std_logic;
+  signal raw_data  : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal raw_first : std_logic_vector(0 downto 0);
+  signal raw_last  : std_logic;
+  signal new_valid : std_logic;
+  signal new_ready : std_logic;
+  signal new_data  : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal new_first : std_logic_vector(0 downto 0);
+  signal new_last  : std_logic;
+  signal lost      : std_logic;
+  signal flags     : std_logic_vector(4 downto 0);
 
 begin
 
   reset_request <= not reset_n;
 
+  -- The button is asynchronous; the reset ends with a clock edge.
   bridge : entity work.reset_bridge
     port map (
       clk     => clk,
@@ -78,6 +81,7 @@ begin
       reset   => reset
     );
 
+  -- A camera cannot wait: what the core does not take at once is lost, and said so.
   camera : entity work.parallel_to_stream
     generic map (
       WIDTH => PIXEL_BITS
@@ -133,6 +137,7 @@ begin
       error_clear   => '0'
     );
 
+  -- It waits until a whole line is there, so that lines go out without gaps.
   monitor : entity work.stream_to_parallel
     generic map (
       WIDTH       => PIXEL_BITS,
@@ -156,6 +161,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Faults stay until the reset: the light that shows them is looked at now and then.
       if lost = '1' or flags /= "00000" then
         error <= '1';
       end if;

@@ -43,6 +43,7 @@ begin
   together <= settings.text_place & settings.choice.shown & settings.choice.pass_through & settings.choice.sweep &
               settings.choice.sweep_frames & settings.choice.slice;
 
+  -- Slice and sweep of one moment arrive in one clock, never half of each.
   bus_of_settings : entity work.bus_crossing
     generic map (
       WIDTH => 22
@@ -66,6 +67,7 @@ begin
       synchronous => pixel_singles
     );
 
+  -- Words for the resampler must all arrive, so each is acknowledged before the next.
   loads : entity work.load_crossing
     port map (
       clk         => clk,

@@ -57,12 +57,14 @@ architecture rtl of shown_video is
 
   constant SLICES : positive := slice_count(SHIFTS);
 
+  -- Before the text is laid over it, and what the text says of it.
   signal bare       : video_t;
   signal on_show    : on_show_t;
   signal timing_now : timing_t;
 
 begin
 
+  -- The text needs the rows, too.
   timing <= timing_now;
 
   video : entity work.refocus_video
@@ -92,6 +94,7 @@ begin
       errors      => video_errors
     );
 
+  -- A board without a screen text pays nothing for it.
   no_text : if not WITH_TEXT generate
     out_video <= bare;
   end generate no_text;

@@ -83,20 +83,24 @@ architecture rtl of tangnano20k_top is
                                    false
                                  );
 
+  -- Clocks and reset.
   signal clk    : std_logic;
   signal clk_x5 : std_logic;
   signal locked : std_logic;
   signal stop   : std_logic;
   signal reset  : std_logic;
 
+  -- What the keys set: the slice, and whether the focus goes by itself.
   signal choice : picture_choice_t;
   signal going  : std_logic;
 
+  -- The light field, refocused, with black sides, as words of the lanes.
   signal drawn : video_t;
   signal shown : video_t;
   signal wide  : video_t;
   signal words : std_logic_vector(10 * CHANNELS + 9 downto 0);
 
+  -- What the LEDs tell.
   signal following    : std_logic;
   signal video_errors : std_logic_vector(3 downto 0);
   signal errors_now   : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
@@ -111,6 +115,7 @@ begin
       locked => locked
     );
 
+  -- Nothing runs before the PLL does.
   stop <= not locked;
 
   reset_of_pixels : entity work.reset_bridge
@@ -136,6 +141,7 @@ begin
       going    => going
     );
 
+  -- Light field and timing are made here, so there is no source to wait for, and no clock of one.
   own : entity work.own_light_field
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -150,6 +156,7 @@ begin
       video  => drawn
     );
 
+  -- The text is at the bottom; there is no sensor to be calibrated.
   picture : entity work.shown_video
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
@@ -178,6 +185,7 @@ begin
       video_errors => video_errors
     );
 
+  -- A block RAM holds a picture of fewer columns than any HDMI mode has.
   sides : entity work.black_sides
     generic map (
       COLUMNS => SIDE_COLUMNS
@@ -189,6 +197,7 @@ begin
       out_video => wide
     );
 
+  -- One clock for pixels and words: no crossing.
   transmitter : entity work.tmds_transmitter
     port map (
       clk      => clk,
@@ -213,6 +222,7 @@ begin
 
   end generate lane;
 
+  -- The clock goes out as a word of five ones and five zeros, so that it is in step with the data.
   clock_lane : entity work.serial_output
     port map (
       clk    => clk,
@@ -227,6 +237,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- They stay until the reset: a short fault shows on the LED, too.
       errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
       if reset = '1' then
         errors_now <= (others => '0');

@@ -195,6 +195,7 @@ begin
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
+  -- The channel is open drain: it is pulled low or let go, never driven high.
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
   out_scl <= '0' when out_ddc_low.scl = '1' else
@@ -247,6 +248,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks and resets.
 
+  -- Control and test pattern have clocks even where no source is plugged in.
   oscillator : entity work.oscillator_clocks
     generic map (
       CONTROL_MHZ => CONTROL_MHZ,
@@ -318,6 +320,7 @@ begin
       out_strobe => out_strobe
     );
 
+  -- A lane at a time, so that each follows its own drift.
   channel : for c in 0 to CHANNELS - 1 generate
 
     input : entity work.ddr_input
@@ -351,6 +354,7 @@ begin
 
   end generate lane;
 
+  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
   clock_lane : entity work.ddr_output
     port map (
       word   => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),

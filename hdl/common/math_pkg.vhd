@@ -70,6 +70,7 @@ package body math_pkg is
   ) return boolean is
   begin
 
+    -- As an initial value of a constant it is evaluated before anything that depends on it.
     assert condition
       report message
       severity failure;
@@ -166,6 +167,7 @@ package body math_pkg is
 
   begin
 
+    -- Euclid: the last remainder that is not 0 divides both.
     divisor   := a;
     remainder := b mod a;
 

@@ -71,6 +71,7 @@ architecture rtl of sensor_raster is
   -- Behind the mosaic.
   constant COLOURS : positive := choose(MOSAIC, 3, CHANNELS);
 
+  -- Raw pixels with all their colours, and the raster.
   signal raw_tvalid      : std_logic;
   signal raw_tready      : std_logic;
   signal raw_tdata       : std_logic_vector(COLOURS * PIXEL_BITS - 1 downto 0);
@@ -82,6 +83,7 @@ architecture rtl of sensor_raster is
 
 begin
 
+  -- A grey or an RGB sensor needs nothing in front of the resampler.
   plain : if not MOSAIC generate
     raw_tvalid    <= s_axis_tvalid;
     s_axis_tready <= raw_tready;
@@ -91,6 +93,7 @@ begin
     mosaic_flags  <= (others => '0');
   end generate plain;
 
+  -- Colours are completed on the raw grid: resampling first would mix those of neighbours.
   filters : if MOSAIC generate
 
     colours : entity work.colour_mosaic
@@ -120,6 +123,7 @@ begin
 
   end generate filters;
 
+  -- From here on there are CHANNELS values for each pixel, whatever the sensor has.
   lenses_out : entity work.resampler
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -163,6 +167,7 @@ begin
 
   m_axis_tdata <= raster(CHANNELS * PIXEL_BITS - 1 downto 0);
 
+  -- Both see the same frames, so the same fault has the same bit.
   error_flags <= resampler_flags or ('0' & mosaic_flags);
 
 end architecture rtl;

@@ -36,6 +36,7 @@ end entity tmds_input;
 
 architecture rtl of tmds_input is
 
+  -- From and to the control of the delay lines.
   signal calibrate_master : std_logic;
   signal calibrate_slave  : std_logic;
   signal delay_reset      : std_logic;
@@ -44,14 +45,17 @@ architecture rtl of tmds_input is
   signal busy             : std_logic;
   signal valid            : std_logic;
   signal increase         : std_logic;
-  signal from_pins        : std_logic;
-  signal master_data      : std_logic;
-  signal slave_data       : std_logic;
-  signal to_slave         : std_logic;
-  signal to_master        : std_logic;
-  signal half             : std_logic_vector(4 downto 0);
-  signal master_busy      : std_logic;
-  signal slave_busy       : std_logic;
+  -- The pair as one bit, and delayed by both lines: the master is to see the bits, the slave their edges.
+  signal from_pins   : std_logic;
+  signal master_data : std_logic;
+  signal slave_data  : std_logic;
+  -- The cascade of both deserialisers: the slave has one of the five bits, the master compares the samples of both.
+  signal to_slave  : std_logic;
+  signal to_master : std_logic;
+  -- Five bits of each clock of clk_x2.
+  signal half        : std_logic_vector(4 downto 0);
+  signal master_busy : std_logic;
+  signal slave_busy  : std_logic;
 
 begin
 
@@ -72,8 +76,10 @@ begin
       hung_toggle      => hung_toggle
     );
 
+  -- A command is carried out when both lines have carried it out.
   busy <= master_busy or slave_busy;
 
+  -- TMDS is terminated to 3.3 V outside of the FPGA; DIFF_TERM would put another standard's 100 ohm across the pair.
   pins : component ibufds
     generic map (
       DIFF_TERM  => false,
@@ -85,6 +91,7 @@ begin
       o  => from_pins
     );
 
+  -- Both lines are stepped alike, so that what the calibration has set between them stays.
   master_delay : component iodelay2
     generic map (
       COUNTER_WRAPAROUND => "STAY_AT_LIMIT",
@@ -141,6 +148,7 @@ begin
       dataout => slave_data
     );
 
+  -- RETIMED: the word changes with clkdiv alone. Word boundaries are found behind the gearbox, so nothing slips here.
   master_deserialiser : component iserdes2
     generic map (
       BITSLIP_ENABLE => false,
@@ -168,6 +176,7 @@ begin
       shiftout => to_slave
     );
 
+  -- Its samples at the edges tell the master whether the delay is too long or too short (valid, incdec).
   slave_deserialiser : component iserdes2
     generic map (
       BITSLIP_ENABLE => false,
@@ -190,6 +199,7 @@ begin
       shiftout => to_master
     );
 
+  -- Two halves make the ten bits of a TMDS word, at any of its ten phases.
   gearbox : entity work.gearbox_5_to_10
     port map (
       clk    => clk,

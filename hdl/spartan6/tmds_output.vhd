@@ -30,8 +30,10 @@ end entity tmds_output;
 
 architecture rtl of tmds_output is
 
-  signal half            : std_logic_vector(4 downto 0);
-  signal to_pins         : std_logic;
+  -- Five bits of each clock of clk_x2, and the pair as one bit.
+  signal half    : std_logic_vector(4 downto 0);
+  signal to_pins : std_logic;
+  -- The cascade: data and tristate go between master and slave, which send a word of five bits together.
   signal master_data     : std_logic;
   signal master_tristate : std_logic;
   signal slave_data      : std_logic;
@@ -39,6 +41,7 @@ architecture rtl of tmds_output is
 
 begin
 
+  -- A serialiser has eight inputs at most, so a word of ten bits goes out as two of five.
   gearbox : entity work.gearbox_10_to_5
     port map (
       clk    => clk,
@@ -47,6 +50,7 @@ begin
       half   => half
     );
 
+  -- A cascade sends the slave's four bits first: the master has the last one.
   master_serialiser : component oserdes2
     generic map (
       DATA_RATE_OQ => "SDR",
@@ -81,6 +85,7 @@ begin
       shiftout2 => master_tristate
     );
 
+  -- No pin of its own: what it sends goes out through the master.
   slave_serialiser : component oserdes2
     generic map (
       DATA_RATE_OQ => "SDR",
@@ -114,6 +119,7 @@ begin
       shiftout4 => slave_tristate
     );
 
+  -- TMDS draws its current through the terminators of the sink, so the standard has no other setting.
   pins : component obufds
     generic map (
       IOSTANDARD => "TMDS_33"
