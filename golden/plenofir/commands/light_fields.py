@@ -197,6 +197,7 @@ def refocus_command(
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
     print_lines(exposed)
+    warn_of_camera(model)
 
 
 def _model(camera: str | None, focus: float, m: int) -> "RayModel | None":
@@ -204,9 +205,7 @@ def _model(camera: str | None, focus: float, m: int) -> "RayModel | None":
     from plenofir.camera.rays import RayModel, load_camera
 
     options.require("focus", "camera", focus != inf and camera is None)
-    model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
-    warn_of_camera(model)
-    return model
+    return None if camera is None else RayModel.focused(load_camera(camera), focus, m)
 
 
 def _look(
@@ -324,6 +323,7 @@ def stack(
             of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
     print_lines(*lines)
+    warn_of_camera(model)
 
 
 @app.command("depth-map")
@@ -448,3 +448,4 @@ def depth_map(
                 f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
                 f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
             )
+    warn_of_camera(model)
