@@ -3,11 +3,14 @@
 
 import json
 import re
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 from marks import between_marks
+from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -35,6 +38,7 @@ from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
+from plenofir.plan.configure import configure
 from plenofir.plan.figures import (
     SENSORS,
     Design,
@@ -45,6 +49,7 @@ from plenofir.plan.figures import (
     stack_designs,
 )
 from plenofir.plan.left_out import full_core
+from plenofir.plan.placed import recorded_beside_full
 from plenofir.plan.scene import scene_files
 
 MEMORY_COLUMNS = 1024
@@ -214,6 +219,7 @@ def resource_tables(text: str) -> str:
     boards = ", ".join(design.name for design in scene_designs() if design.top == BOARD)
     cores = ", ".join(design.name for design in core_designs())
     rows = [(boards, *TMDS_ENDS.values()), (cores, *("0" for _ in TMDS_ENDS))]
+    text = put(text, "full builds", beside_full_builds())
     return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
 
 
@@ -320,6 +326,53 @@ def left_out_of_scenes() -> list[str]:
         parts = "; ".join(part.what for part in core.left_out)
         rows.append((scene, f"{len(found)} of {len(DEVICES)}", parts))
     return table("scene | devices it fits | left out", rows)
+
+
+def _beside_full(scene: str) -> Iterator[object]:
+    """Cells of a scene's core beside its full build: how known, and each amount of both."""
+    placed, plan = recorded_beside_full(scene), make_plan(load_scene(scene))
+    if placed is not None:
+        yield f"placed, {placed.device}"
+        both: Iterable[tuple[float, float]] = zip(
+            placed.scene.values(), placed.full.values(), strict=True
+        )
+    else:
+        yield f"estimate, {plan.device.upper()}"
+        both = zip(plan.needs.values(), plan.full.values(), strict=True)
+    for needed, full in both:
+        change = round(100 * (needed / full - 1)) if full else 0
+        yield f"{needed:g} of {full:g}" + (f" ({change:+d} %)" if change else "")
+    if placed is None:
+        yield ""
+
+
+def _listed_files(scene: str) -> str:
+    """How many of all VHDL sources the project of a scene has."""
+    with tempfile.TemporaryDirectory() as folder:
+        sources = configure(make_plan(load_scene(scene)), Path(folder))
+        own = sum(source.parent == Path(folder) for source in sources)
+    return f"{len(sources) - own} of {len(hdl.all_sources())}"
+
+
+def beside_full_builds() -> list[str]:
+    """Make the table of the shipped scenes beside their full builds."""
+    heads = "scene | how known | LUT | flip-flops | block RAM | multipliers | MHz | files"
+    rows = ((scene, *_beside_full(scene), _listed_files(scene)) for scene in _scenes())
+    return table(heads, rows)
+
+
+def costs_of_leaving_out() -> list[str]:
+    """Make the table of what costs something to leave out, by the estimates."""
+    rows = []
+    for scene in _scenes():
+        for part in make_plan(load_scene(scene)).left_out:
+            if part.costs:
+                both = (
+                    ", ".join(f"{n} {name}" for name, n in amounts.items())
+                    for amounts in (part.saves, part.costs)
+                )
+                rows.append((scene, part.what, *both, part.weighed))
+    return table("scene | left out | saves | costs | so", rows)
 
 
 def device_sources() -> list[str]:

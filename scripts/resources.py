@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records what designs take of a device and the clocks that they reach.
 
-Usage: python scripts/resources.py figures|compare|devices|families|place|pixels|fit [NAMES]
+Usage: python scripts/resources.py COMMAND [NAMES], the command one of these:
 
 figures synthesises the designs of plenofir.plan.figures for Spartan-6 (JOBS at once) and records
   them in data/figures.json; names of designs, all if there are none.
@@ -15,6 +15,9 @@ place places for ECP5, or for the device that is named behind a scene. A scene: 
   resources, or the bitstream of its board, whose report goes into data/boards.json. Without a
   scene all shipped scenes, cores and arrays, for data/ecp5.json, and the self-test of the ULX3S
   board, whose bitstream goes to build/pnr/.
+full places for ECP5 what data/ecp5.json lacks of the shipped scenes' cores and full builds; names
+  of scenes, which are placed anew.
+nets places the row filters of plenofir_studies.systolic that their file lacks for ECP5.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
 fit writes the engines' weights (data/weights.json), fitted to what is recorded: for ECP5 placed
@@ -86,6 +89,7 @@ from plenofir.plan.figures import (
     FILE,
     Design,
     FiguresFile,
+    compared_designs,
     core_designs,
     designs,
     grey_core,
@@ -97,11 +101,12 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
-from plenofir_studies import many_pixels
+from plenofir_studies import many_pixels, systolic
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
 # That the scene built without options is recorded for, too.
 SMALL_DEVICES = ("lfe5u-25f", "lfe5u-12f")
+FULL_DEVICE = "lfe5u-45f"
 BITSTREAMS = project.root() / "build" / "pnr"
 # Small designs that are placed beside the scenes: what, M, a', rows at once.
 PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
@@ -227,8 +232,8 @@ def say(name: str, placed: Placed) -> None:
     )
 
 
-def place_design(design: Design) -> dict[str, object]:
-    """Place a design for both speed grades; a scene for a Spartan-6 goes where it fits."""
+def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, object]:
+    """Place a design for speed grades; a scene for a Spartan-6 goes where it fits."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if design.plan is not None:
@@ -237,10 +242,24 @@ def place_design(design: Design) -> dict[str, object]:
         else:
             generics, device = design.core.generics(), None
             netlist = make_netlist(hdl.hdl_sources(), design.top, generics, folder)
-        found = {grade: place(netlist, speed_grade=grade, device=device) for grade in (6, 8)}
+        found = {grade: place(netlist, speed_grade=grade, device=device) for grade in grades}
     for placed in found.values():
         say(design.name, placed)
     return {str(grade): placed.model_dump() for grade, placed in found.items()}
+
+
+def place_full(names: Sequence[str]) -> None:
+    """Place cores beside their full builds, those that fit the device, after each design."""
+    check_tools()
+    for design in (design for pair in compared_designs() for design in pair):
+        assert design.plan is not None
+        known, named = json.loads(ECP5_RESULTS.read_text()), design.plan.scene in names
+        if not named and (names or design.name in known):
+            continue
+        if DEVICES[FULL_DEVICE].overflow(estimate(design.core, "ecp5")):
+            print(f"{design.name}: does not fit")
+            continue
+        save_records(ECP5_RESULTS, {**known, design.name: place_design(design, (6,))})
 
 
 def place_all(names: Sequence[str]) -> None:
@@ -268,6 +287,7 @@ def place_all(names: Sequence[str]) -> None:
         save_records(ECP5_RESULTS, results)
     results["ulx3s self-test"] = {"6": place_self_test().model_dump()}
     save_records(ECP5_RESULTS, results)
+    place_full(())
     save_builds({})
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
         if is_nextpnr_board(plan):
@@ -341,6 +361,21 @@ def pixels(words: Sequence[str]) -> None:
         )
         say(f"{number} pixels a clock", placed)
         many_pixels.save_placed({**known, number: placed})
+
+
+def nets(names: Sequence[str]) -> None:
+    """Write the file of row filters with different broadcast nets, after each filter."""
+    check_tools()
+    for row in systolic.row_filters():
+        known = systolic.load_placed()
+        if row.name in known and row.name not in names:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            sources = [*hdl.hdl_sources(), systolic.SOURCE]
+            netlist = make_netlist(sources, systolic.TOP, row.generics(), Path(folder))
+            placed = place(netlist)
+        say(row.name, placed)
+        systolic.save_placed({**known, row.name: placed})
 
 
 def least_worst(parts: np.ndarray) -> np.ndarray:
@@ -446,6 +481,8 @@ COMMANDS = {
     "devices": devices,
     "families": families,
     "place": place_all,
+    "full": place_full,
+    "nets": nets,
     "pixels": pixels,
     "fit": fit,
 }

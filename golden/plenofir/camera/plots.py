@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of curves and maps."""
 
+import io
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf
 
 import matplotlib
 
@@ -10,9 +13,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from plenofir.refocus.operator import Image
 
@@ -28,6 +33,85 @@ def figure_pixels(figure: Figure) -> Image:
     pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()  # type: ignore[attr-defined]
     plt.close(figure)
     return pixels
+
+
+PLOTS = (".svg", ".pdf", ".png")
+"""Endings of what `encode_figure` writes."""
+
+
+def encode_figure(figure: Figure, suffix: str) -> bytes:
+    """A figure as SVG, PDF or PNG; the same input gives the same bytes."""
+    kind = suffix.lstrip(".").lower()
+    # Neither dates nor random names of parts.
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    content = io.BytesIO()
+    with plt.rc_context({"svg.hashsalt": "plenofir", "svg.fonttype": "none"}):
+        figure.savefig(content, format=kind, dpi=120, metadata=metadata)
+    plt.close(figure)
+    return content.getvalue()
+
+
+def label_log_axis(axis: Axis) -> None:
+    """Numbers as they are, at 1, 2 and 5 of each power of ten; any range where nothing is shown."""
+    low, high = axis.get_view_interval()
+    if not (0 < axis.get_minpos() < inf and 0 < high < inf):
+        axes = axis.axes
+        set_limits = axes.set_xlim if axis is axes.xaxis else axes.set_ylim
+        set_limits(*((low, high) if 0 < low < high < inf else (1, 10)))
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+@dataclass(frozen=True)
+class SharpRange:
+    """What is sharp in a slice, in mm; `far` is inf where it reaches infinity."""
+
+    name: str
+    near: float
+    far: float
+    centre: float | None = None  # the plane itself; None at and beyond infinity
+
+
+def draw_ranges(
+    axes: Axes, ranges: Sequence[SharpRange | str], colours: Sequence[str] = ("tab:blue",)
+) -> None:
+    """Bars of what is sharp over the distance; an arrow where it goes on to infinity.
+
+    A slice in which nothing in front of the lens is sharp is a text: its name and why.
+    """
+    known = [r for r in ranges if isinstance(r, SharpRange)]
+    # Distances inside of a lens may be negative; the axis, of logarithms, has none of them.
+    ends = [v for r in known for v in (r.near, r.far, r.centre) if v is not None and 0 < v < inf]
+    # Room for the arrows: the last third of a plot to infinity.
+    room = 4.0 if any(r.far == inf for r in known) else 1.1
+    low, high = min(ends, default=100.0) / 1.1, max(ends, default=1000.0) * room
+    for n, one in enumerate(ranges):
+        colour = colours[n % len(colours)]
+        if isinstance(one, str):
+            axes.text(low, n, f" {one}", va="center", fontsize=8, color=colour)
+            continue
+        axes.fill_betweenx(
+            [n - 0.25, n + 0.25],
+            max(one.near, low),
+            min(max(one.far, low), high),
+            color=colour,
+            alpha=0.4,
+        )
+        if one.far == inf:
+            arrow = {"arrowstyle": "->", "color": colour}
+            axes.annotate("", (high, n), (high / 1.3, n), arrowprops=arrow)
+            axes.text(high / 1.35, n, "infinity", va="center", ha="right", fontsize=8)
+        if one.centre is not None and one.centre > 0:
+            axes.plot([one.centre] * 2, [n - 0.35, n + 0.35], color=colour)
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    axes.set_ylim(-0.6, max(len(ranges), 1) - 0.4)
+    label_log_axis(axes.xaxis)
+    names = ["" if isinstance(one, str) else one.name for one in ranges]
+    size = max(4, min(9, 120 // max(1, len(names))))
+    axes.set_yticks(range(len(names)), names, fontsize=size)
+    axes.set_xlabel("depth of field: distance from the micro lenses / mm")
 
 
 def sharpness_picture(

@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``design``: every figure that follows from a camera's data, at once."""
 
-import csv
-import io
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
-from plenofir.commands.results import check_file
+from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,16 +75,6 @@ def _print(found: "Design") -> None:
         typer.echo(f"note: {warning}")
 
 
-def _csv(found: "Design") -> bytes:
-    from plenofir.camera.design import PlaneFigures
-
-    text = io.StringIO()
-    writer = csv.DictWriter(text, PlaneFigures.names(), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(plane.row() for plane in found.planes)
-    return text.getvalue().encode()
-
-
 @app.command()
 def design(
     near: Annotated[float, options.distance("--near", "Nearest distance that matters, in mm.")],
@@ -118,12 +105,8 @@ def design(
         options.number("--disparity-error", "Error of a disparity in pixels of the views."),
     ] = 0.1,
     as_json: options.AsJson = False,
-    csv_file: Annotated[
-        Path | None, typer.Option("--csv", help="Write the slices into this CSV file.")
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", help="Draw the figures: SVG, PDF or PNG.")
-    ] = None,
+    csv_file: options.CsvFile = None,
+    plot: options.PlotFile = None,
     page: Annotated[
         bool, typer.Option("--page", help="Open a page with sliders in the browser.")
     ] = False,
@@ -136,10 +119,9 @@ def design(
 
     Lengths that are given take the place of the camera's.
     """
-    from plenofir.camera.design import PLOTS, design_plot, encode_figure
     from plenofir.camera.design import design as designed
+    from plenofir.camera.design import design_plot
     from plenofir.camera.rays import RayModel
-    from plenofir.ground.files import write_file
 
     lengths = {
         "focal_length": focal_length,
@@ -154,8 +136,7 @@ def design(
     known = _camera(camera, lengths)
     m = micro_image or max(2, known.micro_image_size)
     model = RayModel.focused(known, focus, m)
-    csv_path = None if csv_file is None else check_file(str(csv_file), (".csv",))
-    plot_path = None if plot is None else check_file(str(plot), PLOTS)
+    check_plot_and_csv(plot, csv_file)
     found = designed(model, near, far, disparity_error_px=disparity_error)
     if page:
         from plenofir.commands.view import serve_page
@@ -163,10 +144,8 @@ def design(
 
         serve_page(design_page(found, focus), port, browser)
         return
-    if csv_path is not None:
-        write_file(csv_path, _csv(found))
-    if plot_path is not None:
-        write_file(plot_path, encode_figure(design_plot(found), plot_path.suffix))
+    write_csv(csv_file, [plane.row() for plane in found.planes])
+    write_plot(plot, lambda: design_plot(found))
     if as_json:
         print_json(found.content())
         return

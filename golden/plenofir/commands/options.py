@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import floor, inf, isfinite, isnan
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, get_args
 
 import typer
@@ -339,6 +340,10 @@ Sharpen = Annotated[str, _SHARPEN]
 Radius = Annotated[int, _RADIUS]
 OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
 OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]
+PlotFile = Annotated[
+    Path | None, typer.Option("--plot", help="Draw it: SVG, PDF or PNG, by the ending.")
+]
+CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write the numbers into a CSV file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 _CAMERA = typer.Option("--camera", help="Camera: a shipped one (plenofir cameras) or a TOML file.")
 Camera = Annotated[str, _CAMERA]

@@ -11,9 +11,12 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_line, print_table, steps_bar
+from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.devices import Device
     from plenofir.fpga.synthesis.spartan6 import Figures
@@ -102,6 +105,27 @@ def print_screen(plan: "Plan") -> None:
         print_line("stored", f"{columns} x {rows} micro images, takes {_amounts(takes)}")
 
 
+def _beside(needed: float, full: float) -> tuple[str, str, str]:
+    """An amount, that of the full build, and what leaving out changes."""
+    change = f"{round(100 * (needed / full - 1)):+d}%" if full else ""
+    return f"{needed:g}", f"{full:g}", "0%" if change == "+0%" else change
+
+
+def print_placed(plan: "Plan") -> None:
+    """Print what was recorded of a shipped scene's core and its full build, their clocks too."""
+    from plenofir.plan.placed import placed_beside_full
+
+    found = placed_beside_full(plan)
+    if found is None:
+        return
+    print_table(
+        ("core, placed", "this scene", "full build", "change"),
+        [(name, *_beside(needed, found.full[name])) for name, needed in found.scene.items()],
+        left=("core, placed",),
+        title=f"recorded, on an {found.device}",
+    )
+
+
 def print_plan(plan: "Plan") -> None:
     """Print a plan for a person."""
     from plenofir.fpga.devices import DEVICES
@@ -163,9 +187,9 @@ def print_plan(plan: "Plan") -> None:
         f"{plan.frame_clocks} clocks for each frame",
     )
     print_table(
-        ("estimate", "this scene", "full build", plan.device.upper()),
+        ("estimate", "this scene", "full build", "change", plan.device.upper()),
         [
-            (name, str(needed), str(plan.full[name]), str(plan.available[name]))
+            (name, *_beside(needed, plan.full[name]), str(plan.available[name]))
             for name, needed in plan.needs.items()
         ],
         left=("estimate",),
@@ -177,22 +201,52 @@ def print_plan(plan: "Plan") -> None:
     above = {name: n - plan.full[name] for name, n in plan.needs.items() if n > plan.full[name]}
     if above:
         print_line("", f"takes {_amounts(above)} less than this scene")
+    print_placed(plan)
     for part_left_out in plan.left_out:
         saves, costs = _amounts(part_left_out.saves), _amounts(part_left_out.costs)
         told = [f"saves {saves}"] * bool(saves) + [f"costs {costs}"] * bool(costs)
+        told += [part_left_out.weighed] * bool(part_left_out.weighed)
         print_line("left out", ": ".join([part_left_out.what, "; ".join(told)][: 1 + bool(told)]))
 
 
 @app.command()
-def plan(scene: Scene, device: Part = None, as_json: options.AsJson = False) -> None:
+def plan(
+    scene: Scene,
+    device: Part = None,
+    as_json: options.AsJson = False,
+    plot: options.PlotFile = None,
+    csv_file: options.CsvFile = None,
+) -> None:
     """The smallest hardware for a scene: slices, resources, latency, what is left out."""
     from plenofir.plan import load_scene, make_plan
 
     planned = make_plan(load_scene(scene, device))
+    check_plot_and_csv(plot, csv_file, scene)
+    rows = [
+        {
+            "resource": name,
+            "this_scene": needed,
+            "full_build": planned.full[name],
+            "device": planned.available[name],
+        }
+        for name, needed in planned.needs.items()
+    ]
+    write_csv(csv_file, rows)
+    write_plot(plot, lambda: _drawn(planned))
     if as_json:
-        print_json(planned.model_dump(mode="json"))
+        from plenofir.plan.placed import placed_beside_full
+
+        found = placed_beside_full(planned)
+        placed = None if found is None else found.model_dump()
+        print_json({**planned.model_dump(mode="json"), "placed": placed})
     else:
         print_plan(planned)
+
+
+def _drawn(planned: "Plan") -> "Figure":
+    from plenofir.plan.plot import plot_plan
+
+    return plot_plan(planned)
 
 
 def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":

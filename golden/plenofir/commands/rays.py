@@ -2,7 +2,6 @@
 """Commands of the ray model: distance, baseline, depth, slices, cameras, lens."""
 
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -10,10 +9,11 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
 from plenofir.commands.rasters import warn_of_camera
-from plenofir.commands.results import check_file
+from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
 
 if TYPE_CHECKING:
     from fractions import Fraction
+    from types import ModuleType
 
     from plenofir.camera.rays import Distances, RayModel
 
@@ -81,6 +81,13 @@ def _title(model: "RayModel") -> str:
     )
 
 
+def drawn() -> "ModuleType":
+    """The plots, which take a second to load."""
+    from plenofir.camera.rays import plot
+
+    return plot
+
+
 @app.command()
 def distance(
     camera: options.Camera,
@@ -88,9 +95,8 @@ def distance(
     focus: options.Focus = inf,
     micro_image: MicroImage = None,
     as_json: options.AsJson = False,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", help="Draw the optical bench into this PNG.")
-    ] = None,
+    plot: options.PlotFile = None,
+    csv_file: options.CsvFile = None,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -107,29 +113,29 @@ def distance(
         (setting, model.near_border(value), model.distance(value), model.far_border(value))
         for setting, value in ((s, float(s)) for s in settings)
     ]
-    if plot:
-        from plenofir.camera.rays.plot import plot_bench
-
-        plot_bench(model, settings, check_file(str(plot), (".png",)))
+    planes: list[dict[str, object]] = [
+        {
+            "a": _fraction(setting),
+            "state": centre.state().value,
+            "distance_mm": _number_or_none(centre),
+            "near_mm": _number_or_none(near),
+            "far_mm": _number_or_none(far),
+            "near_state": near.state().value,
+            "far_state": far.state().value,
+            "alpha": options.finite(float(model.alpha(float(setting)))),
+        }
+        for setting, near, centre, far in rows
+    ]
+    check_plot_and_csv(plot, csv_file, camera)
+    write_csv(csv_file, planes)
+    write_plot(plot, lambda: drawn().plot_bench(model, settings))
     _say_of_camera(model)
     if as_json:
-        planes = [
-            {
-                "a": _fraction(setting),
-                "state": centre.state().value,
-                "distance_mm": _number_or_none(centre),
-                "near_mm": _number_or_none(near),
-                "far_mm": _number_or_none(far),
-                "near_state": near.state().value,
-                "far_state": far.state().value,
-                "alpha": options.finite(float(model.alpha(float(setting)))),
-                "condition": {
-                    name: options.finite(number)
-                    for name, number in condition_numbers(model, setting).items()
-                },
+        for plane, setting in zip(planes, settings, strict=True):
+            plane["condition"] = {
+                name: options.finite(number)
+                for name, number in condition_numbers(model, setting).items()
             }
-            for setting, near, centre, far in rows
-        ]
         limit = rayleigh_limit(model.camera)
         content = {
             "camera": model.camera.name,
@@ -156,6 +162,16 @@ def distance(
     _note(diffraction_note(model.camera))
 
 
+def _baseline_row(model: "RayModel", gap: int, view: int) -> dict[str, float | None]:
+    return {
+        "gap": gap,
+        "baseline_mm": float(model.baseline(gap)),
+        "exit_pupil_baseline_mm": options.finite(float(model.exit_pupil_baseline(gap))),
+        "tilt_deg": float(model.tilt(gap, view)) + 0.0,
+        "entrance_pupil_mm": model.entrance_pupil_mm,
+    }
+
+
 @app.command()
 def baseline(
     camera: options.Camera,
@@ -164,16 +180,19 @@ def baseline(
     gap: Gap = 1,
     view: View = 0,
     as_json: options.AsJson = False,
+    plot: options.PlotFile = None,
+    csv_file: options.CsvFile = None,
 ) -> None:
-    """Baseline and tilt of the virtual cameras, and where they stand."""
+    """Baseline and tilt of the virtual cameras, and where they stand.
+
+    Plot and CSV have all gaps up to M - 1, and the given one.
+    """
     model = _model(camera, focus, micro_image)
-    content = {
-        "gap": gap,
-        "baseline_mm": float(model.baseline(gap)),
-        "exit_pupil_baseline_mm": options.finite(float(model.exit_pupil_baseline(gap))),
-        "tilt_deg": float(model.tilt(gap, view)) + 0.0,
-        "entrance_pupil_mm": model.entrance_pupil_mm,
-    }
+    content = _baseline_row(model, gap, view)
+    gaps = sorted({gap, *range(1, model.micro_image_size)})
+    check_plot_and_csv(plot, csv_file, camera)
+    write_csv(csv_file, [_baseline_row(model, other, view) for other in gaps])
+    write_plot(plot, lambda: drawn().plot_baselines(model, gaps, gap, view))
     note = model.vignetting_note(view, view + gap)
     _say_of_camera(model)
     if as_json:
@@ -201,6 +220,8 @@ def depth(
         typer.Option("--per-view", help="The disparity is in pixels per view: divided by the gap."),
     ] = False,
     as_json: options.AsJson = False,
+    plot: options.PlotFile = None,
+    csv_file: options.CsvFile = None,
 ) -> None:
     """Distance of an object from the disparity between two views."""
     model = _model(camera, focus, micro_image)
@@ -218,6 +239,9 @@ def depth(
             }
         )
     note = model.vignetting_note(view, view + gap)
+    check_plot_and_csv(plot, csv_file, camera)
+    write_csv(csv_file, objects)
+    write_plot(plot, lambda: drawn().plot_triangulation(model, disparity, gap, view, unit))
     _say_of_camera(model)
     if as_json:
         content = {"camera": model.camera.name, "gap": gap, "unit": unit, "vignetted": bool(note)}
@@ -245,6 +269,8 @@ def slices(
     micro_image: MicroImage = None,
     whole: Annotated[bool, typer.Option("--whole", help="Use slices of integer a only.")] = False,
     as_json: options.AsJson = False,
+    plot: options.PlotFile = None,
+    csv_file: options.CsvFile = None,
 ) -> None:
     """Fewest slices whose depths of field cover a range, and the gaps that remain."""
     from fractions import Fraction
@@ -253,16 +279,19 @@ def slices(
 
     model = _model(camera, focus, micro_image)
     cover = covering_slices(model, near, far, step=Fraction(1) if whole else None)
+    parts = [
+        {
+            "a": _fraction(part.a),
+            "near_mm": part.near_mm,
+            "far_mm": None if part.far_mm == inf else part.far_mm,
+        }
+        for part in cover.slices
+    ]
+    check_plot_and_csv(plot, csv_file, camera)
+    write_csv(csv_file, parts)
+    write_plot(plot, lambda: drawn().plot_cover(model, cover))
     _say_of_camera(model)
     if as_json:
-        parts = [
-            {
-                "a": _fraction(part.a),
-                "near_mm": part.near_mm,
-                "far_mm": None if part.far_mm == inf else part.far_mm,
-            }
-            for part in cover.slices
-        ]
         gaps = [
             {"near_mm": gap[0], "far_mm": None if gap[1] == inf else gap[1]} for gap in cover.gaps
         ]
@@ -274,6 +303,14 @@ def slices(
         typer.echo(f"not covered: {gap[0]:.1f} to {gap[1]:.1f} mm")
     if not cover.gaps:
         typer.echo("no gaps")
+
+
+_SYMBOLS = (
+    ("f_U", "focal length of the main lens"),
+    ("f_s", "focal length of a micro lens"),
+    ("p_M", "pitch of the micro lenses"),
+    ("p_p", "pitch of the sensor's pixels"),
+)
 
 
 @app.command()
@@ -295,7 +332,9 @@ def cameras(as_json: options.AsJson = False) -> None:
         ]
         for camera in known
     ]
-    print_table(["name", "f_U", "f_s", "p_M", "p_p"], rows, title="shipped cameras, mm")
+    print_table(["name", *(symbol for symbol, _ in _SYMBOLS)], rows, title="shipped cameras, mm")
+    for symbol, meaning in _SYMBOLS:
+        typer.echo(f"{symbol}: {meaning}")
 
 
 @app.command()

@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that commands write: refused before any work, then all at once or none."""
 
+import csv
 import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from plenofir.ground.errors import InputError
-from plenofir.ground.files import Results, check_folder, check_result
+from plenofir.ground.files import Results, check_folder, check_result, write_file
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     import numpy as np
     import numpy.typing as npt
+    from matplotlib.figure import Figure
 
     from plenofir.ground.images import Image, Picture
 
@@ -20,6 +24,8 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """Endings of pictures that can be written."""
+# Of plots; `plenofir.camera.plots`, which takes a second to load, has them too.
+_PLOTS = (".svg", ".pdf", ".png")
 
 
 def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) -> Path:
@@ -33,6 +39,35 @@ def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) 
     check_result(path, out, [Path(file) for file in inputs if file is not None])
     check_folder(path.parent, out)
     return path
+
+
+def check_plot_and_csv(plot: Path | None, csv_file: Path | None, *inputs: str) -> None:
+    """Refuse a plot or a CSV file that cannot be written, or would replace an input."""
+    if plot is not None:
+        check_file(str(plot), _PLOTS, *inputs)
+    if csv_file is not None:
+        check_file(str(csv_file), (".csv",), *inputs)
+
+
+def write_csv(path: Path | None, rows: "Sequence[Mapping[str, object]]") -> None:
+    """Write rows with a line of names; what is nested is left out, and nothing without a path."""
+    if path is None:
+        return
+    flat = [{k: v for k, v in row.items() if not isinstance(v, dict)} for row in rows]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(flat[0]) if flat else [], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(flat)
+    write_file(path, text.getvalue().encode())
+
+
+def write_plot(path: Path | None, draw: "Callable[[], Figure]") -> None:
+    """Draw a figure as its ending says; nothing without a path."""
+    if path is None:
+        return
+    from plenofir.camera.plots import encode_figure
+
+    write_file(path, encode_figure(draw(), path.suffix))
 
 
 def save(results: Results, name: str, values: "Image | Floats | Picture") -> None:

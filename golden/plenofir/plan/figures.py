@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.core.engine import Generics, SliceEngine
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
@@ -27,7 +27,7 @@ from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
-from plenofir.plan.planned import Plan
+from plenofir.plan.planned import Plan, PlannedSlice
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
@@ -35,6 +35,7 @@ from plenofir.plan.sensor.resampler import ResamplerConfiguration
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
+from plenofir.refocus.shifts import shift_to_text
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
@@ -106,6 +107,35 @@ def core_designs() -> Iterator[Design]:
         else:
             core = scene_design(plan.model_copy(update={"path": "core"}))
             yield replace(core, name=f"{plan.scene} core")
+
+
+def full_plan(plan: Plan) -> Plan:
+    """The core of a plan alone, as its full build: all slices and channels, no shortcuts."""
+    core = full_core(plan.core)
+    m = core.micro_image_size
+    slices = (
+        PlannedSlice(a=shift_to_text(shift, m), shift=shift, near_mm=None, far_mm=None)
+        for shift in core.shifts
+    )
+    update = {"path": "core", "core": core, "slices": tuple(slices)}
+    return plan.model_copy(update=update)
+
+
+def compared_designs() -> Iterator[tuple[Design, Design]]:
+    """Core of each shipped scene beside its full build, what is around them left out.
+
+    Not those with a sensor, or with all slices at once.
+    """
+    for file in scene_files():
+        plan = make_plan(load_scene(file))
+        if plan.sensor is not None or not isinstance(plan.core.engine, SliceEngine):
+            continue
+        name = f"{plan.scene} core" if is_nextpnr_board(plan) else plan.scene
+        core, full = plan.model_copy(update={"path": "core"}), full_plan(plan)
+        yield (
+            Design(name, plan.core, top_of(core), plan=core),
+            Design(f"{plan.scene} full", full.core, top_of(full), plan=full),
+        )
 
 
 def grey_core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfiguration:

@@ -17,11 +17,19 @@ from plenofir.plan.sensor.resampler import ResamplerConfiguration
 from plenofir.plan.sensor.scene_sensor import SensorChip
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import automatic_units
-from plenofir.refocus.arithmetic import ExactArithmetic
+from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
 # What the grid of a full build spans: a = -1 to 1.
 _FULL_RANGE = 1
 _FULL_CHANNELS = 3
+# As a scene has them that does not say more.
+_STORED = StoredProductArithmetic(fraction_bits=8, guard_bits=2)
+_STORED_NAME = "stored products (exact sums need none)"
+_BORDER = "normalised border"
+_REASONS = {
+    _BORDER: "the scene wants border = 'zero', which is another picture",
+    _STORED_NAME: "they round twice, and the scene's sums are exact",
+}
 
 
 class LeftOut(BaseModel):
@@ -34,13 +42,40 @@ class LeftOut(BaseModel):
     # without it: the device's name to the amount.
     saves: dict[str, int]
     costs: dict[str, int]
+    # Where it costs something: the largest share of the device's that it saves and that it costs,
+    # and if that is more, why it is left out all the same. Else empty.
+    weighed: str = ""
 
 
-def _left_out(what: str, more: Mapping[str, int], less: Mapping[str, int]) -> LeftOut:
-    """Something left out, of which there would be `more`."""
+_NOT_ASKED = "the scene does not ask for it"
+
+
+def _left_out(
+    what: str,
+    more: Mapping[str, int],
+    less: Mapping[str, int],
+    device: Device,
+    reason: str = _NOT_ASKED,
+) -> LeftOut:
+    """Something left out, of which there would be `more`; the reason is for what costs more."""
     saves = {name: n - less[name] for name, n in more.items() if n > less[name]}
     costs = {name: less[name] - n for name, n in more.items() if n < less[name]}
-    return LeftOut(what=what, saves=saves, costs=costs)
+    if not costs:
+        return LeftOut(what=what, saves=saves, costs=costs)
+    gain, gained = _largest_share(saves, device)
+    loss, lost = _largest_share(costs, device)
+    weighed = f"it saves {gained} for {lost}"
+    if gain <= loss:
+        weighed += f"; left out all the same: {reason}"
+    return LeftOut(what=what, saves=saves, costs=costs, weighed=weighed)
+
+
+def _largest_share(amounts: Mapping[str, int], device: Device) -> tuple[float, str]:
+    """Largest share of a resource of the device, and both in words."""
+    total = device.amounts(device.total)
+    shares = [(n / total[name], name) for name, n in amounts.items() if total[name]]
+    share, name = max(shares, default=(0.0, ""))
+    return share, f"{share:.1%} of the {name}" if name else "nothing"
 
 
 def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:
@@ -72,6 +107,15 @@ def extent(core: CoreConfiguration) -> str:
     return f"{engine.lines(core)} lines of pixels"
 
 
+def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
+    """The core with stored products in place of the division, if it can be built."""
+    if core.sharpens or core.normalises or core.pixels_per_clock > 1:
+        return None
+    guard = min(_STORED.guard_bits, 16 - core.pixel_bits)
+    arithmetic = _STORED.model_copy(update={"guard_bits": guard})
+    return core.model_copy(update={"arithmetic": arithmetic})
+
+
 def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
     """What the scene leaves out: each text with the core that would have it."""
     full, engine = full_core(core), slice_engine(core)
@@ -100,21 +144,21 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             core.model_copy(update={"sharpening": weights}),
         )
     if core.exact and core.parallel_rows == 1 and not core.sharpens and not core.normalises:
-        yield "normalised border", core.model_copy(update={"border": "normalise"})
+        yield _BORDER, core.model_copy(update={"border": "normalise"})
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
-    if core.exact:
-        yield "stored products (exact sums need none)", core
-    else:
+    if not core.exact:
         yield (
             "wide sums and division (stored products need none)",
             core.model_copy(update={"arithmetic": ExactArithmetic()}),
         )
+    elif (stored := _stored(core)) is not None:
+        yield _STORED_NAME, stored
 
 
 def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
     """Something left out: what it would take more."""
-    return _left_out(what, device.amounts(more), device.amounts(less))
+    return _left_out(what, device.amounts(more), device.amounts(less), device)
 
 
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
@@ -153,7 +197,8 @@ def left_out(
     needs = device.amounts(estimate(core, device.family))
     found = []
     for what, other in _differences(core):
-        found.append(_left_out(what, device.amounts(estimate(other, device.family)), needs))
+        more = device.amounts(estimate(other, device.family))
+        found.append(_left_out(what, more, needs, device, _REASONS.get(what, _NOT_ASKED)))
     if path == "core" and device.family == "spartan6":
         # The board, a Spartan-6, has a core of three channels.
         saves = {name: n for name, n in VIDEO_USAGES[device.family].amounts().items() if n}
@@ -190,4 +235,4 @@ def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut
     known = device.amounts(needs)
     for what, core, mosaic in _sensor_differences(chip):
         amounts = device.amounts(sensor_usage(core, mosaic=mosaic, family=device.family))
-        yield _left_out(what, amounts, known)
+        yield _left_out(what, amounts, known, device)

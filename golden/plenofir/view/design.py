@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from typing import Any
 
-from plenofir.camera.design import Design, design, design_plot, encode_figure
+from plenofir.camera.design import Design, design, design_plot
+from plenofir.camera.plots import encode_figure
 from plenofir.camera.rays import FIELDS, RayModel, camera_of
 from plenofir.ground.errors import InputError
 from plenofir.view.page import Page, Part, Wanted

@@ -86,7 +86,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "exposure": ("off", "auto", "auto+1", "1.5", "-99", "1e999", "x", ""),
     "region": ("0:3,1:9", ":,:", "5:2,0:1", "0:99999999999999999999,0:1"),
     "picture": ("picture.png",),
-    "plot": ("plot.png",),
+    "plot": ("plot.png", "plot.svg"),
     "export": ("page.html",),
     "csv_file": ("planes.csv",),
     "source": ("folder",),

@@ -268,8 +268,10 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("reproduce",): check_reproduce,
     ("board", "picture"): lambda p: {f"{p['out']}/picture.{kind}" for kind in ("png", "html")},
     ("batch",): check_batch,
-    ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),
-    ("design",): lambda p: {str(p[name]) for name in ("plot", "csv_file") if p[name]},
+    **dict.fromkeys(
+        ((name,) for name in ("distance", "baseline", "depth", "slices", "plan", "design")),
+        lambda p: {str(p[name]) for name in ("plot", "csv_file") if p[name]},
+    ),
 }
 
 

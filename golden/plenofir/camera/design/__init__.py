@@ -6,14 +6,12 @@ distances count from the micro lenses.
 """
 
 from plenofir.camera.design.figures import Design, Figure, PlaneFigures, design
-from plenofir.camera.design.plots import PLOTS, design_plot, encode_figure
+from plenofir.camera.design.plots import design_plot
 
 __all__ = [
-    "PLOTS",
     "Design",
     "Figure",
     "PlaneFigures",
     "design",
     "design_plot",
-    "encode_figure",
 ]

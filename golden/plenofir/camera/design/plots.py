@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots of a camera's figures, as SVG, PDF or PNG."""
+"""Plots of a camera's figures."""
 
-import io
 from math import inf, isfinite
 
 import matplotlib
@@ -12,28 +11,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from plenofir.camera.design.figures import Design, depth_error, lens_sample
+from plenofir.camera.plots import SharpRange, draw_ranges, label_log_axis
 from plenofir.camera.rays import RayModel
 
-PLOTS = (".svg", ".pdf", ".png")
-"""Endings of what `encode_figure` writes."""
 _POINTS = 200
 # A range to infinity is drawn to so many times its near end.
 _FAR = 30.0
-
-
-def encode_figure(drawing: Drawing, suffix: str) -> bytes:
-    """A figure as SVG, PDF or PNG; the same input gives the same bytes."""
-    kind = suffix.lstrip(".").lower()
-    # Neither dates nor random names of parts.
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    content = io.BytesIO()
-    with plt.rc_context({"svg.hashsalt": "plenofir", "svg.fonttype": "none"}):
-        drawing.savefig(content, format=kind, dpi=120, metadata=metadata)
-    plt.close(drawing)
-    return content.getvalue()
 
 
 def _bounded(values: np.ndarray, states: np.ndarray, top: float) -> np.ndarray:
@@ -57,13 +42,16 @@ def _planes(axes: Axes, model: RayModel, found: Design, top: float) -> None:
     axes.legend(fontsize=8)
 
 
-def _slices(axes: Axes, found: Design, top: float) -> None:
-    for n, plane in enumerate(found.planes):
-        axes.plot([plane.near_mm, min(plane.far_mm, top)], [n, n], linewidth=6, alpha=0.5)
-        axes.plot(min(plane.distance_mm, top), n, "k|")
-    names = [f"a = {plane.a}" for plane in found.planes]
-    axes.set_yticks(range(len(names)), names, fontsize=max(4, min(8, 120 // max(1, len(names)))))
-    axes.set(xlabel="distance / mm", xscale="log", title="slices that cover the range")
+def _ranges(found: Design) -> list[SharpRange]:
+    return [
+        SharpRange(
+            f"a = {plane.a}",
+            plane.near_mm,
+            plane.far_mm,
+            plane.distance_mm if isfinite(plane.distance_mm) else None,
+        )
+        for plane in found.planes
+    ]
 
 
 def design_plot(found: Design) -> Drawing:
@@ -73,7 +61,8 @@ def design_plot(found: Design) -> Drawing:
     distances = np.geomspace(found.near_mm, top, _POINTS)
     drawing, axes = plt.subplots(2, 2, figsize=(11, 7.5), constrained_layout=True)
     _planes(axes[0, 0], model, found, top)
-    _slices(axes[0, 1], found, top)
+    draw_ranges(axes[0, 1], _ranges(found))
+    axes[0, 1].set_title("slices that cover the range")
     sample = np.array([lens_sample(model, float(d)) for d in distances])
     axes[1, 0].plot(distances, sample, label="a micro lens wide (a view's pixel)")
     axes[1, 0].plot(distances, sample / model.micro_image_size, "--", label="1/M of that")
@@ -92,8 +81,6 @@ def design_plot(found: Design) -> Drawing:
         axis.grid(alpha=0.3, which="both")
         for line in (axis.xaxis, axis.yaxis):
             if line.get_scale() == "log":
-                line.set_major_locator(LogLocator(subs=(1, 2, 5)))
-                line.set_major_formatter("{x:g}")
-                line.set_minor_formatter(NullFormatter())
+                label_log_axis(line)
     drawing.suptitle(f"{model.camera.name}, M = {model.micro_image_size}")
     return drawing

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the optical bench: rays, refocused planes, depths of field."""
+"""Pictures of the ray model: the optical bench, depths of field, virtual cameras, triangulation."""
 
-import io
 from collections.abc import Sequence
 from fractions import Fraction
 from math import isnan
-from pathlib import Path
 
 import matplotlib
 
@@ -14,10 +12,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.figure import Figure
 
+from plenofir.camera.plots import SharpRange, draw_ranges, label_log_axis
+from plenofir.camera.rays.cover import Cover, depth_of_field
+from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.model import RayModel
-from plenofir.ground.files import write_file
+from plenofir.camera.rays.virtual import DisparityUnit
 
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
 
@@ -28,7 +29,7 @@ def _draw_rays(axes: Axes, model: RayModel, a: float, colour: str, reach: float)
     pitch = model.camera.micro_lenses.pitch_mm
     sensor = -model.camera.micro_lenses.focal_length_mm
     lens = model.image_distance_mm
-    front = lens + model.camera.main_lens.principal_plane_separation_mm
+    front = _front(model)
     for sign in (1, -1):
         # The plane lies where rays of pixels -c and c cross that start half of a (M-1) pitches
         # above and below the axis.
@@ -50,12 +51,35 @@ def _draw_rays(axes: Axes, model: RayModel, a: float, colour: str, reach: float)
         )
 
 
-def plot_bench(model: RayModel, settings: Sequence[Fraction], path: Path) -> None:
+def _front(model: RayModel) -> float:
+    """Object-side principal plane, from the micro lenses."""
+    return model.image_distance_mm + model.camera.main_lens.principal_plane_separation_mm
+
+
+def sharp_ranges(model: RayModel, settings: Sequence[Fraction]) -> list[SharpRange | str]:
+    """What is sharp in slices, for `draw_ranges`."""
+    found: list[SharpRange | str] = []
+    for a in settings:
+        field, plane = depth_of_field(model, a), model.distance(float(a))
+        if field is None:
+            found.append(f"a = {a}: {plane.state().value}")
+            continue
+        centre = float(plane.mm) if plane.state() is State.REAL else None
+        near = max(field.near_mm, _front(model))
+        found.append(SharpRange(f"a = {a}", near, field.far_mm, centre))
+    return found
+
+
+def _titled(model: RayModel) -> str:
+    return f"{model.camera.name}, M = {model.micro_image_size}"
+
+
+def plot_bench(model: RayModel, settings: Sequence[Fraction]) -> Figure:
     """Draw the optical bench with the planes' rays, and their depths of field."""
     planes = model.planes([float(a) for a in settings])
     seen = planes.centre.mm[np.isfinite(planes.centre.mm) & (planes.centre.states == 0)]
     lens = model.image_distance_mm
-    front = lens + model.camera.main_lens.principal_plane_separation_mm
+    front = _front(model)
     reach = 1.15 * float(max([*seen[seen < 20 * lens], 1.5 * lens]))
 
     figure, (bench, depths) = plt.subplots(
@@ -80,27 +104,61 @@ def plot_bench(model: RayModel, settings: Sequence[Fraction], path: Path) -> Non
             bench.text(distance, -top, f"a = {a}", rotation=90, va="bottom", ha="right", fontsize=8)
     bench.set_xlabel("distance from the micro lenses / mm")
     bench.set_ylabel("height / mm")
-    bench.set_title(f"{model.camera.name}, M = {model.micro_image_size}")
+    bench.set_title(_titled(model))
+    draw_ranges(depths, sharp_ranges(model, settings), _COLOURS)
+    return figure
 
-    farthest = max([10 * reach, *(v for v in planes.far.mm if np.isfinite(v))])
-    for index in range(len(settings)):
-        near, far = float(planes.near.mm[index]), float(planes.far.mm[index])
-        if isnan(near):
-            continue
-        end = farthest if isnan(far) else far
-        colour = _COLOURS[index % len(_COLOURS)]
-        depths.fill_betweenx([index - 0.25, index + 0.25], near, end, color=colour, alpha=0.4)
-        centre = float(planes.centre.mm[index])
-        if not isnan(centre):
-            depths.plot([centre, centre], [index - 0.35, index + 0.35], color=colour)
-    depths.set_xscale("log")
-    depths.margins(x=0.05)
-    depths.xaxis.set_major_formatter(ScalarFormatter())
-    depths.xaxis.set_minor_formatter(ScalarFormatter())
-    depths.tick_params(axis="x", which="minor", labelsize=7)
-    depths.set_yticks(range(len(settings)), [f"a = {a}" for a in settings])
-    depths.set_xlabel("depth of field: distance from the micro lenses / mm")
-    content = io.BytesIO()
-    figure.savefig(content, dpi=120, format="png")
-    plt.close(figure)
-    write_file(path, content.getvalue())
+
+def plot_cover(model: RayModel, cover: Cover) -> Figure:
+    """Draw the depths of field of slices that cover a range, and the gaps between them."""
+    rows = max(3.0, 1.2 + 0.35 * len(cover.slices))
+    figure, axes = plt.subplots(figsize=(9, rows), constrained_layout=True)
+    draw_ranges(axes, sharp_ranges(model, [part.a for part in cover.slices]))
+    low, high = axes.get_xlim()
+    for near, far in cover.gaps:
+        axes.axvspan(max(near, low), min(far, high), color="tab:red", alpha=0.2, label="gap")
+    if cover.gaps:
+        axes.legend(fontsize=8)
+    axes.set_title(_titled(model))
+    return figure
+
+
+def plot_baselines(model: RayModel, gaps: Sequence[int], chosen: int, view: int) -> Figure:
+    """Draw baseline and tilt over the gap, the chosen one marked, and where the pupil ends."""
+    figure, (base, tilt) = plt.subplots(1, 2, figsize=(10, 4), constrained_layout=True)
+    for axes, values, mark, name in (
+        (base, model.baseline(gaps), model.baseline(chosen), "baseline / mm"),
+        (tilt, model.tilt(gaps, view), model.tilt(chosen, view), "tilt / degrees"),
+    ):
+        axes.plot(gaps, values, ".-")
+        axes.plot(chosen, float(mark), "o", color="tab:red", label=f"G = {chosen}: {mark:.4f}")
+        axes.set(xlabel="G, views between the two cameras", ylabel=name)
+        axes.grid(alpha=0.3)
+    bound = model.outermost_view
+    if bound is not None and bound - view < max(gaps):
+        base.axvline(bound - view, color="0.5", linestyle=":", label="edge of the entrance pupil")
+    for axes in (base, tilt):
+        axes.legend(fontsize=8)
+    figure.suptitle(f"{_titled(model)}, first view i = {view}")
+    return figure
+
+
+def plot_triangulation(
+    model: RayModel, disparities: Sequence[float], gap: int, view: int, unit: DisparityUnit
+) -> Figure:
+    """Draw distance over disparity, around the given ones, which are marked."""
+    span = max(abs(d) for d in disparities) or 1.0
+    curve = np.linspace(min(0.0, *disparities) - 0.2 * span, max(disparities) + 0.3 * span, 801)
+    figure, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
+    for values, style in ((curve, "-"), (np.asarray(disparities, dtype=np.float64), "o")):
+        found = model.depth(values, gap, view=view, unit=unit)
+        axes.plot(values, found.mm + model.entrance_pupil_mm, style, color="tab:blue")
+    axes.set_yscale("log")
+    label_log_axis(axes.yaxis)
+    axes.set(
+        xlabel=f"disparity / {unit}, views {view} and {view + gap}",
+        ylabel="distance from the micro lenses / mm",
+        title=_titled(model),
+    )
+    axes.grid(alpha=0.3, which="both")
+    return figure

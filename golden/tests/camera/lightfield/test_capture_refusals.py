@@ -120,7 +120,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("configure a/plan.json --out a", "plan.json would replace"),
         ("configure a/scene.toml --out a", "sources.txt would replace"),
         ("distance --camera a/camera.png -a 1 --plot a/camera.png", "camera.png would replace"),
-        ("distance --camera f197-mla2 -a 1 --plot a/scene.toml", ".png"),
+        ("distance --camera f197-mla2 -a 1 --plot a/scene.toml", ".svg or .pdf or .png"),
         ("report calibration --spots a/spots --out a/spots", "is the folder of the spots"),
         ("report calibration --out /proc/none", "cannot be written"),
         ("report calibration --out r --spots none", "no NAME.txt"),

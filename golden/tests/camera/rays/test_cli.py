@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands of the ray model."""
 
+import csv
 import json
+from math import inf
 from pathlib import Path
 
-import imageio.v3 as iio
 import pytest
 from in_process import plenofir
+from matplotlib.figure import Figure
 
+from plenofir.camera.plots import SharpRange, draw_ranges
 from plenofir.camera.rays.camera import CAMERAS
 
 
@@ -109,16 +112,60 @@ def test_far_planes_show_the_digits_that_they_have() -> None:
     assert " 1e+15 " in done.stdout
 
 
-def test_plot(tmp_path: Path) -> None:
-    path = tmp_path / "bench.png"
-    options = ("--camera", "f193-mla2", "--focus", "3000", "--a", "0", "--a", "1", "--a", "-2")
-    done = plenofir("distance", *options, "--plot", str(path))
-    assert done.returncode == 0, done.stderr
-    picture = iio.imread(path)
-    assert min(picture.shape[:2]) > 500
-    # Rays, planes and depths of field in a colour for each of the three settings.
-    for colour in ((31, 119, 180), (255, 127, 14), (44, 160, 44)):
-        assert (picture[:, :, :3] == colour).all(axis=2).sum() > 100
+F193 = ("--camera", "f193-mla2", "--focus", "3000")
+DRAWN = {
+    ("distance", *F193, "--a", "0", "--a", "1", "--a", "-2", "--a", "-1/3"): "planes",
+    ("baseline", *F193, "--gap", "6"): None,
+    ("depth", *F193, "--gap", "4", "--disparity", "0", "--disparity", "2"): "objects",
+    ("slices", *F193, "--near", "500", "--far", "inf"): "slices",
+}
+
+
+@pytest.mark.parametrize("words", DRAWN, ids=lambda words: words[0])
+def test_plots_and_csv(tmp_path: Path, words: tuple[str, ...]) -> None:
+    table = tmp_path / "numbers.csv"
+    heads = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
+    for suffix, head in heads.items():
+        file = tmp_path / f"plot.{suffix}"
+        done = plenofir(*words, "--json", "--plot", str(file), "--csv", str(table))
+        assert done.returncode == 0, done.stderr
+        assert file.read_bytes().startswith(head)
+    content = json.loads(done.stdout)
+    rows = list(csv.DictReader(table.open()))
+    part = DRAWN[words]
+    if part is None:
+        # All gaps up to M - 1.
+        assert [int(row["gap"]) for row in rows] == list(range(1, 13))
+        assert float(rows[5]["baseline_mm"]) == content["baseline_mm"]
+        return
+    for row, item in zip(rows, content[part], strict=True):
+        for name, text in row.items():
+            value = item[name]
+            assert text == ("" if value is None else str(value))
+
+
+def test_endless_depths_of_field_are_drawn_as_such(tmp_path: Path) -> None:
+    """An arrow to infinity, a state in words where nothing is sharp; else neither."""
+    settings = {"0": False, "-5/13": True, "-2": False}
+    for a, endless in settings.items():
+        drawing = tmp_path / "bench.svg"
+        done = plenofir("distance", *F193, "--a", a, "--plot", str(drawing))
+        assert done.returncode == 0, done.stderr
+        text = drawing.read_text()
+        assert (">infinity</text>" in text) == endless
+        assert ("beyond infinity" in text) == (a == "-2")
+    axes = Figure().subplots()
+    draw_ranges(axes, [SharpRange("a", 100.0, 200.0, 150.0), SharpRange("b", 150.0, inf)])
+    low, high = axes.get_xlim()
+    bars = [path.get_extents() for shape in axes.collections for path in shape.get_paths()]
+    assert [(bar.x0, bar.x1) for bar in bars] == [(100.0, 200.0), (150.0, high)]
+    assert low < 100 < 200 < high
+
+
+def test_cameras_say_what_their_symbols_mean() -> None:
+    done = plenofir("cameras")
+    for symbol in ("f_U", "f_s", "p_M", "p_p"):
+        assert f"\n{symbol}: " in done.stdout
 
 
 @pytest.mark.parametrize(
