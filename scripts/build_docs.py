@@ -25,12 +25,20 @@ from plenofir.ground.images import read_image
 from plenofir.plan.configure import needed_sources
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
-from plenofir_studies import many_pixels, thesis_benchmark, work_precision
+from plenofir_studies import (
+    lens_pictures,
+    many_pixels,
+    real_tables,
+    systolic,
+    thesis_benchmark,
+    work_precision,
+)
 from plenofir_studies.errata import page_lines
 from plenofir_studies.ray_stability import all_outcomes, summary
 from plenofir_studies.ray_validation import rounding_sentences
 from resource_tables import (
     board_builds,
+    costs_of_leaving_out,
     device_shares,
     device_sources,
     ecp5_table,
@@ -75,6 +83,10 @@ SHARES = (
 PLACED_CORES = (
     "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers; the "
     "other scenes are estimates."
+)
+LEFT_OUT_COSTS = (
+    "Estimates, as `plenofir plan` prints them, on each scene's own device. What costs nothing to\n"
+    "leave out is not listed."
 )
 EXPORTS = project.root() / "build" / "docs"
 EXPORT_BYTES = 8_000_000
@@ -128,6 +140,7 @@ def measured_tables() -> str:
             ("Shares of a device", [SHARES, "", *device_shares()]),
             ("Cores that were placed", [PLACED_CORES, "", *placed_table()]),
             ("What was left out", left_out_of_scenes()),
+            ("What leaving out costs", [LEFT_OUT_COSTS, "", *costs_of_leaving_out()]),
             ("Where the amounts are from", device_sources()),
         ),
         measured("Clocks of cores and arrays", "resources.md", ("Clocks on an ECP5", ecp5_table())),
@@ -157,7 +170,8 @@ def core_page(text: str) -> str:
 
 
 def clock_table(text: str) -> str:
-    """Put the clock counts of the text's example between their marks in a page."""
+    """Put broadcast nets, and the clock counts of the text's example, between their marks."""
+    text = between_marks(text, "nets", "\n".join(systolic.summary()))
     return between_marks(text, "extrapolated", clock_counts.table(clock_counts.EXTRAPOLATED))
 
 
@@ -178,6 +192,9 @@ def benchmark_and_errata(text: str) -> str:
 def ray_model(text: str) -> str:
     """Printed digits of the thesis that the ray model gives, and its errors in extreme cases."""
     text = between_marks(text, "digits", rounding_sentences())
+    text = between_marks(text, "real rays", "\n".join(real_tables.summary()))
+    pictures = lens_pictures.summary(lens_pictures.load_recorded())
+    text = between_marks(text, "pictures by real rays", "\n".join(pictures))
     return between_marks(text, "stability", "\n".join(summary(all_outcomes())))
 
 

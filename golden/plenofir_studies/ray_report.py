@@ -29,6 +29,7 @@ from plenofir.camera.rays.real import (
     real_camera,
     real_micro_image_centres,
 )
+from plenofir_studies import real_tables
 from plenofir_studies.errata import ERRATA
 from plenofir_studies.ray_pictures import (
     dispersion_picture,
@@ -119,6 +120,15 @@ def _real_rays(report: Report) -> None:
     report.picture("real_rays", figure, "Deviation from real rays")
     heads = ["lens", *(f"a = {a:g}: predicted / real" for a in settings)]
     report.table([*heads, "largest deviation, borders too"], rows)
+    report.say(
+        "The planes of Tables 5.5 to 5.7 and the virtual cameras of Tables 5.8 and 5.9 through all "
+        "lenses, with both micro lens arrays, focused to infinity, 3 m and 1.5 m: the largest "
+        "deviations."
+    )
+    report.add([*real_tables.summary(), ""])
+    report.say("<details><summary>Each plane through f100</summary>", "")
+    report.add(real_tables.planes_of("f100"))
+    report.say("</details>")
     for name, text, picture in (
         ("meetings", "Real rays that meet on refocused planes of f100", meetings_picture),
         ("distances", "Predicted and printed distances", distances_picture),

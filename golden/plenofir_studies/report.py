@@ -19,6 +19,10 @@ REPORTS = {
         "ray_report",
         "Validation and numerical stability of the ray model: Markdown with figures.",
     ),
+    "pictures": (
+        "lens_pictures",
+        "Distances and baselines from pictures by real rays through lenses: Markdown, JSON.",
+    ),
     "precision": (
         "precision_report",
         "Error against run time of every way to refocus: Markdown with figures.",

@@ -34,7 +34,7 @@ def table_of(items: Iterable[Any], columns: Columns) -> list[str]:
 
 
 class Report:
-    """A page of Markdown with pictures beside it: all are written at the end, or nothing is."""
+    """A page of Markdown with files beside it: all are written at the end, or nothing is."""
 
     def __init__(
         self, folder: Path, name: str, steps: int = 0, progress: Progress | None = None
@@ -42,7 +42,7 @@ class Report:
         check_folder(folder, str(folder), [name])
         self._folder, self._name = folder, name
         self._lines: list[str] = []
-        self._pictures: dict[str, bytes] = {}
+        self._files: dict[str, bytes] = {}
         self._done, self._steps, self._progress = 0, steps, progress
 
     def say(self, *paragraphs: str) -> None:
@@ -65,8 +65,12 @@ class Report:
     def picture(self, name: str, picture: Image | Figure, text: str = "") -> None:
         """Add a picture, ``name`` with ``.png``; the text is read where it cannot be shown."""
         pixels = figure_pixels(picture) if isinstance(picture, Figure) else picture
-        self._pictures[f"{name}.png"] = encode_png(pixels)
+        self._files[f"{name}.png"] = encode_png(pixels)
         self.say(f"![{text}]({name}.png)")
+
+    def attach(self, name: str, content: bytes) -> None:
+        """Add a file beside the page."""
+        self._files[name] = content
 
     def step(self) -> None:
         """Another step is done."""
@@ -76,7 +80,7 @@ class Report:
 
     def write(self) -> Path:
         """Write the page and its pictures; returns the page."""
-        publish({**self._pictures, self._name: "\n".join(self._lines)}, self._folder)
+        publish({**self._files, self._name: "\n".join(self._lines)}, self._folder)
         return self._folder / self._name
 
 

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Waveforms of the same frame from different simulators, formats and sources, compared."""
 
+import re
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +15,7 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
+from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
@@ -95,3 +100,10 @@ def test_a_planted_fault_is_named(good, tmp_path, monkeypatch, file, old, new, s
     assert first.value_a != first.value_b
     # Up to there, the files agree.
     assert compare_dumps(good, bad, end=first.cycle - 1).equal
+    if file == "switch_control.vhd" and simulator_name() == "ghdl":
+        page = (project.root() / "docs/simulation.md").read_text()
+        shown = re.search(r"(?:^    .*\n)*^    result .*different\n", page, flags=re.M)
+        assert shown is not None
+        command = [sys.executable, "-m", "plenofir", "waves", "compare", str(good), str(bad)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert textwrap.dedent(shown[0]) == done.stdout

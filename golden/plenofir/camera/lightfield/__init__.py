@@ -13,7 +13,7 @@ from plenofir.camera.lightfield.disparity import (
     sad_disparity,
 )
 from plenofir.camera.lightfield.folders import read_views, write_views
-from plenofir.camera.lightfield.fourier import fourier_slice, shifted_views
+from plenofir.camera.lightfield.fourier import aperture_weights, fourier_slice, shifted_views
 from plenofir.camera.lightfield.indexing import (
     compose,
     light_field,
@@ -39,6 +39,7 @@ __all__ = [
     "Disparity",
     "FocalStack",
     "all_in_focus",
+    "aperture_weights",
     "compose",
     "depth_map",
     "focal_stack",

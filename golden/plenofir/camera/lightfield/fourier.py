@@ -13,6 +13,7 @@ from scipy import fft
 from scipy.special import i0
 
 from plenofir.camera.lightfield.indexing import light_field
+from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
@@ -71,21 +72,58 @@ def fourier_slice(
     return _in_frequency(raw, micro_image_size, a, (width, oversampling))
 
 
-def shifted_views(raw: Image, micro_image_size: int, a: float) -> Floats:
+def shifted_views(
+    raw: Image, micro_image_size: int, a: float, weights: Floats | None = None
+) -> Floats:
     """Refocus by shifting each view by a (u - c) micro lenses (Eq. 3.50), band-limited.
 
-    `a`: focus setting, any number. Result: what `fourier_slice` approximates, shape (t, s[, 3]).
+    `a`: focus setting, any number. `weights`: of the views (v, u), shape (M, M), such as those of
+    `aperture_weights` (Eq. 2.9); all alike if None. Result: the views' weighted mean, shape
+    (t, s[, 3]); without weights what `fourier_slice` approximates. Raises `InputError` if the
+    weights have another shape, one is negative, or all are zero.
     """
-    return _in_frequency(raw, micro_image_size, a, None)
+    return _in_frequency(raw, micro_image_size, a, None, weights)
 
 
-def _in_frequency(raw: Image, m: int, a: float, window: tuple[float, float] | None) -> Floats:
+def aperture_weights(model: RayModel, diameter_mm: float | None = None) -> Floats:
+    """Weights of the views in the integral of a conventional camera (Eq. 2.9): A cos^4.
+
+    `diameter_mm`: of a round aperture, seen from the object; the camera's entrance pupil if None,
+    and all views where that is not known. Result: shape (M, M), (v, u): cos^4 of the angle at which
+    a view's rays meet the sensor, 0 for views that lie outside the aperture. Raises `InputError` if
+    no view lies inside.
+    """
+    offset = np.arange(model.micro_image_size) - (model.micro_image_size - 1) / 2
+    off_axis = offset[:, np.newaxis] ** 2 + offset**2
+    diameter = model.camera.main_lens.entrance_pupil_diameter_mm
+    diameter = diameter if diameter_mm is None else diameter_mm
+    inside = np.ones_like(off_axis, dtype=bool)
+    if diameter is not None:
+        inside = off_axis * float(model.baseline(1)) ** 2 <= (diameter / 2) ** 2
+    if not inside.any():
+        raise InputError(f"no view lies in an aperture of {diameter:g} mm; use a wider one")
+    cosine_squared = 1 / (1 + off_axis * model.pixel_slope**2)
+    return np.where(inside, cosine_squared**2, 0.0)
+
+
+def _in_frequency(
+    raw: Image,
+    m: int,
+    a: float,
+    window: tuple[float, float] | None,
+    weights: Floats | None = None,
+) -> Floats:
     check_raw(raw, m)
+    shares = np.ones((m, m)) if weights is None else np.asarray(weights, dtype=np.float64)
+    if shares.shape != (m, m) or not (shares >= 0).all() or not 0 < shares.sum() < np.inf:
+        raise InputError(f"the weights must be {m} x {m} numbers, none negative, not all zero")
     if not np.isfinite(a):
         raise InputError(f"a = {a} is not a finite number")
     field = light_field(raw, m).astype(np.float64)
     if field.ndim == 4:
         field = field[..., np.newaxis]
+    if weights is not None:
+        field *= (shares * (m**2 / shares.sum()))[..., np.newaxis]
     t, s = field.shape[:2]
     # Outside the image the light field is zero.
     margin = int(np.ceil(abs(a) * (m - 1) / 2)) + 1

@@ -18,6 +18,7 @@ from plenofir.camera.rays.precise import Values
 
 WAVELENGTH_NM = 550.0
 MICRO_LENSES = MicroLensArray(focal_length_mm=2.75, pitch_mm=0.125)
+"""Micro lenses (II) of the text."""
 SENSOR = Sensor(pixel_pitch_mm=0.009, columns=4008, rows=2672)
 
 
@@ -31,8 +32,8 @@ class RealCamera:
 
 
 @cache
-def real_camera(lens: str) -> RealCamera:
-    """Make a camera with micro lenses (II) of the text from a shipped prescription."""
+def real_camera(lens: str, micro_lenses: MicroLensArray = MICRO_LENSES) -> RealCamera:
+    """Make a camera with micro lenses of the text from a shipped prescription."""
     system = load_prescription(lens).at(WAVELENGTH_NM)
     points, pupil = cardinal_points(system), exit_pupil(system)
     main_lens = MainLens(
@@ -46,7 +47,7 @@ def real_camera(lens: str) -> RealCamera:
         entrance_pupil_diameter_mm=2 * entrance_pupil(system).semi_diameter_mm,
     )
     camera = Camera(
-        name=lens, title="", main_lens=main_lens, micro_lenses=MICRO_LENSES, sensor=SENSOR
+        name=lens, title="", main_lens=main_lens, micro_lenses=micro_lenses, sensor=SENSOR
     )
     return RealCamera(system, points.back_focal_distance_mm, camera)
 
@@ -69,16 +70,22 @@ class Comparison:
 
 
 def compare_distances(
-    lens: str, a: Values, micro_image_size: int, *, extension_mm: float = 0.0, border: int = 0
+    lens: str,
+    a: Values,
+    micro_image_size: int,
+    *,
+    extension_mm: float = 0.0,
+    border: int = 0,
+    micro_lenses: MicroLensArray = MICRO_LENSES,
 ) -> Comparison:
     """Predict planes, and find them with real rays from the sensor (section 5.2.2)."""
     # Rays start in pairs symmetric to the axis, from the heights and with the slopes of the model.
-    real = real_camera(lens)
+    real = real_camera(lens, micro_lenses)
     model = RayModel(real.camera, Decimal(extension_mm), micro_image_size)
     predicted = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a).mm
     c = (micro_image_size - 1) / 2
-    position = a * c * MICRO_LENSES.pitch_mm
-    start = position + border * MICRO_LENSES.pitch_mm / 2
+    position = a * c * micro_lenses.pitch_mm
+    start = position + border * micro_lenses.pitch_mm / 2
     slope = model.chief_ray_slope(-(c - border / 2), position)
     planes = refocused_planes(
         real.system,
@@ -138,7 +145,12 @@ class VirtualComparison:
 
 
 def compare_virtual_cameras(
-    lens: str, gap: int, *, extension_mm: float = 0.0, per_view: Sequence[float] = (1.0, 2.0)
+    lens: str,
+    gap: int,
+    *,
+    extension_mm: float = 0.0,
+    per_view: Sequence[float] = (1.0, 2.0),
+    micro_lenses: MicroLensArray = MICRO_LENSES,
 ) -> VirtualComparison:
     """Predict two virtual cameras and what they triangulate, and find both with real rays.
 
@@ -146,10 +158,10 @@ def compare_virtual_cameras(
     meet, drawn through the lens as if it were not there, is its virtual camera. Disparities are
     given for each view of the gap, as Table 5.9 counts.
     """
-    real = real_camera(lens)
+    real = real_camera(lens, micro_lenses)
     model = RayModel(real.camera, Decimal(extension_mm), 2 * abs(gap) + 1)
     disparities = gap * np.asarray(per_view, dtype=np.float64)
-    pitch = MICRO_LENSES.pitch_mm
+    pitch = micro_lenses.pitch_mm
 
     def rays(view: int, positions: Values) -> Rays:
         return trace_to_object(

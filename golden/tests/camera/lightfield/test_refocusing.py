@@ -12,6 +12,7 @@ from scipy import ndimage
 from plenofir.camera.lightfield import (
     FocalStack,
     all_in_focus,
+    aperture_weights,
     compose,
     focal_stack,
     fourier_slice,
@@ -25,6 +26,7 @@ from plenofir.camera.lightfield import (
 )
 from plenofir.camera.lightfield.disparity import Method
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
@@ -80,6 +82,35 @@ def test_shifted_views_at_whole_settings() -> None:
     assert np.abs(integer[1::m, 1::m] - want / 9).max() <= 0.5
     with pytest.raises(InputError):
         shifted_views(raw, m, np.inf)
+
+
+def test_weighted_views() -> None:
+    """Eq. 2.9: A cos^4. The weighted mean is that of moved views; a round aperture cuts views."""
+    m = 5
+    model = RayModel.focused(load_camera("f193-mla2"), np.inf, m)
+    step = float(model.baseline(1))
+    weights = aperture_weights(model, 4.2 * step)
+    assert (weights > 0).sum() == 13  # two views to each side, one where both coordinates differ
+    slope = 0.009 / 2.75
+    assert weights[2, 2] == 1
+    assert weights[1, 1] == pytest.approx(np.cos(np.arctan(np.sqrt(2) * slope)) ** 4)
+    assert (aperture_weights(model) > 0).all()  # its pupil is not known
+    raw = np.random.default_rng(6).integers(0, 256, (8 * m, 9 * m)).astype(np.uint8)
+    want = np.zeros((8, 9))
+    for v, u in np.argwhere(weights > 0):
+        moved = np.zeros((12, 13))
+        moved[2:-2, 2:-2] = sub_aperture(raw, m, v, u)
+        want += weights[v, u] * moved[4 - v : 12 - v, 4 - u : 13 - u]
+    found = shifted_views(raw, m, 1, weights)
+    assert found == pytest.approx(want / weights.sum(), abs=1e-9)
+    assert shifted_views(raw, m, 1, np.full((m, m), 3.0)) == pytest.approx(
+        shifted_views(raw, m, 1), abs=1e-9
+    )
+    for wrong in (np.ones((4, 5)), -np.ones((m, m)), np.zeros((m, m)), np.full((m, m), np.nan)):
+        with pytest.raises(InputError, match="weights must be 5 x 5"):
+            shifted_views(raw, m, 1, wrong)
+    with pytest.raises(InputError, match="no view lies"):
+        aperture_weights(RayModel.focused(load_camera("f193-mla2"), np.inf, 4), 0.1 * step)
 
 
 def test_kaiser_bessel_transform_is_its_transform() -> None:

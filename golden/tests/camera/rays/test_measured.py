@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pupils measured on synthetic white images whose pupils are known."""
 
+import re
 from math import inf, isnan
+from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import Calibration, calibrate
 from plenofir.camera.rays import (
@@ -16,7 +19,9 @@ from plenofir.camera.rays import (
     measured_focal_length,
 )
 from plenofir.camera.synthetic import micro_image_pitch, regular_grid, render, white_image
+from plenofir.ground import project
 from plenofir.ground.errors import InputError
+from plenofir.ground.images import write_png
 
 F193 = load_camera("f193-mla2")
 
@@ -93,6 +98,33 @@ def test_entrance_pupil_with_the_lens_reversed() -> None:
     assert length == pytest.approx(F193.main_lens.focal_length_mm)
     assert 0 < error < 0.5
     assert F193.reversed().reversed().main_lens.exit_pupil_mm == pytest.approx(111.0324)
+
+
+def test_listing_of_the_page(tmp_path: Path) -> None:
+    """What docs/ray-model.md shows of two white images: the same words, and numbers to 0.02 %."""
+    page = (project.root() / "docs/ray-model.md").read_text()
+    (how,) = re.findall(r"render\(model, \[\], (.*)\)\.white", page)
+    (shown,) = re.findall(r"(?:^    (?:pitch|pupils|  |focal length) .*\n)+", page, flags=re.M)
+    camera = load_camera("f197-mla2")
+    for name, one in (("white", camera), ("reversed", camera.reversed())):
+        names = {"render": render, "model": RayModel.focused(one, np.inf, 11)}
+        white = eval(f"render(model, [], {how})", names).white
+        write_png(tmp_path / f"{name}.png", white)
+    printed = plenofir(
+        *("calibrate", str(tmp_path / "white.png"), "--camera", "f197-mla2"),
+        *("--reversed-lens", str(tmp_path / "reversed.png"), "--out", str(tmp_path / "c.json")),
+    ).stdout
+    number = re.compile(r"(?:(standard error) )?(\d+\.\d+)")
+    for line in shown.splitlines():
+        words = number.sub("#", line.strip())
+        (same,) = (
+            other for other in printed.splitlines() if number.sub("#", other).strip() == words
+        )
+        pairs = zip(number.findall(line), number.findall(same), strict=True)
+        for (error, wanted), (_, found) in pairs:
+            margin = {"rel": 0.2, "abs": 1e-5} if error else {"rel": 2e-4}
+            assert float(found) == pytest.approx(float(wanted), **margin), line
+    assert len(shown.splitlines()) == 4
 
 
 def test_pupils_at_infinity_and_behind_the_sensor() -> None:
