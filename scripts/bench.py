@@ -3,8 +3,9 @@
 
 Usage: python scripts/bench.py [--record] [FOLDER]
 
-The refocuser and the golden model are measured in multiples of numpy.copyto of the same frame
-(median of many runs, taken in turns), the simulators in clocks a second and relative to each other.
+The refocuser is measured in multiples of numpy.copyto, once over a ring of frames that is larger
+than any cache and once with one frame (least of many runs, taken in turns), the golden model with
+one frame (medians), the simulators in clocks a second and relative to each other.
 All of it is written to FOLDER (build/bench) as well, with the machine's description, beside the
 reports of error against run time and of stability, and the benchmark of the thesis; --record keeps
 the measurements of the latter and of error against run time for `make docs`, and their picture.
@@ -17,10 +18,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -47,9 +50,9 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir_studies import precision_report, thesis_benchmark, work_precision
+from plenofir_studies import gpu_report, precision_report, thesis_benchmark, work_precision
 from plenofir_studies import refocus_stability as stability_report
-from plenofir_studies.methods import running_sums
+from plenofir_studies.methods import plain_numba
 from plenofir_studies.ray_report import error_against_run_time
 from plenofir_studies.report_parts import machine
 
@@ -67,17 +70,28 @@ def median_seconds(work: Callable[[], object], runs: int = RUNS) -> float:
     return statistics.median(times)
 
 
-def in_turns(works: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """Median wall time of each of several works, taken in turns so that load hits all alike."""
-    times: dict[str, list[float]] = {name: [] for name in works}
+Frames = tuple[Image, Image]
+"""A frame, and memory for a result."""
+
+
+def in_turns(
+    works: dict[str, Callable[[Image, Image], object]], ring: list[Frames], rounds: int
+) -> dict[str, float]:
+    """Least wall time of each of several works, taken in turns so that load hits all alike.
+
+    Each takes the next frame of the ring.
+    """
+    times = dict.fromkeys(works, float("inf"))
+    turns = cycle(ring)
     for work in works.values():
-        work()
+        work(*ring[0])
     for _ in track(range(rounds), description="refocuser", transient=True):
         for name, work in works.items():
+            raw, out = next(turns)
             start = time.perf_counter()
-            work()
-            times[name].append(time.perf_counter() - start)
-    return {name: statistics.median(measured) for name, measured in times.items()}
+            work(raw, out)
+            times[name] = min(times[name], time.perf_counter() - start)
+    return times
 
 
 def first_call() -> tuple[float, float]:
@@ -121,57 +135,93 @@ def extra_memory(size: int, m: int, shape: tuple[int, ...], kind: str, order: in
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def refocuser_table(size: int = 3201, m: int = 11) -> tuple[Table, dict[str, dict[str, float]]]:
-    """Time the fast refocuser in multiples of numpy.copyto of the same frame."""
-    shifts = (-22, -21, -9, -3, 0, 1, 4, 7, 11, 13, 22, 27, 32, 33)
+# Of 8 bit, grey: larger together than any cache. Wider pixels have as many bytes.
+_RING_FRAMES = 24
+_SIZE = 3201
+_KINDS: tuple[tuple[str, tuple[int, ...], type[np.unsignedinteger[Any]]], ...] = (
+    ("grey 8 bit", (), np.uint8),
+    ("RGB 8 bit", (3,), np.uint8),
+    ("grey 16 bit", (), np.uint16),
+    ("RGB 16 bit", (3,), np.uint16),
+)
+_SOME_SHIFTS = (-22, -21, -9, -3, 0, 1, 4, 7, 11, 13, 22, 27, 32, 33)
+
+
+def _refocus(m: int, shift: int, **options: Any) -> Callable[[Image, Image], object]:
+    a = Fraction(shift, m)
+    return lambda raw, out: refocus(raw, m, a, out=out, **options)
+
+
+def refocuser_works(m: int, shifts: Sequence[int]) -> dict[str, Callable[[Image, Image], object]]:
+    """What is compared with a copy of a frame."""
+    works: dict[str, Callable[[Image, Image], object]] = {
+        "numpy.copyto": lambda raw, out: np.copyto(out, raw)
+    }
+    for shift in shifts:
+        works[f"a' = {shift}"] = _refocus(m, shift)
+    works["a' = 1, one thread"] = _refocus(m, 1, threads=1)
+    works["a' = 11, one thread"] = _refocus(m, m, threads=1)
+    works["a' = 1, normalised border"] = _refocus(m, 1, border="normalise")
+    works["a' = 1, linear"] = _refocus(m, 1, interpolation=1)
+    works["a' = 1, sharpened"] = _refocus(m, 1, sharpen="auto")
+    for other in (2, 3, 5, 8, 16, 21, 33, 99, 400, 1601):
+        works[f"M = {other}, a' = 1"] = _refocus(other, 1)
+    works["M = 1601, a' = 1601"] = _refocus(1601, 1601)
+    part = slice(1000, 1500), slice(1000, 1500)
+    works["a' = 1, new memory"] = lambda raw, _: refocus(raw, m, "1/11")
+    works["a' = 1, 500 x 500 of it"] = lambda raw, _: refocus(raw, m, "1/11", region=part)
+    works["a = 1, a pixel each micro lens"] = lambda raw, _: refocus(raw, m, 1, upsample=False)
+    return works
+
+
+def refocuser_table(
+    frames: int = _RING_FRAMES, m: int = 11
+) -> tuple[Table, dict[str, dict[str, float]]]:
+    """Time the fast refocuser in multiples of numpy.copyto, over a ring of frames."""
     columns: dict[str, dict[str, float]] = {}
-    for name, channels, kind in (
-        ("grey 8 bit", (), np.uint8),
-        ("RGB 8 bit", (3,), np.uint8),
-        ("grey 16 bit", (), np.uint16),
-        ("RGB 16 bit", (3,), np.uint16),
-    ):
-        shape = (size, size, *channels)
-        raw = np.random.default_rng(0).integers(0, np.iinfo(kind).max, shape, kind)
-        out = np.empty_like(raw)
-        lenses = np.empty((size // m, size // m, *channels), kind)
-        works: dict[str, Callable[[], object]] = {"numpy.copyto": partial(np.copyto, out, raw)}
-        for shift in shifts:
-            works[f"a' = {shift}"] = partial(refocus, raw, m, Fraction(shift, m), out=out)
-        works["a' = 1, one thread"] = partial(refocus, raw, m, "1/11", out=out, threads=1)
-        works["a' = 1, new memory"] = partial(refocus, raw, m, "1/11")
-        part = slice(1000, 1500), slice(1000, 1500)
-        works["a' = 1, 500 x 500 of it"] = partial(refocus, raw, m, "1/11", region=part)
-        works["a' = 1, linear"] = partial(refocus, raw, m, "1/11", interpolation=1, out=out)
-        works["a = 1, a pixel each micro lens"] = partial(
-            refocus, raw, m, 1, upsample=False, out=lenses
-        )
-        seconds = in_turns(works, 15)
-        numpy_seconds = median_seconds(
-            lambda raw=raw: running_sums(raw, m, 1, np.int32),  # type: ignore[misc]
-            3,
-        )
+    for name, channels, kind in _KINDS:
+        shape = (_SIZE, _SIZE, *channels)
+        random = np.random.default_rng(0)
+        count = max(1, frames * _SIZE**2 // int(np.prod(shape) * np.dtype(kind).itemsize))
+        ring = [
+            (random.integers(0, np.iinfo(kind).max, shape, kind), np.zeros(shape, kind))
+            for _ in range(count)
+        ]
+        grey_bytes = name == "grey 8 bit"
+        shifts = range(-22, 34) if grey_bytes else _SOME_SHIFTS
+        works = refocuser_works(m, shifts)
+        if grey_bytes:
+            works["a' = 1, plain loops for Numba, one thread"] = lambda raw, _: plain_numba(
+                raw, 11, 1
+            )
+        seconds = in_turns(works, ring, 24 if count > 1 else 60)
         copy = seconds.pop("numpy.copyto")
         ratios = {work: value / copy for work, value in seconds.items()}
-        ratios["a' = 1, separable integer NumPy"] = numpy_seconds / copy
-        fractional = [ratios[f"a' = {shift}"] for shift in shifts if shift % m]
-        ratios["slowest to fastest fractional a'"] = max(fractional) / min(fractional)
-        ratios["slowest fractional a' to median of all"] = max(fractional) / statistics.median(
-            [ratios[f"a' = {shift}"] for shift in shifts]
-        )
-        ratios["NumPy to refocus, a' = 1"] = numpy_seconds / seconds["a' = 1"]
-        ratios["memory beside both, frames"] = extra_memory(size, m, channels, kind.__name__, 0)
-        ratios["the same, linear"] = extra_memory(size, m, channels, kind.__name__, 1)
-        ratios["copyto / ms"] = 1e3 * copy
+        found = {shift: ratios.pop(f"a' = {shift}") for shift in shifts}
+        between = [found[shift] for shift in shifts if shift % m]
+        whole = [found[shift] for shift in shifts if shift % m == 0]
+        ratios = {
+            "fractional a: least": min(between),
+            "fractional a: most": max(between),
+            "integer a: least": min(whole),
+            "integer a: most": max(whole),
+            **ratios,
+            "copyto / ms": 1e3 * copy,
+        }
+        if count > 1:
+            ratios["memory beside both, frames"] = extra_memory(
+                _SIZE, m, channels, kind.__name__, 0
+            )
+            ratios["the same, linear"] = extra_memory(_SIZE, m, channels, kind.__name__, 1)
         columns[name] = ratios
-    table = Table(title=f"refocus, {size} x {size}, M = {m}, in multiples of numpy.copyto")
+    where = f"a ring of {frames} frames" if frames > 1 else "one frame, in the cache"
+    table = Table(title=f"refocus, {_SIZE} x {_SIZE}, M = {m}, {where}: multiples of numpy.copyto")
     table.add_column("")
     for name in columns:
         table.add_column(name, justify="right")
     for work in next(iter(columns.values())):
-        table.add_row(work, *(f"{ratios[work]:.3g}" for ratios in columns.values()))
-    compiling, cached = first_call()
-    table.caption = f"first call: {compiling:.1f} s compiling, {cached:.2f} s from the cache"
+        cells = (f"{ratios[work]:.3g}" if work in ratios else "" for ratios in columns.values())
+        table.add_row(work, *cells)
     return table, columns
 
 
@@ -301,23 +351,32 @@ def error_page(folder: Path, *, record: bool) -> Path:
     return path
 
 
-def main(folder: Path, *, record: bool = False) -> None:
-    """Measure, print and write everything."""
-    folder.mkdir(parents=True, exist_ok=True)
+def tables(folder: Path) -> None:
+    """Measure what stands on the console as well."""
     console = Console(record=True)
     console.print(machine())
-    table, ratios = refocuser_table()
-    console.print(table)
+    ratios = {}
+    for name, frames in (("ring", _RING_FRAMES), ("cache", 1)):
+        table, ratios[name] = refocuser_table(frames)
+        console.print(table)
+    compiling, cached = first_call()
+    console.print(f"first call: {compiling:.1f} s compiling, {cached:.2f} s from the cache")
+    results = {"machine": machine(), "refocuser": ratios}
+    (folder / "refocuser.json").write_text(json.dumps(results, indent=2) + "\n")
     for make in (golden_table, ray_model_table, calibration_table, simulator_table):
         console.print(make())
     (folder / "bench.txt").write_text(console.export_text())
-    results = {"machine": machine(), "refocuser": ratios}
-    (folder / "refocuser.json").write_text(json.dumps(results, indent=2) + "\n")
-    console.print(f"written: {folder}/bench.txt, refocuser.json")
-    console.print(f"written: {thesis_page(folder, record=record)}")
-    console.print(f"written: {error_page(folder, record=record)}")
-    for report in (precision_report, stability_report):
-        console.print(f"written: {report.write_report(folder)}")
+    print(f"written: {folder}/bench.txt, refocuser.json")
+
+
+def main(folder: Path, *, record: bool = False) -> None:
+    """Measure, print and write everything."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tables(folder)
+    print(f"written: {thesis_page(folder, record=record)}")
+    print(f"written: {error_page(folder, record=record)}")
+    for report in (gpu_report, precision_report, stability_report):
+        print(f"written: {report.write_report(folder)}")
 
 
 if __name__ == "__main__":

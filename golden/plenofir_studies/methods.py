@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 from scipy import ndimage
 
 from plenofir.camera.lightfield.fourier import fourier_slice
@@ -49,6 +50,73 @@ def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np
     """Value of the operator, sums in integers and one division in extended precision."""
     sums = refocus_sums(raw, m, shift=shift, order=order)
     return np.asarray(sums.astype(np.longdouble) / m ** (2 + 2 * order))
+
+
+def plain_numba(raw: Image, m: int, shift: int) -> Image:
+    """The method of `refocus` as plain loops for Numba: its compiler alone finds the vectors."""
+    out = np.empty_like(raw)
+    offset = output_offset(m, shift, "centred")
+    # Which pixels of a micro image have u a' = p modulo M, for each p.
+    phases = np.array([[int(u * shift % m == p) for u in range(m)] for p in range(m)])
+    _plain_loops(raw, out, m, shift, offset, phases)
+    return out
+
+
+_LINES = 32
+
+
+@njit(nogil=True)
+def _plain_loops(raw: Any, out: Any, m: int, shift: int, offset: int, phases: Any) -> None:
+    rows, columns = raw.shape
+    half = np.uint32(m * m // 2)
+    # 2^32 over M^2, rounded up: exact for sums of 8 bit pixels and M of up to 60.
+    scale = np.uint64((1 << 32) // (m * m) + 1)
+    sums = np.zeros(columns, np.uint32)
+    # So many lines side by side, so that sums along them are vectors.
+    words = np.zeros((columns + 3 * m, _LINES), np.uint32)
+    total, values = np.zeros(_LINES, np.uint32), np.zeros((columns, _LINES), np.uint8)
+    places, ends = np.empty(2 * columns + 2 * m, np.int64), np.zeros(columns + 1, np.int64)
+    n = 0
+    for p in range(offset + 1, offset + columns):
+        for u in range(m):
+            k = p - u * (shift - 1)
+            if phases[p % m, u] and 0 <= k < columns + m:
+                places[n] = m + k
+                n += 1
+        ends[p - offset] = n
+    for top in range(0, rows, _LINES):
+        count = min(_LINES, rows - top)
+        for j in range(count):
+            r = top + j
+            for u in range(m):
+                k = r + offset - u * (shift - 1)
+                if r == 0:
+                    k = m * ((offset - u * shift) // m) + u
+                    if 0 <= k < rows:
+                        sums += raw[k]
+                elif phases[(r + offset) % m, u]:
+                    if 0 <= k < rows:
+                        sums += raw[k]
+                    if 0 <= k - m < rows:
+                        sums -= raw[k - m]
+            for c in range(columns):
+                words[m + c, j] = sums[c]
+        total[:] = 0
+        for u in range(m):
+            k = m * ((offset - u * shift) // m) + u
+            if 0 <= k < columns:
+                total += words[m + k]
+        for c in range(columns):
+            for i in range(ends[c - 1] if c else 0, ends[c]):
+                enters, leaves = words[places[i]], words[places[i] - m]
+                for j in range(_LINES):
+                    total[j] += enters[j] - leaves[j]
+            value = values[c]
+            for j in range(_LINES):
+                value[j] = (np.uint64(total[j] + half) * scale) >> np.uint64(32)
+        for j in range(count):
+            for c in range(columns):
+                out[top + j, c] = values[c, j]
 
 
 def shift_and_sum(raw: Any, m: int, shift: int, kind: type[np.floating[Any]]) -> Floats:
@@ -125,6 +193,7 @@ def software() -> list[Method]:
     ]
     found += [
         Method("reference (gather)", in_hardware(ExactArithmetic())),
+        Method("plain loops for Numba", plain_numba),
         Method("NumPy, separable int32", partial(running_sums, kind=np.int32)),
         Method("running sums, float32", partial(running_sums, kind=np.float32)),
         Method("running sums, float64", partial(running_sums, kind=np.float64)),

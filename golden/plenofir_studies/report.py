@@ -47,6 +47,10 @@ REPORTS = {
         "energy",
         "Energy of a frame, estimated from what switches in netlists: Markdown; takes minutes.",
     ),
+    "gpu": (
+        "gpu_report",
+        "Time of a frame on a GPU, share of its bandwidth, beside the CPU: Markdown.",
+    ),
     "resampling": (
         "resampling_report",
         "The chip's resampler beside decode, over bits, pitch, rotation: Markdown.",

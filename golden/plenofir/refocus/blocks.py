@@ -17,7 +17,6 @@ from plenofir.refocus.kernels import (
     column_lines,
     column_sums,
     compiled,
-    copy,
     entering,
     first_pixels,
     positions_of,
@@ -26,20 +25,21 @@ from plenofir.refocus.kernels import (
 )
 from plenofir.refocus.vectors import (
     LINE_BYTES,
+    copy_line,
     divide,
-    divide_by,
+    quotients,
     running_sum,
     sharpen,
     sum_lines,
     transpose_back,
 )
 
-PIECE = 160
+PIECE = 512
 """Samples of a line that are summed, divided and written in one go."""
 
 
 class Weights(NamedTuple):
-    """What reaches the outputs; empty arrays if all that do not count as nothing."""
+    """What sums are divided by: of each row the weight times that of each column, and `twice`."""
 
     rows: Integers
     # for each column the place in the next, which has all different ones
@@ -91,7 +91,8 @@ class Row(NamedTuple):
     high: int
     words: Integers  # sums of columns, M pixels of nothing on both sides
     start: Integers  # places of what the sum before the first has
-    places: Integers  # of what enters then; for number t those from ends[t] on
+    # of what enters then; for number t those from ends[t] on, or one each if there are no ends
+    places: Integers
     ends: Integers
     carry: Integers
     totals: Integers
@@ -114,23 +115,27 @@ def _row(
     start, places = np.empty(m, np.int64), np.empty(steps * plan.step + 2 * m, np.int64)
     ends = np.zeros(steps + 1, np.int64)
     start = start[: whole(plan, plan.step * (t0 - 1), low, high, start, 0)]
-    n = 0
+    n, single = 0, plan.common == 1
     for t in range(steps):
         n = entering(plan, first, plan.step * (t0 + t), low, high + m, places, n)
+        if single and n == t:
+            # Nothing enters, nothing leaves.
+            places[n] = high + 2 * m
+            n += 1
         ends[t + 1] = n
     plain = positions_of(plan, taps) == 1
-    memory = (PIECE if plain else (steps + 4 * m) * plan.channels) * LINE_BYTES // word.itemsize
+    memory = (0 if plain else (steps + 4 * m) * plan.channels) * LINE_BYTES // word.itemsize
     return Row(
         ranges,
         low,
         high,
-        np.zeros((high - low + 2 * m + PAD) * pixel, word.dtype),
+        np.zeros((high - low + (3 + int(single)) * m + PAD) * pixel, word.dtype),
         (start - low + m) * pixel,
         (places[:n] - low + m) * pixel,
-        ends,
+        ends[: 0 if single else ends.size],
         np.zeros(pixel, like.dtype),
         np.zeros(memory, like.dtype),
-        np.zeros(0 if plain else memory, like.dtype),
+        np.zeros(memory, like.dtype),
     )
 
 
@@ -144,6 +149,7 @@ def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[In
     running_sum(
         words, row.places, row.ends, 0, made, margin, totals, margin, pixel, row.carry, words
     )
+    one_each = np.empty(0, np.int64)
     numbers = np.arange(made + 2 * m)
     for level in range(1, plan.order + 1):
         # There is nothing outside of the sums below.
@@ -155,7 +161,7 @@ def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[In
         target = (m + made - runs) * pixel
         places = (numbers[:runs] + m) * pixel
         running_sum(
-            totals, places, numbers, 0, runs, margin, other, target, pixel, row.carry, words
+            totals, places, one_each, 0, runs, margin, other, target, pixel, row.carry, words
         )
         totals, other = other, totals
     origin = margin + (s0 - ranges[plan.order, 0]) * pixel
@@ -183,10 +189,11 @@ def refocus_blocks(
     taps: Taps,
     weights: Weights,
     blocks: Integers,
+    past: int,
     word: Integers,
     like: Integers,
 ) -> None:
-    """Make blocks of a refocused image."""
+    """Make blocks of a refocused image; `past` 1: written past the caches."""
     # `x` and `out` have the shape (rows, columns * channels). A line of `blocks` is the first and
     # last + 1 row and column of a block of outputs. `like` has the type that holds sums, `word`
     # that of columns' sums.
@@ -194,11 +201,9 @@ def refocus_blocks(
     lanes = LINE_BYTES // word.itemsize
     pixel = channels * lanes
     plain = positions_of(plan, taps) == 1
-    first = first_pixels(plan)
+    first, flat = first_pixels(plan), out.reshape(-1)
     piece = max(1, PIECE // channels // columns.scale)
     values = np.empty((piece * channels + PAD) * lanes, word.dtype)
-    pitch = piece * columns.scale * channels + 2 * PAD
-    picture = np.empty(lanes * pitch, out.dtype)
     table = np.zeros((weights.columns.size, 3, lanes), like.dtype)
     reached = np.full(lanes, -1, np.int64)
     for block in range(blocks.shape[0]):
@@ -208,15 +213,23 @@ def refocus_blocks(
         s1 = (column1 - 1 + columns.base) // columns.scale + 1
         row = _row(plan, taps, first, s0, s1, word, like)
         lines = column_lines(plan, taps, word, t0, t1, row.low, row.high)
+        width = (column1 - column0) * channels
+        pitch = width + 2 * PAD
+        picture = np.empty(lanes * pitch, out.dtype)
         # Which sum each sample has, and which weight each sum.
         index = np.empty((column1 - column0) * channels + PAD, np.int64)
         for k in range(index.size):
             o = min(column0 + k // channels, column1 - 1)
             index[k] = ((o + columns.base) // columns.scale - s0) * pixel + k % channels * lanes
-        entries = np.empty((s1 - s0) * channels * min(1, table.size), np.int64)
+        entries = np.empty((s1 - s0) * channels, np.int64)
         for k in range(entries.size):
             o = max((s0 + k // channels) * columns.scale - columns.base, 0)
             entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
+        # Pieces of one weight.
+        alike = np.ones((s1 - s0) // piece + 1, np.int64)
+        for k in range(entries.size):
+            part = k // channels // piece
+            alike[part] &= int(entries[k] == entries[part * piece * channels])
         # Sums of lines above the first follow from nothing.
         begin = t0
         if not plain:
@@ -235,7 +248,7 @@ def refocus_blocks(
             if not plain:
                 totals, place = _whole_lines(plan, taps, row, s0, s1)
             others = 0
-            for line in range(lanes * min(1, table.size)):
+            for line in range(lanes):
                 o = max((t + line) * rows.scale - rows.base, 0)
                 weight = weights.rows[min(o, rows.outputs - 1)]
                 others += int(weight != reached[line])
@@ -245,42 +258,22 @@ def refocus_blocks(
             for s in range(0, s1 - s0, piece):
                 run = min(piece, s1 - s0 - s)
                 samples = run * channels
+                drop = 16 * table.itemsize - weights.bits - 1
                 if plain:
-                    running_sum(
-                        row.words,
-                        row.places,
-                        row.ends,
-                        s,
-                        run,
-                        m * pixel,
-                        totals,
-                        0,
-                        pixel,
-                        row.carry,
-                        row.words,
+                    quotients(
+                        *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),
+                        *(row.carry, entries, alike[s // piece], table, drop, plan.most),
                     )
-                at = place if plain else place + s * pixel
-                if table.size == 0:
-                    numbers = plan.half, plan.multiplier, plan.drop, plan.most
-                    divide(totals, at, values, samples, *numbers)
                 else:
-                    drop = 16 * table.itemsize - weights.bits - 1
-                    which = s * channels
-                    divide_by(totals, at, values, samples, entries, which, table, drop, plan.most)
+                    at, which = place + s * pixel, s * channels
+                    divide(totals, at, values, samples, entries, which, table, drop, plan.most)
                 o0 = max(column0, (s0 + s) * columns.scale - columns.base)
                 o1 = min(column1, (s0 + s + run) * columns.scale - columns.base)
                 left, right = o0 * channels, o1 * channels
-                transpose_back(
-                    values,
-                    index,
-                    left - column0 * channels,
-                    s * pixel,
-                    picture,
-                    pitch,
-                    right - left,
-                )
-                for line in range(count):
-                    goal = rows.scale * (t + line) - rows.base
-                    part = picture[line * pitch : line * pitch + right - left]
-                    for to in range(max(goal, row0), min(goal + rows.scale, row1)):
-                        copy(out[to, left:right], part)
+                done = left - column0 * channels
+                transpose_back(values, index, done, s * pixel, picture, done, pitch, right - left)
+            for line in range(count):
+                goal = rows.scale * (t + line) - rows.base
+                for to in range(max(goal, row0), min(goal + rows.scale, row1)):
+                    here = to * out.shape[1] + column0 * channels
+                    copy_line(flat, here, picture, line * pitch, width, past)

@@ -27,6 +27,8 @@ _BLOCK_BYTES = 400_000
 _SAMPLES_FOR_A_THREAD = 1 << 19
 # A block is as high as so many micro images: its first line of sums costs M additions of lines.
 _BLOCK_LENSES = 4
+# Pictures of more bytes are written past the caches: the next frame comes before they are read.
+_PAST_CACHES = 4 << 20
 _NONE = np.empty(0, np.int64)
 
 
@@ -110,16 +112,16 @@ def plan(
         made = division(divisor, most, gain * white * full**2 + (1 << drop), least_bits=32)
         line_bits = made.bits
     reached = [np.full(n, full) for n in shape[:2]]
-    weights = Weights(_NONE, _NONE, _NONE, divisor // full**2, most.bit_length())
     if normalise:
-        each = 1 if upsample else m
         reached = [arrived(n, m, shift, order, align) for n in shape[:2]]
-        down, across = (
-            weight[::each][part.start : part.stop]
-            for weight, part in zip(reached, region, strict=True)
-        )
-        different, places = np.unique(across, return_inverse=True)
-        weights = weights._replace(rows=down.copy(), places=places.reshape(-1), columns=different)
+    each = 1 if upsample else m
+    down, across = (
+        weight[::each][part.start : part.stop] for weight, part in zip(reached, region, strict=True)
+    )
+    different, places = np.unique(across, return_inverse=True)
+    weights = Weights(
+        down.copy(), places.reshape(-1), different, divisor // full**2, most.bit_length()
+    )
     sharp = (
         [
             _taps_inside(weight == full, m)[k.start : k.stop]
@@ -139,10 +141,6 @@ def plan(
             box_offset=output_offset(m, 1, align),
             rows=rows,
             columns=columns,
-            half=made.half,
-            # As a signed number of 64 bits.
-            multiplier=made.multiplier - (made.multiplier >> 63 << 64),
-            drop=made.drop,
             most=white,
         ),
         Taps(filter_.centre, filter_.side, bias, drop, *sharp),
@@ -257,10 +255,10 @@ def fast_refocus(
     samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
-    blocks = _blocks(work.plan, word.itemsize, count)
+    blocks, past = _blocks(work.plan, word.itemsize, count), int(flat.nbytes > _PAST_CACHES)
     _share_out(
         lambda chunk: refocus_blocks(
-            x, flat, work.plan, work.taps, work.weights, chunk, word, like
+            x, flat, work.plan, work.taps, work.weights, chunk, past, word, like
         ),
         blocks,
         count,

@@ -30,6 +30,7 @@ from plenofir.refocus import vectors
 from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vectors import (
     LINE_BYTES,
+    next_line,
     sum_lines,
     three_lines,
     transpose,
@@ -79,11 +80,7 @@ class Plan(NamedTuple):
     box_offset: int  # offset of the moving sums that interpolation appends
     rows: Axis
     columns: Axis
-    # the result is min(most, floor((S2 + half) multiplier / 2^drop))
-    half: int
-    multiplier: int
-    drop: int
-    most: int
+    most: int  # largest result
 
 
 @compiled
@@ -210,7 +207,7 @@ def column_lines(
         low * plan.channels,
         width,
         np.zeros(sums, word.dtype),
-        np.empty(positions * lanes * max(plan.micro_image_size, 2 * plan.common), np.int64),
+        np.empty((positions * lanes + 1) * max(plan.micro_image_size, 2 * plan.common), np.int64),
         np.empty(2 * positions * lanes + 1, np.int64),
     )
 
@@ -255,6 +252,12 @@ def column_sums(
             for k in range(ends[here], n):
                 found[k] *= x.shape[1]
             ends[here + 2] = n
+    coming = np.empty(lanes, np.int64)
+    for line in range(count if plain and not anew else 0):
+        # What the same line of the next lines will want.
+        coming[line] = found[ends[2 * line]]
+        if entering(plan, first, plan.step * (t + lanes + line), 0, x.shape[0], found, n) > n:
+            coming[line] = found[n] * x.shape[1]
     states = _PITCH * (1 + lanes)
     for done in range(0, width, CHUNK):
         samples = min(CHUNK, width - done)
@@ -268,7 +271,19 @@ def column_sums(
                     goal, base = row, base if line == 0 else row - _PITCH
                 if anew:
                     base = 0
-                if plain or end > begin:
+                if plain and middle - begin == 1 and end - middle == 1:
+                    at = lines.left + done
+                    next_line(
+                        x,
+                        found[begin] + at,
+                        found[middle] + at,
+                        coming[line] + at,
+                        sums,
+                        base,
+                        goal,
+                        samples,
+                    )
+                elif plain or end > begin:
                     sum_lines(
                         x, found, begin, middle, end, lines.left + done, sums, base, goal, samples
                     )

@@ -91,6 +91,10 @@ class _Value:
     def __or__(self, other: "_Value | int") -> "_Value":
         return self._with(other, self.builder.or_)
 
+    def lowest(self, limit: int) -> "_Value":
+        """Remainder of a division by a power of two."""
+        return self._with(limit - 1, self.builder.and_)
+
     def upper_product(self, other: "_Value") -> "_Value":
         """Upper half of the product's bits."""
         bits = self.bits
@@ -114,6 +118,11 @@ class _Value:
         with cgutils.for_range(self.builder, self.llvm) as loop:
             yield _Value(self.builder, loop.index)
 
+    def is_nothing(self) -> Any:
+        """Two branches: it is 0, or not."""
+        nothing = ir.Constant(self.llvm.type, 0)
+        return self.builder.if_else(self.builder.icmp_signed("==", self.llvm, nothing))
+
 
 class _Variable:
     """What changes in a loop."""
@@ -135,7 +144,12 @@ class _Array:
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.builder, self.bits = builder, kind.dtype.bitwidth
-        self.data = context.make_array(kind)(context, builder, value).data
+        array = context.make_array(kind)(context, builder, value)
+        self.data, self._size = array.data, array.nitems
+
+    def size(self) -> _Value:
+        """How many numbers."""
+        return _Value(self.builder, self._size)
 
     def _pointer(self, place: _Value, lanes: int, bits: int) -> Any:
         kind: Any = ir.IntType(bits)
@@ -148,16 +162,28 @@ class _Array:
         value.align = self.bits // 8
         return _Value(self.builder, value)
 
-    def store(self, place: _Value, value: _Value) -> None:
+    def store(self, place: _Value, value: _Value, *, past_caches: bool = False) -> None:
+        """`past_caches`: a whole line of a cache, which is not wanted there."""
         pointer = self._pointer(place, value.lanes, value.bits)
-        self.builder.store(value.llvm, pointer).align = self.bits // 8
+        stored = self.builder.store(value.llvm, pointer)
+        stored.align = LINE_BYTES if past_caches else self.bits // 8
+        if past_caches:
+            mark = self.builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)])
+            stored.set_metadata("nontemporal", mark)
+
+    def beyond_line(self, place: _Value) -> _Value:
+        """Numbers from there to where the next line of a cache begins."""
+        pointer = self._pointer(place, 1, self.bits)
+        address = _Value(self.builder, self.builder.ptrtoint(pointer, ir.IntType(64)))
+        before = self.builder.neg(address.llvm)
+        return _Value(self.builder, before).lowest(LINE_BYTES) // int(self.bits // 8)
 
     def prefetch(self, place: _Value) -> None:
         byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
         ask = self.builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
         pointer = self.builder.bitcast(self.builder.gep(self.data, [place.llvm]), byte)
-        self.builder.call(ask, [pointer, number(0), number(3), number(1)])
+        self.builder.call(ask, [pointer, number(0), number(2), number(1)])
 
 
 def _generated(write: Callable[..., None]) -> Callable[..., Any]:
@@ -263,6 +289,31 @@ def sum_lines(
 
 
 @_generated
+def next_line(
+    x: _Array,
+    enters: _Value,
+    leaves: _Value,
+    ahead: _Value,
+    sums: _Array,
+    base: _Value,
+    target: _Value,
+    count: _Value,
+) -> None:
+    """As `sum_lines` where one line enters and one leaves; asks for those at `ahead`."""
+    done = count - count
+    most = 8 * LINE_BYTES // x.bits
+    for lanes in (most, 8, 1):
+        with ((count - done) // lanes).times() as n:
+            k = done + n * lanes
+            if lanes == most:
+                x.prefetch(ahead + k)
+            change = x.load(enters + k, lanes).as_wide_as(sums.bits)
+            change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
+            sums.store(target + k, sums.load(base + k, lanes) + change)
+        done = done + (count - done) // lanes * lanes
+
+
+@_generated
 def transpose(
     lines: _Array, place: _Value, pitch: _Value, words: _Array, target: _Value, count: _Value
 ) -> None:
@@ -279,6 +330,56 @@ def transpose(
             words.store(target + tile * (size * lanes) + j * lanes, vector)
 
 
+def _moving(
+    words: _Array,
+    places: _Array,
+    ends: _Array,
+    first: _Value,
+    count: _Value,
+    behind: _Value,
+    pixel: _Value,
+    carry: _Array,
+    lanes_of: _Array,
+    use: Callable[[_Value, _Value], None],
+) -> None:
+    """Running sums of several lines at once, number r at r pixel; `use` takes that and the sum."""
+    # Each adds words[place ...] and subtracts words[place - behind ...] for the places number
+    # ends[first + r] to ends[first + r + 1] - 1, or without `ends` for that number first + r; all
+    # samples of a pixel on their own. The sum before the first is in `carry`, as is the last one
+    # afterwards.
+    lanes = _lanes(lanes_of)
+
+    def take(total: _Variable, place: _Value) -> None:
+        change = words.load(place, lanes) - words.load(place - behind, lanes)
+        total.set(total.get() + change.as_wide_as(carry.bits, signed=True))
+
+    with (pixel // lanes).times() as sample:
+        channel = sample * lanes
+        total = _Variable(carry.load(channel, lanes))
+        with ends.size().is_nothing() as (one_each, several):
+            with one_each, count.times() as r:
+                take(total, places.load(first + r) + channel)
+                use(r * pixel + channel, total.get())
+            with several, count.times() as r:
+                begin = ends.load(first + r)
+                with (ends.load(first + r + 1) - begin).times() as i:
+                    take(total, places.load(begin + i) + channel)
+                use(r * pixel + channel, total.get())
+        carry.store(channel, total.get())
+
+
+def _factors(table: _Array, entry: _Value, lanes: int, *numbers: int) -> Sequence[_Value]:
+    """Of half (0), scale (1) and multiplier (2) those asked for, from table[entry] on."""
+    return [table.load(entry + lanes * k, lanes) for k in numbers]
+
+
+def _quotient(total: _Value, factors: Sequence[_Value], drop: _Value, most: _Value) -> _Value:
+    """min(most, ((total + half) scale multiplier) >> drop)."""
+    half, scale, multiplier = factors
+    quotient = ((total + half) * scale).upper_product(multiplier) >> (drop - total.bits)
+    return quotient.at_most(most) if total.bits > 16 else quotient
+
+
 @_generated
 def running_sum(
     words: _Array,
@@ -293,22 +394,56 @@ def running_sum(
     carry: _Array,
     lanes_of: _Array,
 ) -> None:
-    """Running sums of several lines at once: totals[target + r pixel ...], r = 0 .. count - 1."""
-    # Each adds words[place ...] and subtracts words[place - behind ...] for the places number
-    # ends[first + r] to ends[first + r + 1] - 1; all samples of a pixel on their own. The sum
-    # before the first is in `carry`, as is the last one afterwards.
-    lanes = _lanes(lanes_of)
-    with (pixel // lanes).times() as sample:
-        channel = sample * lanes
-        total = _Variable(carry.load(channel, lanes))
-        with count.times() as r:
-            begin = ends.load(first + r)
-            with (ends.load(first + r + 1) - begin).times() as i:
-                place = places.load(begin + i) + channel
-                change = words.load(place, lanes) - words.load(place - behind, lanes)
-                total.set(total.get() + change.as_wide_as(totals.bits, signed=True))
-            totals.store(target + r * pixel + channel, total.get())
-        carry.store(channel, total.get())
+    """totals[target + r pixel ...], r = 0 .. count - 1, as `_moving` has them."""
+    _moving(
+        *(words, places, ends, first, count, behind, pixel, carry, lanes_of),
+        lambda place, total: totals.store(target + place, total),
+    )
+
+
+@_generated
+def quotients(
+    words: _Array,
+    places: _Array,
+    ends: _Array,
+    first: _Value,
+    count: _Value,
+    behind: _Value,
+    values: _Array,
+    pixel: _Value,
+    carry: _Array,
+    index: _Array,
+    alike: _Value,
+    table: _Array,
+    drop: _Value,
+    most: _Value,
+) -> None:
+    """As `running_sum`, each divided as `divide` does: values[r pixel ...]."""
+    lanes = _lanes(values)
+    samples = first * (pixel // lanes)
+    moving = words, places, ends, first, count, behind, pixel, carry, values
+
+    def store(place: _Value, total: _Value, factors: Sequence[_Value]) -> None:
+        quotient = _quotient(total, factors, drop, most)
+        values.store(place, quotient.as_wide_as(values.bits))
+
+    with alike.is_nothing() as (different, all_alike):
+        with different:
+
+            def own(place: _Value, total: _Value) -> None:
+                entry = index.load(samples + place // lanes)
+                store(place, total, _factors(table, entry, lanes, 0, 1, 2))
+
+            _moving(*moving, own)
+        with all_alike:
+            entry = index.load(samples)
+            known = _factors(table, entry, lanes, 0, 1)
+
+            def same(place: _Value, total: _Value) -> None:
+                # The multiplier from memory: LLVM knows then that it is no wider than that.
+                store(place, total, [*known, *_factors(table, entry, lanes, 2)])
+
+            _moving(*moving, same)
 
 
 @_generated
@@ -317,18 +452,19 @@ def divide(
     place: _Value,
     values: _Array,
     count: _Value,
-    half: _Value,
-    multiplier: _Value,
+    index: _Array,
+    first: _Value,
+    table: _Array,
     drop: _Value,
     most: _Value,
 ) -> None:
-    """`count` vectors of min(most, ((totals[place + k] + half) multiplier) >> drop)."""
+    """`count` vectors of min(most, ((totals[place ...] + half) scale multiplier) >> drop)."""
+    # Vector n has half, scale and multiplier from table[index[first + n]] on.
     lanes = _lanes(values)
     with count.times() as n:
-        total = totals.load(place + n * lanes, lanes) + half
-        quotient = total.upper_product(multiplier) >> (drop - totals.bits)
-        if totals.bits > 16:
-            quotient = quotient.at_most(most)
+        total = totals.load(place + n * lanes, lanes)
+        factors = _factors(table, index.load(first + n), lanes, 0, 1, 2)
+        quotient = _quotient(total, factors, drop, most)
         values.store(n * lanes, quotient.as_wide_as(values.bits))
 
 
@@ -339,10 +475,11 @@ def transpose_back(
     first: _Value,
     base: _Value,
     picture: _Array,
+    target: _Value,
     pitch: _Value,
     count: _Value,
 ) -> None:
-    """picture[l pitch + k] = values[index[first + k] - base + l], for all lanes l, k < count."""
+    """picture[target + l pitch + k] = values[index[first + k] - base + l], k < count, lanes l."""
     # Rounded up to whole tiles.
     lanes, size = _lanes(values), 8 * TILE_BYTES // values.bits
     together = values.bits // picture.bits
@@ -360,32 +497,32 @@ def transpose_back(
             for n in range(0, lanes, size):
                 mask = ir.Constant(ir.VectorType(ir.IntType(32), size), list(range(n, n + size)))
                 part = vector.builder.shuffle_vector(vector.llvm, vector.llvm, mask)
-                picture.store(pitch * (i + n) + tile * width, _Value(vector.builder, part))
+                picture.store(target + pitch * (i + n) + tile * width, _Value(vector.builder, part))
 
 
 @_generated
-def divide_by(
-    totals: _Array,
-    place: _Value,
-    values: _Array,
-    count: _Value,
-    index: _Array,
-    first: _Value,
-    table: _Array,
-    drop: _Value,
-    most: _Value,
+def copy_line(
+    target: _Array, place: _Value, source: _Array, first: _Value, count: _Value, past: _Value
 ) -> None:
-    """As `divide`, with ((totals + half) scale multiplier) >> drop of their own for each number."""
-    # Vector n has half, scale and multiplier from table[index[first + n]] on.
-    lanes = _lanes(values)
-    with count.times() as n:
-        entry = index.load(first + n)
-        half, scale, multiplier = (table.load(entry + lanes * k, lanes) for k in range(3))
-        total = (totals.load(place + n * lanes, lanes) + half) * scale
-        quotient = total.upper_product(multiplier) >> (drop - totals.bits)
-        if totals.bits > 16:
-            quotient = quotient.at_most(most)
-        values.store(n * lanes, quotient.as_wide_as(values.bits))
+    """target[place + k] = source[first + k], k < count; `past` 1: past the caches."""
+    line, tile = (8 * size // target.bits for size in (LINE_BYTES, TILE_BYTES))
+
+    def part(done: _Value, end: _Value, lanes: int, *, aligned: bool = False) -> _Value:
+        with ((end - done) // lanes).times() as n:
+            k = done + n * lanes
+            target.store(place + k, source.load(first + k, lanes), past_caches=aligned)
+        return done + (end - done) // lanes * lanes
+
+    # Whole lines of the cache in between, if there are any.
+    head = (target.beyond_line(place) * past).at_most(count)
+    done = part(part(count - count, head, tile), head, 1)
+    with past.is_nothing() as (through, around):
+        with through:
+            part(done, count, line)
+        with around:
+            part(done, count, line, aligned=True)
+    done = done + (count - done) // line * line
+    part(part(done, count, tile), count, 1)
 
 
 @_generated

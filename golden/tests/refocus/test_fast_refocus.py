@@ -33,6 +33,7 @@ def test_equals_the_reference(data):
         patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
         patch.setattr(fast, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
+        patch.setattr(fast, "_PAST_CACHES", data.draw(st.sampled_from([0, 4 << 20])))
         image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
     assert image.dtype == raw.dtype
