@@ -14,6 +14,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+from camera_tables import camera_tables
 from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
@@ -73,6 +74,8 @@ TOPS = (
     "ulx3s_top",
     "tangnano20k_top",
     "parallel_top",
+    "lifcl40_top",
+    "ulx3s_camera_top",
 )
 TABLES = DOCS / "measured" / "tables.md"
 SHARES = (
@@ -201,7 +204,7 @@ def ray_model(text: str) -> str:
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     written = {
-        DOCS / "boards.md": lambda text: board_builds(status_table(text)),
+        DOCS / "boards.md": lambda text: camera_tables(board_builds(status_table(text))),
         DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": ray_model,
         DOCS / "golden-model.md": error_bounds,

@@ -19,6 +19,7 @@ from plenofir.fpga.hdmi.status import status_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
 from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground import project
+from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, sensor_package
 
 HDL = project.root() / "hdl"
@@ -60,6 +61,12 @@ LIBRARIES = {
         "package": "components",
         "documents": "UG286 and UG289",
     },
+    "lifcl": {
+        "family": "CrossLink-NX",
+        "vendor": "Lattice",
+        "package": "components",
+        "documents": "the cells that Yosys declares",
+    },
 }
 
 
@@ -85,6 +92,7 @@ def packages() -> dict[Path, str]:
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "video" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
         HDL / "video" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
+        HDL / "board" / f"{CAMERA_PACKAGE}.vhd": camera_package(),
         HDL / "video" / f"{STORED_PACKAGE}.vhd": stored_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),

@@ -270,7 +270,7 @@ def _on_device(scene: str, device: str) -> str:
     lut, blocks = (plan.needs[name] for name in (names[0], names[2]))
     at_once = f", {plan.core.pixels_per_clock} px" if plan.core.pixels_per_clock > 1 else ""
     clock = _clock_of(scene, plan)
-    whole = " board" if plan.path == "video" else ""
+    whole = " board" if plan.path != "core" else ""
     return f"{lut} + {blocks}{whole}{at_once}" + (f" **{clock:g} MHz**" if clock else "")
 
 

@@ -52,7 +52,7 @@ begin
 
   divided(0) <= divider(3);
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     port map (
       clk         => clk,
       level       => divided,

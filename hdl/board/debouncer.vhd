@@ -37,7 +37,7 @@ begin
 
   levels <= levels_now;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     generic map (
       WIDTH => WIDTH
     )

@@ -98,7 +98,7 @@ begin
 
   lines <= scl & sda;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     generic map (
       WIDTH => 2
     )

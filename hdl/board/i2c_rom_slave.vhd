@@ -126,7 +126,7 @@ begin
   lines   <= scl & sda;
   sda_low <= holds;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     generic map (
       WIDTH => 2
     )

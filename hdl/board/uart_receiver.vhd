@@ -40,7 +40,7 @@ begin
   -- Inverted, so that the line rests before the first clock.
   level(0) <= not line;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     port map (
       clk         => clk,
       level       => level,

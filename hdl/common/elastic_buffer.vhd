@@ -99,7 +99,7 @@ begin
 
   end process write;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     generic map (
       WIDTH => ADDRESS_BITS
     )

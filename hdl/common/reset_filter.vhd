@@ -38,7 +38,7 @@ begin
   reset       <= held;
   requests(0) <= request;
 
-  cross : entity work.synchroniser
+  crossing : entity work.synchroniser
     generic map (
       WIDTH => 1
     )

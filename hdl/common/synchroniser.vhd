@@ -38,7 +38,7 @@ begin
 
   synchronous <= crossing_second;
 
-  cross : process (clk) is
+  crossing : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -46,6 +46,6 @@ begin
       crossing_second <= crossing_first;
     end if;
 
-  end process cross;
+  end process crossing;
 
 end architecture rtl;

@@ -65,7 +65,7 @@ begin
 
   end generate channel;
 
-  cross : entity work.elastic_buffer
+  crossing : entity work.elastic_buffer
     generic map (
       WIDTH => 10 * CHANNELS
     )

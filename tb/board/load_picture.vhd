@@ -49,7 +49,7 @@ begin
 
   pixel_clk <= clk and runs;
 
-  cross : process (clk) is
+  crossing : process (clk) is
   begin
 
     if falling_edge(clk) then
@@ -57,7 +57,7 @@ begin
       word <= (load_write, load_kind, load_address, load_data);
     end if;
 
-  end process cross;
+  end process crossing;
 
   serial : entity work.load_ports
     generic map (

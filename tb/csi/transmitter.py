@@ -70,7 +70,7 @@ class TransmitterOnPins:
     lacks (0.2.0): its header code takes the bits in another order than the standard, its checksum
     is a sum, it corrects nothing, lanes have no skew, cocotb 2.1 no longer knows its Timer's
     `units`, and its own tests have one lane. So a packet's code and checksum are replaced by this
-    project's, which other tests hold against the standard's examples.
+    project's, which other tests hold against those of public receivers.
     """
 
     SYNC = 0xB8

@@ -46,7 +46,7 @@ def test_netlist_of_a_scene(tmp_path: Path) -> None:
     write_verilog(
         hdl.board_sources(BOARD.name), BOARD.top, generics, tmp_path, primitives=BOARD.library
     )
-    synthesise_board(BOARD, tmp_path / f"{BOARD.top}.json")
+    synthesise_board(BOARD.top, tmp_path / f"{BOARD.top}.json")
     check_netlist(netlist_verilog(tmp_path / f"{BOARD.top}.json"), plan)
 
 

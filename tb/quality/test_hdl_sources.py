@@ -53,7 +53,9 @@ def test_the_list_is_all_but_the_boards(library: Path) -> None:
     assert own
     # They want their vendors' libraries, and nothing else does.
     for path in hdl.all_sources():
-        assert bool(re.search(r"library (unisim|ecp5u|gw2a);", path.read_text())) <= (path in own)
+        assert bool(re.search(r"library (unisim|ecp5u|gw2a|lifcl);", path.read_text())) <= (
+            path in own
+        )
 
 
 @pytest.mark.parametrize(
@@ -219,7 +221,9 @@ MAY_USE = {
     "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
-    "ecp5": {"common"},
+    # A camera's lanes.
+    "ecp5": {"common", "csi"},
+    "nexus": {"common"},
     "gowin": set(),
     "overlay": {"common"},
     "board": {
@@ -234,6 +238,8 @@ MAY_USE = {
             "spartan6",
             "ecp5",
             "gowin",
+            "nexus",
+            "csi",
         ),
     },
 }

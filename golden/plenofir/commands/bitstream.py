@@ -67,10 +67,10 @@ def scene_plan(path: str, device: str | None = None) -> "Plan":
     board = board_of(loaded.scene.build.device)
     other = board.device(device) if board and device else None
     plan = make_plan(load_scene(path, other) if other else loaded)
-    if plan.path != "video":
+    if plan.path == "core":
         raise InputError(
             f"{plan.scene} is a core, not a board; synthesise it with make synth, or set "
-            'build.path = "video"',
+            'build.path = "video" or "camera"',
             where=path,
         )
     return plan
@@ -134,8 +134,11 @@ def build_with_nextpnr(
     from plenofir.plan.configure import board_packages, clock_range_of
 
     packages: dict[str, str] = {}
-    clocks = 0
-    if plan is not None:
+    clocks, camera = 0, None
+    if plan is not None and plan.camera is not None:
+        packages = board_packages(plan)
+        camera = nextpnr.CameraClocks(plan.camera.lane_mbits / 2, plan.camera.clock_mhz)
+    elif plan is not None:
         clocks, packages = clock_range_of(plan), board_packages(plan)
     else:
         core = checked_core(board, device, generics)
@@ -146,7 +149,9 @@ def build_with_nextpnr(
             widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
             clocks = board.clock_range(widest)
     with told_steps("bitstream") as show:
-        return nextpnr.build(board, device, generics, clocks, out, show, packages, beyond=beyond)
+        return nextpnr.build(
+            board, device, generics, clocks, out, show, packages, beyond=beyond, camera=camera
+        )
 
 
 def build_with_gowin(
@@ -165,6 +170,27 @@ def build_with_gowin(
         checked_core(board, device, generics)
     with told_steps("bitstream") as show:
         return gowin.build(board, device, generics, out, show, packages)
+
+
+def build_with_nexus(
+    board: "Board",
+    device: str,
+    generics: "dict[str, top_level.Value]",
+    plan: "Plan | None",
+    out: Path,
+) -> "nextpnr.NextpnrReport":
+    """Build for a board with a CrossLink-NX: a scene's camera, or one whose frames are rasters."""
+    from plenofir.fpga.bitstream import nexus
+    from plenofir.plan.configure import board_packages
+
+    if plan is None or plan.camera is None:
+        checked_core(board, device, generics)
+        packages, wanted = dict[str, str](), nexus.OWN_CLOCKS
+    else:
+        packages = board_packages(plan)
+        wanted = {"clk": plan.camera.wanted_mhz, "byte_clk": plan.camera.byte_mhz}
+    with told_steps("bitstream") as show:
+        return nexus.build(board, device, generics, wanted, out, show, packages)
 
 
 @app.command()
@@ -227,6 +253,9 @@ def build(
         return
     if target.flow == "gowin":
         _print_nextpnr(build_with_gowin(target, part, generics, plan, Path(out)), out)
+        return
+    if target.flow == "nexus":
+        _print_nextpnr(build_with_nexus(target, part, generics, plan, Path(out)), out)
         return
     edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
     packages = {} if plan is None else board_packages(plan)

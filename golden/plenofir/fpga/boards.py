@@ -6,12 +6,28 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga.devices import device_name
-from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VGA_MIDDLE, VideoMode, modes_of_range
+from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VGA, VGA_MIDDLE, VideoMode, modes_of_range
 from plenofir.fpga.names import BoardName
 from plenofir.ground import project
 
-Flow = Literal["ise", "nextpnr", "gowin"]
-_CONSTRAINTS: dict[Flow, str] = {"ise": "ucf", "nextpnr": "lpf", "gowin": "cst"}
+Flow = Literal["ise", "nextpnr", "gowin", "nexus"]
+_CONSTRAINTS: dict[Flow, str] = {
+    "ise": "ucf",
+    "nextpnr": "lpf",
+    "gowin": "cst",
+    "nexus": "pdc",
+}
+
+
+@dataclass(frozen=True)
+class CameraInput:
+    """A board's lanes for a camera with MIPI CSI-2."""
+
+    top: str  # top level with a camera; `constraints` of its name if it has other pins
+    lane_mbits: float  # what a lane may bring by the data sheet
+    # What its screen shows of a camera; None: parallel video, with the frames' own timing.
+    screen: VideoMode | None = None
+    screen_mhz: float = 0  # pixel clock that it has for that
 
 
 @dataclass(frozen=True)
@@ -21,7 +37,7 @@ class Board:
     name: BoardName  # as users type it; ``hdl/sources_NAME.txt`` lists its own sources
     title: str
     devices: tuple[str, ...]  # of `plenofir.fpga.devices.DEVICES`, the usual one first
-    # Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr for ECP5 or for Gowin.
+    # Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr for ECP5, Gowin, Nexus.
     flow: Flow
     top: str
     library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
@@ -31,11 +47,18 @@ class Board:
     # What the core refocuses of the mode that a board without HDMI in shows.
     own_mode: VideoMode | None = None
     scene: str = ""  # shipped one that is built without options
+    camera: CameraInput | None = None  # lanes of MIPI CSI-2
 
     @property
     def constraints(self) -> Path:
         """Pins and clocks; no such file for a target without pins of its own."""
         return project.root() / "constraints" / f"{self.name}.{_CONSTRAINTS[self.flow]}"
+
+    def constraints_of(self, top: str) -> Path:
+        """Pins and clocks of one of its top levels."""
+        if self.camera is None or top != self.camera.top or top == self.top:
+            return self.constraints
+        return self.constraints.with_stem(f"{self.name}_camera")
 
     @property
     def bitstream(self) -> str:
@@ -82,6 +105,8 @@ BOARDS: dict[str, Board] = {
             library="ecp5u",
             clock_ranges=CLOCK_RANGES,
             scene="ulx3s-480p",
+            # VGA at 25 MHz, which the oscillator gives; the slowest grade has GDDRX2 of 624 Mb/s.
+            camera=CameraInput(top="ulx3s_camera_top", lane_mbits=624, screen=VGA, screen_mhz=25.0),
         ),
         Board(
             name="tangnano20k",
@@ -92,6 +117,16 @@ BOARDS: dict[str, Board] = {
             library="gw2a",
             own_mode=VGA_MIDDLE,
             scene="tangnano20k",
+        ),
+        Board(
+            name="lifcl40",
+            title="CrossLink-NX Evaluation Board",
+            devices=("lifcl-40",),
+            flow="nexus",
+            top="lifcl40_top",
+            library="lifcl",
+            camera=CameraInput(top="lifcl40_top", lane_mbits=2500),
+            scene="lifcl40",
         ),
         Board(
             name="ecp5-eval",

@@ -116,3 +116,28 @@ def lane_clocks(
             burst[begin, lane] |= 0x200
         parts.append(burst)
     return np.vstack(parts)
+
+
+def settle_clocks(lane_mbits: float) -> int:
+    """SETTLE of `dphy_lane` for the bit rate of a lane.
+
+    In the middle of what D-PHY allows, 85 ns and 6 bits to 145 ns and 10 bits, less the clocks that
+    a level takes to come in.
+    """
+    clock_ns = 8000 / lane_mbits
+    return max(round((115 / clock_ns) + 1 - 3), 0)
+
+
+def wire_words(
+    packets: Sequence[bytes], wait_bits: int = 0, starts: Sequence[int] = ()
+) -> npt.NDArray[np.int32]:
+    """Words of ``tb/file_bench/dphy_camera.vhd``: packets, each with bits to wait behind it.
+
+    `starts` are the bits since the start at which packets begin.
+    """
+    words: list[int] = []
+    for number, packet in enumerate(packets):
+        words += [-1, starts[number]] if starts else []
+        words += [len(packet), *packet]
+        words += [0, wait_bits] if wait_bits else []
+    return np.array(words, "<i4")

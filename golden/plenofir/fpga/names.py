@@ -10,7 +10,7 @@ SliceEngineName = Literal["fir", "moving_sum"]
 """Engines that are set to one slice at a time: `plenofir.fpga.core.configuration.SLICE_ENGINES`."""
 EngineName = Literal[SliceEngineName, "stack"]
 HdmiBoardName = Literal["atlys", "ulx3s"]
-BoardName = Literal[HdmiBoardName, "tangnano20k", "ecp5-eval"]
+BoardName = Literal[HdmiBoardName, "tangnano20k", "lifcl40", "ecp5-eval"]
 """Rows of `plenofir.fpga.boards.BOARDS`."""
 SimulatorName = Literal["ghdl", "nvc", "verilator"]
 Chain = Literal["core", "hdmi", "csi"]

@@ -3,12 +3,17 @@
 
 Addresses and values of the IMX219 are facts of the driver that Linux has for it
 (drivers/media/i2c/imx219.c, commit 0050c97941353219e000275707ccade7e1f91ec6), whose comments name
-Raspberry Pi's firmware as their source; the names of the registers are Sony's.
+Raspberry Pi's firmware as their source; the names of the registers are Sony's. Two are other than
+older ones of the driver have them: the own registers are unlocked by 0x05, 0x0c (until commit
+3cdc776e0a5f, "fix msr access command sequence", it was 0x0c, 0x05, against the data sheet); and the
+window of the sensor's picture is as large as the frame for 640 x 480, too, where the tables of the
+driver had 1640 x 1232.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from plenofir.ground.errors import InputError
 
@@ -29,7 +34,7 @@ class SensorMode:
     top: int
     width: int  # what is read
     height: int
-    binning: int  # value of the binning registers: 0 none, 1 two by two, 3 two by two, analogue
+    binning: int  # value of the binning registers: 0 none, 1 two by two
     frame_lines: int  # with blanking
     line_pixels: int = 3448  # with blanking
     pixel_rate: float = 182.4e6  # on two lanes of 912 Mb/s
@@ -61,11 +66,12 @@ class SensorMode:
 
 
 IMX219_MODES = (
-    SensorMode(640, 480, 1000, 752, 1280, 960, 3, 1763),
+    SensorMode(640, 480, 1000, 752, 1280, 960, 1, 1763),
     SensorMode(1640, 1232, 0, 0, 3280, 2464, 1, 1763),
     SensorMode(3280, 2464, 0, 0, 3280, 2464, 0, 3526),
 )
-PATTERNS = {"off": 0, "solid": 1, "bars": 2, "grey-bars": 3, "noise": 4}
+SensorPattern = Literal["off", "solid", "bars", "grey-bars", "noise"]
+PATTERNS: dict[SensorPattern, int] = {"off": 0, "solid": 1, "bars": 2, "grey-bars": 3, "noise": 4}
 """The sensor's own pictures; "bars" are eight colours, "noise" is a PN9 sequence."""
 
 # What the driver writes beside what the data sheet names: the maker's own registers.
@@ -81,26 +87,56 @@ def _word(address: int, value: int) -> tuple[Entry, Entry]:
     return (address, value >> 8), (address + 1, value & 0xFF)
 
 
-def imx219(
-    columns: int,
-    rows: int,
-    *,
-    bits: int = 10,
-    pattern: str = "off",
-    exposure_lines: int = 1600,
-    gain: int = 0,
-) -> list[Entry]:
-    """Registers of an IMX219 with a clock of 24 MHz, two lanes, frames of columns x rows.
+def imx219_mode(
+    columns: int, rows: int, *, line_pixels: int | None = None, frame_lines: int | None = None
+) -> SensorMode:
+    """Mode of an IMX219 with frames of columns x rows, with its own blanking or another one.
 
-    `bits` are 8 or 10 (RAW8, RAW10), `pattern` a key of `PATTERNS`, `gain` 0 to 232: the sensor
-    amplifies by 256 / (256 - gain). It sends from the last entry on. InputError for a size that
-    is none of `IMX219_MODES`, or what the registers do not hold.
+    InputError for a size that is none of `IMX219_MODES`, or for less blanking than Linux' driver
+    has (3448 pixels a line, 32 lines).
     """
     mode = next((m for m in IMX219_MODES if (m.columns, m.rows) == (columns, rows)), None)
     if mode is None:
         sizes = ", ".join(f"{m.columns} x {m.rows}" for m in IMX219_MODES)
         raise InputError(f"has no mode of {columns} x {rows}; use one of {sizes}", where="IMX219")
+    changed = replace(
+        mode,
+        line_pixels=line_pixels or mode.line_pixels,
+        frame_lines=frame_lines or mode.frame_lines,
+    )
+    least = {"line_pixels": mode.line_pixels, "frame_lines": rows + 32}
+    for name, low in least.items():
+        value = getattr(changed, name)
+        if not low <= value <= 0xFFFF:
+            raise InputError(f"{value} is not possible; use {low} to 65535", where=name)
+    return changed
+
+
+def imx219(
+    columns: int,
+    rows: int,
+    *,
+    bits: int = 10,
+    pattern: SensorPattern = "off",
+    exposure_lines: int = 1600,
+    gain: int = 0,
+    lane_mbits: int = 912,
+    mode: SensorMode | None = None,
+) -> list[Entry]:
+    """Registers of an IMX219 with a clock of 24 MHz, two lanes, frames of columns x rows.
+
+    `bits` are 8 or 10 (RAW8, RAW10), `pattern` a key of `PATTERNS`, `gain` 0 to 232: the sensor
+    amplifies by 256 / (256 - gain); `lane_mbits` a lane's rate, a multiple of 8 from that of the
+    pixels' own PLL (456) to that of the driver (912); `mode` one of `imx219_mode` in place of the
+    size's own. It sends from the last entry on. InputError for a size that is none of
+    `IMX219_MODES`, or what the registers do not hold.
+    """
+    mode = mode or imx219_mode(columns, rows)
     longest = mode.frame_lines - 4
+    if lane_mbits % 8 or not 456 <= lane_mbits <= 912:
+        raise InputError(
+            f"{lane_mbits} is not possible; use a multiple of 8 from 456 to 912", where="lane_mbits"
+        )
     for value, name, low, high in (
         (bits, "bits", 8, 10),
         (exposure_lines, "exposure_lines", 4, longest),
@@ -123,9 +159,9 @@ def imx219(
         *(*_word(0x0168, mode.top), *_word(0x016A, mode.top + mode.height - 1)),
         *(*_word(0x016C, columns), *_word(0x016E, rows), (0x0170, 1), (0x0171, 1)),
         *((0x0174, mode.binning), (0x0175, mode.binning)),
-        # Clocks: 24 MHz / 3 * 57 / 5 for the pixels, 24 MHz / 3 * 114 a lane.
+        # Clocks: 24 MHz / 3 * 57 / 5 for the pixels, 24 MHz / 3 * 114 for 912 Mb/s a lane.
         *((0x0301, 5), (0x0303, 1), (0x0304, 3), (0x0305, 3), *_word(0x0306, 57)),
-        *((0x030B, 1), *_word(0x030C, 114), (0x0309, bits)),
+        *((0x030B, 1), *_word(0x030C, lane_mbits // 8), (0x0309, bits)),
         *((0x018C, bits), (0x018D, bits), *_OWN),
         *((0x0157, gain), *_word(0x015A, exposure_lines)),
         # The sensor's picture, as large as the frame.
@@ -137,3 +173,59 @@ def imx219(
 def registers_text(entries: Sequence[Entry]) -> str:
     """Generic REGISTERS of `sensor_setup`: six hexadecimal digits for each entry."""
     return "".join(f"{address:04x}{value:02x}" for address, value in entries)
+
+
+@dataclass(frozen=True)
+class KnownSensor:
+    """A sensor with MIPI CSI-2 at its largest frame, as public drivers run it."""
+
+    name: str
+    columns: int
+    rows: int
+    pixel_um: float
+    lanes: int
+    lane_mbits: float
+    bits: int  # of a raw pixel
+    frames_per_second: float
+    mosaic: bool
+    source: str  # where lanes and rate are from
+
+    @property
+    def lane_pixels(self) -> float:
+        """Pixels a second that the lanes bring while a line comes."""
+        return self.lanes * self.lane_mbits * 1e6 / self.bits
+
+    @property
+    def mean_pixels(self) -> float:
+        """Pixels a second on average over frames."""
+        return self.columns * self.rows * self.frames_per_second
+
+    @property
+    def byte_mhz(self) -> float:
+        """Clock of the lanes' bytes in MHz."""
+        return self.lane_mbits / 8
+
+    def pixels_per_clock(self, core_hz: float) -> int | None:
+        """The fewest pixels a clock, 1 to 8, with which a core follows the frames; None: none."""
+        # A tenth more: blanking is short in the fastest modes.
+        needed = min(1.1 * self.mean_pixels, self.lane_pixels)
+        return next((n for n in (1, 2, 4, 8) if n * core_hz >= needed), None)
+
+
+KNOWN_SENSORS = (
+    KnownSensor("IMX219", 3280, 2464, 1.12, 2, 912, 10, 15, True, "Linux' imx219.c"),
+    KnownSensor("OV5640", 2592, 1944, 1.4, 2, 672, 10, 15, True, "Linux' ov5640.c"),
+    KnownSensor("IMX290", 1920, 1080, 2.9, 2, 891, 10, 60, True, "Linux' imx290.c"),
+    KnownSensor("IMX290, 4 lanes", 1920, 1080, 2.9, 4, 445.5, 10, 60, True, "Linux' imx290.c"),
+    KnownSensor("OV9282", 1280, 800, 3.0, 2, 800, 10, 120, False, "Linux' ov9282.c"),
+    KnownSensor(
+        "AR0234, mono", 1920, 1200, 3.0, 4, 720, 10, 120, False, "360 MHz of Intel's ar0234.c"
+    ),
+    KnownSensor(
+        "IMX477", 4056, 3040, 1.55, 2, 900, 10, 10, True, "450 MHz of Raspberry Pi's imx477.c"
+    ),
+    KnownSensor(
+        "any, 4 x 900 Mb/s", 2592, 1944, 2.2, 4, 900, 10, 65, False, "the most of four such lanes"
+    ),
+)
+"""Frame rates are as remembered; lanes and rates as the source has them."""

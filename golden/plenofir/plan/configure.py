@@ -18,6 +18,7 @@ from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground.files import publish
 from plenofir.plan.planned import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
+from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_load import load_lines
 from plenofir.plan.sensor.board_sensor import SENSOR_OUTPUTS, SENSOR_PACKAGE, sensor_package
 from plenofir.plan.sensor.calibration_loader import LOADER, loader_text
@@ -48,7 +49,10 @@ def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]
 
 def top_of(plan: Plan) -> str:
     """Top level of a scene: the board's, or one of the scene's own."""
-    return _board(plan).top if plan.path == "video" else TOP
+    if plan.path == "core":
+        return TOP
+    board = _board(plan)
+    return board.top if board.camera is None or plan.path == "video" else board.camera.top
 
 
 def _board(plan: Plan) -> Board:
@@ -81,7 +85,7 @@ def configure(
     order of analysis, those in the folder included.
     """
     top = top_of(plan)
-    own = _board_top(plan) if plan.path == "video" else _core_top(plan)
+    own = _core_top(plan) if plan.path == "core" else _board_top(plan)
     needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources())
     # Own files in the place of those that they replace, the others behind.
     sources = [out / path.name if path.name in own else path for path in needed]
@@ -136,7 +140,11 @@ def _core_top(plan: Plan) -> dict[str, str]:
 
 def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
     """Generics of the board's top level; with a sensor the longest line is a raw frame's."""
-    core, top = plan.core, _board(plan).top
+    core, top = plan.core, top_of(plan)
+    if plan.camera is not None:
+        divide = plan.camera.clock_divide
+        own = {"CLOCK_DIVIDE": divide} if divide else {}
+        return top_level.camera_generics(core, top) | own
     if plan.sensor is not None:
         # Channels and the raster's lines stand in sensor_pkg.
         size = {"channels": 3, "max_columns": plan.sensor.columns}
@@ -151,7 +159,10 @@ def board_packages(plan: Plan) -> dict[str, str]:
         packages[EDID_PACKAGE] = edid_package(bytes.fromhex(plan.edid))
     if plan.sensor is not None:
         packages[SENSOR_PACKAGE] = sensor_package(plan.sensor.board_sensor())
-        packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
+        if plan.camera is None:
+            packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
+        else:
+            packages[CAMERA_PACKAGE] = camera_package(plan.camera.board)
     elif plan.screen != Screen():
         packages[SCREEN_PACKAGE] = screen_package(plan.screen)
     if plan.stored is not None:
@@ -164,6 +175,14 @@ def _board_top(plan: Plan) -> dict[str, str]:
     own = {f"{name}.vhd": text for name, text in board_packages(plan).items()}
     board = _board(plan)
     generics = scene_generics(plan)
+    if plan.camera is not None:
+        top = top_of(plan)
+        constraints = board.constraints_of(top)
+        return {
+            **own,
+            f"{top}.vhd": top_level.top_with_generics(generics, top),
+            f"{top}{constraints.suffix}": constraints.read_text(),
+        }
     if board.own_mode is not None:
         return {
             **own,

@@ -65,7 +65,7 @@ class Design:
         """Synthesise it for Spartan-6 in an empty folder."""
         if self.plan is not None:
             sources = configure(self.plan, directory)
-            board = self.plan.path == "video"
+            board = self.plan.path != "core"
             return synthesise(sources, self.top, {}, directory, board=board)
         generics = self.core.generics() if self.generics is None else self.generics
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
@@ -75,7 +75,7 @@ def scene_design(plan: Plan) -> Design:
     # Boards, cores of several pixels a clock and sensors take a minute and more.
     core = plan.core
     many = core.parallel_rows > 1 or core.pixels_per_clock > 1
-    slow = plan.path == "video" or many or plan.sensor is not None
+    slow = plan.path != "core" or many or plan.sensor is not None
     return Design(plan.scene, plan.core, top_of(plan), plan=plan, slow=slow)
 
 
@@ -92,7 +92,7 @@ def scene_designs() -> Iterator[Design]:
 
 def is_nextpnr_board(plan: Plan) -> bool:
     """Whether nextpnr makes a scene's bitstream; then it has no netlist for Spartan-6."""
-    return plan.path == "video" and DEVICES[plan.device].family != "spartan6"
+    return plan.path != "core" and DEVICES[plan.device].family != "spartan6"
 
 
 def core_designs() -> Iterator[Design]:

@@ -10,6 +10,7 @@ from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.plan.left_out import LeftOut
+from plenofir.plan.sensor.board_camera import PlannedCamera
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
@@ -54,17 +55,17 @@ class PlannedSensor(BaseModel):
     needs: dict[str, int]  # resources (estimate)
     # Words for the load port, if a calibration is built in.
     loads: tuple[Load, ...] = Field(default=(), exclude=True)
-    shown: Shown | None = None  # what a board's screen takes; None without video in and out
+    raster_columns: int  # of the longest line of the raster
+    shown: Shown | None = None  # what a board's screen takes; None without video out
 
     def board_sensor(self) -> BoardSensor:
         """What the board's package says of it."""
-        assert self.shown is not None
         return BoardSensor(
             core=self.core,
             red_place=None if self.mosaic is None else red_place(self.mosaic),
             columns=self.columns,
             rows=self.rows,
-            raster_columns=self.shown.raster,
+            raster_columns=self.raster_columns,
             description=description(self.core, self.shown),
             loads=self.loads,
         )
@@ -85,6 +86,7 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
         full_rate=chip.full_rate,
         needs=device.amounts(usage),
         loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
+        raster_columns=chip.raster[1],
         shown=chip.shown,
     )
 
@@ -95,7 +97,7 @@ class Plan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     scene: str
-    path: str  # "core" or "video"
+    path: str  # "core", "video" or "camera"
     device: str  # that it fits
     clock_mhz: float | None  # pixel clock that the frame rate needs; None for stills
     # Pixels of horizontal and lines of vertical blanking of the video mode; None without.
@@ -132,6 +134,7 @@ class Plan(BaseModel):
     stored_needs: dict[str, int] | None = None
     # In hexadecimal, the EDID that the board serves instead of its own; None for its own.
     edid: str | None = None
+    camera: PlannedCamera | None = None  # whose lanes come in, and sets its sensor up
     # What makes the raster of a sensor's raw frames; None if the frames are the raster.
     sensor: PlannedSensor | None = None
     notes: tuple[str, ...] = ()  # what the camera's optics do to the slices

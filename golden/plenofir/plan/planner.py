@@ -23,6 +23,7 @@ from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
+from plenofir.plan.sensor.board_camera import PlannedCamera, planned_camera
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import interpolation_order, sharpening_units
@@ -162,7 +163,7 @@ def _variants(
 ) -> list[CoreConfiguration]:
     """A core with each variant of an engine; without blanking frames must not want a pause."""
     scene = loaded.scene
-    blanking = scene.build.path == "video" or scene.frame.rate_hz is None
+    blanking = scene.build.path != "core" or scene.frame.rate_hz is None
     rows = None if blanking else scene.frame.rows
     engines = kind.variants(core, scene.build.parallel_rows, rows)
     cores = (core.model_copy(update={"engine": engine}) for engine in engines)
@@ -213,7 +214,7 @@ def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
 def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
     """Why a core cannot follow the scene's video mode; empty if it can."""
     frame = loaded.scene.frame
-    if loaded.scene.build.path == "core" or frame.rate_hz is None:
+    if loaded.scene.build.path != "video" or frame.rate_hz is None:
         return ""
     mode = find_mode(*loaded.video_size, frame.rate_hz)
     clocks, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
@@ -354,7 +355,7 @@ def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
 def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     """Video mode of a scene with video in and out, which the core can follow."""
     frame = loaded.scene.frame
-    if loaded.scene.build.path == "core":
+    if loaded.scene.build.path != "video":
         return None
     assert frame.rate_hz is not None
     columns, rows = loaded.video_size
@@ -404,6 +405,20 @@ def _clock(
     if loaded.sensor is not None:
         clocks = max(clocks, loaded.sensor.columns * loaded.sensor.rows)
     return (None if rate is None else clocks * rate / 1e6), clocks
+
+
+def _camera(
+    loaded: LoadedScene, core: CoreConfiguration, clock_mhz: float | None
+) -> PlannedCamera | None:
+    """The camera of a scene whose board has its lanes."""
+    if loaded.scene.build.path != "camera":
+        return None
+    board, sensor = board_of(loaded.scene.build.device), loaded.scene.sensor
+    assert board is not None
+    assert sensor is not None
+    return planned_camera(
+        sensor, core, board, loaded.scene.frame.rate_hz, clock_mhz, where=f"{loaded.path}: sensor"
+    )
 
 
 def make_plan(loaded: LoadedScene) -> Plan:
@@ -484,6 +499,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
             None if loaded.stored is None else device.amounts(stored_usage(loaded.stored))
         ),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
+        camera=_camera(loaded, core, clock_mhz),
         edid=None if loaded.edid is None else loaded.edid.hex(),
         notes=_notes(model),
     )

@@ -108,7 +108,7 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
 
 def refuse_board(plan: Plan) -> None:
     """InputError for a scene of a whole board."""
-    if plan.path == "video":
+    if plan.path != "core":
         raise InputError(
             f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
             "--device with another device",

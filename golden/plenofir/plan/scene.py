@@ -118,8 +118,9 @@ class SceneBuild(_Part):
     # Neighbouring pixels of a line that come together; "auto": the fewest that keep the frame rate
     # at the device's clock; above 1 for moving sums with exact arithmetic.
     pixels_per_clock: Literal["auto"] | PixelsPerClock = "auto"
-    # "core": the streams of the raster core; "video": video in and out.
-    path: Literal["core", "video"] = "core"
+    # "core": the streams of the raster core; "video": video in and out; "camera": a camera's lanes
+    # in (sensor.input = "csi"), video out.
+    path: Literal["core", "video", "camera"] = "core"
     device: str = "xc6slx45"  # what it must fit
     # "auto": the one that fits; of two, the one whose scarcest resource is used less.
     engine: Literal["auto", SliceEngineName] = "auto"
@@ -147,7 +148,7 @@ class SceneBuild(_Part):
     def _fits_together(self) -> "SceneBuild":
         sharpens = bool(sharpening_units(self.sharpen, 2, 1))
         normalises = self.border == "normalise"
-        stored, video = self.arithmetic == "stored", self.path == "video"
+        stored, video = self.arithmetic == "stored", self.path != "core"
         rows, many = self.parallel_rows > 1, self.pixels_per_clock not in ("auto", 1)
         _refuse_first(
             (self.guard_bits > self.fraction_bits, "guard_bits must be at most fraction_bits"),
@@ -189,9 +190,13 @@ class Scene(_Part):
     def _parts_agree(self) -> "Scene":
         build, frame, sensor = self.build, self.frame, self.sensor
         video, board = build.path == "video", board_of(build.device)
+        camera = build.path == "camera"
         colour = "rgb" if sensor is None else frame.colour
         boards = ", ".join(
             f"{d} ({b.title})" for b in BOARDS.values() if b.modes for d in b.devices
+        )
+        cameras = ", ".join(
+            f"{d} ({b.title})" for b in BOARDS.values() if b.camera for d in b.devices
         )
         stack = self.screen is not None and self.screen.needs_stack
         _refuse_first(
@@ -240,6 +245,15 @@ class Scene(_Part):
             ),
             (not video and build.edid is not None, "build.edid needs build.path = 'video'"),
             (self.stored is not None and not video, "stored needs build.path = 'video'"),
+            (
+                camera != (sensor is not None and sensor.input == "csi"),
+                "build.path = 'camera' and sensor.input = 'csi' need each other",
+            ),
+            (
+                camera and (board is None or board.camera is None),
+                f"build.path = 'camera' needs build.device of a board with a camera: {cameras}",
+            ),
+            (camera and build.parallel_rows > 1, "build.path = 'camera' needs parallel_rows = 1"),
             (
                 self.stored is not None and sensor is not None,
                 "a stored light field takes the place of a sensor; leave one of both out",
@@ -307,10 +321,14 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     if device is not None:
         build = {**content.get("build", {}), "device": device}
         board = board_of(device_name(device))
-        if board is None or not board.modes:
+        has_video = board is not None and bool(board.modes)
+        has_camera = board is not None and board.camera is not None
+        if not (has_camera if build.get("path") == "camera" else has_video):
             build = {**build, "path": "core"}
             build.pop("edid", None)
             content.pop("stored", None)
+            if isinstance(content.get("sensor"), dict):
+                content["sensor"] = {**content["sensor"], "input": "frames"}
         content["build"] = build
     try:
         scene = Scene.model_validate(_with_a_frame(content, str(file)))
@@ -318,7 +336,10 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         raise validation_error(error, where=str(file)) from None
     chip = None
     if scene.sensor is not None:
-        video = scene.build.path == "video"
+        board = board_of(scene.build.device)
+        camera_in = board.camera if board is not None and scene.build.path == "camera" else None
+        shows = camera_in is not None and camera_in.screen is not None
+        video = scene.build.path == "video" or shows
         m, colour = scene.camera.micro_image_size, scene.frame.colour
         chip = sensor_chip(scene.sensor, m, colour, file, video=video)
         scene = scene.model_copy(update={"frame": _raster_frame(scene, chip, str(file))})

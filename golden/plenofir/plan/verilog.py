@@ -132,7 +132,7 @@ def verilog_files(
     whose name is in `own` are taken from there. For a core the header `sizes_header` comes along.
     A board's primitives stay instances of its vendor's cells, whose ports Yosys knows.
     """
-    board = board_of(plan.device) if plan.path == "video" else None
+    board = board_of(plan.device) if plan.path != "core" else None
     library = "" if board is None else board.library
     # First of all: whether GHDL is there.
     ghdl = ghdl_version()

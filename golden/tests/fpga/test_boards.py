@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.top_level import top_source
 from plenofir.fpga.boards import BOARDS, Board, board_of
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import declarations
@@ -28,25 +29,30 @@ each_board = pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board:
 @each_board
 def test_board_has_its_sources_and_devices(board: Board) -> None:
     assert board.top in {source.stem for source in hdl.board_sources(board.name)}
-    # What has HDMI has pins, and lanes that are its family's.
-    assert board.constraints.is_file() == bool(board.modes)
-    assert bool(board.library and hdl.model_sources(board.library)) == bool(board.modes)
-    assert bool(board.pixel_mhz) != bool(board.modes)
+    # What has HDMI or a camera has pins, and lanes that are its family's.
+    whole = bool(board.modes or board.camera)
+    assert board.constraints.is_file() == whole
+    assert bool(board.library and hdl.model_sources(board.library)) == whole
+    assert bool(board.pixel_mhz) != whole
+    if board.camera is not None:
+        assert board.camera.top in {source.stem for source in hdl.board_sources(board.name)}
+        assert board.constraints_of(board.camera.top).is_file()
     for device in board.devices:
         assert device in DEVICES
         # Of two boards with a device the one with HDMI is a scene's.
-        assert board_of(device) == board or not board.modes
+        assert board_of(device) == board or not whole
         assert board.device(device) == board.device(device.partition("-")[2] or device) == device
     assert board.device("xc7a35t") is None
 
 
-def test_each_port_has_one_pin_of_its_own() -> None:
+@pytest.mark.parametrize("top", ["ulx3s_top", "ulx3s_camera_top"])
+def test_each_port_has_one_pin_of_its_own(top: str) -> None:
     board = BOARDS["ulx3s"]
-    text = board.constraints.read_text()
+    text = board.constraints_of(top).read_text()
     located = re.findall(r'^LOCATE COMP "(\w+)(?:\[(\d+)\])?" SITE "(\w+)";$', text, re.M)
     standards = re.findall(r'^IOBUF PORT "(\w+)(?:\[(\d+)\])?" .*IO_TYPE=\w+', text, re.M)
     wanted = set()
-    for port in declarations(hdl.board_sources("ulx3s")[-1].read_text(), "port"):
+    for port in declarations(top_source(top).read_text(), "port"):
         high = re.search(r"\((\d+) downto 0\)", port.type_name)
         wanted |= (
             {(port.name, str(i)) for i in range(int(high[1]) + 1)} if high else {(port.name, "")}

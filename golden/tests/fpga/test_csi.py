@@ -8,9 +8,26 @@ from plenofir.fpga.csi import Kind, checksum, frame_packets, header, lane_clocks
 from plenofir.fpga.sensors import IMX219_MODES, PAUSE, imx219, registers_text
 from plenofir.ground.errors import InputError
 
+# Bits of a header's 24 that each bit of its code is the parity of, from bit 5 down: as in
+# mipi-csi-rx/csi_rx_hdr_ecc.vhd of gatecat/CSI2Rx, a receiver that ran with cameras.
+PARITIES = (
+    (10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 22, 23),
+    (4, 5, 6, 7, 8, 9, 16, 17, 18, 19, 20, 22, 23),
+    (1, 2, 3, 7, 8, 9, 13, 14, 15, 19, 20, 21, 23),
+    (0, 2, 3, 5, 6, 9, 11, 12, 15, 18, 20, 21, 22),
+    (0, 1, 3, 4, 6, 8, 10, 12, 14, 17, 20, 21, 22, 23),
+    (0, 1, 2, 4, 5, 7, 10, 11, 13, 16, 20, 21, 22, 23),
+)
 
-def test_examples_of_the_standard() -> None:
-    assert header(0, 0x37, 0x01F0)[3] == 0x3F
+
+def test_code_of_a_header_as_in_another_receiver() -> None:
+    for bit in range(24):
+        code = header(1 << bit >> 6 & 3, 1 << bit & 0x3F, 1 << bit >> 8)[3]
+        assert code == sum((bit in places) << 5 - n for n, places in enumerate(PARITIES))
+
+
+def test_checksums_as_others_quote_them() -> None:
+    # Public test benches give these two as the standard's examples, whose text is not public.
     for payload, crc in (
         ("FF 00 00 02 B9 DC F3 72 BB D4 B8 5A C8 75 C2 7C 81 F8 05 DF FF 00 00 01", 0x00F0),
         ("FF 00 00 00 1E F0 1E C7 4F 82 78 C5 82 E0 8C 70 D2 3C 78 E9 FF 00 00 01", 0xE569),

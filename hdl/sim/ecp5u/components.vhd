@@ -10,6 +10,19 @@ use ieee.std_logic_1164.all;
 
 package components is
 
+  component clkdivf is
+    generic (
+      GSR : string := "DISABLED";
+      DIV : string := "2.0"
+    );
+    port (
+      clki    : in    std_ulogic;
+      rst     : in    std_ulogic;
+      alignwd : in    std_ulogic;
+      cdivx   : out   std_ulogic
+    );
+  end component clkdivf;
+
   component delayf is
     generic (
       DEL_MODE  : string  := "USER_DEFINED";
@@ -24,6 +37,25 @@ package components is
       cflag     : out   std_ulogic
     );
   end component delayf;
+
+  component delayg is
+    generic (
+      DEL_MODE  : string  := "USER_DEFINED";
+      DEL_VALUE : integer := 0
+    );
+    port (
+      a : in    std_ulogic;
+      z : out   std_ulogic
+    );
+  end component delayg;
+
+  component eclksyncb is
+    port (
+      eclki : in    std_ulogic;
+      stop  : in    std_ulogic;
+      eclko : out   std_ulogic
+    );
+  end component eclksyncb;
 
   component ehxplll is
     generic (
@@ -76,6 +108,23 @@ package components is
       q1   : out   std_ulogic
     );
   end component iddrx1f;
+
+  component iddrx2f is
+    generic (
+      GSR : string := "ENABLED"
+    );
+    port (
+      d       : in    std_ulogic;
+      sclk    : in    std_ulogic;
+      eclk    : in    std_ulogic;
+      rst     : in    std_ulogic;
+      alignwd : in    std_ulogic;
+      q3      : out   std_ulogic;
+      q2      : out   std_ulogic;
+      q1      : out   std_ulogic;
+      q0      : out   std_ulogic
+    );
+  end component iddrx2f;
 
   component oddrx1f is
     generic (

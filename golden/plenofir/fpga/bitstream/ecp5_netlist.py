@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plenofir.fpga.bitstream.netlist_names import name_nets
+from plenofir.fpga.bitstream.netlist_names import keep_name, name_nets
 from plenofir.ground.errors import ToolError
 
 SLOW, FAST = "clk", "clk_x5"
@@ -18,6 +18,8 @@ _CLOCK_NETS = {
     FAST: ("pixel_clocks_of_both.pll", "CLKOS"),
     "control_clk": ("oscillator.pll", "CLKOP"),
     "own_clk": ("oscillator.pll", "CLKOS"),
+    # Of a camera's lanes.
+    "bits_clk": ("lanes.bits_clock", "CDIVX"),
 }
 PLL_WORDS = {
     "ICP_CURRENT": 12,
@@ -64,6 +66,7 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
         if other := {n for n, cell in cells.items() if cell["type"] == "EHXPLLL"} - named:
             raise ToolError(f"PLL {min(other)} is none of {', '.join(sorted(named))}")
         name_nets(module, _CLOCK_NETS)
+        keep_name(module, "byte_clk")
         for cell in cells.values():
             if cell["type"] == "EHXPLLL":
                 cell["attributes"].update({name: str(word) for name, word in PLL_WORDS.items()})

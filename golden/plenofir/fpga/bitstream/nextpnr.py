@@ -4,6 +4,7 @@
 import importlib.metadata
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,31 @@ def range_generics(clock_range: int) -> dict[str, int | bool | str]:
     return {"CLOCK_RANGE": clock_range, "OWN_DIVIDE": divide, **pattern}
 
 
+@dataclass(frozen=True)
+class CameraClocks:
+    """Clocks of a board with a camera, in MHz."""
+
+    lane_mhz: float  # the camera's clock lane, two bits a period
+    pixel_mhz: float  # of the screen
+
+    def wanted(self) -> dict[str, float]:
+        """What each clock must reach; two bits of a lane make the first, eight the last."""
+        return {
+            SLOW: self.pixel_mhz,
+            FAST: 5 * self.pixel_mhz,
+            "bits_clk": self.lane_mhz / 2,
+            "byte_clk": self.lane_mhz / 4,
+        }
+
+    def frequencies(self) -> str:
+        """Lines of the constraints; nextpnr derives what PLLs and dividers make of it."""
+        return (
+            f'FREQUENCY PORT "cam_hs_clk" {self.lane_mhz:.3f} MHZ;\n'
+            f'FREQUENCY NET "bits_clk" {self.lane_mhz / 2:.3f} MHZ;\n'
+            f'FREQUENCY NET "byte_clk" {self.lane_mhz / 4:.3f} MHZ;\n'
+        )
+
+
 def wanted_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
     """Clocks of a top level, and what each must reach for a fastest pixel clock, in MHz."""
     if not board.clock_ranges:
@@ -148,13 +174,11 @@ def _net(name: str) -> str:
     return name.removeprefix("$glbnet$").removesuffix("$TRELLIS_IO_IN")
 
 
-def read_timing(
-    content: Mapping[str, Any], board: Board, fastest_mhz: float
-) -> tuple[ClockTiming, ...]:
-    """Read what nextpnr's report says of each clock."""
+def read_timing(content: Mapping[str, Any], clocks: Mapping[str, float]) -> tuple[ClockTiming, ...]:
+    """Read what nextpnr's report says of each clock, beside what it must reach in MHz."""
     found = {_net(name): clock for name, clock in content["fmax"].items()}
     timing = []
-    for clock, wanted in wanted_clocks(board, fastest_mhz).items():
+    for clock, wanted in clocks.items():
         if clock not in found or abs(found[clock]["constraint"] / wanted - 1) > 0.01:
             was = f"{found[clock]['constraint']:.1f} MHz" if clock in found else "nothing"
             raise InputError(
@@ -211,15 +235,15 @@ def _tools() -> dict[str, str]:
     }
 
 
-def synthesise_board(board: Board, netlist: Path, device: str | None = None) -> None:
-    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a board's top.
+def synthesise_board(top: str, netlist: Path, device: str | None = None) -> None:
+    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a top level.
 
     With a device it is for this one alone.
     """
     run_yosys(
         [
-            f"read_verilog {board.top}.v",
-            f"synth_ecp5 -no-rw-check -top {board.top} -json {netlist.name}",
+            f"read_verilog {top}.v",
+            f"synth_ecp5 -no-rw-check -top {top} -json {netlist.name}",
         ],
         netlist.with_name("yosys.log"),
     )
@@ -237,6 +261,7 @@ def build(
     packages: Mapping[str, str] | None = None,
     *,
     beyond: bool = False,
+    camera: CameraClocks | None = None,
 ) -> NextpnrReport:
     """Build the bitstream of a board with an ECP5; the result is also in ``report.json``.
 
@@ -244,16 +269,21 @@ def build(
     `clock_range` one of the board's (0 for a board without HDMI), `packages` VHDL packages in
     place of the board's own (name to text). There is no bitstream if a tool fails, the device is
     too small, timing is not met, a PLL or a pin is configured otherwise than wanted, or lanes are
-    beyond the data sheet, unless `beyond` asks for it.
+    beyond the data sheet, unless `beyond` asks for it. With `camera` it is that of the board's top
+    level with a camera.
     """
     slowest, fastest = 0.0, 1000 * board.pixel_mhz
-    generics = dict(changed)
-    if board.clock_ranges:
+    generics, top, hdmi = dict(changed), board.top, bool(board.clock_ranges)
+    if camera is not None:
+        assert board.camera is not None
+        slowest = fastest = 1000 * camera.pixel_mhz
+        top, hdmi = board.camera.top, False
+    if hdmi:
         slowest, fastest = range_limits(clock_range)
         generics |= range_generics(clock_range)
     fastest_mhz = fastest / 1000
     sentences: tuple[str, ...] = ()
-    if board.clock_ranges:
+    if hdmi or camera is not None:
         limits = beyond_data_sheet(fastest_mhz)
         if limits.refused and not beyond:
             raise InputError(
@@ -267,19 +297,22 @@ def build(
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
     sources = hdl.with_packages(hdl.board_sources(board.name), packages or {}, work)
-    lpf = work / board.constraints.name
-    pins = board.constraints.read_text() if board.constraints.is_file() else ""
-    lpf.write_text(pins + frequencies(board, fastest_mhz))
+    constraints = board.constraints_of(top)
+    lpf = work / constraints.name
+    pins = constraints.read_text() if constraints.is_file() else ""
+    clocks = wanted_clocks(board, fastest_mhz) if camera is None else camera.wanted()
+    lines = frequencies(board, fastest_mhz) if camera is None else camera.frequencies()
+    lpf.write_text(pins + lines)
     anywhere = [] if pins else ["--lpf-allow-unconstrained"]
-    netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
-    config, bits = work / f"{board.top}.config", work / "plenofir.bit"
+    netlist, report = work / f"{top}.json", work / "nextpnr.json"
+    config, bits = work / f"{top}.config", work / "plenofir.bit"
 
     content: dict[str, Any] = {}
     timing: tuple[ClockTiming, ...] = ()
     crossings: tuple[CrossingTiming, ...] = ()
 
     def synthesise() -> None:
-        synthesise_board(board, netlist, device if board.clock_ranges else None)
+        synthesise_board(top, netlist, device if hdmi else None)
 
     log = work / "nextpnr.log"
 
@@ -296,14 +329,14 @@ def build(
             poll=lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(STEPS)),
         )
         content = json.loads(report.read_text())
-        timing = read_timing(content, board, fastest_mhz)
+        timing = read_timing(content, clocks)
         crossings = read_crossings(content, fastest_mhz)
         check_timing(timing, crossings, report)
 
     found: dict[str, Any] = {}
 
     def pack() -> None:
-        if board.clock_ranges:
+        if pins:
             messages = log.read_text(errors="replace")
             config.write_text(match_complements(config.read_text(), messages, pins))
             final = read_configuration(config.read_text())
@@ -315,7 +348,7 @@ def build(
 
     def analyse() -> None:
         write_verilog(
-            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
+            sources, top, generics, work, primitives=board.library, contents_in_files=True
         )
 
     steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
@@ -324,7 +357,7 @@ def build(
     result = NextpnrReport(
         board=board.name,
         device=device,
-        top=board.top,
+        top=top,
         generics=dict(generics),
         clocks_mhz=(round(slowest / 1000, 1), round(fastest / 1000, 1)),
         timing=timing,

@@ -97,7 +97,8 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
 def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     """Configuration of the refocuser that a complete set of generics means.
 
-    It has three channels of 8 bits, or a channel of PIXEL_BITS.
+    It has three channels of 8 bits, a channel of PIXEL_BITS, or, with several pixels a clock, of
+    10.
     """
     try:
         return _configuration(values)
@@ -128,10 +129,24 @@ def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
     return values
 
 
+def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
+    """Generics of a top level with a camera that mean a configuration of the refocuser.
+
+    Channels and bits stand in ``camera_pkg``. Refused is what `camera_refocuser` has not: several
+    rows at once, sharpening, normalised borders, other than centred outputs.
+    """
+    known, values = default_generics(top), core.generics()
+    plain = core.model_copy(update={"align": "centred", "sharpening": (), "border": "zero"})
+    if plain != core or core.parallel_rows != 1 or values.get("ANY_ROWS", False):
+        raise _no_such_refocuser(top)
+    pixels = {"PIXELS_PER_CLOCK": 1} if "PIXELS_PER_CLOCK" in known else {}
+    return {**pixels, **{name: value for name, value in values.items() if name in known}}
+
+
 def _no_such_refocuser(top: str) -> InputError:
     return InputError(
-        "has no such refocuser; it takes three channels of 8 bits, one row at once "
-        "and centred outputs",
+        "has no such refocuser; it takes three channels of 8 bits (a camera any), one row at once, "
+        "centred outputs, no sharpening and borders of zero",
         where=top,
     )
 
@@ -145,14 +160,16 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     engine = {"kind": values["ENGINE"]}
     if values["ENGINE"] == "fir":
         engine |= {"hold": values["HOLD"], "broadcast_taps": values["BROADCAST_TAPS"]}
+    elif (pixels := values.get("PIXELS_PER_CLOCK", 1)) != 1:
+        engine |= {"pixels_per_clock": pixels}
     return CoreConfiguration.model_validate(
         {
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
             "shifts": tuple(int(word) for word in str(values["SHIFTS"]).split()),
             "max_columns": values["MAX_COLUMNS"],
-            # A camera's parallel pixels are grey, of as many bits as it has.
-            "channels": 1 if "PIXEL_BITS" in values else 3,
-            "pixel_bits": values.get("PIXEL_BITS", 8),
+            # A camera's own pixels are grey, of as many bits as it has.
+            "channels": 1 if {"PIXEL_BITS", "PIXELS_PER_CLOCK"} & set(values) else 3,
+            "pixel_bits": values.get("PIXEL_BITS", 10 if "PIXELS_PER_CLOCK" in values else 8),
             "arithmetic": arithmetic,
             "order": values["INTERPOLATION_ORDER"],
             "engine": engine,

@@ -182,8 +182,8 @@ def write_verilog(
 ) -> Path:
     """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
-    The sources of a board instantiate primitives of a library: ``"unisim"``, ``"ecp5u"`` or
-    ``"gw2a"``. What large memories begin with is in the file, or in files beside it.
+    The sources of a board instantiate primitives of a library: ``"unisim"``, ``"ecp5u"``,
+    ``"gw2a"`` or ``"lifcl"``. What large memories begin with is in the file, or in files beside it.
     """
     environment = find_simulator("ghdl").environment
     verilog = directory / f"{top}.v"
@@ -235,6 +235,7 @@ _CELLS = {
     "unisim": ("xilinx/cells_xtra.v",),
     "ecp5u": ("ecp5/cells_bb.v",),
     "gw2a": ("gowin/cells_xtra_gw2a.v", "gowin/cells_sim.v"),
+    "lifcl": ("lattice/cells_bb_nexus.v",),
 }
 
 

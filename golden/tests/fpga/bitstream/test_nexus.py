@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bitstreams of boards with a camera: what is made of the tools' results, pins, refusals."""
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from in_process import plenofir
+
+from plenofir.fpga.bitstream import nextpnr, nexus
+from plenofir.fpga.bitstream.top_level import top_source
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.hdl_text import declarations
+from plenofir.ground.errors import InputError, ToolError
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.configure import configure, scene_generics
+
+BOARD = BOARDS["lifcl40"]
+CELLS = ("OXIDE_COMB", "OXIDE_FF", "OXIDE_EBR", "MULT18_CORE", "DPHY_CORE", "SEIO33_CORE")
+WANTED = {"clk": 120.4, "byte_clk": 114.0}
+
+
+def report(clk: float = 130.0, byte_clk: float = 120.0) -> dict[str, Any]:
+    """What nextpnr reports."""
+    return {
+        "fmax": {
+            "clk": {"constraint": 120.4, "achieved": clk},
+            "byte_clk": {"constraint": 120.4, "achieved": byte_clk},
+        },
+        "utilization": {name: {"used": 7, "available": 100} for name in CELLS},
+    }
+
+
+@pytest.fixture
+def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Stand-ins for the tools; ``fails`` names one that does."""
+    content: dict[str, Any] = {"report": report(), "fails": ""}
+
+    def run_tool(command: Sequence[str], log: Path, **_: object) -> None:
+        name = Path(command[0]).name
+        if content["fails"] and content["fails"] in name:
+            raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
+        if "nextpnr" in name:
+            (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
+        else:
+            (log.parent / "plenofir.bit").write_bytes(b"bits")
+
+    monkeypatch.setattr(nexus, "run_tool", run_tool)
+    monkeypatch.setattr(nexus, "synthesise_board", lambda *_: None)
+    monkeypatch.setattr(nexus, "prepare_netlist", lambda *_: None)
+    monkeypatch.setattr(nexus, "write_verilog", lambda *_, **__: None)
+    monkeypatch.setattr(nexus, "_tools", lambda: {"nextpnr": "1"})
+    return content
+
+
+def build(out: Path) -> None:
+    generics = {"MICRO_IMAGE_SIZE": 5}
+    nexus.build(BOARD, "lifcl-40", generics, WANTED, out, lambda *_: None, {"a_pkg": "text"})
+
+
+def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
+    build(tmp_path)
+    assert (tmp_path / "plenofir.bit").read_bytes() == b"bits"
+    content = json.loads((tmp_path / "report.json").read_text())
+    assert content["timing"][1] == {"clock": "byte_clk", "wanted_mhz": 114.0, "reached_mhz": 120.0}
+    assert content["utilisation"]["D-PHY"] == [7, 100]
+    assert content["utilisation"]["pins"] == [7, 100]
+    assert (tmp_path / "work" / "a_pkg.vhd").read_text() == "text"
+
+
+@pytest.mark.parametrize(
+    ("changed", "fails", "message"),
+    [
+        ({"byte_clk": 113.0}, "", "timing is not met: byte_clk reaches 113 of 114 MHz"),
+        ({"clk": 120.0}, "", "timing is not met: clk reaches 120 of 120.4 MHz"),
+        ({}, "nextpnr", "nextpnr failed: ERROR: Unable to place cell"),
+        ({}, "prjoxide", "prjoxide failed"),
+    ],
+)
+def test_refused_builds_leave_no_bitstream(
+    tools: dict[str, Any], tmp_path: Path, changed: dict[str, float], fails: str, message: str
+) -> None:
+    build(tmp_path)
+    tools.update(report=report(**changed), fails=fails)
+    with pytest.raises(InputError, match=message):
+        build(tmp_path)
+    assert not (tmp_path / "plenofir.bit").exists()
+    assert not (tmp_path / "report.json").exists()
+
+
+def test_each_port_has_one_pin_of_its_own() -> None:
+    text = BOARD.constraints.read_text()
+    located = re.findall(r"^ldc_set_location -site \{(\w+)\} \[get_ports (\S+)\]$", text, re.M)
+    typed = re.findall(r"^ldc_set_port -iobuf \{IO_TYPE=.*\} \[get_ports (\S+)\]$", text, re.M)
+    wanted = set()
+    for port in declarations(top_source(BOARD.top).read_text(), "port"):
+        # The D-PHY's pads have no place to choose.
+        if re.fullmatch(r"cam_(clk|data)_[pn]", port.name):
+            continue
+        high = re.search(r"\((\d+) downto 0\)", port.type_name)
+        bits = [f"[{i}]" for i in range(int(high[1]) + 1)] if high else [""]
+        wanted |= {port.name + bit for bit in bits}
+    assert {name for _, name in located} == set(typed) == wanted
+    assert len({site for site, _ in located}) == len(located) == len(wanted)
+
+
+def test_clocks_and_site_in_a_netlist(tmp_path: Path) -> None:
+    cells: dict[str, Any] = {
+        "oscillator": {"type": "OSCA", "connections": {"HFCLKOUT": [2]}, "attributes": {}},
+        "lanes.block_itself": {"type": "DPHY", "connections": {"URWDCKHS": [3]}, "attributes": {}},
+    }
+    names = {"a.clk": {"bits": [2]}, "clk": {"bits": [2]}, "b": {"bits": [3]}}
+    file = tmp_path / "netlist.json"
+    file.write_text(json.dumps({"modules": {"top": {"cells": cells, "netnames": names}}}))
+    nexus.prepare_netlist(file)
+    top = json.loads(file.read_text())["modules"]["top"]
+    assert {name: net["bits"] for name, net in top["netnames"].items()} == {
+        "clk": [2],
+        "byte_clk": [3],
+    }
+    assert top["cells"]["lanes.block_itself"]["attributes"] == {"LOC": "TDPHY_CORE2"}
+    del cells["lanes.block_itself"]
+    file.write_text(json.dumps({"modules": {"top": {"cells": cells, "netnames": names}}}))
+    with pytest.raises(ToolError, match="0 D-PHYs"):
+        nexus.prepare_netlist(file)
+
+
+@pytest.mark.parametrize("name", ["lifcl40", "ulx3s-csi"])
+def test_shipped_scenes_with_a_camera(name: str, tmp_path: Path) -> None:
+    plan = make_plan(load_scene(name))
+    assert plan.camera is not None
+    assert plan.sensor is not None
+    board = BOARDS["lifcl40" if name == "lifcl40" else "ulx3s"]
+    assert board.camera is not None
+    assert plan.camera.lane_mbits <= board.camera.lane_mbits
+    # A line of the sensor lasts as long as it takes the core, its blanking included.
+    assert plan.camera.clock_mhz <= plan.camera.wanted_mhz
+    sources = {path.name for path in configure(plan, tmp_path)}
+    top = (tmp_path / f"{board.camera.top}.vhd").read_text()
+    shifts = scene_generics(plan)["SHIFTS"]
+    assert {"camera_pkg.vhd", "sensor_pkg.vhd", "csi_receiver.vhd"} <= sources
+    assert re.search(rf'SHIFTS +: string +:= "{shifts}"', top)
+    assert "constant CAMERA_LANES    : natural := 2;" in (tmp_path / "camera_pkg.vhd").read_text()
+
+
+def test_camera_of_the_ulx3s_has_the_times_of_its_screen() -> None:
+    plan = make_plan(load_scene("ulx3s-csi"))
+    assert plan.camera is not None
+    written = dict(plan.camera.board.registers)
+    line = (written[0x0162] << 8 | written[0x0163]) / 182.4
+    frame = written[0x0160] << 8 | written[0x0161]
+    # 800 pixels at 25 MHz, within 100 ppm; as many lines as the mode has.
+    assert abs(line / 32 - 1) < 1e-4
+    assert frame == 525
+    assert (written[0x030C] << 8 | written[0x030D]) * 8 == plan.camera.lane_mbits == 456
+
+
+def test_build_of_a_board_with_a_camera_by_nextpnr() -> None:
+    clocks = nextpnr.CameraClocks(228, 25)
+    assert clocks.wanted() == {"clk": 25, "clk_x5": 125, "bits_clk": 114, "byte_clk": 57}
+    assert 'FREQUENCY PORT "cam_hs_clk" 228.000 MHZ;' in clocks.frequencies()
+
+
+SCENE = Path(BOARD.constraints.parents[1] / "scenes" / "lifcl40.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("columns = 640\nrows = 480", "columns = 1640\nrows = 1232", "too small: it needs"),
+        ("columns = 640", "columns = 650", "has no mode of 650 x 480"),
+        ('input = "csi"', 'input = "frames"', "need each other"),
+        ('device = "lifcl-40"', 'device = "gw2ar-18"', "needs build.device of a board with a cam"),
+        ("rate_hz = 30.0", "rate_hz = 200.0", "is not possible; use"),
+        ('path = "camera"', 'path = "camera"\nborder = "normalise"', "needs path = 'core'"),
+    ],
+)
+def test_scenes_that_no_board_has_are_refused(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    text = SCENE.read_text()
+    assert old in text
+    file = tmp_path / "scene.toml"
+    file.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        make_plan(load_scene(file))
+
+
+def test_the_ulx3s_shows_one_size(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    text = SCENE.read_text().replace("lifcl-40", "lfe5u-85f").replace("bits = 10", "bits = 8")
+    text = text.replace('mosaic = "rggb"\n', "")
+    file.write_text(text.replace("= 640", "= 1640").replace("= 480", "= 1232"))
+    with pytest.raises(InputError, match="use 640 x 480"):
+        make_plan(load_scene(file))
+
+
+def test_a_core_that_is_too_large_is_refused(tmp_path: Path) -> None:
+    arguments = ("--board", "lifcl40", "-M", "15", "-a", "1", "--out", str(tmp_path / "out"))
+    done = plenofir("bitstream", "build", *arguments, "--max-columns", "4096")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "the LIFCL-40 is too small" in done.stderr

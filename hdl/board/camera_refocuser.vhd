@@ -1,0 +1,401 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A camera on one chip, with nothing of a family in it: lanes of a D-PHY in, refocused frames out.
+--
+-- The sensor is set up over I2C, its CSI-2 received, mosaic and lenses made a raster of micro images (if sensor_pkg has
+-- a sensor; else frames are that raster, grey), which is refocused. What the lanes bring stands in camera_pkg. The
+-- lenses' calibration is built in (sensor_pkg) or comes over the serial port, as into a board with HDMI. Without one
+-- no frame comes out.
+--
+-- Nothing stores a frame. The camera does not wait; what stands behind the output may, as long as the ring of raw lines
+-- and the buffers last.
+--
+-- Latency: see csi_receiver, sensor_raster, raster_refocuser. Throughput: one raw pixel each clock of clk, or
+--   PIXELS_PER_CLOCK without a sensor in sensor_pkg.
+-- Equation: out frame = refocus(raster(raw frame)).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.camera_pkg.all;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+use work.sensor_pkg.all;
+
+entity camera_refocuser is
+  generic (
+    -- M, the slices, and how they are computed; see raster_refocuser.
+    MICRO_IMAGE_SIZE    : positive range 1 to 128;
+    SHIFTS              : string;
+    INTERPOLATION_ORDER : natural range 0 to 3;
+    HOLD                : boolean;
+    EXACT               : boolean;
+    FRACTION_BITS       : natural range 0 to 12;
+    GUARD_BITS          : natural range 0 to 12;
+    BROADCAST_TAPS      : natural;
+    ENGINE              : string;
+    -- Without a sensor in sensor_pkg: size of the frames, and neighbouring pixels that come together.
+    MAX_COLUMNS      : positive range 2 to 8192;
+    ROWS             : positive range 1 to 65535;
+    PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
+    -- Of clk in kHz, for I2C and the serial port.
+    CLOCK_KHZ : positive range 2000 to 500000;
+    -- Clocks in a millisecond and in a bit of the serial port; 0: those of CLOCK_KHZ. A simulation shortens them.
+    MILLISECOND : natural := 0;
+    BIT_TIME    : natural := 0
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Of a D-PHY, as csi_receiver takes them.
+    byte_clk   : in    std_logic;
+    lane_valid : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
+    lane_sync  : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
+    lane_data  : in    std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+    -- The sensor's registers: levels of its lines, and pulled low.
+    scl     : in    std_logic;
+    sda     : in    std_logic;
+    scl_low : out   std_logic;
+    sda_low : out   std_logic;
+    -- Serial port for calibrations, see load_port.
+    uart_rx : in    std_logic;
+    uart_tx : out   std_logic;
+    -- See slice_select.
+    slice : in    std_logic_vector(7 downto 0);
+    -- Refocused frames, AXI4-Stream video, and their size.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    frame_columns : out   std_logic_vector(15 downto 0);
+    frame_rows    : out   std_logic_vector(15 downto 0);
+    -- Lines of the raw frame that have come whole.
+    raw_lines : out   std_logic_vector(15 downto 0);
+    -- 0 the sensor is set up, 1 it could not be, 2 changes with each raw frame; since the reset: 3 any fault of the
+    -- lanes, 4 of the raster or the core.
+    state : out   std_logic_vector(4 downto 0)
+  );
+end entity camera_refocuser;
+
+architecture rtl of camera_refocuser is
+
+  constant MS         : positive := choose(MILLISECOND = 0, CLOCK_KHZ, MILLISECOND);
+  constant BIT_CLOCKS : positive := choose(BIT_TIME = 0, CLOCK_KHZ * 10 / 1152, BIT_TIME);
+  -- A quarter of a bit of 100 kHz, at least what a level takes to come in.
+  constant QUARTER    : positive := larger(MS / 400, 4);
+  constant COUNT_BITS : positive := 4;
+
+  constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS);
+  constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
+  constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
+
+  constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_COLUMNS, 16));
+  constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_ROWS, 16));
+
+  constant NO_FAULTS : std_logic_vector(8 * COUNT_BITS - 1 downto 0) := (others => '0');
+
+  -- The sensor's registers.
+  signal begun      : std_logic := '0';
+  signal start      : std_logic := '0';
+  signal setup_busy : std_logic;
+  signal setup_done : std_logic;
+
+  signal raw_tvalid   : std_logic;
+  signal raw_tready   : std_logic;
+  signal raw_tdata    : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
+  signal raw_tuser    : std_logic_vector(0 downto 0);
+  signal raw_tlast    : std_logic;
+  signal lane_faults  : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+  signal lens_tvalid  : std_logic;
+  signal lens_tready  : std_logic;
+  signal lens_tdata   : std_logic_vector(PIXELS * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
+  signal lens_tuser   : std_logic_vector(0 downto 0);
+  signal lens_tlast   : std_logic;
+  signal lens_columns : std_logic_vector(15 downto 0);
+  signal lens_rows    : std_logic_vector(15 downto 0);
+  signal lens_flags   : std_logic_vector(5 downto 0);
+  signal core_flags   : std_logic_vector(4 downto 0);
+  signal lines        : unsigned(15 downto 0) := (others => '0');
+  signal frame_toggle : std_logic             := '0';
+
+begin
+
+  frame_columns <= lens_columns;
+  frame_rows    <= lens_rows;
+  raw_lines     <= std_logic_vector(lines);
+
+  set_up : entity work.sensor_setup
+    generic map (
+      REGISTERS   => SENSOR_REGISTERS,
+      DEVICE      => SENSOR_ADDRESS,
+      QUARTER     => QUARTER,
+      STRETCH     => 30 * MS,
+      MILLISECOND => MS
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      scl     => scl,
+      sda     => sda,
+      scl_low => scl_low,
+      sda_low => sda_low,
+      start   => start,
+      busy    => setup_busy,
+      done    => setup_done,
+      fault   => open,
+      entry   => open,
+      retried => open
+    );
+
+  receiver : entity work.csi_receiver
+    generic map (
+      LANES            => CAMERA_LANES,
+      PIXEL_BITS       => RAW_BITS,
+      PIXELS_PER_CLOCK => PIXELS,
+      BUFFER_BITS      => BUFFER_BITS,
+      COUNT_BITS       => COUNT_BITS
+    )
+    port map (
+      byte_clk        => byte_clk,
+      lane_valid      => lane_valid,
+      lane_sync       => lane_sync,
+      lane_data       => lane_data,
+      clk             => clk,
+      reset           => reset,
+      virtual_channel => "00",
+      columns         => COLUMNS_PORT,
+      rows            => ROWS_PORT,
+      m_axis_tvalid   => raw_tvalid,
+      m_axis_tready   => raw_tready,
+      m_axis_tdata    => raw_tdata,
+      m_axis_tuser    => raw_tuser,
+      m_axis_tlast    => raw_tlast,
+      fault_counts    => lane_faults,
+      fault_clear     => reset
+    );
+
+  direct : if not WITH_SENSOR generate
+    uart_tx      <= '1';
+    lens_tvalid  <= raw_tvalid;
+    raw_tready   <= lens_tready;
+    lens_tdata   <= raw_tdata;
+    lens_tuser   <= raw_tuser;
+    lens_tlast   <= raw_tlast;
+    lens_columns <= COLUMNS_PORT;
+    lens_rows    <= ROWS_PORT;
+    lens_flags   <= (others => '0');
+  end generate direct;
+
+  sensor : if WITH_SENSOR generate
+
+    constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
+
+    signal rx_valid  : std_logic;
+    signal rx_data   : std_logic_vector(7 downto 0);
+    signal tx_valid  : std_logic;
+    signal tx_ready  : std_logic;
+    signal tx_data   : std_logic_vector(7 downto 0);
+    signal word_busy : std_logic;
+    signal written   : std_logic;
+    signal word      : load_word_t;
+    signal came      : load_word_t;
+    signal toggle    : std_logic;
+    signal seen      : std_logic := '0';
+    signal load      : load_t;
+
+  begin
+
+    load <= to_load(seen xor toggle, came);
+
+    follow_words : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        seen <= toggle;
+      end if;
+
+    end process follow_words;
+
+    take_characters : entity work.uart_receiver
+      generic map (
+        BIT_CLOCKS => BIT_CLOCKS
+      )
+      port map (
+        clk   => clk,
+        reset => reset,
+        line  => uart_rx,
+        data  => rx_data,
+        valid => rx_valid
+      );
+
+    give_characters : entity work.uart_transmitter
+      generic map (
+        BIT_CLOCKS => BIT_CLOCKS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        s_axis_tvalid => tx_valid,
+        s_axis_tready => tx_ready,
+        s_axis_tdata  => tx_data,
+        line          => uart_tx
+      );
+
+    calibrations : entity work.load_port
+      generic map (
+        DESCRIPTION => RESAMPLER
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        in_valid      => rx_valid,
+        in_data       => rx_data,
+        other_valid   => open,
+        other_data    => open,
+        s_axis_tvalid => '0',
+        s_axis_tready => open,
+        s_axis_tdata  => x"00",
+        m_axis_tvalid => tx_valid,
+        m_axis_tready => tx_ready,
+        m_axis_tdata  => tx_data,
+        busy          => word_busy,
+        load_write    => written,
+        load_kind     => word(61 downto 60),
+        load_address  => word(59 downto 40),
+        load_data     => word(39 downto 0)
+      );
+
+    -- Both sides have one clock here; what it does besides is to begin with the calibration that is built in.
+    built_in_first : entity work.load_crossing
+      port map (
+        clk         => clk,
+        reset       => reset,
+        port_write  => written,
+        port_word   => word,
+        port_busy   => word_busy,
+        seen        => seen,
+        pixel_clk   => clk,
+        load_word   => came,
+        load_toggle => toggle
+      );
+
+    raster : entity work.sensor_raster
+      generic map (
+        MOSAIC           => MOSAIC,
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        HEXAGONAL        => HEXAGONAL,
+        MAX_COLUMNS      => SENSOR_COLUMNS,
+        LINES            => RING_LINES,
+        LENSES           => LENSES,
+        MOVES            => MOVES,
+        GAINS            => GAINS,
+        CHANNELS         => CAMERA_CHANNELS,
+        PIXEL_BITS       => RAW_BITS
+      )
+      port map (
+        clk            => clk,
+        reset          => reset,
+        columns        => COLUMNS_PORT,
+        rows           => ROWS_PORT,
+        red_place      => RED,
+        load_write     => load.write,
+        load_kind      => load.kind,
+        load_address   => load.address,
+        load_data      => load.data,
+        s_axis_tvalid  => raw_tvalid,
+        s_axis_tready  => raw_tready,
+        s_axis_tdata   => raw_tdata,
+        s_axis_tuser   => raw_tuser,
+        s_axis_tlast   => raw_tlast,
+        m_axis_tvalid  => lens_tvalid,
+        m_axis_tready  => lens_tready,
+        m_axis_tdata   => lens_tdata,
+        m_axis_tuser   => lens_tuser,
+        m_axis_tlast   => lens_tlast,
+        raster_columns => lens_columns,
+        raster_rows    => lens_rows,
+        error_flags    => lens_flags,
+        error_clear    => '0'
+      );
+
+  end generate sensor;
+
+  refocuser : entity work.raster_refocuser
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      PIXELS_PER_CLOCK    => PIXELS,
+      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+      CHANNELS            => CAMERA_CHANNELS,
+      PIXEL_BITS          => RAW_BITS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      ENGINE              => ENGINE,
+      BROADCAST_TAPS      => BROADCAST_TAPS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => lens_columns,
+      rows          => lens_rows,
+      slice         => slice,
+      sweep         => '0',
+      sweep_frames  => x"00",
+      s_axis_tvalid => lens_tvalid,
+      s_axis_tready => lens_tready,
+      s_axis_tdata  => lens_tdata,
+      s_axis_tuser  => lens_tuser,
+      s_axis_tlast  => lens_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => open,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => core_flags,
+      error_clear   => '0'
+    );
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- Once behind each reset; a sensor that does not answer is asked again when the board is reset.
+      start <= not begun;
+      begun <= '1';
+
+      if raw_tvalid = '1' and raw_tready = '1' then
+        if raw_tuser(0) = '1' then
+          lines        <= (others => '0');
+          frame_toggle <= not frame_toggle;
+        elsif raw_tlast = '1' then
+          lines <= lines + 1;
+        end if;
+      end if;
+
+      state(0) <= setup_done;
+      state(1) <= begun and not start and not setup_busy and not setup_done;
+      state(2) <= frame_toggle;
+      if lane_faults /= NO_FAULTS then
+        state(3) <= '1';
+      end if;
+      if lens_flags /= "000000" or core_flags /= "00000" then
+        state(4) <= '1';
+      end if;
+
+      if reset = '1' then
+        begun <= '0';
+        start <= '0';
+        state <= (others => '0');
+        lines <= (others => '0');
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;

@@ -1,0 +1,367 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A camera's lanes into CrossLink-NX: its hard D-PHY as receiver, and what makes csi_receiver's lanes of it.
+--
+-- The block follows the lines from low power to high speed, waits until they have settled, finds the sync sequence and
+-- aligns the bytes. It tells a sync a clock ahead of the first byte behind it, as a public design has it that received
+-- a camera with this block (gatecat/litex-nexus-mipi), from which these parameters are, too; the times to settle are
+-- those that Lattice's own receiver takes (115 and 150 ns; the standard has 85 ns + 6 bits to 145 ns + 10 bits for
+-- data). Its pads have no place to choose. Lattice gives a lane 2.5 Gb/s (FPGA-DS-02049); the byte clock, an eighth
+-- of that, is what limits: see docs/resampling.md.
+--
+-- Latency: that of the block and 2 clocks of byte_clk. Throughput: a byte of each lane each clock of byte_clk.
+-- Equation: as dphy_lane.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library lifcl;
+use lifcl.components.all;
+
+library work;
+use work.math_pkg.all;
+
+entity dphy_input is
+  generic (
+    -- 1, 2 or 4.
+    LANES : positive range 1 to 4;
+    -- Of sync_clk.
+    SYNC_MHZ : positive range 20 to 400;
+    -- Whether the camera's clock lane goes on between bursts.
+    CONTINUOUS : boolean := false
+  );
+  port (
+    -- Pads of the block; lanes from LANES on are of no account.
+    clk_p  : inout std_logic;
+    clk_n  : inout std_logic;
+    data_p : inout std_logic_vector(3 downto 0);
+    data_n : inout std_logic_vector(3 downto 0);
+    -- Any clock that runs, by which times are counted, and a reset of the block.
+    sync_clk : in    std_logic;
+    reset    : in    std_logic;
+    -- As csi_receiver takes them.
+    byte_clk   : out   std_logic;
+    lane_valid : out   std_logic_vector(LANES - 1 downto 0);
+    lane_sync  : out   std_logic_vector(LANES - 1 downto 0);
+    lane_data  : out   std_logic_vector(8 * LANES - 1 downto 0)
+  );
+end entity dphy_input;
+
+architecture rtl of dphy_input is
+
+  constant TAKES_LANES : boolean := takes(LANES /= 3, "dphy_input: LANES is 3, expected 1, 2 or 4");
+
+  constant DATA_SETTLE_NS  : positive := 115;
+  constant CLOCK_SETTLE_NS : positive := 150;
+
+  type words_t is array (0 to 3) of std_logic_vector(15 downto 0);
+
+  type marks_t is array (0 to 3) of std_logic_vector(3 downto 0);
+
+  -- Names that the block's parameters have.
+
+  function lanes_text return string is
+  begin
+
+    if LANES = 1 then
+      return "ONE_LANE";
+    elsif LANES = 2 then
+      return "TWO_LANES";
+    end if;
+
+    return "FOUR_LANES";
+
+  end function lanes_text;
+
+  function clock_text return string is
+  begin
+
+    if CONTINUOUS then
+      return "ENABLED";
+    end if;
+
+    return "DISABLED";
+
+  end function clock_text;
+
+  function settle_clocks (
+    megahertz   : positive;
+    nanoseconds : positive
+  ) return natural is
+  begin
+
+    return (megahertz * nanoseconds + 500) / 1000;
+
+  end function settle_clocks;
+
+  function six_bits (
+    value : natural
+  ) return string is
+
+    variable text : string(1 to 8) := "0b000000";
+    variable left : natural;
+
+  begin
+
+    left := value;
+
+    for i in 8 downto 3 loop
+
+      if left mod 2 = 1 then
+        text(i) := '1';
+      end if;
+
+      left := left / 2;
+
+    end loop;
+
+    return text;
+
+  end function six_bits;
+
+  signal clk        : std_logic;
+  signal enable     : std_logic;
+  signal escape_clk : std_logic := '0';
+  signal words      : words_t;
+  signal marks      : marks_t;
+  signal active     : std_logic_vector(3 downto 0);
+  signal stopped    : std_logic_vector(3 downto 0);
+  signal at_rest    : std_logic_vector(3 downto 0);
+  -- A sync was told, so the first byte comes; bytes come.
+  signal begins : std_logic_vector(3 downto 0) := "0000";
+  signal burst  : std_logic_vector(3 downto 0) := "0000";
+
+begin
+
+  byte_clk <= clk;
+  enable   <= not reset;
+
+  -- The block wants a clock for escape sequences though it sends none.
+  divide : process (sync_clk) is
+  begin
+
+    if rising_edge(sync_clk) then
+      escape_clk <= not escape_clk;
+    end if;
+
+  end process divide;
+
+  block_itself : component dphy
+    generic map (
+      GSR                => "ENABLED",
+      AUTO_PD_EN         => "POWERED_UP",
+      CFG_NUM_LANES      => lanes_text,
+      CM                 => "0b00000000",
+      CN                 => "0b00000",
+      CO                 => "0b000",
+      CONT_CLK_MODE      => clock_text,
+      DESKEW_EN          => "DISABLED",
+      DSI_CSI            => "CSI2_APP",
+      EN_CIL             => "CIL_ENABLED",
+      HSEL               => "DISABLED",
+      LANE0_SEL          => "LANE_0",
+      LOCK_BYP           => "GATE_TXBYTECLKHS",
+      MASTER_SLAVE       => "SLAVE",
+      PLLCLKBYPASS       => "BYPASSED",
+      RSEL               => "0b00",
+      RXCDRP             => "0b01",
+      RXDATAWIDTHHS      => "0b00",
+      RXLPRP             => "0b001",
+      TEST_ENBL          => "0b000000",
+      TEST_PATTERN       => "0b00000000000000000000000000000000",
+      TST                => "0b0000",
+      TXDATAWIDTHHS      => "0b00",
+      U_PRG_HS_PREPARE   => "0b00",
+      U_PRG_HS_TRAIL     => "0b000000",
+      U_PRG_HS_ZERO      => "0b000000",
+      U_PRG_RXHS_SETTLE  => six_bits(settle_clocks(SYNC_MHZ, DATA_SETTLE_NS)),
+      UC_PRG_RXHS_SETTLE => six_bits(settle_clocks(SYNC_MHZ, CLOCK_SETTLE_NS))
+    )
+    port map (
+      lmmiclk     => '0',
+      lmmireset_n => '1',
+      lmmirequest => '0',
+      lmmiwrrd_n  => '0',
+      lmmioffset  => (others => '0'),
+      lmmiwdata   => (others => '0'),
+      bitckext    => '1',
+      ckn         => clk_n,
+      ckp         => clk_p,
+      clkref      => '1',
+      dn0         => data_n(0),
+      dn1         => data_n(1),
+      dn2         => data_n(2),
+      dn3         => data_n(3),
+      dp0         => data_p(0),
+      dp1         => data_p(1),
+      dp2         => data_p(2),
+      dp3         => data_p(3),
+      pddphy      => reset,
+      pdpll       => '1',
+      scclkin     => '1',
+      ued0then    => enable,
+      ufrxmode    => '0',
+      utxmdtx     => '0',
+      urxacths    => active(0),
+      urxckine    => sync_clk,
+      urxdhs      => words(0),
+      urxshs      => marks(0),
+      usstt       => stopped(0),
+      utdis       => '0',
+      utxcke      => escape_clk,
+      ude0d0tn    => '0',
+      ude1d1tn    => '0',
+      ude2d2tn    => '0',
+      ude3d3tn    => '0',
+      ude4cktn    => '0',
+      ude5d0rn    => '0',
+      ude6d1rn    => '0',
+      ude7d2rn    => '0',
+      utxdhs      => x"FFFFFFFF",
+      utxener     => '0',
+      utxrd0en    => '0',
+      utrd0sen    => '0',
+      utxskd0n    => '0',
+      utxtge0     => '0',
+      utxtge1     => '0',
+      utxtge2     => '0',
+      utxtge3     => '0',
+      utxulpse    => '0',
+      utxupsex    => '0',
+      utxvde      => '0',
+      utxwvdhs    => (others => '0'),
+      u1enthen    => enable,
+      u1frxmd     => '0',
+      u1ftxst     => '0',
+      u1rxaths    => active(1),
+      u1rxdhs     => words(1),
+      u1rxshs     => marks(1),
+      u1sstt      => stopped(1),
+      u1tdis      => '0',
+      u1treq      => '0',
+      u1tde0d3    => '0',
+      u1tde1ck    => '0',
+      u1tde2d0    => '0',
+      u1tde3d1    => '0',
+      u1tde4d2    => '0',
+      u1tde5d3    => '0',
+      u1tde6      => '0',
+      u1tde7      => '0',
+      u1txdhs     => x"FFFFFFFF",
+      u1txlpd     => '0',
+      u1txreq     => '0',
+      u1txreqh    => '0',
+      u1txsk      => '0',
+      u1txtge0    => '0',
+      u1txtge1    => '0',
+      u1txtge2    => '0',
+      u1txtge3    => '0',
+      u1txupse    => '0',
+      u1txupsx    => '0',
+      u1txvde     => '0',
+      u1txwvhs    => (others => '0'),
+      u2end2      => enable,
+      u2frxmd     => '0',
+      u2ftxst     => '0',
+      u2rxachs    => active(2),
+      u2rxdhs     => words(2),
+      u2rxshs     => marks(2),
+      u2sstt      => stopped(2),
+      u2tdis      => '0',
+      u2treq      => '0',
+      u2tde0d0    => '0',
+      u2tde1d1    => '0',
+      u2tde2d2    => '0',
+      u2tde3d3    => '0',
+      u2tde4ck    => '0',
+      u2tde5d0    => '0',
+      u2tde6d1    => '0',
+      u2tde7d2    => '0',
+      u2txdhs     => x"FFFFFFFF",
+      u2tpdte     => '0',
+      u2txreq     => '0',
+      u2txreqh    => '0',
+      u2txskc     => '0',
+      u2txtge0    => '0',
+      u2txtge1    => '0',
+      u2txtge2    => '0',
+      u2txtge3    => '0',
+      u2txupse    => '0',
+      u2txupsx    => '0',
+      u2txvde     => '0',
+      u2txwvhs    => (others => '0'),
+      u3end3      => enable,
+      u3frxmd     => '0',
+      u3ftxst     => '0',
+      u3rxaths    => active(3),
+      u3rxdhs     => words(3),
+      u3rxshs     => marks(3),
+      u3sstt      => stopped(3),
+      u3tdisd2    => '0',
+      u3treqd2    => '0',
+      u3tde0d3    => '0',
+      u3tde1d0    => '0',
+      u3tde2d1    => '0',
+      u3tde3d2    => '0',
+      u3tde4d3    => '0',
+      u3tde5ck    => '0',
+      u3tde6      => '0',
+      u3tde7      => '0',
+      u3txdhs     => x"FFFFFFFF",
+      u3txlpdt    => '0',
+      u3txreq     => '0',
+      u3txreqh    => '0',
+      u3txskc     => '0',
+      u3txtge0    => '0',
+      u3txtge1    => '0',
+      u3txtge2    => '0',
+      u3txtge3    => '0',
+      u3txulps    => '0',
+      u3txupsx    => '0',
+      u3txvd3     => '0',
+      u3txwvhs    => (others => '0'),
+      ucenck      => enable,
+      uctxreqh    => '0',
+      uctxupsc    => '0',
+      uctxupsx    => '0',
+      ltsten      => '0',
+      ltstlane    => (others => '0'),
+      urwdckhs    => clk,
+      utrnreq     => '0'
+    );
+
+  take_rest : entity work.synchroniser
+    generic map (
+      WIDTH => 4
+    )
+    port map (
+      clk         => clk,
+      level       => stopped,
+      synchronous => at_rest
+    );
+
+  take : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+
+      for i in 0 to LANES - 1 loop
+
+        begins(i)     <= to_logic(marks(i) /= "0000");
+        lane_valid(i) <= begins(i) or burst(i);
+        lane_sync(i)  <= begins(i);
+
+        lane_data(8 * i + 7 downto 8 * i) <= words(i)(7 downto 0);
+
+        burst(i) <= begins(i) or burst(i);
+        if active(i) = '0' or at_rest(i) = '1' then
+          burst(i)      <= '0';
+          lane_valid(i) <= '0';
+        end if;
+
+      end loop;
+
+    end if;
+
+  end process take;
+
+end architecture rtl;

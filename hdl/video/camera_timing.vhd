@@ -1,0 +1,99 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Timing of a screen that waits for a camera's frames: lines are those of a video mode, always; frames have as many
+-- blank lines as the camera takes longer or shorter.
+--
+-- A camera's clock is its own, so its frames are a little longer or shorter than those of a mode. A frame begins with
+-- the first whole line behind `due`, or behind a frame without one, LATE_LINES later than the mode has it. So the
+-- screen's horizontal timing never changes, its vertical blanking by a line now and then, and without a camera it goes
+-- on. A frame is never shorter than to the end of its vertical sync.
+--
+-- Latency: up to a line from due to the frame. Throughput: one place each clock.
+-- Equation: frame n begins at the first end of a line with due since frame n - 1 began.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.video_pkg.all;
+
+entity camera_timing is
+  generic (
+    -- Lines by which a frame may be late.
+    LATE_LINES : positive range 1 to 255 := 16
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The mode; stable.
+    timing : in    timing_t;
+    -- The camera's frame has come as far as the screen's may begin, for a clock.
+    due : in    std_logic;
+    -- As stream_to_video takes it.
+    following : out   following_t
+  );
+end entity camera_timing;
+
+architecture rtl of camera_timing is
+
+  signal longest : timing_t;
+  signal place   : raster_t;
+  signal begun   : std_logic := '0';
+  signal waiting : std_logic := '0';
+  signal over    : std_logic := '0';
+  signal start   : std_logic;
+
+begin
+
+  allow_lines : process (timing) is
+  begin
+
+    longest             <= timing;
+    longest.frame_lines <= timing.frame_lines + LATE_LINES;
+
+  end process allow_lines;
+
+  raster : entity work.raster_generator
+    port map (
+      clk    => clk,
+      reset  => reset,
+      timing => longest,
+      start  => start,
+      raster => place
+    );
+
+  following.timing  <= longest;
+  following.column  <= place.column;
+  following.row     <= place.row;
+  following.running <= place.running;
+
+  start <= not begun or (waiting and over and to_logic(place.column = timing.line_length - 1));
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      begun <= '1';
+      -- Decided a line ahead.
+      if place.column = 0 then
+        over <= to_logic(place.row > timing.v_sync_end_line);
+      end if;
+      if due = '1' then
+        waiting <= '1';
+      elsif start = '1' then
+        waiting <= '0';
+      end if;
+      if start = '1' then
+        over <= '0';
+      end if;
+      if reset = '1' then
+        begun   <= '0';
+        waiting <= '0';
+        over    <= '0';
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;

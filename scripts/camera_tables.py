@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables for camera builders: sensors on devices, micro lenses that suit a pixel pitch."""
+
+import tempfile
+from pathlib import Path
+
+from plenofir.camera.design import design
+from plenofir.camera.rays import Camera, RayModel
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.sensors import KNOWN_SENSORS, KnownSensor
+from plenofir.ground.errors import InputError
+from plenofir.plan import load_scene, make_plan
+from resource_tables import put, table
+
+# Of the sensors' scenes: M, with slices a fifth apart. Of the lenses: M and pixels in um, behind
+# a main lens of 25 mm.
+_M = 5
+_PITCHES = ((5, 2.24), (9, 2.24), (13, 1.12), (5, 3.0), (7, 3.0), (11, 3.0))
+_F_NUMBER = 5.6
+_CORE_MHZ = 100.0
+_DEVICES = ("lifcl-40", "lfe5u-25f", "lfe5u-45f", "lfe5u-85f")
+
+
+def _scene(sensor: KnownSensor, device: str) -> str:
+    mosaic = 'mosaic = "rggb"\n' if sensor.mosaic else ""
+    return (
+        f'name = "sensor"\n[camera]\nmicro_image_size = {_M}\n'
+        f"[sensor]\ncolumns = {sensor.columns}\nrows = {sensor.rows}\nbits = {sensor.bits}\n"
+        f"{mosaic}pitch_px = {_M + 0.2}\nrotation_degrees = 0.1\n"
+        f'[depth]\nslices = ["-1/{_M}", "0", "1/{_M}"]\n[build]\ndevice = "{device}"\n'
+    )
+
+
+def _fits(sensor: KnownSensor, device: str) -> str:
+    """Block RAM that mosaic, resampler and core take of a device's, in percent, or what is over."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.toml"
+        file.write_text(_scene(sensor, device))
+        try:
+            plan = make_plan(load_scene(file))
+        except InputError as error:
+            return f"no: {error.problem.partition('it needs ')[2].partition(';')[0]}"
+    name = next(n for n in plan.available if "Kbit" in n)
+    return f"{100 * plan.needs[name] / plan.available[name]:.0f} %"
+
+
+def sensors_table(text: str) -> str:
+    """Put what sensors ask of receivers, cores and devices between its marks in a page."""
+    ecp5 = BOARDS["ulx3s"].camera
+    assert ecp5 is not None
+    rows = []
+    for sensor in KNOWN_SENSORS:
+        pixels = sensor.pixels_per_clock(1e6 * _CORE_MHZ)
+        lanes = "yes" if sensor.lane_mbits <= ecp5.lane_mbits else "slower lanes alone"
+        rows.append(
+            (
+                sensor.name,
+                f"{sensor.columns} x {sensor.rows}",
+                f"{sensor.pixel_um:g}",
+                f"{sensor.lanes} x {sensor.lane_mbits:g}",
+                f"{sensor.frames_per_second:g}",
+                f"{sensor.lane_pixels / 1e6:.0f}",
+                f"{sensor.mean_pixels / 1e6:.0f}",
+                f"{sensor.byte_mhz:g}",
+                pixels or "none",
+                lanes,
+                *(_fits(sensor, device) for device in _DEVICES),
+            )
+        )
+    heads = (
+        "sensor | frame | pixel, um | lanes x Mb/s | frames a second | Mpx/s of the lanes "
+        f"| Mpx/s on average | byte clock, MHz | pixels a clock at {_CORE_MHZ:g} MHz | pins of an "
+        f"ECP5 | {' | '.join(DEVICES[device].title for device in _DEVICES)}"
+    )
+    sources = "; ".join(f"{s.name}: {s.source}" for s in KNOWN_SENSORS if s.source)
+    return put(text, "sensors", [*table(heads, rows), "", f"Lanes and rates: {sources}."])
+
+
+def lens_pitches(text: str) -> str:
+    """Put the micro lenses that suit a pixel pitch between its marks in a page."""
+    rows = []
+    for m, pixel_um in _PITCHES:
+        pixel = pixel_um / 1000
+        columns, rows_px = (640, 480) if pixel_um == 2.24 else (1280, 960)
+        content = {
+            "name": "camera",
+            "main_lens": {"focal_length_mm": 25.0, "entrance_pupil_diameter_mm": 25 / _F_NUMBER},
+            "micro_lenses": {"focal_length_mm": _F_NUMBER * m * pixel, "pitch_mm": m * pixel},
+            "sensor": {"pixel_pitch_mm": pixel, "columns": columns, "rows": rows_px},
+        }
+        camera = Camera.model_validate(content)
+        found = design(RayModel.focused(camera, 1000.0, m), 300.0)
+        values = {figure.name: figure.value for figure in found.figures}
+        rayleigh = next(f for f in found.figures if f.name.startswith("rayleigh"))
+        rows.append(
+            (
+                f"{pixel_um:g}",
+                m,
+                f"{1000 * m * pixel:.1f}",
+                f"{1000 * _F_NUMBER * m * pixel:.0f}",
+                f"{values['view_columns']} x {values['view_rows']}",
+                f"{values['baseline_1_mm']:.2f}",
+                f"{rayleigh.value:.1f}",
+            )
+        )
+    heads = (
+        "pixel, um | M | pitch of the lenses, um | their focal length, um | a view of "
+        "640 x 480 or 1280 x 960 pixels | baseline of views, mm | diffraction of a lens, um"
+    )
+    return put(text, "lens-pitches", table(heads, rows))
+
+
+def camera_tables(text: str) -> str:
+    """Put both tables into a page."""
+    return lens_pitches(sensors_table(text))

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Boards with a camera, from its wires to their pictures: every pixel is the golden models'."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
+from plenofir.camera.synthetic import regular_grid
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.top_level import camera_generics
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
+from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.plan.configure import needed_sources
+from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, BoardCamera, camera_package
+from plenofir.plan.sensor.board_load import description
+from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, BoardSensor, sensor_package
+from plenofir.plan.sensor.chip import resampling
+from plenofir_tb.runner import draw_seed
+
+M, MOSAIC = 4, "grbg"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A sensor's frame, what the board is built for, and the raster by the model."""
+
+    raw: np.ndarray
+    sensor: BoardSensor
+    core: CoreConfiguration
+    raster: np.ndarray
+
+
+def scene(shape: tuple[int, int], bits: int, *, lines: int = 0) -> Scene:
+    """A frame of noise with a mosaic; its calibration is built in."""
+    seed = draw_seed()
+    print(f"seed {seed}")
+    raw = np.random.default_rng(seed).integers(0, 1 << bits, shape, np.uint16)
+    calibration = calibration_of_grid(regular_grid(shape, 5.4, rotation_degrees=0.7), shape)
+    chip = resampling(calibration, M, channels=3, pixel_bits=bits, where="calibration")
+    if lines:
+        chip = chip.__class__(
+            **{**vars(chip), "core": chip.core.model_copy(update={"lines": lines})}
+        )
+    full_scale = (1 << bits) - 1
+    raster = resample(
+        interpolate_mosaic(raw, MOSAIC, where="raw"),
+        chip.registers,
+        chip.tables,
+        full_scale=full_scale,
+        where="raw",
+    )
+    sensor = BoardSensor(
+        chip.core,
+        red_place(MOSAIC),
+        shape[1],
+        shape[0],
+        raster.shape[1],
+        description(chip.core),
+        tuple(chip.loads()),
+    )
+    core = CoreConfiguration(
+        micro_image_size=M,
+        shifts=(1, -1),
+        max_columns=raster.shape[1],
+        channels=3,
+        pixel_bits=bits,
+        engine=MovingSumEngine(),
+    )
+    return Scene(raw, sensor, core, raster)
+
+
+def simulate(
+    folder: Path, board: str, bench: str, what: Scene, camera: BoardCamera, **generics: int | bool
+) -> None:
+    """Run a bench of a board with what is built into it."""
+    files = project.root() / "tb" / "file_bench"
+    benches = [files / "dphy_camera.vhd", files / f"{bench}.vhd"]
+    row = BOARDS[board]
+    assert row.camera is not None
+    packages = {
+        SENSOR_PACKAGE: sensor_package(what.sensor),
+        CAMERA_PACKAGE: camera_package(camera),
+    }
+    text = "".join(path.read_text() for path in benches)
+    sources = needed_sources(text, bench, hdl.board_sources(board))
+    own = {k: v for k, v in camera_generics(what.core, row.camera.top).items()}
+    find_simulator("ghdl").simulate(
+        [*hdl.with_packages(sources, packages, folder), *benches],
+        bench,
+        {**own, **generics},
+        folder,
+        models=hdl.model_sources(row.library),
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "mbits", "continuous", "skew"), [(0, 400, False, 0), (1, 912, True, 3)]
+)
+def test_lifcl40_from_the_wires(
+    tmp_path: Path, number: int, mbits: int, *, continuous: bool, skew: int
+) -> None:
+    bits, frames = 10, 2
+    what = scene((34, 44), bits)
+    packets = [
+        packet
+        for frame in range(frames)
+        for packet in frame_packets(what.raw, bits, number=frame + 1)
+    ]
+    # A line in 2.5 us; between frames what the core wants for its last lines.
+    per_frame, blank = len(packets) // frames, 12
+    places = [n + blank * (n // per_frame) for n in range(len(packets))]
+    starts = [(1 + place) * 2500 * mbits // 1000 for place in places]
+    wire_words(packets, starts=starts).tofile(tmp_path / "input.bin")
+    camera = BoardCamera(lanes=2, bits=bits, channels=3, buffer_bits=6, settle=settle_clocks(mbits))
+    simulate(
+        tmp_path,
+        "lifcl40",
+        "lifcl40_bench",
+        what,
+        camera,
+        SLICE=number,
+        BIT_PS=2 * round(5e5 / mbits),
+        CONTINUOUS=continuous,
+        SKEW=skew,
+        PIXELS=frames * what.raster.shape[0] * what.raster.shape[1],
+    )
+    words = np.fromfile(tmp_path / "output.bin", "<i4")
+    assert (words < 0).sum() == frames
+    pixels = words[words >= 0].reshape(frames, *what.raster.shape[:2])
+    got = np.stack([pixels >> bits * c & (1 << bits) - 1 for c in range(3)], axis=-1)
+    wanted = what.core.golden(what.raster)[number]
+    for frame in got:
+        assert np.array_equal(frame, wanted)
