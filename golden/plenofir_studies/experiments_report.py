@@ -66,7 +66,9 @@ def _focus(report: Report) -> None:
         "The text's experiment (Fig. 5.16, Table 5.10) with the synthetic camera: textured objects "
         "at the distances that the ray model predicts for the slices of the text's objects and "
         "markers, captured (pitch 14.27 pixels, rotated by 0.3 degree, 1 % noise), calibrated, "
-        "decoded, swept. (c) is focused to 4 m, as its table is; the figure's caption says 404 cm. "
+        "decoded, swept. The camera renders by the ray model, so this tests what capture and "
+        "search do, not the model (`plenofir report pictures` does). (c) is focused to 4 m, as its "
+        "table is; the figure's caption says 404 cm. "
         "Distances from the micro lenses; the last column compares the distance of the sharpest "
         "setting, between slices.",
     )

@@ -27,6 +27,7 @@ def test_one_version() -> None:
     newest = next(name.strip("[]") for name in releases if "Unreleased" not in name)
     assert newest == VERSION
     assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"version = {{{VERSION}}}," in (ROOT / "docs/thesis.md").read_text()
     cores = [*ROOT.glob("*.core"), *ROOT.glob("examples/*/*.core")]
     assert len(cores) >= 6
     for core in cores:
@@ -44,6 +45,17 @@ def test_the_page_of_cameras_has_all_that_inspect_says() -> None:
     page = (ROOT / "docs" / "files.md").read_text()
     told = set(re.findall(r"^\| ([^|]+?) \|", page.partition("### By the file")[2], re.M))
     assert kinds <= told, kinds - told
+
+
+def test_both_citations_are_the_same() -> None:
+    """CITATION.cff and the BibTeX of docs/thesis.md: titles, year, author, school."""
+    page, file = (ROOT / name for name in ("docs/thesis.md", "CITATION.cff"))
+    bibtex = re.findall(r"^  (\w+) += \{(.*)\},$", page.read_text(), re.M)
+    told = file.read_text()
+    assert len(bibtex) == 8
+    for name, value in bibtex:
+        for word in value.strip("{}").split() if name == "author" else (value,):
+            assert word in told, (name, value)
 
 
 def test_citation_is_valid() -> None:
