@@ -67,13 +67,14 @@ golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden
 
 lint: venv # Style of Python and VHDL, Python types
-	@$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples
-	@$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples
-	@$(PYTHON) -m mypy --no-error-summary
-	@$(PYTHON) scripts/lint_vhdl.py
-	@$(PYTHON) scripts/lint_xst.py
-	@$(PYTHON) scripts/build_docs.py --check
-	@$(PYTHON) scripts/build_hdl.py --check
+	@$(PYTHON) -m mypy --no-error-summary & types=$$!; \
+	$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples && \
+	$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples && \
+	$(PYTHON) scripts/lint_vhdl.py && \
+	$(PYTHON) scripts/lint_xst.py && \
+	$(PYTHON) scripts/build_docs.py --check && \
+	$(PYTHON) scripts/build_hdl.py --check; \
+	others=$$?; wait $$types && exit $$others
 
 bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT= and more (docs/boards.md)
 	@$(if $(filter ulx3s tangnano20k lifcl40 ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)

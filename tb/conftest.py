@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the testbench packages importable; the longest tests come first."""
+"""The environment of the testbenches; the longest tests come first."""
 
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
+from plenofir_tb import compiled
 from plenofir_tb.drawn import drawn
 from plenofir_tb.faults import STALE, stale_faults
 
@@ -68,3 +66,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return not is_bench(item) or not any(name in item.name for name in LONGEST)
 
     items.sort(key=is_short)
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    compiled.many = sum(map(is_bench, session.items)) > 100

@@ -67,6 +67,16 @@ def test_imports_run_down_the_layers(name: str) -> None:
             assert LEVELS[there] > LEVELS[room], f"{name} imports {other}"
 
 
+def test_few_arrows_between_rooms() -> None:
+    arrows = {
+        (name.split(".")[1], other.split(".")[1])
+        for name in MODULES
+        if "." in name
+        for other in imported(name)
+    }
+    assert len({(room, there) for room, there in arrows if room != there}) <= 25
+
+
 def test_no_module_imports_itself_by_way_of_others() -> None:
     # Raises CycleError with the circle.
     TopologicalSorter({name: imported(name) for name in MODULES}).prepare()

@@ -13,6 +13,7 @@ from plenofir.fpga.hdmi.edid import DESCRIPTORS, make_edid
 from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA
 from plenofir.fpga.hdmi.monitor import Mode, rate_of, read_monitor
 from plenofir_tb.case import read_case
+from plenofir_tb.drawn import drawn
 from plenofir_tb.entities import for_entity
 
 CASE = read_case()
@@ -206,7 +207,7 @@ async def edids_of_monitors(dut: Any) -> None:
         (monitor(HD1080, extension=bytes([0x70, 3, 7, 0, 0x41, 4])), HD720.name, False),
         (monitor(), VGA.name, False),
     ]
-    for content, name, offered in cases:
+    for content, name, offered in drawn(cases, 8):
         assert read_monitor(content, names[name]).offered == offered, name
         device = reads.device
         device.starts = device.stops = device.clocks = 0
@@ -217,10 +218,11 @@ async def edids_of_monitors(dut: Any) -> None:
         assert device.clocks == 9 + 1 + 1 + 18 + 1 + 9 + 9 * len(content) + 1
         assert device.written == [0xA0, 0, 0xA1]
     # Within 1 Hz, and of the same size.
-    for content, shown in (
+    sizes = [
         (monitor(HD720), SHOWN[HD720.name]),
         (monitor(established=0x2000), SHOWN[VGA.name]),
-    ):
+    ]
+    for content, shown in drawn(sizes, 1):
         columns, rows, rate = shown
         for change, offered in ((-11, False), (-10, True), (10, True), (11, False)):
             other = Mode(columns, rows, rate + change)

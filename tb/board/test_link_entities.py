@@ -50,7 +50,7 @@ UNITS = [
     ids=lambda cases: "-".join(case.top for case in cases),
 )
 def test_unit(cases: list[Case]) -> None:
-    run_cases(cases)
+    run_cases(cases, long=True)
 
 
 def test_hdmi_control() -> None:

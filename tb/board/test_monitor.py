@@ -16,5 +16,6 @@ def test_monitor_edid() -> None:
                 {"entity": entity, **own},
             )
             for entity, own in cases.items()
-        ]
+        ],
+        long=True,
     )

@@ -6,6 +6,7 @@ import random
 import pytest
 
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -64,11 +65,11 @@ def test_index_and_picture() -> None:
         },
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
-        random_options(0),
     ]
+    cases = [*drawn(cases, 4), random_options(0)]
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
     resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
-    run_cases([*map(index_case, cases), index_case(resets, resets=24)])
+    run_cases([*map(index_case, cases), index_case(resets, resets=24)], long=True)
 
 
 @pytest.mark.slow

@@ -54,6 +54,7 @@ def slice_case(m: int, shift: int, *, stored: bool) -> Case:
     )
 
 
+@pytest.mark.drawn(3)
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 5])
 def test_every_slice(m: int) -> None:
     # The arithmetics take turns along the grid.
@@ -175,7 +176,7 @@ def frame_values(options: dict[str, object]) -> int:
 
 @pytest.mark.parametrize(
     ("thorough", "most"),
-    [(False, 2000), (True, 600), pytest.param(True, 10**6, marks=pytest.mark.slow)],
+    [(False, 2000), (True, 300), pytest.param(True, 10**6, marks=pytest.mark.slow)],
 )
 def test_random_sets(thorough: bool, most: int) -> None:
     rng = random.Random(draw_seed() + thorough)

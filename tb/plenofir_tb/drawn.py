@@ -10,15 +10,18 @@ import random
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
-def drawn(names: Sequence[str], count: int) -> list[str]:
-    """Those of the names that a run takes, in their order."""
+def drawn(cases: Sequence[T], count: int) -> list[T]:
+    """Those of a list that a run takes, in their order."""
     seed = os.environ.get("DRAWN")
     if not seed:
-        return list(names)
-    taken = set(random.Random(f"{seed} {' '.join(names)}").sample(list(names), count))
-    return [name for name in names if name in taken]
+        return list(cases)
+    rng = random.Random(f"{seed} {' '.join(map(str, cases))}")
+    return [cases[place] for place in sorted(rng.sample(range(len(cases)), count))]
 
 
 def bench_filter(count: int, *benches: Path) -> str:

@@ -33,6 +33,7 @@ from plenofir.fpga.tools.simulators import (
 )
 from plenofir.ground import project
 from plenofir_tb.case import CASES_VARIABLE
+from plenofir_tb.compiled import copy_library
 from plenofir_tb.wrapper import TOP, wrapper
 
 _BUILD = project.root() / "build" / "tb"
@@ -69,8 +70,10 @@ class Case:
         return f"{self.top}-{digest.hexdigest()[:10]}"
 
 
-def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: str) -> Runner:
-    """Analyse and elaborate in a new folder what the cases need."""
+def _build(
+    cases: Sequence[Case], simulator: Simulator, work: Path, *, board: str, compiled: bool
+) -> Runner:
+    """Analyse and elaborate in a folder what the cases need; a `compiled` library is there."""
     sources = hdl.hdl_sources()
     if board:
         sources = chain_sources(board)[:-1]
@@ -92,11 +95,12 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: st
         benches[name] for bench in own for name in used_units(bench.read_text()) & benches.keys()
     }
     sources += [*sorted(held), *(bench for bench in own if bench not in held)]
+    there = set(hdl.hdl_sources()) if compiled else set()
     top = work / f"{TOP}.vhd"
     top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
     runner = get_runner(simulator.name)
     runner.build(
-        sources=[*sources, top],
+        sources=[*(source for source in sources if source not in there), top],
         hdl_toplevel=TOP,
         build_args=simulator.global_options(board=bool(board)),
         build_dir=work,
@@ -112,8 +116,8 @@ def _simulate(
     shutil.rmtree(scratch, ignore_errors=True)
     work = scratch / "work"
     work.mkdir(parents=True)
-    # What `make test` draws of a long list takes no longer to simulate than to compile.
-    simulator = find_simulator(simulator_name(), brief=not long or "DRAWN" in os.environ)
+    simulator = find_simulator(simulator_name(), brief=not long)
+    compiled = long and not board and copy_library(simulator, "top", hdl.hdl_sources(), work)
     options = list(GHDL_RUN_OPTIONS) if simulator.name == "ghdl" else []
     options_of_run = simulator.global_options(board=bool(board)) if options else []
     if waves:
@@ -137,7 +141,7 @@ def _simulate(
     results = scratch / "run.xml"
     try:
         with mock.patch.dict(os.environ, simulator.environment):
-            runner = _build(cases, simulator, work, board=board)
+            runner = _build(cases, simulator, work, board=board, compiled=compiled)
             runner.test(
                 test_module="plenofir_tb.cases_bench",
                 hdl_toplevel=TOP,
@@ -181,8 +185,8 @@ def run_cases(
     """Run benches on entities, in one simulation; fail the calling pytest test if any fails.
 
     The environment variable ``CASE`` picks one by its label. A seed of None is drawn and printed.
-    `board`: whose sources and models of primitives the entities need. `long`: simulation takes
-    much longer than compilation.
+    `board`: whose sources and models of primitives the entities need. `long`: simulation takes ten
+    seconds or more, much longer than compilation.
     """
     if "CASE" in os.environ:
         cases = [case for case in cases if case.label == os.environ["CASE"]]

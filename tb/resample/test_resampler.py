@@ -40,7 +40,7 @@ SMALL = (
 
 
 def test_grids() -> None:
-    run_cases([resampler(options, thorough=False) for options in SMALL])
+    run_cases([resampler(options, thorough=False) for options in SMALL], long=True)
 
 
 def test_loads_and_few_pixels() -> None:

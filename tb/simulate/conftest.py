@@ -8,7 +8,6 @@ import pytest
 
 # Modules, and of a module whose tests differ in the core alone, one test.
 COMPILED = (
-    "test_every_engine.py::test_small_frame[fir]",
     "test_chain_run.py",
     "test_capture_sweep.py",
 )

@@ -2,12 +2,11 @@
 """A run through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
 
 import itertools
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -185,9 +184,6 @@ def test_what_the_board_cannot_carry_is_refused(changes: dict, rows: int, where:
 
 
 def test_another_chain_is_refused() -> None:
-    command = str(Path(sys.executable).parent / "plenofir")
-    done = subprocess.run(
-        [command, "sim", "--chain", "sdi"], capture_output=True, text=True, check=False
-    )
+    done = plenofir("sim", "--chain", "sdi")
     assert done.returncode == 2
     assert done.stderr == "plenofir: --chain: 'sdi' must be one of 'core', 'hdmi', 'csi'\n"

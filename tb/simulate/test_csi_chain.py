@@ -2,19 +2,17 @@
 """Raw captures over CSI-2: from the bytes of a D-PHY's lanes to the refocused picture."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.images import bare, read_image, write_png
 from plenofir.refocus import refocus
 
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 SHAPE = 34, 44
 
 
@@ -27,8 +25,7 @@ def sim(folder: Path, raw: np.ndarray, *arguments: str, full_scale: int = 0) -> 
     scale = full_scale or picture.full_scale
     write_png(folder / "raw.png", picture._replace(full_scale=scale))
     files = "--raw", folder / "raw.png", "--calib", folder / "calib.json", "--out", folder / "out"
-    command = [PLENOFIR, "sim", *map(str, files), "--chain", "csi", "-M", "4", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = plenofir("sim", *map(str, files), "--chain", "csi", "-M", "4", *arguments)
     return done.returncode, done.stderr
 
 
@@ -85,8 +82,6 @@ def test_what_no_lane_brings_is_refused(
 
 
 def test_a_capture_needs_its_calibration() -> None:
-    done = subprocess.run(
-        [PLENOFIR, "sim", "--chain", "csi"], capture_output=True, text=True, check=False
-    )
+    done = plenofir("sim", "--chain", "csi")
     assert (done.returncode, done.stdout) == (2, "")
     assert "requires --calib" in done.stderr

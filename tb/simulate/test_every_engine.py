@@ -2,19 +2,16 @@
 """One small frame through each engine by command, for the edit loop (``make check``)."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.ground.images import write_png
 from plenofir_tb.runner import simulator_name
 
 pytestmark = pytest.mark.quick
-
-COMMAND = str(Path(sys.executable).parent / "plenofir")
 
 
 @pytest.mark.parametrize(
@@ -23,22 +20,9 @@ COMMAND = str(Path(sys.executable).parent / "plenofir")
 def test_small_frame(tmp_path: Path, engine: str) -> None:
     raw = np.random.default_rng(0).integers(0, 256, (20, 25, 3), np.uint8)
     write_png(tmp_path / "raw.png", raw)
-    arguments = (
-        "--raw",
-        str(tmp_path / "raw.png"),
-        "-M",
-        "5",
-        "-a",
-        "-3/5 1",
-        "--engine",
-        *engine.split(),
-    )
-    done = subprocess.run(
-        [COMMAND, "sim", "--simulator", simulator_name(), *arguments, "--out", str(tmp_path / "o")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = "--raw", "raw.png", "-M", "5", "-a", "-3/5 1", "--engine", *engine.split()
+    simulator = "--simulator", simulator_name()
+    done = plenofir("sim", *words, *simulator, "--out", "o", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "o" / "report.json").read_text())
     assert report["mismatches"] == 0

@@ -3,12 +3,13 @@
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -20,17 +21,9 @@ from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
-
-def plenofir(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [PLENOFIR, "sim", "--simulator", simulator_name(), *arguments],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        check=False,
-    )
+def sim(*arguments: str, cwd: Path | None = None) -> CompletedProcess[str]:
+    return plenofir("sim", "--simulator", simulator_name(), *arguments, cwd=cwd)
 
 
 def random_image(shape: tuple[int, ...], dtype: type = np.uint8, seed: int = 0) -> np.ndarray:
@@ -71,7 +64,7 @@ def test_a_second_run_leaves_nothing_of_the_first(tmp_path: Path) -> None:
     out = tmp_path / "out"
 
     def files(*arguments: str) -> set[str]:
-        done = plenofir("-M", "5", "--out", str(out), *arguments)
+        done = sim("-M", "5", "--out", str(out), *arguments)
         assert done.returncode == 0, done.stderr
         found = {file.name for file in out.iterdir()}
         assert found == {*json.loads((out / "report.json").read_text())["files"], "own.png"}
@@ -82,7 +75,7 @@ def test_a_second_run_leaves_nothing_of_the_first(tmp_path: Path) -> None:
     assert len(files("--raw", str(tmp_path / "raw.png"), "-a", "0 1")) == 8
     # Of the first run itself: it is not taken away from under the second.
     kept = out / "golden_1.png"
-    done = plenofir("-M", "5", "-a", "0", "--out", str(out), "--raw", str(kept))
+    done = sim("-M", "5", "-a", "0", "--out", str(out), "--raw", str(kept))
     assert done.returncode == 0, done.stderr
     kept.unlink()
     left = ["diff.png", "golden.png", "own.png", "refocused.png", "report.json"]
@@ -103,7 +96,7 @@ def test_command_leaves_the_correctly_rounded_image(tmp_path: Path, shape, dtype
     raw = random_image(shape, dtype)
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "new" / "out"
-    done = plenofir("--raw", str(tmp_path / "raw.png"), "-M", str(m), f"--a={a}", "--out", str(out))
+    done = sim("--raw", str(tmp_path / "raw.png"), "-M", str(m), f"--a={a}", "--out", str(out))
     assert done.returncode == 0, done.stderr
     assert sorted(f.name for f in out.iterdir()) == [
         "diff.png",
@@ -127,7 +120,7 @@ def test_command_leaves_the_correctly_rounded_image(tmp_path: Path, shape, dtype
 def test_stored_products_by_command(tmp_path: Path) -> None:
     raw = random_image((30, 40, 3))
     write_png(tmp_path / "raw.png", raw)
-    done = plenofir(
+    done = sim(
         *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3", "--out", str(tmp_path)),
         *("--arith", "stored", "--fraction", "0", "--guard", "0"),
     )
@@ -143,7 +136,7 @@ def test_sweep_through_the_array(tmp_path: Path) -> None:
     raw = random_image((31, 40, 3))
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "out"
-    done = plenofir(
+    done = sim(
         *("--raw", str(tmp_path / "raw.png"), "-M", "3", "-a", "-2/3 0 1", "--parallel-rows", "4"),
         *("--interpolation", "linear", "--out", str(out)),
     )
@@ -162,7 +155,7 @@ def test_frames_of_any_rows_without_a_pause(tmp_path: Path) -> None:
     write_png(tmp_path / "raw.png", random_image((42, 30)))
     clocks = {}
     for any_rows in ((), ("--any-rows",)):
-        done = plenofir(
+        done = sim(
             *("--raw", str(tmp_path / "raw.png"), "-M", "5", "-a", "-1/5 2", "--engine"),
             *("moving_sum", *any_rows, "--out", str(tmp_path / "out")),
         )
@@ -178,7 +171,7 @@ def test_waves(tmp_path: Path) -> None:
     import pywellen
 
     write_png(tmp_path / "raw.png", random_image((12, 12)))
-    done = plenofir(
+    done = sim(
         *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "0", "--out", str(tmp_path)),
         "--waves",
     )
@@ -278,7 +271,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_bad_input_is_one_line_and_exit_code_2(images: Path, arguments, message) -> None:
     before = sorted(images.rglob("*"))
-    done = plenofir(*arguments, cwd=images)
+    done = sim(*arguments, cwd=images)
     assert done.returncode == 2, done.stderr
     assert message in done.stderr
     assert done.stderr.startswith("plenofir: ")
@@ -290,6 +283,6 @@ def test_bad_input_is_one_line_and_exit_code_2(images: Path, arguments, message)
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_folder_without_write_permission(images: Path, tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
-    done = plenofir("--raw", str(images / "grey.png"), "--out", str(tmp_path / "out"))
+    done = sim("--raw", str(images / "grey.png"), "--out", str(tmp_path / "out"))
     assert done.returncode == 2
     assert "cannot be written" in done.stderr

@@ -2,13 +2,12 @@
 """Raw captures over HDMI through a whole board: resampled, refocused, in the frame's middle."""
 
 import json
-import subprocess
-import sys
 from math import inf
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.rays import RayModel, load_camera
@@ -24,20 +23,13 @@ from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
 from plenofir_studies.experiments import CAMERA, textures
 
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
-
 
 def sim(folder: Path, calibration: Calibration, raw: np.ndarray, *arguments: str) -> dict:
     """Run the command and return its report."""
     calibration.save(folder / "calib.json")
     write_png(folder / "raw.png", raw)
     files = "--raw", folder / "raw.png", "--calib", folder / "calib.json", "--out", folder / "out"
-    done = subprocess.run(
-        [PLENOFIR, "sim", *map(str, files), "--chain", "hdmi", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = plenofir("sim", *map(str, files), "--chain", "hdmi", *arguments)
     assert done.returncode == 0, done.stderr
     return json.loads((folder / "out" / "report.json").read_text())
 

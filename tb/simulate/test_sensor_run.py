@@ -2,12 +2,11 @@
 """Raw captures through mosaic, resampler and refocuser: file bench, command line, bad input."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import (
@@ -31,14 +30,7 @@ from plenofir.refocus import refocus
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 SHAPE = (34, 41)
-
-
-def plenofir(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [PLENOFIR, "sim", *arguments], capture_output=True, text=True, check=False
-    )
 
 
 def camera(layout: str = "rectangular", pitch: float = 5.4) -> Calibration:
@@ -77,7 +69,15 @@ def test_capture_becomes_a_picture(tmp_path: Path) -> None:
     camera().save(calib)
     files = "--raw", str(raw), "--calib", str(calib), "--out", str(out)
     done = plenofir(
-        *files, "--micro-image", "5", "-a", "1/5", "--engine", "moving_sum", "--bayer", "grbg"
+        *("sim", *files),
+        "--micro-image",
+        "5",
+        "-a",
+        "1/5",
+        "--engine",
+        "moving_sum",
+        "--bayer",
+        "grbg",
     )
     assert done.returncode == 0, done.stderr
     chip = resampling(camera(), 5, channels=3)
@@ -108,7 +108,7 @@ def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
     calibration.save(calib)
     files = "--raw", str(raw), "--calib", str(calib), "--out", str(out)
     options = "--micro-image", "7", "-a", "2/7", "-a", "-1/7", "--bayer", "bggr"
-    done = plenofir(*files, *options, "--engine", "moving_sum", "--simulator", "verilator")
+    done = plenofir("sim", *files, *options, "--engine", "moving_sum", "--simulator", "verilator")
     assert done.returncode == 0, done.stderr
     chip = resampling(calibration, 7, channels=3)
     aligned = read_image(out / "aligned.png")
@@ -146,7 +146,7 @@ def test_bad_input_is_one_line(tmp_path: Path, arguments: list[str], message: st
     write_png(tmp_path / "small.png", capture()[:, 1:])
     write_png(tmp_path / "rgb.png", capture((*SHAPE, 3)))
     out = tmp_path / "out"
-    done = plenofir(*(a.format(tmp_path) for a in arguments), "--out", str(out))
+    done = plenofir("sim", *(a.format(tmp_path) for a in arguments), "--out", str(out))
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert message in done.stderr
@@ -252,8 +252,8 @@ end architecture test;
 def test_constants_load_what_the_calibration_says(tmp_path: Path) -> None:
     camera().save(tmp_path / "calib.json")
     loader = tmp_path / "calibration_loader.vhd"
-    command = [PLENOFIR, "resampler", str(tmp_path / "calib.json"), "-M", "5", "--out", str(loader)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = plenofir("resampler", "calib.json", "-M", "5", "--out", loader.name, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     assert "LINES => " in done.stdout
     bench = tmp_path / "listener.vhd"
     bench.write_text(LISTENER)

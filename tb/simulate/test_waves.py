@@ -38,7 +38,7 @@ def dump(simulator: Simulator, path: Path) -> Path:
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """FST of the frame, from the simulator that the tests run on."""
     folder = tmp_path_factory.mktemp("good")
-    return dump(find_simulator(simulator_name()), folder / "good.fst")
+    return dump(find_simulator(simulator_name(), brief=True), folder / "good.fst")
 
 
 def check_equal(found: DumpComparison) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -45,8 +46,8 @@ MORE_STACKS: list[dict] = [
 
 @pytest.mark.parametrize("stacks", [STACKS, pytest.param(MORE_STACKS, marks=pytest.mark.slow)])
 def test_stacks_stalls_and_faults(stacks: list[dict]) -> None:
-    cores = [configuration(**options) for options in stacks] + [random_core(0, 300)]
-    run_cases([stack_case(core, thorough=True) for core in cores])
+    cores = [configuration(**options) for options in drawn(stacks, 4)] + [random_core(0, 300)]
+    run_cases([stack_case(core, thorough=True) for core in cores], long=True)
 
 
 def draw(rng: random.Random) -> dict[str, object]:

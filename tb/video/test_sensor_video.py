@@ -77,7 +77,7 @@ def case(
 
 
 def test_raw_aligned_and_refocused() -> None:
-    run_cases([case(*SIMPLE)])
+    run_cases([case(*SIMPLE)], long=True)
 
 
 @pytest.mark.slow

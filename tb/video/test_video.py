@@ -118,7 +118,7 @@ def test_blanking_and_other_latencies() -> None:
     stored = {"EXACT": False, "FRACTION_BITS": 4, "GUARD_BITS": 2, "BROADCAST_TAPS": 2}
     for options in ({"INTERPOLATION_ORDER": 1}, stored):
         cases.append(video_case(3, (-1, 2), MODE_720, **options))
-    run_cases(cases)
+    run_cases(cases, long=True)
 
 
 def unit(entity: str, generics: dict, *, bench: str = "unit", **case: object) -> Case:

@@ -9,6 +9,7 @@ review.
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -79,15 +80,14 @@ def scene_design(plan: Plan) -> Design:
     return Design(plan.scene, plan.core, top_of(plan), plan=plan, slow=slow)
 
 
-def scene_designs() -> Iterator[Design]:
+@cache
+def scene_designs() -> tuple[Design, ...]:
     """Design of each shipped scene: a core, or the whole board.
 
     Boards that nextpnr is for are not among them: their builds are in ``data/boards.json``.
     """
-    for file in scene_files():
-        plan = make_plan(load_scene(file))
-        if not is_nextpnr_board(plan):
-            yield scene_design(plan)
+    plans = (make_plan(load_scene(file)) for file in scene_files())
+    return tuple(scene_design(plan) for plan in plans if not is_nextpnr_board(plan))
 
 
 def is_nextpnr_board(plan: Plan) -> bool:

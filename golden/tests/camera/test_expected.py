@@ -39,13 +39,12 @@ def test_the_microscope(microscope) -> None:
     calibration = calibrate(white, dark)
     # What inspect advises and the documentation uses.
     assert largest_odd_size(calibration) == 13
-    for image in (raw, white):
-        for m in (5, 13, 15, 16):
-            found = doubt(bare(image), m, "raw.png", is_jpeg=False)
-            assert found is not None
-            assert found.certain
-            assert "a capture that is not decoded, its micro images are 15.4" in found.text
-    for m in (11, 13, 15):
+    for image, m in ((raw, 5), (raw, 15), (white, 13)):
+        found = doubt(bare(image), m, "raw.png", is_jpeg=False)
+        assert found is not None
+        assert found.certain
+        assert "a capture that is not decoded, its micro images are 15.4" in found.text
+    for m in (11, 15):
         picture = bare(decode(raw, calibration, m, dark=dark))
         assert doubt(picture, m, "aligned.png", is_jpeg=False) is None
         found = doubt(picture, m - 1, "aligned.png", is_jpeg=False)

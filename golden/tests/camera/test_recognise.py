@@ -145,6 +145,7 @@ def test_which_number_counts_columns(name: str, tmp_path: Path) -> None:
         assert "cannot be told" not in found.evidence[0][1]
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize(("name", "m"), [("antleg", 27), ("seaurchin", 15)])
 def test_microscopes_whose_lenses_are_slow(name: str, m: int) -> None:
     """Standard cameras, though one has lenses of f/20; few lenses tell the pitch to 2 %."""

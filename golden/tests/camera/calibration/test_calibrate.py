@@ -43,6 +43,7 @@ def tilted_grid(shape: tuple[int, int], pitch: float, bend: float) -> Grid:
     )
 
 
+@pytest.mark.drawn(5)
 @pytest.mark.parametrize(
     ("pitch", "rotation", "options"),
     [
@@ -113,6 +114,7 @@ def test_tilt() -> None:
         calibrate(white_image(shape, grid), order=1)
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("bend", [-1.5, 1.5])
 def test_distortion(bend: float) -> None:
     """Barrel and pincushion: the third order takes up what grows with the cube of the distance."""

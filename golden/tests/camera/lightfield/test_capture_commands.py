@@ -3,14 +3,13 @@
 
 import json
 import re
-import subprocess
-import sys
 from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.lightfield import PICTURE, focal_stack
@@ -27,16 +26,9 @@ from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
 
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 M = 5
 A = 0.4
 PUPILS = "exit", "entrance"
-
-
-def plenofir(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [PLENOFIR, *arguments], capture_output=True, text=True, cwd=cwd, check=False
-    )
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +45,10 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
+def test_pupils_of_a_white_image(capture: Path, tmp_path: Path) -> None:
     white = str(capture / "white.png")
     call = "calibrate", white, "--camera", "f197-mla2", "--out", "c.json"
-    done = run(*call, "--reversed-lens", white, cwd=tmp_path)
+    done = plenofir(*call, "--reversed-lens", white, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     exit_, entrance = (next(line for line in lines if f" {name} " in line) for name in PUPILS)
@@ -72,19 +64,19 @@ def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
         ("--camera", "f197-mla2", "--focus", "100"): "--focus: 100.0 mm is nearer",
     }
     for options, message in wrong.items():
-        done = run("calibrate", white, *options, "--out", "d.json", cwd=tmp_path)
+        done = plenofir("calibrate", white, *options, "--out", "d.json", cwd=tmp_path)
         assert (done.returncode, done.stderr.count("\n")) == (2, 1)
         assert message in done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["c.json"]
 
 
-def test_inspect_a_white_image(capture: Path, tmp_path: Path, run) -> None:
+def test_inspect_a_white_image(capture: Path, tmp_path: Path) -> None:
     white = str(capture / "white.png")
     star = np.zeros(read_image(capture / "white.png").shape, np.uint16)
     star[200:206, 210:214] = 30000
     write_png(tmp_path / "star.png", star)
     call = "inspect", white, "--camera", "f197-mla2", "--collimator", "star.png"
-    done = run(*call, "--out", "seen", cwd=tmp_path)
+    done = plenofir(*call, "--out", "seen", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = {line[:14].strip(): line[14:] for line in done.stdout.splitlines()}
     assert lines["kind"] == "white image"
@@ -98,7 +90,7 @@ def test_inspect_a_white_image(capture: Path, tmp_path: Path, run) -> None:
     assert lines["pictures"] == "seen/: micro_image.png, chief_rays.png"
     for name in ("micro_image.png", "chief_rays.png"):
         assert min(read_image(tmp_path / "seen" / name).shape[:2]) > 300
-    done = run(*call, "--json", cwd=tmp_path)
+    done = plenofir(*call, "--json", cwd=tmp_path)
     content = json.loads(done.stdout)
     assert content["micro_images"] == "touching"
     assert content["pitch_px"] == pytest.approx(14.2689, abs=1e-3)
@@ -106,20 +98,20 @@ def test_inspect_a_white_image(capture: Path, tmp_path: Path, run) -> None:
     assert content["infinity"]["in_focus"]
 
 
-def test_inspect_spots(tmp_path: Path, run) -> None:
+def test_inspect_spots(tmp_path: Path) -> None:
     grid = regular_grid((110, 120), 14.2, rotation_degrees=0.4)
     files = []
     for number, radius in enumerate((0.16, 0.1, 0.16)):
         image = white_image((110, 120), grid, form="spot", radius=radius)
         write_png(tmp_path / f"{number}.png", image)
         files += [f"{number}.png", "--position", f"{number / 10}"]
-    done = run("inspect", *files, "--out", "seen", cwd=tmp_path)
+    done = plenofir("inspect", *files, "--out", "seen", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     best = next(line for line in done.stdout.splitlines() if line.startswith("best"))
     assert float(best.split()[1]) == pytest.approx(0.1, abs=0.005)
     assert "put the micro lenses at 0.1" in done.stdout
     assert (tmp_path / "seen" / "focus.png").is_file()
-    done = run("inspect", *files[3:], "--json", cwd=tmp_path)
+    done = plenofir("inspect", *files[3:], "--json", cwd=tmp_path)
     assert "--position: needs at least 3 different" in done.stderr
 
 
@@ -138,19 +130,19 @@ def test_inspect_spots(tmp_path: Path, run) -> None:
         (("white.png", "--collimator", "grey.png"), "grey.png: has 12 x 20 pixels"),
     ],
 )
-def test_inspect_refuses(capture: Path, run, words: tuple[str, ...], message: str) -> None:
+def test_inspect_refuses(capture: Path, words: tuple[str, ...], message: str) -> None:
     before = sorted(capture.iterdir())
     write_png(capture / "grey.png", np.arange(240, dtype=np.uint8).reshape(20, 12))
-    done = run("inspect", *words, "--out", "seen", cwd=capture)
+    done = plenofir("inspect", *words, "--out", "seen", cwd=capture)
     (capture / "grey.png").unlink()
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert message in done.stderr
     assert sorted(capture.iterdir()) == before
 
 
-def test_chain(capture: Path, run) -> None:
+def test_chain(capture: Path) -> None:
     """Each command takes what the one before it left; files hold what the functions return."""
-    done = run(
+    done = plenofir(
         *("calibrate", "white.png", "--dark", "dark.png", "--out", "calib.json"),
         *("--picture", "grid.png"),
         cwd=capture,
@@ -169,7 +161,7 @@ def test_chain(capture: Path, run) -> None:
         (("--interpolation", "cubic", "--white", "white.png"), {"interpolation": "cubic"}),
         (("--scale", "fit", "--no-devignette", "--dark", "dark.png"), {"scale": "fit"}),
     ):
-        done = run(
+        done = plenofir(
             *("decode", "raw.png", "--calib", "calib.json", "-M", str(M)), *options, cwd=capture
         )
         assert done.returncode == 0, done.stderr
@@ -188,7 +180,7 @@ def test_chain(capture: Path, run) -> None:
     write_png(capture / "aligned.png", decode(raw, calibration, M))
     aligned = read_image(capture / "aligned.png")
 
-    done = run("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
+    done = plenofir("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
     assert done.returncode == 0, done.stderr
     want = refocus(aligned, M, "2/5", border="normalise", **PICTURE)
     assert np.array_equal(read_image(capture / "refocused.png"), want)
@@ -203,23 +195,25 @@ def test_chain(capture: Path, run) -> None:
         ),
     ]
     for options, keywords in cases:
-        done = run("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
+        done = plenofir("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
         assert done.returncode == 0, done.stderr
         want = refocus(aligned, M, **{"border": "normalise", **keywords})
         assert np.array_equal(read_image(capture / "refocused.png"), want)
     for bad, where in (("5:,20", "--region"), ("900:,:", "--region")):
-        done = run("refocus", "aligned.png", "-M", "5", "-a", "0", "--region", bad, cwd=capture)
+        done = plenofir(
+            "refocus", "aligned.png", "-M", "5", "-a", "0", "--region", bad, cwd=capture
+        )
         assert done.returncode == 2
         assert where in done.stderr
 
-    done = run("views", "aligned.png", "-M", "5", cwd=capture)
+    done = plenofir("views", "aligned.png", "-M", "5", cwd=capture)
     assert done.returncode == 0, done.stderr
     assert np.array_equal(read_image(capture / "views" / "view_03_01.png"), aligned[3::5, 1::5])
-    done = run("compose", "views", "--out", "again.png", cwd=capture)
+    done = plenofir("compose", "views", "--out", "again.png", cwd=capture)
     assert done.returncode == 0, done.stderr
     assert np.array_equal(read_image(capture / "again.png"), aligned)
 
-    done = run(
+    done = plenofir(
         *("stack", "aligned.png", "-M", "5", "-a", "-1/5:1", "--all-in-focus"),
         cwd=capture,
     )
@@ -234,21 +228,21 @@ def test_chain(capture: Path, run) -> None:
     assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise", **PICTURE))
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
-    done = run(*options, "--depth-index", "--radius", "2", cwd=capture)
+    done = plenofir(*options, "--depth-index", "--radius", "2", cwd=capture)
     assert done.returncode == 0, done.stderr
     settings = ("0", "2/5", "4/5")
     want = depth_index(focal_stack(aligned, M, settings), M, 2)
     assert np.array_equal(read_image(capture / "index" / "all_in_focus.png"), want.image)
     levels = read_image(capture / "index" / "depth_index.png")[::M, ::M]
     assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
-    done = run(*options, "--depth-index", "--all-in-focus", cwd=capture)
+    done = plenofir(*options, "--depth-index", "--all-in-focus", cwd=capture)
     assert done.returncode == 2
     assert "--depth-index" in done.stderr
-    done = run(*options, "--depth-index", "--radius", "9", cwd=capture)
+    done = plenofir(*options, "--depth-index", "--radius", "9", cwd=capture)
     assert done.returncode == 2
     assert "--radius" in done.stderr
 
-    done = run(
+    done = plenofir(
         *("depth-map", "aligned.png", "-M", "5", "--camera", "f197-mla2", "--focus", "inf"),
         cwd=capture,
     )
@@ -268,7 +262,7 @@ def test_chain(capture: Path, run) -> None:
     assert min(read_image(capture / "depth" / "depth.png").shape[:2]) > 200
 
     # Without a camera; and what lies beyond the range is not passed over.
-    done = run(*("depth-map", "aligned.png", "-M", "5", "--out", "a"), cwd=capture)
+    done = plenofir(*("depth-map", "aligned.png", "-M", "5", "--out", "a"), cwd=capture)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(r"a: disparities of .* %\), a = 0\.[34]\d to 0\.4\d\n", done.stdout)
     files = {"depth.png", "disparity.npy", "confidence.png"}
@@ -278,18 +272,20 @@ def test_chain(capture: Path, run) -> None:
     confidence = read_image(capture / "a" / "confidence.png")
     assert confidence.shape == disparity.shape
     assert np.median(confidence) > 0.5 * 255
-    done = run(*("depth-map", "aligned.png", "-M", "5", "--near", "0.2", "--out", "a"), cwd=capture)
+    done = plenofir(
+        *("depth-map", "aligned.png", "-M", "5", "--near", "0.2", "--out", "a"), cwd=capture
+    )
     note = "of the matched pixels lie at the near end of the search, 0.2 pixels per view; widen it"
     assert done.stdout.splitlines()[1].endswith(f" % {note} with --near")
 
 
-def test_overlaps_are_noted(tmp_path: Path, run) -> None:
+def test_overlaps_are_noted(tmp_path: Path) -> None:
     """Round micro images of 1.6 pitches repeat half a pitch off the lenses."""
     for radius in (0.45, 0.8):
         shape = (120, 130)
         grid = regular_grid(shape, 11.3, rotation_degrees=0.7)
         write_png(tmp_path / "white.png", white_image(shape, grid, radius=radius, mixed=True))
-        done = run("calibrate", "white.png", cwd=tmp_path)
+        done = plenofir("calibrate", "white.png", cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert ("centres may be half a pitch off" in done.stdout) == (radius > 0.5)
 
@@ -312,7 +308,7 @@ def test_bytes_and_colours(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("bits", "colour"), [(10, False), (12, True), (14, False)])
-def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, colour) -> None:
+def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, bits, colour) -> None:
     shape, full = (60, 70), (1 << bits) - 1
     white = white_image(shape, regular_grid(shape, 9.03), noise=0)
     calibrate(white).save(tmp_path / "calib.json")
@@ -323,7 +319,7 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, co
     (tmp_path / "raw.tif").write_bytes(encode_tiff(Picture(raw, full)))
     how = ("decode", "raw.tif", "--calib", "calib.json", "-M", "7", "--out")
     for name in ("a.png", "a.tif"):
-        done = run(*how, name, cwd=tmp_path)
+        done = plenofir(*how, name, cwd=tmp_path)
         assert (done.returncode, done.stderr) == (0, "")
         assert f"in linear light, white is {full}" in done.stdout
     want = decode(raw, load_calibration(tmp_path / "calib.json"), 7, full_scale=full)
@@ -335,7 +331,7 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, co
     assert (png.gamma, tiff.gamma) == (1, 1)
     # What the file holds is 10, 12 or 14 bits a sample.
     assert (tmp_path / "a.tif").stat().st_size < want.size * bits / 8 + 1000
-    done = run(
+    done = plenofir(
         "refocus",
         "a.tif",
         "-M",
@@ -370,11 +366,11 @@ def test_microscope_capture() -> None:
     assert max(largest) == largest[2]
 
 
-def test_endings_tell_the_kind_of_file(tmp_path: Path, run) -> None:
+def test_endings_tell_the_kind_of_file(tmp_path: Path) -> None:
     levels = np.linspace(100, 400, 400).reshape(20, 20).astype(np.uint16)
     write_png(tmp_path / "raw.png", levels.repeat(5, 0).repeat(5, 1))
     for name in ("a.png", "a.tif", "a.jpg"):
-        done = run(
+        done = plenofir(
             *("refocus", "raw.png", "-M", "5", "-a", "1/5", "--out", name, "--exposure", "auto"),
             cwd=tmp_path,
         )

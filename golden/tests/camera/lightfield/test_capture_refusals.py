@@ -6,6 +6,7 @@ from shutil import copy
 
 import numpy as np
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.rays.camera import CAMERAS
@@ -128,9 +129,9 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("report calibration --out r --spots lines", "no centres"),
     ],
 )
-def test_bad_input(bad: Path, run, arguments: str, message: str) -> None:
+def test_bad_input(bad: Path, arguments: str, message: str) -> None:
     before = sorted(bad.rglob("*"))
-    done = run(*arguments.split(), cwd=bad)
+    done = plenofir(*arguments.split(), cwd=bad)
     assert done.returncode == 2, done.stdout + done.stderr
     assert message in done.stderr
     assert done.stderr.startswith("plenofir: ")

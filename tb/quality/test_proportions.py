@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What keeps the sources readable, as numbers that no change makes worse."""
+
+import ast
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.hdl_text import declarations
+from plenofir.ground import project
+
+ROOT = project.root()
+LARGEST_FILE = 500
+# Of the VHDL that is synthesised: lines of a port or generic map with an association, of the code;
+# lines that are comments, of all.
+MOST_WIRING = 0.135
+LEAST_COMMENTS = 0.124
+# What users instantiate, and the tops of boards, have a generic for each choice there is.
+TOPS = {"raster_refocuser", "refocuser_axi", "atlys_top", "ulx3s_top", "tangnano20k_top"}
+
+
+def kinds(text: str) -> Counter[str]:
+    """How many lines of a source are comments, code, and wiring."""
+    found: Counter[str] = Counter()
+    depth = 0
+    for line in text.splitlines():
+        code, mark, _ = line.partition("--")
+        found["lines"] += 1
+        found["comments"] += bool(mark) and not code.strip()
+        found["code"] += bool(code.strip())
+        if depth or re.search(r"\b(port|generic) map\b", code):
+            found["wiring"] += "=>" in code
+            depth += code.count("(") - code.count(")")
+    return found
+
+
+def processes(text: str) -> dict[str, int]:
+    """Lines of each process."""
+    found = re.finditer(r"^( *)(?:(\w+) : )?process\b.*?^\1end process", text, re.S | re.M)
+    return {str(match[2]): match[0].count("\n") + 1 for match in found}
+
+
+def test_lines_are_counted() -> None:
+    text = """-- A comment.
+  add : entity work.adder
+    generic map (BITS => 8)
+    port map (
+      clk => clk, -- beside
+      sum => open
+    );
+  word <= (others => '0');
+
+  count : process (clk) is
+  begin
+  end process count;
+"""
+    assert kinds(text) == {"lines": 12, "comments": 1, "code": 10, "wiring": 3}
+    assert processes(text) == {"count": 3}
+
+
+def test_proportion_of_the_vhdl() -> None:
+    total = sum((kinds(path.read_text()) for path in hdl.all_sources()), Counter())
+    assert total["wiring"] < MOST_WIRING * total["code"], total
+    assert total["comments"] > LEAST_COMMENTS * total["lines"], total
+
+
+def test_processes_are_read_at_once() -> None:
+    for path in hdl.all_sources():
+        long = {name: lines for name, lines in processes(path.read_text()).items() if lines > 100}
+        assert not long, path
+
+
+def test_entities_have_few_generics() -> None:
+    for path in hdl.all_sources():
+        if path.stem not in TOPS:
+            assert len(declarations(path.read_text(), "generic")) <= 16, path
+
+
+@pytest.mark.parametrize("folder", ["hdl", "golden/plenofir", "golden/plenofir_studies"])
+def test_files_are_short(folder: str) -> None:
+    for path in (ROOT / folder).rglob("*"):
+        if path.suffix in (".vhd", ".py", ".js", ".css"):
+            assert len(path.read_text().splitlines()) <= LARGEST_FILE, path
+
+
+def test_few_pages() -> None:
+    assert len(list((ROOT / "docs").glob("*.md"))) <= 24
+
+
+def test_a_run_is_short() -> None:
+    """What a kind of simulation does is in its own class, not in ``run``."""
+    text = Path(ROOT / "golden" / "plenofir" / "fpga" / "simulate" / "run.py").read_text()
+    (run,) = (n for n in ast.parse(text).body if isinstance(n, ast.FunctionDef) and n.name == "run")
+    assert run.end_lineno is not None
+    assert run.end_lineno - run.lineno < 60
