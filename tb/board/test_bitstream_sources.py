@@ -9,15 +9,13 @@ from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
-from plenofir.ground.errors import InputError
+from plenofir_tb.tools import or_skip
 
 
 @pytest.fixture
 def sources() -> list[Path]:
-    try:
+    with or_skip():
         find_simulator("ghdl")
-    except InputError as error:
-        pytest.skip(str(error))
     return [source_of_line(line) for line in project_lines()]
 
 

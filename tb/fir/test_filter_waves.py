@@ -17,20 +17,18 @@ from plenofir.fpga.simulate.module_waves import (
     timing_diagrams,
 )
 from plenofir.ground import project
-from plenofir.ground.errors import InputError
 from plenofir.refocus import FilterLayout, filter_lines
 from plenofir.refocus.arithmetic import round_saturate, scaled_quotient
 from plenofir_tb.runner import draw_seed
+from plenofir_tb.tools import or_skip
 
 DOCS = project.root() / "docs"
 
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> RowBench:
-    try:
+    with or_skip():
         return RowBench(tmp_path_factory.mktemp("bench"))
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 def lanes_of(diagram: dict) -> dict[str, dict]:

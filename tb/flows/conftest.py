@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir_tb.flows import EXAMPLES, Run
+from plenofir_tb.tools import or_skip
 
 
 @pytest.fixture
@@ -28,10 +28,8 @@ def need(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
         monkeypatch.setenv("PATH", programs, prepend=os.pathsep)
         for name in names:
             if name == "verilator":
-                try:
+                with or_skip():
                     root = find_simulator("verilator").environment["VERILATOR_ROOT"]
-                except InputError as error:
-                    pytest.skip(str(error))
                 monkeypatch.setenv("VERILATOR_ROOT", root)
                 monkeypatch.setenv("PATH", f"{root}/bin", prepend=os.pathsep)
             elif not shutil.which(name) and importlib.util.find_spec(name) is None:

@@ -20,6 +20,7 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.faults import plant
 from plenofir_tb.refusals import Elaborator, Generics, declared, draw_integer, may_be
+from plenofir_tb.tools import or_skip
 
 CORE = {"MICRO_IMAGE_SIZE": 5, "SHIFTS": "-3", "MAX_COLUMNS": 64}
 ARRAYS = ("raster_refocuser", "fir_array", "moving_sum_array")
@@ -218,10 +219,8 @@ def elaborator(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Elaborator:
     """A library of all sources, and what decides about cores without building them."""
-    try:
+    with or_skip():
         find_simulator(request.param)
-    except InputError as error:
-        pytest.skip(str(error))
     folder = tmp_path_factory.mktemp(request.param)
     benches = (TB / "quality" / "verdicts.vhd", TB / "video" / "mode_ports.vhd")
     return Elaborator(request.param, folder, *benches)

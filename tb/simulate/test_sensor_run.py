@@ -22,13 +22,13 @@ from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
-from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.refocus import refocus
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
+from plenofir_tb.tools import or_skip
 
 SHAPE = (34, 41)
 
@@ -94,10 +94,8 @@ def test_capture_becomes_a_picture(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
     """Rows of lenses that are long: places in a row need all their bits."""
-    try:
+    with or_skip():
         find_simulator("verilator")
-    except InputError as error:
-        pytest.skip(str(error))
     shape = (61, 503)
     grid = regular_grid(shape, 8.3, rotation_degrees=0.6, layout="hexagonal-rows")
     profile = tuple(tuple(1 - 0.1 * abs(k - 1) for k in range(3)) for _ in range(3))
@@ -178,11 +176,9 @@ def test_missing_lines_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.slow
 @pytest.mark.parametrize(("layout", "order"), [("rectangular", None), ("hexagonal-rows", "bggr")])
 def test_netlist_equals_the_models(tmp_path: Path, layout: str, order: BayerOrder | None) -> None:
-    try:
+    with or_skip():
         simulator = find_simulator("verilator")
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
     precision = Precision(weight_bits=3, gain_bits=6, guard_bits=1)
     calibration = camera(layout, pitch=9.7)
     chip = resampling(

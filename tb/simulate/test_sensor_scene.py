@@ -13,13 +13,13 @@ from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog, yosys_version
-from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.scene_top import TOP
 from plenofir.plan.sensor.chip import loads, resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus import refocus
+from plenofir_tb.tools import or_skip
 
 SHAPE = (34, 41)
 M = 4
@@ -73,12 +73,10 @@ def plan_of(folder: Path, sensor: str) -> Plan:
 
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
-    try:
+    with or_skip():
         find_simulator("verilator")
         ghdl_version()
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 def frames_through(

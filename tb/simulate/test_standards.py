@@ -20,10 +20,10 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.chain import run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_simulator
-from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus.sharpness import depth_index
+from plenofir_tb.tools import or_skip
 
 BOARD_NAMES = [board.name for board in BOARDS.values() if board.library]
 # Those that a chain goes through.
@@ -32,10 +32,8 @@ WITH_INPUT = [name for name in BOARD_NAMES if BOARDS[name].clock_ranges]
 
 @pytest.fixture(params=["ghdl", "nvc"])
 def simulator(request: pytest.FixtureRequest) -> Simulator:
-    try:
+    with or_skip():
         return find_simulator(request.param, brief=True)
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 @pytest.fixture

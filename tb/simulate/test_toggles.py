@@ -12,8 +12,8 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.simulate.toggles import simulate_activity
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
-from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
+from plenofir_tb.tools import or_skip
 
 STORED = StoredProductArithmetic(fraction_bits=0, guard_bits=0)
 
@@ -42,11 +42,9 @@ STORED = StoredProductArithmetic(fraction_bits=0, guard_bits=0)
     ids=["exact", "stored", "rgb"],
 )
 def test_netlist_with_block_ram(tmp_path: Path, core: CoreConfiguration) -> None:
-    try:
+    with or_skip():
         simulator = find_simulator("verilator")
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
     shape = (2, 18, 60, *((3,) if core.channels == 3 else ()))
     frames = np.random.default_rng(5).integers(0, 256, shape, np.uint8)
     # Raises if a frame is not the golden model's.

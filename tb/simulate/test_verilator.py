@@ -16,19 +16,17 @@ from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources,
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
-from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
+from plenofir_tb.tools import or_skip
 
 STORED = StoredProductArithmetic(fraction_bits=4, guard_bits=2)
 
 
 @pytest.fixture(scope="module")
 def simulator() -> Simulator:
-    try:
+    with or_skip():
         find_simulator("ghdl")
         return find_simulator("verilator")
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 def random_frames(core: CoreConfiguration, count: int, rows: int, columns: int) -> np.ndarray:
@@ -290,10 +288,8 @@ def test_netlist_equals_golden_model(
     tmp_path: Path, simulator: Simulator, core: CoreConfiguration
 ) -> None:
     # Small enough for memories of LUTs: Yosys has no model of Spartan-6's block RAM.
-    try:
+    with or_skip():
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
     netlist = synthesise(core_sources(), CORE, core_generics(core), tmp_path)
     assert netlist.figures.usage.block_rams == 0
     frames = random_frames(core, 4, 17, core.max_columns)
@@ -311,10 +307,8 @@ def test_netlist_equals_golden_model(
 
 @pytest.mark.slow
 def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
-    try:
+    with or_skip():
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
     core = CoreConfiguration(
         micro_image_size=2, shifts=(-1, 2), max_columns=9, engine=StackEngine()
     )

@@ -19,8 +19,9 @@ from plenofir.fpga.synthesis.formal import (
     RingProof,
 )
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
-from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.errors import ToolError
 from plenofir_tb.faults import plant
+from plenofir_tb.tools import or_skip
 
 Proof = (
     FirProof | LaneProof | DivideProof | FifoProof | BusProof | RingProof | HeaderProof | MergeProof
@@ -29,11 +30,9 @@ Proof = (
 
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
-    try:
+    with or_skip():
         ghdl_version()
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.parametrize(

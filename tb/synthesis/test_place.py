@@ -12,10 +12,10 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
 from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.ground import project
-from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import is_nextpnr_board
 from plenofir.plan.scene import scene_files
+from plenofir_tb.tools import or_skip
 
 RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
 BUILDS = json.loads((project.DATA / "boards.json").read_text())
@@ -45,10 +45,8 @@ def test_fastest_configuration_reaches_1080p() -> None:
 
 @pytest.mark.slow
 def test_bitstream_of_a_board(tmp_path: Path) -> None:
-    try:
+    with or_skip():
         check_tools()
-    except InputError as error:
-        pytest.skip(str(error))
     core = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
     netlist = make_netlist(hdl.hdl_sources(), TOP, self_test_generics(core, 48), tmp_path)
     constraints = project.root() / "constraints" / "ulx3s_self_test.lpf"

@@ -35,6 +35,7 @@ from plenofir.plan.figures import (
     scene_designs,
 )
 from plenofir.plan.left_out import full_core
+from plenofir_tb.tools import or_skip
 
 DESIGNS = designs()
 SLOW = pytest.mark.slow
@@ -42,11 +43,9 @@ SLOW = pytest.mark.slow
 
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
-    try:
+    with or_skip():
         ghdl_version()
         yosys_version()
-    except InputError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.parametrize(

@@ -143,11 +143,6 @@ def core_sources() -> list[Path]:
     return [*hdl.hdl_sources(), project.root() / "tb" / "file_bench" / f"{CORE}.vhd"]
 
 
-def bench_sources() -> list[Path]:
-    """VHDL files of the bench and the core, in order of analysis."""
-    return [*core_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"]
-
-
 def core_generics(
     core: CoreConfiguration, index: DepthIndexConfiguration | None = None
 ) -> Generics:
