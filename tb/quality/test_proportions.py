@@ -13,13 +13,13 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.ground import project
 
 ROOT = project.root()
-LARGEST_FILE = 500
+LARGEST_FILE = {"hdl": 500, "golden": 520}
 # Of the VHDL that is synthesised: lines of a port or generic map with an association, of the code;
 # lines that are comments, of all.
-MOST_WIRING = 0.135
+MOST_WIRING = 0.147
 LEAST_COMMENTS = 0.124
 # What users instantiate, and the tops of boards, have a generic for each choice there is.
-TOPS = {"raster_refocuser", "refocuser_axi", "atlys_top", "ulx3s_top", "tangnano20k_top"}
+CORES = ("raster_refocuser", "refocuser_axi")
 
 
 def kinds(text: str) -> Counter[str]:
@@ -75,15 +75,15 @@ def test_processes_are_read_at_once() -> None:
 
 def test_entities_have_few_generics() -> None:
     for path in hdl.all_sources():
-        if path.stem not in TOPS:
+        if path.stem not in CORES and not path.stem.endswith("_top"):
             assert len(declarations(path.read_text(), "generic")) <= 16, path
 
 
-@pytest.mark.parametrize("folder", ["hdl", "golden/plenofir", "golden/plenofir_studies"])
+@pytest.mark.parametrize("folder", LARGEST_FILE)
 def test_files_are_short(folder: str) -> None:
     for path in (ROOT / folder).rglob("*"):
         if path.suffix in (".vhd", ".py", ".js", ".css"):
-            assert len(path.read_text().splitlines()) <= LARGEST_FILE, path
+            assert len(path.read_text().splitlines()) <= LARGEST_FILE[folder], path
 
 
 def test_few_pages() -> None:

@@ -192,7 +192,6 @@ def refocus_command(
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=described(m, setting, model))}, path.parent)
-    warn_of_camera(model)
     units = sharpening_units(sharpen, m, int(setting * m), order)
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
@@ -323,7 +322,6 @@ def stack(
             save(results, "all_in_focus.png", look(sharpest.image))
             of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
-    warn_of_camera(model)
     print_lines(*lines)
     warn_of_camera(model)
 
@@ -433,7 +431,6 @@ def depth_map(
             central = sub_aperture(raw, m, m // 2, m // 2)
             colours = exposure(picture, m).apply(central)
             results.write("points.ply", exports.encode_ply(exports.points(depth, model), colours))
-    warn_of_camera(model)
     known = depth[~np.isnan(depth)]
     spread = ""
     if known.size:
