@@ -2,6 +2,7 @@
 """Calibration: accuracy on images with known centres, damage, bad input, the file."""
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -171,11 +172,10 @@ def test_dark_frame_and_colours() -> None:
     lifted = (white + dark).astype(np.uint16)
     with_dark = calibrate(lifted, dark)
     assert with_dark.dark_level == 3000
-    assert with_dark.centres == pytest.approx(calibrate(white).centres, abs=2e-3, nan_ok=True)
+    centres = calibrate(white).centres
+    assert with_dark.centres == pytest.approx(centres, abs=2e-3, nan_ok=True)
     colour = np.stack([white, white // 2, white // 3], axis=2).astype(np.uint16)
-    assert calibrate(colour).centres == pytest.approx(
-        calibrate(white).centres, abs=2e-3, nan_ok=True
-    )
+    assert calibrate(colour).centres == pytest.approx(centres, abs=2e-3, nan_ok=True)
     assert grey(colour).shape == white.shape
 
 
@@ -222,11 +222,16 @@ def test_file(tmp_path: Path) -> None:
 def test_older_file(tmp_path: Path) -> None:
     """Files without evidence load."""
     path = tmp_path / "calib.json"
-    calibrate(white_image((120, 120), regular_grid((120, 120), 11))).save(path)
+    small_calibration().save(path)
     content = json.loads(path.read_text())
     assert content.pop("evidence")["missing_share"] == 0
     path.write_text(json.dumps(content))
     assert load_calibration(path).evidence is None
+
+
+@cache
+def small_calibration() -> Calibration:
+    return calibrate(white_image((120, 120), regular_grid((120, 120), 11)))
 
 
 @pytest.mark.parametrize(
@@ -254,9 +259,8 @@ def test_older_file(tmp_path: Path) -> None:
     ],
 )
 def test_bad_file(tmp_path: Path, change, message) -> None:
-    shape = (120, 120)
     path = tmp_path / "calib.json"
-    calibrate(white_image(shape, regular_grid(shape, 11))).save(path)
+    small_calibration().save(path)
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
     with pytest.raises(InputError, match=message):
         load_calibration(path)
@@ -270,11 +274,12 @@ def test_bad_file(tmp_path: Path, change, message) -> None:
         load_calibration(tmp_path / "none.json")
 
 
-def bad_white(name: str) -> np.ndarray:
+@cache
+def bad_whites() -> dict[str, np.ndarray]:
     good = white_image(SHAPE, regular_grid(SHAPE, 11.03), bits=8)
     rng = np.random.default_rng(0)
     x = np.arange(SHAPE[1]) * np.ones((SHAPE[0], 1))
-    images = {
+    return {
         "black": np.zeros(SHAPE, np.uint8),
         "dark": good // 30,
         "bright": np.clip(good.astype(int) * 20, 0, 255),
@@ -286,8 +291,6 @@ def bad_white(name: str) -> np.ndarray:
         "few": good[:44, :44],
         "small": good[:10, :10],
     }
-    image = images[name]
-    return image if image.dtype == np.uint16 else image.astype(np.uint8)
 
 
 @pytest.mark.parametrize(
@@ -306,8 +309,9 @@ def bad_white(name: str) -> np.ndarray:
     ],
 )
 def test_bad_white_image(name, message) -> None:
+    image = bad_whites()[name]
     with pytest.raises(InputError, match=message) as error:
-        calibrate(bad_white(name), where="white.tif")
+        calibrate(image if name == "full" else image.astype(np.uint8), where="white.tif")
     assert str(error.value).startswith("white.tif: ")
 
 
