@@ -3,9 +3,9 @@
 -- blank lines as the camera takes longer or shorter.
 --
 -- A camera's clock is its own, so its frames are a little longer or shorter than those of a mode. A frame begins with
--- the first whole line behind `due`, or behind a frame without one, LATE_LINES later than the mode has it. So the
--- screen's horizontal timing never changes, its vertical blanking by a line now and then, and without a camera it goes
--- on. A frame is never shorter than to the end of its vertical sync.
+-- the first whole line behind `due`, wherever the one before is, or behind a frame without one, LATE_LINES later than
+-- the mode has it. So the screen's horizontal timing never changes, its vertical blanking by a line now and then, and
+-- without a camera it goes on. The camera's first frame cuts the one that is on the screen.
 --
 -- Latency: up to a line from due to the frame. Throughput: one place each clock.
 -- Equation: frame n begins at the first end of a line with due since frame n - 1 began.
@@ -41,7 +41,6 @@ architecture rtl of camera_timing is
   signal place   : raster_t;
   signal begun   : std_logic := '0';
   signal waiting : std_logic := '0';
-  signal over    : std_logic := '0';
   signal start   : std_logic;
 
 begin
@@ -68,29 +67,21 @@ begin
   following.row     <= place.row;
   following.running <= place.running;
 
-  start <= not begun or (waiting and over and to_logic(place.column = timing.line_length - 1));
+  start <= not begun or (waiting and to_logic(place.column = timing.line_length - 1));
 
   follow : process (clk) is
   begin
 
     if rising_edge(clk) then
       begun <= '1';
-      -- Decided a line ahead.
-      if place.column = 0 then
-        over <= to_logic(place.row > timing.v_sync_end_line);
-      end if;
       if due = '1' then
         waiting <= '1';
       elsif start = '1' then
         waiting <= '0';
       end if;
-      if start = '1' then
-        over <= '0';
-      end if;
       if reset = '1' then
         begun   <= '0';
         waiting <= '0';
-        over    <= '0';
       end if;
     end if;
 

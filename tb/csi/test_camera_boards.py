@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Boards with a camera, from its wires to their pictures: every pixel is the golden models'."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +16,20 @@ from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
+from plenofir.fpga.hdmi.link import decode_frames
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, BoardCamera, camera_package
 from plenofir.plan.sensor.board_load import description
-from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, BoardSensor, sensor_package
-from plenofir.plan.sensor.chip import resampling
+from plenofir.plan.sensor.board_sensor import (
+    CAMERA_LATE_LINES,
+    SENSOR_PACKAGE,
+    BoardSensor,
+    sensor_delay_lines,
+    sensor_package,
+)
+from plenofir.plan.sensor.chip import resampling, shown_lines
 from plenofir_tb.runner import draw_seed
 
 M, MOSAIC = 4, "grbg"
@@ -38,17 +45,17 @@ class Scene:
     raster: np.ndarray
 
 
-def scene(shape: tuple[int, int], bits: int, *, lines: int = 0) -> Scene:
+def scene(shape: tuple[int, int], bits: int, *, on_screen: bool = False) -> Scene:
     """A frame of noise with a mosaic; its calibration is built in."""
     seed = draw_seed()
     print(f"seed {seed}")
     raw = np.random.default_rng(seed).integers(0, 1 << bits, shape, np.uint16)
     calibration = calibration_of_grid(regular_grid(shape, 5.4, rotation_degrees=0.7), shape)
     chip = resampling(calibration, M, channels=3, pixel_bits=bits, where="calibration")
-    if lines:
-        chip = chip.__class__(
-            **{**vars(chip), "core": chip.core.model_copy(update={"lines": lines})}
-        )
+    if on_screen:
+        lines = shown_lines(chip.registers, chip.tables, mosaic=True, where="calibration")
+        lines += CAMERA_LATE_LINES
+        chip = replace(chip, core=chip.core.model_copy(update={"lines": lines}))
     full_scale = (1 << bits) - 1
     raster = resample(
         interpolate_mosaic(raw, MOSAIC, where="raw"),
@@ -140,3 +147,55 @@ def test_lifcl40_from_the_wires(
     wanted = what.core.golden(what.raster)[number]
     for frame in got:
         assert np.array_equal(frame, wanted)
+
+
+@pytest.mark.slow
+def test_ulx3s_from_the_wires_to_serial_bits(tmp_path: Path) -> None:
+    shape, bits, mbits = (42, 60), 8, 456
+    what = scene(shape, bits, on_screen=True)
+    parts = {"H_ACTIVE": 60, "H_FRONT": 10, "H_SYNC": 20, "H_BACK": 30}
+    parts |= {"V_ACTIVE": 42, "V_FRONT": 1, "V_SYNC": 2, "V_BACK": 5}
+    line, lines, frames = sum(list(parts.values())[:4]), sum(list(parts.values())[4:]), 7
+    ui = 2 * round(5e5 / mbits)
+    # The camera's lines are 0.03 % longer than the screen's, its frames a quarter of a line more.
+    line_bits = round(1.0003 * line * 40_000 / ui)
+    starts, packets = [], []
+    for frame in range(frames):
+        sent = frame_packets(what.raw, bits, number=frame + 1)
+        begin = 1000 + frame * (lines * line_bits + line_bits // 4)
+        starts += [begin + n * line_bits for n in range(len(sent))]
+        packets += sent
+    wire_words(packets, starts=starts).tofile(tmp_path / "input.bin")
+    start = sensor_delay_lines(M, mosaic=True) + what.core.delay + 2
+    camera = BoardCamera(
+        lanes=2,
+        bits=bits,
+        channels=3,
+        buffer_bits=7,
+        settle=settle_clocks(mbits),
+        start_line=start,
+    )
+    simulate(
+        tmp_path,
+        "ulx3s",
+        "ulx3s_camera_bench",
+        what,
+        camera,
+        **{f"PATTERN_{name}": value for name, value in parts.items()},
+        BIT_PS=ui,
+        WORDS=frames * lines * line,
+    )
+    shown = decode_frames(np.fromfile(tmp_path / "output.bin", "<u4"))
+    rows, columns = what.raster.shape[:2]
+    top, left = (shape[0] - rows) // 2, (shape[1] - columns) // 2
+    around = ((top, shape[0] - rows - top), (left, shape[1] - columns - left), (0, 0))
+    wanted = [np.pad(picture, around) for picture in what.core.golden(what.raster)]
+    found = [
+        [n for n, want in enumerate(wanted) if np.array_equal(frame.pixels, want)]
+        for frame in shown
+    ]
+    pictures = [numbers for frame, numbers in zip(shown, found, strict=True) if frame.pixels.any()]
+    # From the first one on all are slices, to and fro.
+    assert len(pictures) >= 4
+    assert all(pictures)
+    assert {n for numbers in pictures for n in numbers} == {0, 1}

@@ -20,7 +20,12 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_load import load_lines
-from plenofir.plan.sensor.board_sensor import SENSOR_OUTPUTS, SENSOR_PACKAGE, sensor_package
+from plenofir.plan.sensor.board_sensor import (
+    CAMERA_LATE_LINES,
+    SENSOR_OUTPUTS,
+    SENSOR_PACKAGE,
+    sensor_package,
+)
 from plenofir.plan.sensor.calibration_loader import LOADER, loader_text
 from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
@@ -158,7 +163,8 @@ def board_packages(plan: Plan) -> dict[str, str]:
     if plan.edid is not None:
         packages[EDID_PACKAGE] = edid_package(bytes.fromhex(plan.edid))
     if plan.sensor is not None:
-        packages[SENSOR_PACKAGE] = sensor_package(plan.sensor.board_sensor())
+        late = 0 if plan.camera is None or plan.sensor.shown is None else CAMERA_LATE_LINES
+        packages[SENSOR_PACKAGE] = sensor_package(plan.sensor.board_sensor(late))
         if plan.camera is None:
             packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
         else:

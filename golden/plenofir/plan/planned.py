@@ -58,15 +58,16 @@ class PlannedSensor(BaseModel):
     raster_columns: int  # of the longest line of the raster
     shown: Shown | None = None  # what a board's screen takes; None without video out
 
-    def board_sensor(self) -> BoardSensor:
-        """What the board's package says of it."""
+    def board_sensor(self, late: int = 0) -> BoardSensor:
+        """What the board's package says of it; `late` lines of the ring are no calibration's."""
+        told = self.core.model_copy(update={"lines": self.core.lines - late})
         return BoardSensor(
             core=self.core,
             red_place=None if self.mosaic is None else red_place(self.mosaic),
             columns=self.columns,
             rows=self.rows,
             raster_columns=self.raster_columns,
-            description=description(self.core, self.shown),
+            description=description(told, self.shown),
             loads=self.loads,
         )
 

@@ -11,6 +11,9 @@ SENSOR_OUTPUTS = "rm"
 """What a board with a sensor can show: the refocused slice and the micro images."""
 SENSOR_BLANK_LINES = 3
 """Lines of vertical blanking that a sensor's frames need, as in ``hdl/video/refocus_video.vhd``."""
+CAMERA_LATE_LINES = 4
+"""Raw lines by which a screen that waits for a camera may take the raster later than one that
+follows a video's timing: its frames begin with a whole line of its own."""
 _MARGIN, _MOSAIC_MARGIN = 5, 1
 
 

@@ -17,7 +17,7 @@ from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
 from plenofir.fpga.sensors import SensorPattern
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_load import Shown
-from plenofir.plan.sensor.board_sensor import sensor_delay_lines
+from plenofir.plan.sensor.board_sensor import CAMERA_LATE_LINES, sensor_delay_lines
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
@@ -112,6 +112,10 @@ def sensor_chip(
         chip = _limited(sensor, micro_image_size, channels, path, video=video)
     if not video:
         return chip
+    if sensor.input == "csi":
+        lines = chip.core.lines + CAMERA_LATE_LINES
+        check_ring(lines, "a screen that waits for the camera", where=f"{path}: sensor")
+        chip = replace(chip, core=chip.core.model_copy(update={"lines": lines}))
     return replace(
         chip, shown=Shown(sensor.rows, chip.raster[1], 0 if sensor.mosaic is None else 1)
     )
