@@ -141,6 +141,7 @@ def test_units() -> None:
         [
             unit("video_timing_meter", {}, bench="input"),
             unit("raster_generator", {}),
+            unit("camera_timing", {"LATE_LINES": 3}, late=3),
             unit(
                 "mode_ports",
                 {key.upper(): part for key, part in parts.items()},

@@ -112,6 +112,36 @@ async def rasters_of_any_mode(dut: Any) -> None:
                 assert got == want, f"{mode}, pixel {n}"
 
 
+@for_entity("camera_timing")
+async def frames_wait_for_a_camera(dut: Any) -> None:
+    """Frames that come any number of clocks apart, and then none: lines are always whole."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    late = read_case()["late"]
+    mode = random_mode(rng)
+    total = mode.h_total * mode.v_total
+    Clock(dut.clk, 10, "ns").start()
+    dut.timing.value, dut.due.value = timing_vector(mode), 0
+    await reset(dut, 1)
+    # Little more or less than a frame, and anywhere in one.
+    apart = [total + rng.randint(-mode.h_total, mode.h_total) for _ in range(5)]
+    apart += [rng.randrange(2 * mode.h_total, total) for _ in range(3)]
+    dues = {1 + sum(apart[: n + 1]) for n in range(len(apart))}
+    clocks = sum(apart) + 2 * (total + late * mode.h_total)
+    row, column, waiting = 0, 0, False
+    for clock in range(clocks):
+        dut.due.value = int(clock in dues)
+        await FallingEdge(dut.clk)
+        place = int(dut.following_row.value), int(dut.following_column.value)
+        assert dut.following_running.value == 1
+        assert place == (row, column), (mode, clock)
+        waiting = waiting or clock in dues
+        column += 1
+        if column == mode.h_total:
+            row, column = row + 1, 0
+            if waiting or row == mode.v_total + late:
+                row, waiting = 0, False
+
+
 @for_entity("light_field_pattern")
 async def pattern_from_its_equation(dut: Any) -> None:
     """Two frames from each reset on, also from one in the middle of a frame."""
