@@ -246,7 +246,8 @@ def _plan_on(scene: str, device: str) -> Plan | str:
 
 def _clock_of(scene: str, plan: Plan) -> float | None:
     """Clock in MHz of a scene's core on a device, or of its board, if it was placed."""
-    build = load_builds().get(scene)
+    builds = load_builds()
+    build = builds.get(f"{scene} on {plan.device}", builds.get(scene))
     if build is not None and build.device == plan.device:
         return next(clock.reached_mhz for clock in build.timing if clock.clock == "clk")
     placed = load_placed_cores().get(plan.device, {})

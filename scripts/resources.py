@@ -104,8 +104,6 @@ from plenofir.plan.scene_top import TOP
 from plenofir_studies import many_pixels, systolic
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
-# That the scene built without options is recorded for, too.
-SMALL_DEVICES = ("lfe5u-25f", "lfe5u-12f")
 FULL_DEVICE = "lfe5u-45f"
 BITSTREAMS = project.root() / "build" / "pnr"
 # Small designs that are placed beside the scenes: what, M, a', rows at once.
@@ -292,8 +290,12 @@ def place_all(names: Sequence[str]) -> None:
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
         if is_nextpnr_board(plan):
             record_build(plan)
-    for device in SMALL_DEVICES:
-        record_build(make_plan(load_scene(BOARDS["ulx3s"].scene, device)))
+    # The scene that is built without options is recorded for all devices.
+    board = BOARDS["ulx3s"]
+    own = load_scene(board.scene).scene.build.device
+    for device in board.devices:
+        if device != own:
+            record_build(make_plan(load_scene(board.scene, device)))
 
 
 def place_scene(plan: Plan) -> None:

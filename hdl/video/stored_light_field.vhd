@@ -86,9 +86,10 @@ architecture rtl of stored_light_field is
   -- The place is in the light field, in its rows.
   signal inside  : std_logic;
   signal in_rows : std_logic;
-  -- Pixel (v, u) of its micro image; the micro image, and the first one of its row.
+  -- Column u of its micro image, and how many pixels of it lie in the rows above, M v; the micro image, and the
+  -- first one of its row.
   signal u          : natural range 0 to larger(M - 1, 1)      := 0;
-  signal v          : natural range 0 to larger(M - 1, 1)      := 0;
+  signal above      : natural range 0 to larger(M * M - M, 1)  := 0;
   signal lens       : natural range 0 to larger(LENSES - 1, 1) := 0;
   signal first_lens : natural range 0 to larger(LENSES - 1, 1) := 0;
 
@@ -144,18 +145,18 @@ begin
 
       -- The place in the frame.
       if between = '1' or reset = '1' then
-        v          <= 0;
+        above      <= 0;
         first_lens <= 0;
       elsif place.line_last = '1' and in_rows = '1' then
-        v <= 0;
-        if v < M - 1 then
-          v <= v + 1;
+        above <= 0;
+        if above < M * M - M then
+          above <= above + M;
         elsif first_lens < LENSES - STORED_LENSES then
           first_lens <= first_lens + STORED_LENSES;
         end if;
       end if;
 
-      way(1)          <= (place.active, place.h_sync, place.v_sync, inside, M * v + u);
+      way(1)          <= (place.active, place.h_sync, place.v_sync, inside, above + u);
       way(2 to STEPS) <= way(1 to STEPS - 1);
 
       if reset = '1' then

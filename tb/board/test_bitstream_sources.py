@@ -5,10 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from plenofir.commands.bitstream import scene_plan
 from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.xst_lint import lint
 from plenofir.ground import project
+from plenofir.plan.configure import configure
 from plenofir_tb.tools import or_skip
 
 
@@ -51,12 +54,11 @@ def test_generics_out_of_range(sources: list[Path], tmp_path: Path) -> None:
     assert not counts
 
 
-def test_other_generics(sources: list[Path], tmp_path: Path) -> None:
-    """The changed top level is elaborated as it is built."""
-    top = tmp_path / f"{TOP}.vhd"
-    top.write_text(
-        top_with_generics({"MICRO_IMAGE_SIZE": 3, "SHIFTS": "-2 0 2", "MAX_COLUMNS": 640})
-    )
-    problems, counts = elaborate([*sources[:-1], top], tmp_path)
+def test_board_of_a_scene(sources: list[Path], tmp_path: Path) -> None:
+    """The flower for the first evening: elaborated as it is built; XST's rules hold for it."""
+    written = configure(scene_plan("flower-480p", "atlys"), tmp_path / "scene")
+    assert {f"{TOP}.vhd", "stored_pkg.vhd"} <= {path.name for path in written}
+    problems, counts = elaborate(written, tmp_path)
     assert problems == []
     assert (counts["pll_adv"], counts["iserdes2"], counts["oserdes2"]) == (2, 6, 8)
+    assert list(lint(written)) == []

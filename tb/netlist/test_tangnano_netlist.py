@@ -44,7 +44,11 @@ def test_netlist_of_the_shipped_scene(tmp_path: Path) -> None:
     plan = make_plan(load_scene(BOARD.scene))
     sources = hdl.with_packages(hdl.board_sources(BOARD.name), board_packages(plan), tmp_path)
     generics = board_generics(plan.core, BOARD.top)
-    write_verilog(sources, BOARD.top, generics, tmp_path, primitives=BOARD.library)
+    write_verilog(
+        *(sources, BOARD.top, generics, tmp_path),
+        primitives=BOARD.library,
+        contents_in_files=True,
+    )
     netlist = tmp_path / f"{BOARD.top}.json"
     synthesise_board(BOARD, netlist)
     check_netlist(netlist_verilog(netlist), plan)

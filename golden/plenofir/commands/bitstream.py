@@ -58,15 +58,35 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     return values
 
 
-def scene_plan(path: str, device: str | None = None) -> "Plan":
-    """Plan of a scene that is a board's, for another device of this board if one is named."""
-    from plenofir.fpga.boards import board_of
+def device_of(board: "Board", device: str) -> str:
+    """A board's device by any of its names; InputError if it has none of it."""
+    found = board.device(device)
+    if found is None:
+        raise InputError(
+            f"the {board.title} has no {device}; choose from {', '.join(board.devices)}",
+            where=options.typed("device"),
+        )
+    return found
+
+
+def scene_plan(path: str, board: str | None = None, device: str | None = None) -> "Plan":
+    """Plan of a scene that is a board's; board and device that are named go before its own."""
+    from plenofir.fpga.boards import BOARDS, board_of
     from plenofir.plan import load_scene, make_plan
 
     loaded = load_scene(path)
-    board = board_of(loaded.scene.build.device)
-    other = board.device(device) if board and device else None
-    plan = make_plan(load_scene(path, other) if other else loaded)
+    own = loaded.scene.build.device
+    target = BOARDS[board] if board else board_of(own)
+    if target is not None and not target.modes and target.camera is None:
+        raise InputError(
+            f"the {target.title} takes no scene; give -M, -a and the other options instead",
+            where=options.typed("board", str(board)),
+        )
+    if target is not None:
+        usual = own if own in target.devices else target.devices[0]
+        wanted = device_of(target, device) if device else usual
+        loaded = loaded if wanted == own else load_scene(path, wanted)
+    plan = make_plan(loaded)
     if plan.path == "core":
         raise InputError(
             f"{plan.scene} is a core, not a board; synthesise it with make synth, or set "
@@ -77,25 +97,13 @@ def scene_plan(path: str, device: str | None = None) -> "Plan":
 
 
 def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> "tuple[Board, str]":
-    """Board and device to build for: those of the scene, or those that were named."""
+    """Board and device to build for: those of the scene's plan, or those that were named."""
     from plenofir.fpga.boards import BOARDS, board_of
 
-    of_scene = None if plan is None else board_of(plan.device)
-    chosen = of_scene or BOARDS[board or "atlys"]
-    if plan is not None and board not in (None, chosen.name):
-        raise InputError(
-            f"{plan.scene} is a scene for the {chosen.title}; use "
-            f"{options.typed('board', chosen.name)}, or change build.device in the scene",
-            where=options.typed("board", str(board)),
-        )
-    if device is not None and chosen.device(device) is None:
-        raise InputError(
-            f"the {chosen.title} has no {device}; choose from {', '.join(chosen.devices)}",
-            where=options.typed("device"),
-        )
-    if plan is not None:
-        return chosen, plan.device
-    return chosen, (device and chosen.device(device)) or chosen.devices[0]
+    if plan is not None and (of_scene := board_of(plan.device)) is not None:
+        return of_scene, plan.device
+    chosen = BOARDS[board or "atlys"]
+    return chosen, device_of(chosen, device) if device else chosen.devices[0]
 
 
 def checked_core(
@@ -242,7 +250,7 @@ def build(
         options.refuse_both(next(iter(given)), options.typed("scene"))
     if scene is None and not given and board is not None:
         scene = BOARDS[board].scene or None
-    plan = None if scene is None else scene_plan(scene, device)
+    plan = None if scene is None else scene_plan(scene, board, device)
     target, part = chosen_board(board, device, plan)
     generics = board_generics(given) if plan is None else scene_generics(plan)
     if target.flow == "nextpnr":

@@ -35,7 +35,10 @@ def _size(text: str) -> tuple[int, int]:
 def picture(
     raw: Annotated[
         str | None,
-        typer.Argument(help="Light field: micro images of M x M pixels; a flower if none."),
+        typer.Argument(
+            help="Light field: micro images of M x M pixels; that of the scene, or a flower, if "
+            "none."
+        ),
     ] = None,
     scene: Annotated[
         str | None, typer.Option(help="Scene of the board's build: size and M.")
@@ -51,17 +54,24 @@ def picture(
     from plenofir.ground.files import publish
     from plenofir.ground.images import read_image
     from plenofir.plan import load_scene
+    from plenofir.plan.scene_stored import stored_raw
 
+    kept = None
     m, (columns, rows) = first_light.FLOWER_MICRO_IMAGE_SIZE, _size(size or "640x480")
     if scene is not None:
-        wanted = load_scene(scene).scene
+        loaded = load_scene(scene)
+        wanted = loaded.scene
         m = wanted.camera.micro_image_size
         columns, rows = _size(size) if size else (wanted.frame.columns, wanted.frame.rows)
+        if wanted.stored is not None:
+            kept = stored_raw(wanted.stored, m, loaded.path)
     m = micro_image or m
-    if raw is None:
-        shown = first_light.flower_picture(columns, rows, m)
-    else:
+    if raw is not None:
         shown = first_light.screen_picture(read_image(Path(raw)), columns, rows, m, where=raw)
+    elif kept is not None and micro_image is None:
+        shown = first_light.screen_picture(kept, columns, rows, m, where=str(scene))
+    else:
+        shown = first_light.flower_picture(columns, rows, m)
     png = first_light.marked_png(shown)
     page = first_light.full_screen_page(png, columns, rows)
     publish({"picture.png": png, "picture.html": page}, Path(out))

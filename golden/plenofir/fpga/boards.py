@@ -104,7 +104,7 @@ BOARDS: dict[str, Board] = {
             top="ulx3s_top",
             library="ecp5u",
             clock_ranges=CLOCK_RANGES,
-            scene="ulx3s-480p",
+            scene="flower-480p",
             # VGA at 25 MHz, which the oscillator gives; the slowest grade has GDDRX2 of 624 Mb/s.
             camera=CameraInput(top="ulx3s_camera_top", lane_mbits=624, screen=VGA, screen_mhz=25.0),
         ),

@@ -310,7 +310,7 @@ def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usag
         usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     if loaded.scene.build.path == "video":
         usage += VIDEO_USAGES[device.family] + overlay_usage(shown.overlay, device.family)
-    return usage + stored_usage(loaded.stored)
+    return usage + stored_usage(loaded.stored, device.family)
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
@@ -496,7 +496,9 @@ def make_plan(loaded: LoadedScene) -> Plan:
         ),
         stored=loaded.stored,
         stored_needs=(
-            None if loaded.stored is None else device.amounts(stored_usage(loaded.stored))
+            None
+            if loaded.stored is None
+            else device.amounts(stored_usage(loaded.stored, device.family))
         ),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         camera=_camera(loaded, core, clock_mhz),

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.fpga.screen.stored import StoredLightField, move_focus, store
@@ -33,12 +34,13 @@ class SceneStored(BaseModel):
     move_focus: Annotated[int, Field(ge=-8, le=8)] = 0
 
 
-def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> StoredLightField:
-    """Read the raw image of a scene file and keep what it wants of it.
+def _margin(part: SceneStored, m: int) -> int:
+    """Micro images at each border whose views come from the opposite side."""
+    return abs(part.move_focus) * (m // 2)
 
-    InputError if there is no such image, or the part reaches beyond it.
-    """
-    m, where = micro_image_size, f"{scene}: stored"
+
+def _moved(part: SceneStored, m: int, scene: Path) -> tuple[npt.NDArray[np.uint8], str]:
+    """Its raw image with the planes moved, in colour, and the name of the file."""
     beside, shipped = scene.parent / part.raw, project.DATA / part.raw
     file = shipped if shipped.is_file() and not beside.is_file() else beside
     picture = read_picture(file)
@@ -46,23 +48,37 @@ def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> Stored
     pixels = eight_bits(picture.pixels, picture.full_scale)
     if pixels.ndim == 2:
         pixels = np.repeat(pixels[..., None], 3, axis=2)
-    # Views of the border come from that far.
-    margin = abs(part.move_focus) * (m // 2)
-    lenses = [extent // m for extent in pixels.shape[:2]]
+    rows, columns = (extent // m * m for extent in pixels.shape[:2])
+    return move_focus(np.ascontiguousarray(pixels[:rows, :columns]), m, part.move_focus), file.name
+
+
+def stored_raw(part: SceneStored, micro_image_size: int, scene: Path) -> npt.NDArray[np.uint8]:
+    """The light field that a scene file keeps a part of: the whole of it, its focus moved too."""
+    pixels, margin = _moved(part, micro_image_size, scene)[0], _margin(part, micro_image_size)
+    edge = margin * micro_image_size
+    return pixels[edge : pixels.shape[0] - edge, edge : pixels.shape[1] - edge]
+
+
+def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> StoredLightField:
+    """Read the raw image of a scene file and keep what it wants of it.
+
+    InputError if there is no such image, or the part reaches beyond it.
+    """
+    m, where = micro_image_size, f"{scene}: stored"
+    moved, name = _moved(part, m, scene)
+    margin, lenses = _margin(part, m), [extent // m for extent in moved.shape[:2]]
     first = (part.top, part.left)
     count = [
         lenses[d] - first[d] - margin if wanted is None else wanted
         for d, wanted in enumerate((part.rows, part.columns))
     ]
-    for name, begin, number, there in zip(("rows", "columns"), first, count, lenses, strict=True):
+    for what, begin, number, there in zip(("rows", "columns"), first, count, lenses, strict=True):
         if number < 1 or begin < margin or begin + number + margin > there:
             beyond = f", as move_focus = {part.move_focus} takes {margin} beyond it"
             raise InputError(
-                f"{name} {begin} to {begin + number - 1} of the {there} of {file.name}; use a part "
+                f"{what} {begin} to {begin + number - 1} of the {there} of {name}; use a part "
                 f"within {margin} to {there - 1 - margin}{beyond if margin else ''}",
                 where=where,
             )
-    whole = pixels[: m * lenses[0], : m * lenses[1]]
-    moved = move_focus(np.ascontiguousarray(whole), m, part.move_focus)
     top, left = (m * begin for begin in first)
     return store(moved[top : top + m * count[0], left : left + m * count[1]], m)

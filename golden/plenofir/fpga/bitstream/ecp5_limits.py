@@ -2,9 +2,9 @@
 """What the data sheet gives the slowest ECP5, beside what placed designs reach.
 
 Timing analysis says how fast the fabric's paths are, not what clock network, lane registers and
-output buffers are specified for. The numbers are those of FPGA-DS-02012 (external switching
-characteristics, maximum I/O buffer speed, grade 6) as remembered: the data sheet could not be read
-when this was written. Check them there before you rely on them.
+output buffers are specified for. The numbers are those of FPGA-DS-02012 for grade 6: output buffers
+(table 3.21) and lanes as public projects quote edition 1.9, the clock network (table 3.22) as
+remembered. The data sheet itself could not be read when this was written: check them there.
 """
 
 from dataclasses import dataclass

@@ -124,8 +124,10 @@ def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage
     return usage_of_parts("text", {"text": 1}, [characters, font], family)
 
 
-def stored_usage(stored: StoredLightField | None) -> Usage:
+def stored_usage(stored: StoredLightField | None, family: Family = "spartan6") -> Usage:
     """Resources of the entity ``stored_light_field``; none without one."""
     if stored is None:
         return Usage()
-    return Usage(lut=200, flip_flops=80 + 2 * stored.word_bits, ramb16=stored.block_rams)
+    # The choice of a pixel's bit, about M * M to one, takes twice as many tables of four inputs.
+    lut = 200 if family in ("spartan6", "series7", "cyclonev") else 430
+    return Usage(lut=lut, flip_flops=80 + 2 * stored.word_bits, ramb16=stored.block_rams)

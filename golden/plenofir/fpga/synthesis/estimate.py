@@ -19,9 +19,9 @@ from plenofir.refocus.arithmetic import ExactArithmetic
 
 VIDEO_USAGES: dict[Family, Usage] = {
     "spartan6": Usage(lut=4100, flip_flops=3885, dsp=5),
-    "ecp5": Usage(lut=8300, flip_flops=4300, dsp=5),
+    "ecp5": Usage(lut=8640, flip_flops=4450, dsp=5),
     # Without a receiver and the control of one; block RAM of the black sides.
-    "gw2a": Usage(lut=3060, flip_flops=1320, ramb16=1),
+    "gw2a": Usage(lut=2830, flip_flops=1320, ramb16=1),
 }
 """A board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 

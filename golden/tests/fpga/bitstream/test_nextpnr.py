@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 from in_process import plenofir
 
+from plenofir.commands.bitstream import chosen_board, scene_plan
 from plenofir.fpga.bitstream import nextpnr
 from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
-from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.hdmi.modes import range_limits
 from plenofir.ground.errors import InputError, ToolError
+from plenofir.plan import load_scene, make_plan
 from plenofir.plan.scene import scene_files
 
 RANGE = 4
@@ -177,15 +179,46 @@ def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
         ("--scene ulx3s-depth --device 25f", "the LFE5U-25F is too small: it needs"),
         ("--board ulx3s -M 5 -a 1/5 --max-columns 1024", "beyond the data sheet: lanes' clock of"),
         ("--board ulx3s --device lfe5u-45f -M 9 -a 3", "the LFE5U-45F is too small: it needs"),
-        ("--board ulx3s --scene rgb-480p", "rgb-480p is a scene for the Digilent Atlys"),
-        ("--board atlys --scene ulx3s-480p", "ulx3s-480p is a scene for the Radiona ULX3S"),
+        ("--board ulx3s --scene rgb-720p", "beyond the data sheet: lanes' clock of"),
+        ("--board atlys --scene ulx3s-720p", "1280 x 720 at 30 Hz is no mode of the Digilent"),
         ("--device xc6slx45 --scene ulx3s-480p", "the Radiona ULX3S has no xc6slx45"),
         ("--board ulx3s --scene grey-microscope", "is a core, not a board"),
+        ("--board ecp5-eval --scene flower-480p", "evaluation target takes no scene"),
         ("--board ulx3s --scene ulx3s-480p -M 3", "cannot be combined with --scene"),
     ],
 )
 def test_boards_and_scenes_refused(tmp_path: Path, arguments: str, message: str) -> None:
     refused(tmp_path, arguments.split(), message)
+
+
+@pytest.mark.parametrize(
+    ("scene", "board", "device", "found"),
+    [
+        ("flower-480p", None, None, "lfe5u-85f"),
+        ("flower-480p", "ulx3s", None, "lfe5u-85f"),
+        ("flower-480p", "ulx3s", "12f", "lfe5u-12f"),
+        ("flower-480p", "atlys", None, "xc6slx45"),
+        ("rgb-480p", "ulx3s", None, "lfe5u-85f"),
+        ("rgb-480p", None, None, "xc6slx45"),
+    ],
+)
+def test_a_board_s_name_goes_before_the_scene_s(
+    scene: str, board: str | None, device: str | None, found: str
+) -> None:
+    plan = scene_plan(scene, board, device)
+    assert (plan.device, plan.path) == (found, "video")
+    assert chosen_board(board, device, plan) == (board_of(found), found)
+    assert plan.core.shifts == make_plan(load_scene(scene)).core.shifts
+
+
+def test_every_board_has_the_same_flower() -> None:
+    flower = make_plan(load_scene("tangnano20k")).stored
+    assert flower is not None
+    for board in ("atlys", "ulx3s"):
+        stored = scene_plan("flower-480p", board).stored
+        assert stored is not None
+        assert stored.words() == flower.words()
+    assert BOARDS["ulx3s"].scene == "flower-480p"
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from plenofir.fpga.hdmi import marks
 from plenofir.fpga.screen.first_light import flower_picture, screen_picture
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image
+from plenofir.plan import load_scene
 
 
 @pytest.mark.parametrize("columns", [320, 640, 801, 1280])
@@ -68,6 +69,14 @@ def test_command(tmp_path: Path) -> None:
     for options in ([], ["--scene", "ulx3s-480p"]):
         assert plenofir("board", "picture", *options, "--out", str(out)).returncode == 0
     assert read_image(out / "picture.png").shape == (480, 640, 3)
+    # A scene that keeps a light field: the same one, its focus moved as on the chip.
+    assert plenofir("board", "picture", "--scene", "flower-480p", "--out", str(out)).returncode == 0
+    shown, kept = read_image(out / "picture.png"), load_scene("flower-480p").stored
+    assert kept is not None
+    # Kept from micro image (30, 29) on; the picture begins 2 micro images within.
+    part, raster = shown[140:480, 135:585].astype(int), kept.raster()[:340].astype(int)
+    assert np.abs(part - raster).mean() < 8
+    assert np.abs(part - np.roll(raster, 5, 1)).mean() > np.abs(part - raster).mean() + 1
     again = plenofir("board", "picture", str(out / "picture.png"), "--out", str(tmp_path / "own"))
     assert again.returncode == 0, again.stderr
     refused = plenofir("board", "picture", "--size", "640", "--out", str(tmp_path / "no"))
