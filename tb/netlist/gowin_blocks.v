@@ -153,19 +153,27 @@ module SPX9 (output [35:0] DO, input [35:0] DI, input [2:0] BLKSEL, input [13:0]
   parameter BLK_SEL = 3'b000;
   parameter RESET_MODE = "SYNC";
   localparam SHIFT = BIT_WIDTH == 36 ? 5 : BIT_WIDTH == 18 ? 4 : 3;
-  // As a ROM: never written.
-  reg [18431:0] memory = {INIT_RAM_3F, INIT_RAM_3E, INIT_RAM_3D, INIT_RAM_3C, INIT_RAM_3B, INIT_RAM_3A, INIT_RAM_39, INIT_RAM_38, INIT_RAM_37, INIT_RAM_36, INIT_RAM_35, INIT_RAM_34, INIT_RAM_33, INIT_RAM_32, INIT_RAM_31, INIT_RAM_30, INIT_RAM_2F, INIT_RAM_2E, INIT_RAM_2D, INIT_RAM_2C, INIT_RAM_2B, INIT_RAM_2A, INIT_RAM_29, INIT_RAM_28, INIT_RAM_27, INIT_RAM_26, INIT_RAM_25, INIT_RAM_24, INIT_RAM_23, INIT_RAM_22, INIT_RAM_21, INIT_RAM_20, INIT_RAM_1F, INIT_RAM_1E, INIT_RAM_1D, INIT_RAM_1C, INIT_RAM_1B, INIT_RAM_1A, INIT_RAM_19, INIT_RAM_18, INIT_RAM_17, INIT_RAM_16, INIT_RAM_15, INIT_RAM_14, INIT_RAM_13, INIT_RAM_12, INIT_RAM_11, INIT_RAM_10, INIT_RAM_0F, INIT_RAM_0E, INIT_RAM_0D, INIT_RAM_0C, INIT_RAM_0B, INIT_RAM_0A, INIT_RAM_09, INIT_RAM_08, INIT_RAM_07, INIT_RAM_06, INIT_RAM_05, INIT_RAM_04, INIT_RAM_03, INIT_RAM_02, INIT_RAM_01, INIT_RAM_00};
+  // Bytes of nine bits.
+  reg [8:0] memory [0:2047];
+  reg [18431:0] begin_with = {INIT_RAM_3F, INIT_RAM_3E, INIT_RAM_3D, INIT_RAM_3C, INIT_RAM_3B, INIT_RAM_3A, INIT_RAM_39, INIT_RAM_38, INIT_RAM_37, INIT_RAM_36, INIT_RAM_35, INIT_RAM_34, INIT_RAM_33, INIT_RAM_32, INIT_RAM_31, INIT_RAM_30, INIT_RAM_2F, INIT_RAM_2E, INIT_RAM_2D, INIT_RAM_2C, INIT_RAM_2B, INIT_RAM_2A, INIT_RAM_29, INIT_RAM_28, INIT_RAM_27, INIT_RAM_26, INIT_RAM_25, INIT_RAM_24, INIT_RAM_23, INIT_RAM_22, INIT_RAM_21, INIT_RAM_20, INIT_RAM_1F, INIT_RAM_1E, INIT_RAM_1D, INIT_RAM_1C, INIT_RAM_1B, INIT_RAM_1A, INIT_RAM_19, INIT_RAM_18, INIT_RAM_17, INIT_RAM_16, INIT_RAM_15, INIT_RAM_14, INIT_RAM_13, INIT_RAM_12, INIT_RAM_11, INIT_RAM_10, INIT_RAM_0F, INIT_RAM_0E, INIT_RAM_0D, INIT_RAM_0C, INIT_RAM_0B, INIT_RAM_0A, INIT_RAM_09, INIT_RAM_08, INIT_RAM_07, INIT_RAM_06, INIT_RAM_05, INIT_RAM_04, INIT_RAM_03, INIT_RAM_02, INIT_RAM_01, INIT_RAM_00};
   reg [35:0] word = 0, behind = 0;
-  wire [13:0] place = AD >> SHIFT;
+  wire [10:0] place = (AD >> SHIFT) * (BIT_WIDTH / 9);
+  integer i;
   assign DO = READ_MODE ? behind : word;
 
+  initial for (i = 0; i < 2048; i = i + 1) memory[i] = begin_with[9 * i +: 9];
+
+  // What is read while a word is written: what was read before (00), the new word (01), the old one (10).
   always @(posedge CLK) begin
-    if (CE) word <= RESET ? 0 : memory[place * BIT_WIDTH +: BIT_WIDTH];
-    if (OCE) behind <= RESET ? 0 : word;
-    if (CE && WRE) begin
-      $display("SPX9: the model is never written");
-      $finish(0);
+    if (CE) begin
+      for (i = 0; i < BIT_WIDTH / 9; i = i + 1) begin
+        if (!WRE || WRITE_MODE == 2) word[9 * i +: 9] <= memory[place + i];
+        else if (WRITE_MODE == 1) word[9 * i +: 9] <= DI[9 * i +: 9];
+        if (WRE && (BIT_WIDTH == 9 || AD[i])) memory[place + i] <= DI[9 * i +: 9];
+      end
     end
+    if (RESET) word <= 0;
+    if (OCE) behind <= RESET ? 0 : word;
   end
 endmodule
 
@@ -255,10 +263,9 @@ module SDPX9B (input CLKA, CEA, CLKB, CEB, OCE, RESETA, RESETB, input [13:0] ADA
 
   // Both clocks are one; a word that is written is read as it was.
   always @(posedge CLKA) begin
-    if (CEB) begin
+    if (CEB)
       for (i = 0; i < BIT_WIDTH_1 / 9; i = i + 1) word[9 * i +: 9] <= memory[place + i];
-      if (RESETB) word <= 0;
-    end
+    if (RESETB) word <= 0;
     if (OCE) behind <= RESETB ? 0 : word;
     if (CEA)
       for (i = 0; i < BIT_WIDTH_0 / 9; i = i + 1)
