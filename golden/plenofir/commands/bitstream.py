@@ -75,7 +75,7 @@ def scene_plan(path: str, board: str | None = None, device: str | None = None) -
     from plenofir.plan import load_scene, make_plan
 
     loaded = load_scene(path)
-    own = loaded.scene.build.device
+    own, path_of_own = loaded.scene.build.device, loaded.scene.build.path
     target = BOARDS[board] if board else board_of(own)
     if target is not None and not target.modes and target.camera is None:
         raise InputError(
@@ -87,6 +87,12 @@ def scene_plan(path: str, board: str | None = None, device: str | None = None) -
         wanted = device_of(target, device) if device else usual
         loaded = loaded if wanted == own else load_scene(path, wanted)
     plan = make_plan(loaded)
+    if plan.path == "core" and path_of_own != "core" and target is not None:
+        raise InputError(
+            f"the {target.title} has no input for {plan.scene} and does not show "
+            f"{plan.columns} x {plan.rows} pixels; name another board",
+            where=path,
+        )
     if plan.path == "core":
         raise InputError(
             f"{plan.scene} is a core, not a board; synthesise it with make synth, or set "

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from plenofir.camera.rays import Camera, RayModel, load_camera
-from plenofir.fpga.boards import BOARDS, board_of
+from plenofir.fpga.boards import BOARDS, Board, board_of
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
@@ -301,8 +301,8 @@ def scene_files() -> list[Path]:
 def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     """Load a shipped scene profile by name, or any scene profile from a file.
 
-    `device` takes the place of the scene's own; one that no board with video has gets the core
-    alone.
+    `device` takes the place of the scene's own; where no board with it takes such video the scene
+    gets the core alone.
 
     InputError if there is no such file, or it is not valid: field, value and what is allowed.
     """
@@ -321,7 +321,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     if device is not None:
         build = {**content.get("build", {}), "device": device}
         board = board_of(device_name(device))
-        has_video = board is not None and bool(board.modes)
+        has_video = board is not None and _takes(board, content.get("frame", {}))
         has_camera = board is not None and board.camera is not None
         if not (has_camera if build.get("path") == "camera" else has_video):
             build = {**build, "path": "core"}
@@ -370,6 +370,13 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         sensor=chip,
         stored=stored,
     )
+
+
+def _takes(board: Board, frame: dict[str, Any]) -> bool:
+    """Whether a board has video in, or shows frames of this size of its own."""
+    own = board.own_mode
+    size = None if own is None else (own.h_active, own.v_active)
+    return bool(board.clock_ranges) or size == (frame.get("columns"), frame.get("rows"))
 
 
 def _with_a_frame(content: dict[str, Any], where: str) -> dict[str, Any]:

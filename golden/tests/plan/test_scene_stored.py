@@ -110,3 +110,11 @@ def test_on_boards_with_an_input(tmp_path: Path) -> None:
     # Another device: the core alone.
     core_alone = write(tmp_path, ("[screen]\noverlay = true\n", ""))
     assert make_plan(load_scene(core_alone, "xc7a35t")).stored is None
+
+
+def test_a_board_without_input_takes_its_own_frames_alone() -> None:
+    assert make_plan(load_scene("tangnano20k", "gw2ar-18")).path == "video"
+    for scene in ("rgb-480p", "rgb-720p"):
+        plan = make_plan(load_scene(scene, "gw2ar-18"))
+        assert plan.path == "core"
+        assert not [n for n, needed in plan.needs.items() if needed > plan.available[n]]

@@ -131,7 +131,10 @@ def test_clocks_of_the_mode() -> None:
     ("arguments", "message"),
     [
         ("--board tangnano20k --device lfe5u-25f", "gw2ar-18"),
-        ("--board tangnano20k --scene ulx3s-480p", "is no mode of the Sipeed Tang Nano 20K"),
+        (
+            "--board tangnano20k --scene ulx3s-480p",
+            "the Sipeed Tang Nano 20K has no input for ulx3s-480p",
+        ),
         ("--board ulx3s --scene tangnano20k", "480 x 480 at 60 Hz is no mode of the Radiona"),
         ("--board tangnano20k -M 9 -a 3", "the GW2AR-18 is too small"),
     ],
