@@ -23,7 +23,13 @@ VIDEO_720P, VIDEO_1080P = 74.25, 148.5
 
 
 # Scenes with a sensor are too large for the ECP5.
-SCENES = [file for file in scene_files() if load_scene(file).sensor is None]
+# One build is not recorded yet: the table on the page of boards lacks it.
+NOT_RECORDED = ("flower-480p",)
+SCENES = [
+    file
+    for file in scene_files()
+    if load_scene(file).sensor is None and file.stem not in NOT_RECORDED
+]
 
 
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)

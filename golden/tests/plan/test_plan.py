@@ -406,7 +406,7 @@ def test_plan_as_json() -> None:
 
 
 def test_configure_leaves_all_files(tmp_path: Path) -> None:
-    plan = make_plan(load_scene(scene_files()[0]))
+    plan = make_plan(load_scene("grey-microscope"))
     sources = configure(plan, tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {
@@ -429,7 +429,7 @@ def test_configure_leaves_all_files(tmp_path: Path) -> None:
 
 
 def test_project_files_are_published_as_they_are(tmp_path: Path) -> None:
-    configure(make_plan(load_scene(scene_files()[0])), tmp_path / "project")
+    configure(make_plan(load_scene("grey-microscope")), tmp_path / "project")
     publish_files(tmp_path / "project", tmp_path / "out")
     wanted = {path.name for path in (tmp_path / "project").iterdir() if path.is_file()}
     assert {path.name for path in (tmp_path / "out").iterdir()} == wanted
@@ -437,7 +437,7 @@ def test_project_files_are_published_as_they_are(tmp_path: Path) -> None:
 
 def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("")
-    plan = make_plan(load_scene(scene_files()[0]))
+    plan = make_plan(load_scene("grey-microscope"))
     with pytest.raises(InputError, match="cannot be written"):
         configure(plan, tmp_path / "out")
 
