@@ -3,6 +3,7 @@
 
 library ieee;
 use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
 
 package hex_pkg is
 
@@ -47,75 +48,17 @@ package body hex_pkg is
   function nibble (
     digit : character
   ) return std_logic_vector is
+
+    constant CODE : natural := character'pos(digit);
+
   begin
 
-    case digit is
+    -- In ASCII the low four bits of 0 to 9 are their values already, and a to f follow on each other from 1 in theirs.
+    if CODE <= character'pos('9') then
+      return std_logic_vector(to_unsigned(CODE mod 16, 4));
+    end if;
 
-      when '0' =>
-
-        return "0000";
-
-      when '1' =>
-
-        return "0001";
-
-      when '2' =>
-
-        return "0010";
-
-      when '3' =>
-
-        return "0011";
-
-      when '4' =>
-
-        return "0100";
-
-      when '5' =>
-
-        return "0101";
-
-      when '6' =>
-
-        return "0110";
-
-      when '7' =>
-
-        return "0111";
-
-      when '8' =>
-
-        return "1000";
-
-      when '9' =>
-
-        return "1001";
-
-      when 'a' =>
-
-        return "1010";
-
-      when 'b' =>
-
-        return "1011";
-
-      when 'c' =>
-
-        return "1100";
-
-      when 'd' =>
-
-        return "1101";
-
-      when 'e' =>
-
-        return "1110";
-
-      when others =>
-
-        return "1111";
-
-    end case;
+    return std_logic_vector(to_unsigned((CODE + 9) mod 16, 4));
 
   end function nibble;
 

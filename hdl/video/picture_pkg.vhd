@@ -190,38 +190,23 @@ package body picture_pkg is
 
   end function has_output;
 
-  -- Whether there are letters, not too many, and no other ones.
+  -- Whether there are letters, not more than two bits choose from, and no other ones.
   function are_outputs (
     outputs : string
   ) return boolean is
-
-    variable known : natural;
-
   begin
-
-    known := 0;
 
     for i in 0 to 3 loop
 
       if i < outputs'length then
-
-        case outputs(outputs'left + i) is
-
-          when 'r' | 'a' | 'd' | 'm' =>
-
-            known := known + 1;
-
-          when others =>
-
-            null;
-
-        end case;
-
+        if not has_output("radm", outputs(outputs'left + i)) then
+          return false;
+        end if;
       end if;
 
     end loop;
 
-    return known > 0 and known = outputs'length;
+    return outputs'length >= 1 and outputs'length <= 4;
 
   end function are_outputs;
 
@@ -287,15 +272,8 @@ package body picture_pkg is
   ) return boolean is
   begin
 
-    for i in 0 to 3 loop
-
-      if output_kinds(outputs)(i) = 1 or output_kinds(outputs)(i) = 2 then
-        return true;
-      end if;
-
-    end loop;
-
-    return false;
+    -- Both compare slices, so all of them must be there in the same clock; the others show one at a time.
+    return has_output(outputs, 'a') or has_output(outputs, 'd');
 
   end function needs_stack;
 
