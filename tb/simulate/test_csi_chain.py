@@ -10,7 +10,8 @@ from in_process import plenofir
 
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
-from plenofir.ground.images import bare, read_image, write_png
+from plenofir.ground import project
+from plenofir.ground.images import bare, read_image, read_picture, write_png
 from plenofir.refocus import refocus
 
 SHAPE = 34, 44
@@ -70,6 +71,7 @@ def test_more_bits_and_lanes(tmp_path: Path, bits: int, arguments: tuple[str, ..
         (np.zeros(SHAPE, np.uint8), ("--waves",), "--waves cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--simulator", "verilator"), "--chain cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--lanes", "3"), "'3'"),
+        (np.zeros(SHAPE, np.uint8), ("--raw-bits", "9"), "'9'"),
     ],
 )
 def test_what_no_lane_brings_is_refused(
@@ -85,3 +87,31 @@ def test_a_capture_needs_its_calibration() -> None:
     done = plenofir("sim", "--chain", "csi")
     assert (done.returncode, done.stdout) == (2, "")
     assert "requires --calib" in done.stderr
+
+
+@pytest.mark.slow
+def test_real_capture_scaled_to_a_sensors_bits(tmp_path: Path) -> None:
+    """A part of the microscope's capture with its own calibration, 16 bits as RAW10."""
+    data = project.DATA / "microscope"
+    size = 15 * 16
+    for name in ("raw", "white"):
+        picture = read_picture(data / f"{name}.png")
+        write_png(
+            tmp_path / f"{name}.png", picture._replace(pixels=picture.pixels[:size, :size].copy())
+        )
+    commands = (
+        ("calibrate", tmp_path / "white.png", "--out", tmp_path / "calib.json"),
+        (
+            *("sim", "--raw", tmp_path / "raw.png", "--calib", tmp_path / "calib.json"),
+            *("--chain", "csi", "-M", "13", "-a", "4/13", "--engine", "moving_sum"),
+            *("--lanes", "2", "--raw-bits", "10", "--out", tmp_path / "out"),
+        ),
+    )
+    for command in commands:
+        done = subprocess.run(
+            [PLENOFIR, *map(str, command)], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["mismatches"] == report["sensor"]["mismatches"] == report["faults"] == 0
+    assert (report["format"], report["packets"]) == ("RAW10", size + 2)

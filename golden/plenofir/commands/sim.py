@@ -10,7 +10,14 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
 from plenofir.commands.rasters import check_raster
-from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, Lanes, SimulatorName
+from plenofir.fpga.names import (
+    Chain,
+    EngineName,
+    HdmiBoardName,
+    Lanes,
+    RawBits,
+    SimulatorName,
+)
 from plenofir.ground.errors import EXIT_MISMATCH
 
 if TYPE_CHECKING:
@@ -94,6 +101,10 @@ def sim(
     ] = "core",
     board: Annotated[HdmiBoardName, typer.Option(help="Board of the chain.")] = "atlys",
     lanes: Annotated[Lanes, typer.Option(help="Lanes of the chain csi.")] = "1",
+    raw_bits: Annotated[
+        RawBits | None,
+        typer.Option(help="Bits of a pixel on the lanes, to which a capture is scaled."),
+    ] = None,
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
     ] = False,
@@ -169,7 +180,8 @@ def sim(
     if raw is not None and calib is not None:
         from plenofir.plan.sensor.sensor_run import load_sensor
 
-        sensor = load_sensor(raw, calib, micro_image, bayer)
+        bits = None if raw_bits is None else int(raw_bits)
+        sensor = load_sensor(raw, calib, micro_image, bayer, bits=bits)
         if waves and chain != "core":
             options.refuse_both("waves", options.typed("chain", chain), "leave one of them out")
         _run_raw(

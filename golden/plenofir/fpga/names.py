@@ -16,3 +16,4 @@ SimulatorName = Literal["ghdl", "nvc", "verilator"]
 Chain = Literal["core", "hdmi", "csi"]
 """The core alone, a board from serial bits to serial bits, a camera from its lanes' bytes on."""
 Lanes = Literal["1", "2", "4"]
+RawBits = Literal["8", "10", "12"]

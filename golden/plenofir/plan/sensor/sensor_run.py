@@ -120,16 +120,33 @@ class SensorReport:
     decode_rms: float
 
 
+def scaled_to(capture: Picture, bits: int) -> Picture:
+    """A capture with a full scale of so many bits, rounded."""
+    scale = (1 << bits) - 1
+    pixels = (2 * capture.pixels.astype(np.int64) * scale + capture.full_scale) // (
+        2 * capture.full_scale
+    )
+    kind = np.uint8 if bits <= 8 else np.uint16
+    return capture._replace(pixels=pixels.astype(kind), full_scale=scale)
+
+
 def load_sensor(
-    raw: Path, calib: Path, micro_image_size: int, bayer: BayerOrder | None = None
+    raw: Path,
+    calib: Path,
+    micro_image_size: int,
+    bayer: BayerOrder | None = None,
+    *,
+    bits: int | None = None,
 ) -> Sensor:
     """Read a capture and its calibration, and make a resampler for them.
 
-    A mosaic has one channel. InputError if the capture is not of the calibration's size, or the
+    A mosaic has one channel; `bits` are what its pixels are scaled to, as a sensor would send them. InputError if the capture is not of the calibration's size, or the
     chip cannot follow the grid.
     """
     calibration = load_calibration(calib)
     capture = read_picture(raw)
+    if bits is not None:
+        capture = scaled_to(capture, bits)
     frame = capture.pixels
     if bayer is not None:
         frame = interpolate_mosaic(frame, bayer, where=str(raw))

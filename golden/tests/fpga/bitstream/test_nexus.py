@@ -93,8 +93,8 @@ def test_refused_builds_leave_no_bitstream(
 
 def test_each_port_has_one_pin_of_its_own() -> None:
     text = BOARD.constraints.read_text()
-    located = re.findall(r"^ldc_set_location -site \{(\w+)\} \[get_ports (\S+)\]$", text, re.M)
-    typed = re.findall(r"^ldc_set_port -iobuf \{IO_TYPE=.*\} \[get_ports (\S+)\]$", text, re.M)
+    located = re.findall(r"^ldc_set_location -site \{(\w+)\} \[get_ports \{(\S+)\}\]$", text, re.M)
+    typed = re.findall(r"^ldc_set_port -iobuf \{IO_TYPE=.*\} \[get_ports \{(\S+)\}\]$", text, re.M)
     wanted = set()
     for port in declarations(top_source(BOARD.top).read_text(), "port"):
         # The D-PHY's pads have no place to choose.
