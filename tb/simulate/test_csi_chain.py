@@ -108,9 +108,7 @@ def test_real_capture_scaled_to_a_sensors_bits(tmp_path: Path) -> None:
         ),
     )
     for command in commands:
-        done = subprocess.run(
-            [PLENOFIR, *map(str, command)], capture_output=True, text=True, check=False
-        )
+        done = plenofir(*map(str, command))
         assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["mismatches"] == report["sensor"]["mismatches"] == report["faults"] == 0

@@ -140,8 +140,9 @@ def load_sensor(
 ) -> Sensor:
     """Read a capture and its calibration, and make a resampler for them.
 
-    A mosaic has one channel; `bits` are what its pixels are scaled to, as a sensor would send them. InputError if the capture is not of the calibration's size, or the
-    chip cannot follow the grid.
+    A mosaic has one channel; `bits` are what its pixels are scaled to, as a sensor would send
+    them. InputError if the capture is not of the calibration's size, or the chip cannot follow the
+    grid.
     """
     calibration = load_calibration(calib)
     capture = read_picture(raw)
