@@ -285,22 +285,45 @@ begin
 
   end process follow_bits;
 
+  -- Sensors want a pause behind their reset, which is an entry of the list like a register.
+  count_pauses_and_repeats : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- A register has come out of the list in the clock before.
+      now <= ENTRIES(number mod COUNT);
+      if step = choose_entry then
+        milliseconds <= unsigned(now(7 downto 0));
+        ticks        <= 0;
+      elsif ticks = MILLISECOND - 1 then
+        ticks        <= 0;
+        milliseconds <= milliseconds - 1;
+      else
+        ticks <= ticks + 1;
+      end if;
+      if start = '1' and step = idle then
+        repeats <= (others => '0');
+      elsif fails = '1' and tries /= RETRIES and repeats /= 255 then
+        repeats <= repeats + 1;
+      end if;
+    end if;
+
+  end process count_pauses_and_repeats;
+
   follow_steps : process (clk) is
   begin
 
     if rising_edge(clk) then
-      now <= ENTRIES(number mod COUNT);
 
       case step is
 
         when idle =>
 
           if start = '1' then
-            step    <= free;
-            done    <= '0';
-            number  <= 0;
-            tries   <= 0;
-            repeats <= (others => '0');
+            step   <= free;
+            done   <= '0';
+            number <= 0;
+            tries  <= 0;
           end if;
 
         when free =>
@@ -321,9 +344,6 @@ begin
 
         when choose_entry =>
 
-          -- A register has come out of the list in the clock before.
-          milliseconds <= unsigned(now(7 downto 0));
-          ticks        <= 0;
           if now(23 downto 8) = x"FFFF" then
             step <= pause;
           else
@@ -340,11 +360,6 @@ begin
               number <= number + 1;
               step   <= fetch;
             end if;
-          elsif ticks = MILLISECOND - 1 then
-            ticks        <= 0;
-            milliseconds <= milliseconds - 1;
-          else
-            ticks <= ticks + 1;
           end if;
 
         when open_transfer =>
@@ -382,9 +397,6 @@ begin
         else
           tries <= tries + 1;
           step  <= free;
-          if repeats /= 255 then
-            repeats <= repeats + 1;
-          end if;
         end if;
       end if;
 
