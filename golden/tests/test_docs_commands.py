@@ -34,6 +34,7 @@ EXAMPLES = {
     "--camera NAME": "--camera f197-mla2",
     "FILE": "white.tif",
     "SCENE": "scenes/rgb-480p.toml",
+    "my-scene.toml": "scenes/rgb-480p.toml",
     "CAMERA": "f197-mla2",
     "MM": "3000",
     "M": "11",
