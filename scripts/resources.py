@@ -16,7 +16,7 @@ place places for ECP5, or for the device that is named behind a scene. A scene: 
   scene all shipped scenes, cores and arrays, for data/ecp5.json, and the self-test of the ULX3S
   board, whose bitstream goes to build/pnr/.
 full places for ECP5 what data/ecp5.json lacks of the shipped scenes' cores and full builds; names
-  of scenes, which are placed anew.
+  of scenes, whose full builds are placed anew.
 nets places the row filters of plenofir_studies.systolic that their file lacks for ECP5.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
@@ -251,8 +251,11 @@ def place_full(names: Sequence[str]) -> None:
     check_tools()
     for design in (design for pair in compared_designs() for design in pair):
         assert design.plan is not None
-        known, named = json.loads(ECP5_RESULTS.read_text()), design.plan.scene in names
-        if not named and (names or design.name in known):
+        known = json.loads(ECP5_RESULTS.read_text())
+        if names and design.plan.scene not in names:
+            continue
+        # What `place` records has a second grade.
+        if design.name in known and (not names or design.name == design.plan.scene):
             continue
         if DEVICES[FULL_DEVICE].overflow(estimate(design.core, "ecp5")):
             print(f"{design.name}: does not fit")

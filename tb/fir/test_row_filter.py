@@ -7,7 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from plenofir_studies.systolic import NETS, SOURCE, RowFilter
+from plenofir_studies.systolic import (
+    FILTERS,
+    NETS,
+    SOURCE,
+    RowFilter,
+    load_placed,
+    row_filters,
+    summary,
+)
 from plenofir_tb.refusals import Elaborator
 
 _BENCH = """
@@ -117,3 +125,15 @@ def test_nets_give_the_same_sums(tmp_path: Path, m: int, shift: int) -> None:
         found = [int(n) for n in re.findall(rf"<{k}=(\d+)>", printed)]
         assert len(found) == len(pixels), row.name
         assert found[delay:] == want, row.name
+
+
+def test_recorded_nets() -> None:
+    """Of each filter all nets were placed; a full-systolic one takes more registers."""
+    placed = load_placed()
+    filters = list(row_filters())
+    assert set(placed) == {row.name for row in filters}
+    for m, shift in FILTERS:
+        nets = {net: placed[RowFilter(m, shift, net).name] for net in NETS}
+        assert nets[-1].flip_flops > 2 * nets[0].flip_flops
+        assert nets[8].flip_flops > nets[0].flip_flops
+    assert len(summary()) == 2 + len(filters)

@@ -46,22 +46,38 @@ architecture rtl of row_filter is
   -- Place of a pixel in its line; from DELAY on it does not matter.
   subtype place_t is natural range 0 to DELAY;
 
-  -- Whether the switch of a tap is closed for a pixel of a micro image: not for outputs of the line before.
+  -- Whether the switch of a tap is closed for a pixel of a micro image: not for outputs of the line before. Written
+  -- without arithmetic on signals, so that it becomes a small table for each tap.
   function is_closed (
     tap   : natural;
     phase : phase_t;
     place : place_t
   ) return std_logic is
 
-    variable start : natural;
+    constant AGE     : natural := TAPS - 1 - tap;
+    variable decoded : std_logic;
 
   begin
 
-    start := phase * (SHIFT - 1);
-    if TAPS - 1 - tap >= start and TAPS - 1 - tap < start + M and place + TAPS - 1 - tap >= DELAY then
-      return '1';
-    end if;
-    return '0';
+    decoded := '0';
+
+    for u in 0 to M - 1 loop
+
+      if AGE >= u * (SHIFT - 1) and AGE < u * (SHIFT - 1) + M and phase = u then
+        decoded := '1';
+      end if;
+
+    end loop;
+
+    for k in 0 to DELAY - 1 loop
+
+      if k + AGE < DELAY and place = k then
+        decoded := '0';
+      end if;
+
+    end loop;
+
+    return decoded;
 
   end function is_closed;
 
