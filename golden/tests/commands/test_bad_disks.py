@@ -50,12 +50,15 @@ def folder(stock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
 @contextmanager
 def limited(size: int) -> Iterator[None]:
     """Files of this process cannot grow beyond a size."""
-    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    old, cached = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    # What Python compiles meanwhile would be cut off as well, and break the next run.
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)
+        sys.dont_write_bytecode = cached
 
 
 @contextmanager
