@@ -327,6 +327,9 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
             build = {**build, "path": "core"}
             build.pop("edid", None)
             content.pop("stored", None)
+            # A text is the board's; other outputs than the refocused one are another core.
+            if _text_alone(content.get("screen")):
+                content.pop("screen")
             if isinstance(content.get("sensor"), dict):
                 content["sensor"] = {**content["sensor"], "input": "frames"}
         content["build"] = build
@@ -370,6 +373,11 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         sensor=chip,
         stored=stored,
     )
+
+
+def _text_alone(screen: object) -> bool:
+    """Whether a scene's screen asks for nothing that the core makes."""
+    return isinstance(screen, dict) and screen.get("output", ["refocused"]) == ["refocused"]
 
 
 def _takes(board: Board, frame: dict[str, Any]) -> bool:

@@ -108,8 +108,8 @@ def test_on_boards_with_an_input(tmp_path: Path) -> None:
         plan = make_plan(load_scene(scene))
         assert "stored_pkg" in board_packages(plan)
     # Another device: the core alone.
-    core_alone = write(tmp_path, ("[screen]\noverlay = true\n", ""))
-    assert make_plan(load_scene(core_alone, "xc7a35t")).stored is None
+    plan = make_plan(load_scene(write(tmp_path), "xc7a35t"))
+    assert (plan.path, plan.stored, plan.screen.overlay) == ("core", None, None)
 
 
 def test_a_board_without_input_takes_its_own_frames_alone() -> None:
