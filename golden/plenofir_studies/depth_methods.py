@@ -19,39 +19,57 @@ from plenofir.camera.lightfield.disparity import Method, search_disparity
 from plenofir.ground.images import eight_bits
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
-from plenofir.refocus.sharpness import depth_index
+from plenofir.refocus.sharpness import SURE, TEXTURE, confidence_level, depth_index
 from plenofir_studies.depth_scenes import (
     HCI_BORDER,
     LENSES,
+    RAMP,
+    RAMP_M,
     SCENES,
     Floats,
     M,
     Truth,
     hci_folders,
     hci_truth,
+    ramp,
     rendered,
 )
 from plenofir_studies.report_parts import Progress, Report, machine
 
+RAMP_TEXTURES = "gravel", "grass", "brick", "astronaut"
+RAMP_NOISE = 0.0, 0.01, 0.05
+RAMP_STEPS = 1, 2
+"""Pixels between slices of a ramp."""
 BAD = (0.01, 0.03, 0.07)
 """Errors of a above which a pixel counts as bad: those of the HCI benchmark."""
 _BORDER = 8
 # Slices of depth from focus beyond the nearest and farthest object.
 _SPARE = 3
+_ENDS = (np.floor, np.nanmin), (np.ceil, np.nanmax)
+# Of the window of a depth index.
+_RADIUS = 2
 
 Way = Callable[[Truth], Floats]
 """Gives a for each micro lens; takes of the truth what a user would have."""
 
 
-def by_depth_index(truth: Truth) -> Floats:
-    """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses.
+def _stack(truth: Truth, step: int = 1) -> tuple[tuple[int, ...], FocalStack]:
+    """Slices so many pixels apart, from the farthest to the nearest object and three beyond."""
+    low, high = (round_(f(truth.a) * truth.m / step) for round_, f in _ENDS)
+    shifts = tuple(step * k for k in range(int(low) - _SPARE, int(high) + _SPARE + 1))
+    return shifts, FocalStack(truth.raw, truth.m, [Fraction(k, truth.m) for k in shifts])
 
-    The slices go from the farthest to the nearest object and three beyond.
-    """
-    low, high = np.floor(np.nanmin(truth.a) * truth.m), np.ceil(np.nanmax(truth.a) * truth.m)
-    shifts = range(int(low) - _SPARE, int(high) + _SPARE + 1)
-    stack = FocalStack(truth.raw, truth.m, [Fraction(k, truth.m) for k in shifts])
-    return np.array(shifts)[depth_index(stack, truth.m, radius=2).index] / truth.m
+
+def by_depth_index(truth: Truth) -> Floats:
+    """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses."""
+    shifts, stack = _stack(truth)
+    return depth_index(stack, truth.m, _RADIUS).focus(shifts, truth.m)
+
+
+def by_depth_between(truth: Truth) -> Floats:
+    """The same with depth between slices."""
+    shifts, stack = _stack(truth)
+    return depth_index(stack, truth.m, _RADIUS, shifts=shifts).focus(shifts, truth.m)
 
 
 def _by_disparity(method: Method) -> Way:
@@ -63,6 +81,7 @@ def _by_disparity(method: Method) -> Way:
 WAYS: dict[str, Way] = {
     **{f"disparity, {method}": _by_disparity(method) for method in get_args(Method)},
     "focus, depth index": by_depth_index,
+    "focus, depth between slices": by_depth_between,
 }
 GUIDED = "disparity, guided"
 """The way that pictures are made with."""
@@ -237,6 +256,49 @@ def _say_depth(report: Report, names: list[str], scores: Mapping[str, list[Score
     report.table(["way", *names], rows)
 
 
+def ramp_errors(truth: Truth, step: int) -> list[Floats]:
+    """Errors of a on a ramp in steps of the slices: the index alone, weighed, between slices.
+
+    Of micro images with texture (`SURE`) whose depth lies between the slices.
+    """
+    m = truth.m
+    shifts, stack = _stack(truth, step)
+    level = confidence_level(TEXTURE, m, _RADIUS, 1 if truth.raw.ndim == 2 else 3)
+    alone = depth_index(stack, m, _RADIUS)
+    found = depth_index(stack, m, _RADIUS, confidence=level, vote_radius=1, shifts=shifts)
+    assert found.confidence is not None
+    part = (slice(_BORDER, -_BORDER),) * 2
+    known = (np.isfinite(truth.a) & (found.confidence >= SURE))[part]
+    weighed = np.array(shifts)[found.index] / m
+    maps = alone.focus(shifts, m), weighed, found.focus(shifts, m)
+    return [np.abs(a - truth.a)[part][known] * m / step for a in maps]
+
+
+def _say_ramps(report: Report) -> None:
+    report.say(
+        "### Depth between slices, on ramps",
+        f"A plane with a texture whose a grows evenly from {RAMP[0]:g} to {RAMP[1]:g}, M = "
+        f"{RAMP_M}, 8 bit, windows of 5 x 5 lenses. Errors of a in steps between slices, median "
+        "and root mean square, of micro images with texture (confidence of 16 or more; their "
+        "share). *Index*: the sharpest slice; *weighed*: with slices of whole a counted less; "
+        "*between*: depth between slices.",
+    )
+    rows = []
+    for texture in RAMP_TEXTURES:
+        for noise in RAMP_NOISE:
+            truth = ramp(texture, noise)
+            inside = np.isfinite(truth.a)[_BORDER:-_BORDER, _BORDER:-_BORDER].sum()
+            for step in RAMP_STEPS:
+                errors = ramp_errors(truth, step)
+                cells = [
+                    f"{np.median(e):.2f}, {np.sqrt(np.mean(e**2)):.2f}" if e.size else "-"
+                    for e in errors
+                ]
+                share = f"{errors[0].size / inside:.0%}"
+                rows.append([texture, f"{noise:.0%}", f"{step}/{RAMP_M}", share, *cells])
+    report.table(["texture", "noise", "step", "share", "index", "weighed", "between"], rows)
+
+
 def _say_sharp(report: Report, names: list[str], found: Mapping[str, list[Likeness]]) -> None:
     report.say(
         "## All in focus",
@@ -297,10 +359,12 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
         f"Measured on: {machine()}. Times depend on that.",
         "*Disparity*: `plenofir depth-map` with each of its methods; it finds the range itself. "
         "*Focus, depth index*: the sharpest of whole slices, as the VHDL finds it, in windows of "
-        "5 x 5 lenses, over the true range; slices are 1/M apart.",
+        "5 x 5 lenses, over the true range; slices are 1/M apart. *Depth between slices*: with "
+        "the vertex of the parabola through it and its neighbours.",
     )
     report.picture("depth", _maps_picture(maps), "Central views, truth, what is found")
     _say_depth(report, names, scores)
     if hci is None:
+        _say_ramps(report)
         _say_sharp(report, names, pictures)
     return report.write()

@@ -35,6 +35,10 @@ M = 9
 """Micro image size of the rendered scenes, as in the HCI benchmark."""
 LENSES = 81, 97
 SEED = 6
+RAMP_M = 5
+RAMP = -0.6, 1.0
+"""Focus settings at both ends of a ramp."""
+RAMP_LENSES = 61, 81
 HCI_BORDER = 15
 """Pixels at each border that the HCI benchmark does not count."""
 TRUTH = "gt_disp_lowres.pfm"
@@ -62,8 +66,8 @@ class Truth:
     picture: Floats | None  # all in focus, a value for each pixel, 0 to 1; None: not known
 
 
-def _camera(focus: float = inf) -> RayModel:
-    return with_pitch(RayModel.focused(load_camera(CAMERA), focus, M), float(M))
+def _camera(focus: float = inf, m: int = M) -> RayModel:
+    return with_pitch(RayModel.focused(load_camera(CAMERA), focus, m), float(m))
 
 
 def plane(
@@ -177,6 +181,28 @@ def _deep() -> Scene:
         plane(model, _picture("chelsea"), 1.7, 38, (16, 28)),
     ]
     return Scene(model, planes)
+
+
+def ramp(texture: str, noise: float) -> Truth:
+    """A plane of 8 bit, M = `RAMP_M`, whose a grows evenly from left to right."""
+    (first, last), (_, columns) = RAMP, RAMP_LENSES
+    model, slope = _camera(1000, RAMP_M), (last - first) / columns
+    one = plane(model, _picture(texture), (first + last) / 2, 200, slope=(0, slope))
+    raw = render(
+        model,
+        [one],
+        RAMP_LENSES,
+        form="square",
+        radius=1.0,
+        level=_LEVEL,
+        noise=noise,
+        bits=8,
+        seed=SEED,
+    ).raw
+    _, mm = pinhole_view(model, [one], RAMP_LENSES)
+    a, there = np.full(mm.shape, np.nan), np.isfinite(mm)
+    a[there] = model.focus_setting(mm[there])
+    return Truth(texture, np.ascontiguousarray(raw), RAMP_M, a, None)
 
 
 SCENES: dict[str, Callable[[], Scene]] = {

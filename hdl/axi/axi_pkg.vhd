@@ -210,7 +210,7 @@ package body axi_pkg is
   ) return positive is
   begin
 
-    return choose(depth_index, index_word_bits(channels, pixel_bits, false),
+    return choose(depth_index, index_word_bits(channels, pixel_bits, "", false),
                   slice_count(shifts) * channels * pixel_bits);
 
   end function stack_output_bits;

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
--- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is
--- found and all of its pixels are taken from there. Beside this picture the slice that a frame has chosen may go. When
--- nothing follows, the core pushes the rest of the frame out by itself, in lines up to a multiple of M; what comes
--- meanwhile waits in the source.
+-- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is found and all of
+-- its pixels are taken from there. Beside this picture the depth between slices may go, and the slice that a frame has
+-- chosen. When nothing follows, the core pushes the rest of the frame out by itself, in lines up to a multiple of M;
+-- what comes meanwhile waits in the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: one pixel of all slices each clock.
@@ -31,6 +31,8 @@ entity depth_index is
     -- images around one vote for its slice; with 0 every micro image keeps its own.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
+    -- The slices' a', as focal_stack's, going up or down, if there is to be depth between them; "": there is none.
+    SHIFTS : string := "";
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -64,10 +66,11 @@ entity depth_index is
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0; above that, with
-    -- CHOSEN_TOO, the pixel of the slice tid.
+    -- SHIFTS, 8 bits of the place between slices and 8 of its confidence (depth_fraction); above that, with CHOSEN_TOO,
+    -- the pixel of the slice tid.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, CHOSEN_TOO) - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
@@ -80,12 +83,15 @@ end entity depth_index;
 
 architecture rtl of depth_index is
 
-  constant REFUSED : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
+
+  constant BETWEEN : boolean := SHIFTS'length > 0;
 
   constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
-  constant OUT_BITS   : positive := index_word_bits(CHANNELS, PIXEL_BITS, CHOSEN_TOO);
+  constant OUT_BITS   : positive := index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO);
 
   signal order       : frame_order_t;
   signal s_marks     : marks_t;
@@ -94,6 +100,7 @@ architecture rtl of depth_index is
   signal token_data  : std_logic_vector(STACK_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
   signal found_index : unsigned(bits_for(SLICES - 1) - 1 downto 0);
+  signal found_depth : depth_t;
   signal found_data  : std_logic_vector(DATA_BITS - 1 downto 0);
   signal chosen_data : std_logic_vector(DATA_BITS - 1 downto 0);
   signal found_word  : std_logic_vector(OUT_BITS - 1 downto 0);
@@ -116,9 +123,9 @@ begin
       INPUT_PIXELS   => 0,
       ROW_DELAY      => 0,
       COLUMN_DELAY   => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
-      ENGINE_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS) + 4,
+      ENGINE_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN) + 4,
       -- A scan with all its votes ends before the next one.
-      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, index_latency(SLICES, RADIUS, VOTE_RADIUS)),
+      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN)),
       MIN_BANDS    => 1,
       BAND_MODULUS => MICRO_IMAGE_SIZE,
       KEEP_MODULUS => true
@@ -151,6 +158,7 @@ begin
       RADIUS           => RADIUS,
       CONFIDENCE       => CONFIDENCE,
       VOTE_RADIUS      => VOTE_RADIUS,
+      SHIFTS           => SHIFTS,
       CROPPED          => not FLUSH,
       MAX_COLUMNS      => MAX_COLUMNS,
       CHANNELS         => CHANNELS,
@@ -164,15 +172,20 @@ begin
       token_data => token_data,
       result     => results(0),
       out_index  => found_index,
+      out_depth  => found_depth,
       out_data   => found_data,
       out_chosen => chosen_data
     );
 
   found_word(DATA_BITS + 7 downto 0) <= std_logic_vector(resize(found_index, 8)) & found_data;
 
+  depth_beside : if BETWEEN generate
+    found_word(DATA_BITS + 23 downto DATA_BITS + 8) <= found_depth.confidence & found_depth.fraction;
+  end generate depth_beside;
+
   -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
   chosen_beside : if CHOSEN_TOO generate
-    found_word(OUT_BITS - 1 downto DATA_BITS + 8) <= chosen_data;
+    found_word(OUT_BITS - 1 downto OUT_BITS - DATA_BITS) <= chosen_data;
   end generate chosen_beside;
 
 end architecture rtl;

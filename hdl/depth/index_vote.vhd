@@ -49,10 +49,11 @@ entity index_vote is
     same : in    std_logic_vector(2 * VOTE_RADIUS downto 0);
     -- Whether the middle row is the first of its frame.
     starts : in    std_logic;
-    -- Marks a micro image of the middle row, which one it is, and its slice.
+    -- Marks a micro image of the middle row, which one it is, its slice, and that it has kept its own.
     voted_write : out   std_logic;
     voted_lens  : out   unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    voted_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0)
+    voted_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    voted_kept  : out   std_logic
   );
 end entity index_vote;
 
@@ -106,6 +107,7 @@ architecture rtl of index_vote is
   signal result_write  : std_logic                         := '0';
   signal result_lens   : unsigned(LENS_BITS - 1 downto 0)  := (others => '0');
   signal result_index  : unsigned(INDEX_BITS - 1 downto 0) := (others => '0');
+  signal result_kept   : std_logic                         := '0';
   signal result_vector : std_logic_vector(INDEX_BITS - 1 downto 0);
 
 begin
@@ -290,6 +292,7 @@ begin
 
       result_write <= active_at(FINAL);
       result_lens  <= lens_at(FINAL);
+      result_kept  <= middle_at(FINAL)(0);
       -- A micro image that is sure of its slice keeps it; only doubtful ones are outvoted.
       if middle_at(FINAL)(0) = '1' then
         result_index <= unsigned(middle_at(FINAL)(INDEX_BITS downto 1));
@@ -309,5 +312,6 @@ begin
   voted_write   <= result_write;
   voted_lens    <= result_lens;
   voted_index   <= result_index;
+  voted_kept    <= result_kept;
 
 end architecture rtl;

@@ -2,7 +2,7 @@
 -- The picture made of the sharpest slices: the pixels of a stack wait until the index of their micro image is known.
 --
 -- The pixels go round in a ring of lines and leave it when the index of their row of micro images has been written;
--- then they are picked by it. Beside it goes the pixel of a slice that the frame has chosen.
+-- then they are picked by it. Beside it go its depth between slices and the pixel of a slice that the frame has chosen.
 --
 -- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one pixel of all slices each clock.
 -- Equation: out_data = data(index of its micro image), out_chosen = data(slice), RING_LINES lines before.
@@ -28,6 +28,8 @@ entity sharpest_pixels is
     RING_LINES : positive;
     -- Clocks from the last token of a row of micro images until the index of the first one is written.
     INDEX_LATENCY : positive;
+    -- Whether a depth between slices goes with an index.
+    BETWEEN : boolean;
     -- Width of a pixel, all channels.
     PIXEL_BITS : positive
   );
@@ -38,14 +40,16 @@ entity sharpest_pixels is
     token : in    token_t;
     place : in    lens_place_t;
     data  : in    std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
-    -- Marks the index of a micro image, which one it is, and its index.
+    -- Marks the index of a micro image, which one it is, its index, and its depth.
     index_write : in    std_logic;
     index_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     index       : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    index_depth : in    depth_t;
     -- A pixel of the picture, with the slice that its frame has chosen.
     result : out   result_t;
-    -- The sharpest slice and its pixel; the pixel of the chosen slice.
+    -- The sharpest slice, its depth and its pixel; the pixel of the chosen slice.
     out_index  : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_depth  : out   depth_t;
     out_data   : out   std_logic_vector(PIXEL_BITS - 1 downto 0);
     out_chosen : out   std_logic_vector(PIXEL_BITS - 1 downto 0)
   );
@@ -56,6 +60,8 @@ architecture rtl of sharpest_pixels is
   constant LENS_BITS  : positive := bits_for(LENSES - 1);
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant STACK_BITS : positive := SLICES * PIXEL_BITS;
+  -- An index, and its depth above it.
+  constant FOUND_BITS : positive := INDEX_BITS + choose(BETWEEN, 2 * FRACTION_BITS, 0);
   constant RING_WORDS : positive := RING_LINES * MAX_COLUMNS;
   constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
 
@@ -78,10 +84,10 @@ architecture rtl of sharpest_pixels is
   -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
   signal ring_line : unsigned(RING_BITS - 1 downto 0) := (others => '0');
   signal ring_word : unsigned(RING_BITS - 1 downto 0) := (others => '0');
-  -- The pixels of all slices that leave; the index of their micro image as it is written and as it is read.
+  -- The pixels of all slices that leave; what was found of their micro image as it is written and as it is read.
   signal delayed    : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal index_word : std_logic_vector(INDEX_BITS - 1 downto 0);
-  signal index_read : std_logic_vector(INDEX_BITS - 1 downto 0);
+  signal index_word : std_logic_vector(FOUND_BITS - 1 downto 0);
+  signal index_read : std_logic_vector(FOUND_BITS - 1 downto 0);
 
   -- What is said of a line waits in lines as its pixels do. Of the pixel that leaves: what is said of its line, and
   -- what is said of the pixel that enters at its place.
@@ -195,12 +201,12 @@ begin
       read_data     => delayed
     );
 
-  index_word <= std_logic_vector(index);
+  index_word(INDEX_BITS - 1 downto 0) <= std_logic_vector(index);
 
   -- Its address comes a clock after the ring's, and it is read in one clock instead of two: both are there together.
   indices : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => INDEX_BITS,
+      WIDTH        => FOUND_BITS,
       ADDRESS_BITS => LENS_BITS,
       WORDS        => LENSES,
       READ_LATENCY => 1
@@ -214,6 +220,25 @@ begin
       read_data     => index_read
     );
 
+  without_depth : if not BETWEEN generate
+    out_depth <= NO_DEPTH;
+  end generate without_depth;
+
+  with_depth : if BETWEEN generate
+    index_word(FOUND_BITS - 1 downto INDEX_BITS) <= index_depth.confidence & index_depth.fraction;
+
+    tell_depth : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        out_depth.fraction   <= index_read(INDEX_BITS + FRACTION_BITS - 1 downto INDEX_BITS);
+        out_depth.confidence <= index_read(FOUND_BITS - 1 downto INDEX_BITS + FRACTION_BITS);
+      end if;
+
+    end process tell_depth;
+
+  end generate with_depth;
+
   pick : process (clk) is
 
     variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
@@ -222,9 +247,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      sharpest   := to_integer(unsigned(index_read));
+      sharpest   := to_integer(unsigned(index_read(INDEX_BITS - 1 downto 0)));
       chosen     := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
-      out_index  <= unsigned(index_read);
+      out_index  <= unsigned(index_read(INDEX_BITS - 1 downto 0));
       out_data   <= delayed(PIXEL_BITS - 1 downto 0);
       out_chosen <= delayed(PIXEL_BITS - 1 downto 0);
 

@@ -4,7 +4,8 @@
 -- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums); when the last line of a row of micro
 -- images is in, a scan over the row's sums judges (lens_sharpness) the row RADIUS + 1 rows further back and finds its
 -- indices; its first line then goes on. Of equally sharp slices the first counts. With VOTE_RADIUS micro images
--- without texture take their neighbours' slice (index_vote), and it all comes so many rows later.
+-- without texture take their neighbours' slice (index_vote), and it all comes so many rows later. With SHIFTS the
+-- depth between slices is found too (depth_fraction), while they vote.
 --
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock, in lines
 --   of 8 + RADIUS tokens (with votes index_latency) at least and frames of a multiple of M lines; empty tokens and
@@ -32,6 +33,8 @@ entity sharpness_index is
     -- images around one vote for its slice; with 0 every micro image keeps its own.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
+    -- The slices' a', if there is to be depth between them.
+    SHIFTS : string := "";
     -- Whether frames may have lines below the picture, see rows.
     CROPPED : boolean := false;
     -- Longest line in pixels.
@@ -51,8 +54,9 @@ entity sharpness_index is
     token_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     -- A pixel of the picture.
     result : out   result_t;
-    -- Its slice and the pixel.
+    -- Its slice, its depth and the pixel.
     out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_depth : out   depth_t;
     out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     -- The pixel of the slice that its frame has chosen.
     out_chosen : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -61,8 +65,11 @@ end entity sharpness_index;
 
 architecture rtl of sharpness_index is
 
-  constant REFUSED : boolean := not takes_index("sharpness_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED  : boolean := not takes_index("sharpness_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant NO_ORDER : boolean := not takes_between("sharpness_index", SHIFTS, SLICES);
+
+  constant BETWEEN : boolean := SHIFTS'length > 0;
 
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant LENSES     : positive := lens_count(MAX_COLUMNS, M);
@@ -72,7 +79,7 @@ architecture rtl of sharpness_index is
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * DATA_BITS;
-  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0);
+  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false) + choose(BETWEEN, 1, 0);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY : positive := 5 + RADIUS;
   -- From the last pixel of a row to the scan over its sums, which follow it as fast.
@@ -90,8 +97,6 @@ architecture rtl of sharpness_index is
   type sharpness_list_t is array (natural range 0 to SLICES - 1) of sharpness_t;
 
   type lenses_t is array (natural range 0 to JUDGING_DELAY) of lens_t;
-
-  type indices_t is array (natural range 0 to SLICES - 1) of index_t;
 
   -- A token, with the counts of its place.
   signal placed : token_t;
@@ -118,10 +123,16 @@ architecture rtl of sharpness_index is
   signal inner_2     : std_logic                            := '0';
   signal inner_lens  : lens_t;
   signal judged_lens : lens_t;
-  -- An index that is final, for the pixels that wait.
+  -- An index that is final, and that it is the micro image's own.
+  signal final_write : std_logic;
+  signal final_lens  : lens_t;
+  signal final_index : index_t;
+  signal final_kept  : std_logic;
+  -- The same with its depth, for the pixels that wait.
   signal index_write : std_logic;
   signal index_lens  : lens_t;
   signal index       : index_t;
+  signal index_depth : depth_t;
 
   -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
   signal live         : std_logic_vector(0 to RADIUS + 1) := (others => '0');
@@ -130,12 +141,14 @@ architecture rtl of sharpness_index is
   signal joined_below : std_logic;
   signal same         : std_logic_vector(2 * RADIUS downto 0);
 
-  -- What each slice has, and the most, the least and the best of all up to it: one comparison a clock instead of a
-  -- tree of them in one.
+  -- What each slice has, one beside the other; the sharpest one, and what is around it.
   signal sharpness : sharpness_list_t;
-  signal most      : sharpness_list_t;
-  signal least     : sharpness_list_t;
-  signal best      : indices_t;
+  signal energies  : std_logic_vector(SLICES * ALL_BITS - 1 downto 0);
+  signal best      : index_t;
+  signal most      : sharpness_t;
+  signal least     : sharpness_t;
+  signal before    : sharpness_t;
+  signal behind    : sharpness_t;
 
 begin
 
@@ -249,8 +262,7 @@ begin
 
   slice : for s in 0 to SLICES - 1 generate
 
-    signal sum   : std_logic_vector(SUM_BITS - 1 downto 0);
-    signal value : sharpness_t;
+    signal sum : std_logic_vector(SUM_BITS - 1 downto 0);
 
   begin
 
@@ -292,63 +304,35 @@ begin
         sharpness    => sharpness(s)
       );
 
-    -- The sharpest so far, a slice each clock.
-    first_slice : if s = 0 generate
-      most(0)  <= sharpness(0);
-      least(0) <= sharpness(0);
-      best(0)  <= (others => '0');
-    end generate first_slice;
-
-    next_slice : if s > 0 generate
-
-      signal found   : std_logic_vector(ALL_BITS - 1 downto 0);
-      signal waiting : std_logic_vector(ALL_BITS - 1 downto 0);
-
-    begin
-
-      wait_for_turn : entity work.tag_delay
-        generic map (
-          WIDTH  => ALL_BITS,
-          LENGTH => s - 1
-        )
-        port map (
-          clk     => clk,
-          tag     => found,
-          delayed => waiting
-        );
-
-      found <= std_logic_vector(sharpness(s));
-      value <= unsigned(waiting);
-
-      compare : process (clk) is
-      begin
-
-        if rising_edge(clk) then
-          most(s)  <= most(s - 1);
-          best(s)  <= best(s - 1);
-          least(s) <= least(s - 1);
-          if value < least(s - 1) then
-            least(s) <= value;
-          end if;
-          if value > most(s - 1) then
-            most(s) <= value;
-            best(s) <= to_unsigned(s, INDEX_BITS);
-          end if;
-        end if;
-
-      end process compare;
-
-    end generate next_slice;
+    energies((s + 1) * ALL_BITS - 1 downto s * ALL_BITS) <= std_logic_vector(sharpness(s));
 
   end generate slice;
+
+  sharpest : entity work.sharpest_slice
+    generic map (
+      MICRO_IMAGE_SIZE => M,
+      SHIFTS           => SHIFTS,
+      SLICES           => SLICES,
+      SHARPNESS_BITS   => ALL_BITS
+    )
+    port map (
+      clk       => clk,
+      sharpness => energies,
+      index     => best,
+      most      => most,
+      least     => least,
+      before    => before,
+      behind    => behind
+    );
 
   --------------------------------------------------------------------------------------------------
   -- Neighbours' votes.
 
   no_votes : if VOTE_RADIUS = 0 generate
-    index_write <= scanned_at(JUDGING_DELAY);
-    index_lens  <= judged_lens;
-    index       <= best(SLICES - 1);
+    final_write <= scanned_at(JUDGING_DELAY);
+    final_lens  <= judged_lens;
+    final_index <= best;
+    final_kept  <= '1';
   end generate no_votes;
 
   votes : if VOTE_RADIUS > 0 generate
@@ -392,18 +376,84 @@ begin
         reset       => reset,
         active      => scanned_at(JUDGING_DELAY),
         lens        => judged_lens,
-        index       => best(SLICES - 1),
-        most        => most(SLICES - 1),
-        least       => least(SLICES - 1),
+        index       => best,
+        most        => most,
+        least       => least,
         live        => live(RADIUS + 1),
         same        => same_votes,
         starts      => starts(MIDDLE),
-        voted_write => index_write,
-        voted_lens  => index_lens,
-        voted_index => index
+        voted_write => final_write,
+        voted_lens  => final_lens,
+        voted_index => final_index,
+        voted_kept  => final_kept
       );
 
   end generate votes;
+
+  --------------------------------------------------------------------------------------------------
+  -- Depth between slices.
+
+  slices_alone : if not BETWEEN generate
+    index_write <= final_write;
+    index_lens  <= final_lens;
+    index       <= final_index;
+    index_depth <= NO_DEPTH;
+  end generate slices_alone;
+
+  between_slices : if BETWEEN generate
+
+    constant FINAL_BITS : positive := PLACE_BITS + INDEX_BITS + 2;
+
+    signal own_depth : depth_t;
+    signal final     : std_logic_vector(FINAL_BITS - 1 downto 0);
+    signal waited    : std_logic_vector(FINAL_BITS - 1 downto 0);
+
+  begin
+
+    fraction : entity work.depth_fraction
+      generic map (
+        SHIFTS         => SHIFTS,
+        SLICES         => SLICES,
+        LENSES         => LENSES,
+        SHARPNESS_BITS => ALL_BITS,
+        CONFIDENCE     => CONFIDENCE,
+        VOTE_RADIUS    => VOTE_RADIUS
+      )
+      port map (
+        clk    => clk,
+        reset  => reset,
+        active => scanned_at(JUDGING_DELAY),
+        lens   => judged_lens,
+        index  => best,
+        most   => most,
+        before => before,
+        behind => behind,
+        depth  => own_depth
+      );
+
+    final <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
+
+    -- Few votes are done before the division is.
+    wait_for_fraction : entity work.tag_delay
+      generic map (
+        WIDTH  => FINAL_BITS,
+        LENGTH => larger(FRACTION_LATENCY - vote_latency(SLICES, VOTE_RADIUS), 0)
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        tag     => final,
+        delayed => waited
+      );
+
+    index_write <= waited(0);
+    index       <= unsigned(waited(INDEX_BITS + 1 downto 2));
+    index_lens  <= unsigned(waited(FINAL_BITS - 1 downto INDEX_BITS + 2));
+    -- A slice that the neighbours have given is all that is known.
+    index_depth <= own_depth when waited(1) = '1' else
+                   NO_DEPTH;
+
+  end generate between_slices;
 
   pixels : entity work.sharpest_pixels
     generic map (
@@ -411,7 +461,8 @@ begin
       MAX_COLUMNS   => MAX_COLUMNS,
       LENSES        => LENSES,
       RING_LINES    => sharpness_delay(M, RADIUS, VOTE_RADIUS),
-      INDEX_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS),
+      INDEX_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN),
+      BETWEEN       => BETWEEN,
       PIXEL_BITS    => DATA_BITS
     )
     port map (
@@ -423,8 +474,10 @@ begin
       index_write => index_write,
       index_lens  => index_lens,
       index       => index,
+      index_depth => index_depth,
       result      => result,
       out_index   => out_index,
+      out_depth   => out_depth,
       out_data    => out_data,
       out_chosen  => out_chosen
     );

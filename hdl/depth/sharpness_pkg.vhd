@@ -30,6 +30,18 @@ package sharpness_pkg is
     row_starts : std_logic;
   end record lens_place_t;
 
+  -- Bits of the place of a depth between two slices.
+  constant FRACTION_BITS : positive := 8;
+
+  -- A depth between slices, see depth_fraction.
+  type depth_t is record
+    fraction : std_logic_vector(FRACTION_BITS - 1 downto 0);
+    -- 0: it is that of the slice.
+    confidence : std_logic_vector(FRACTION_BITS - 1 downto 0);
+  end record depth_t;
+
+  constant NO_DEPTH : depth_t := (fraction => "10000000", confidence => "00000000");
+
   -- Stops elaboration, by a message that begins with a name, if the index cannot be built; else true.
   function takes_index (
     name             : string;
@@ -41,6 +53,28 @@ package sharpness_pkg is
     channels         : positive;
     pixel_bits       : positive
   ) return boolean;
+
+  -- The same if there can be no depth between the slices; without SHIFTS there need be none.
+  function takes_between (
+    name   : string;
+    shifts : string;
+    slices : positive
+  ) return boolean;
+
+  -- Sixteenths by which the sharpness of a slice counts, 12, 15 or 16: with a whole a nothing is interpolated in sums
+  -- over micro images, so such a slice is sharper than its neighbours.
+  function slice_weight (
+    micro_image_size : positive;
+    shift            : integer
+  ) return positive;
+
+  -- Of two steps between slices, that to the slice behind one, or from the one before it, without what both have in
+  -- common.
+  function step_weight (
+    shifts    : string;
+    slice     : positive;
+    to_behind : boolean
+  ) return positive;
 
   -- Micro images of a line.
   function lens_count (
@@ -90,17 +124,23 @@ package sharpness_pkg is
     vote_radius : natural
   ) return natural;
 
+  -- Clocks from the sharpest slice of a micro image to its depth between slices.
+  constant FRACTION_LATENCY : positive := 3 + FRACTION_BITS;
+
   -- Clocks from the last token of a row of micro images until the index of the first one is written.
   function index_latency (
     slices      : positive;
     radius      : natural;
-    vote_radius : natural
+    vote_radius : natural;
+    between     : boolean
   ) return positive;
 
-  -- A pixel and its index, and the pixel of a chosen slice, if it goes beside.
+  -- A pixel, its index, its depth between slices if there are SHIFTS, and the pixel of a chosen slice, if it goes
+  -- beside.
   function index_word_bits (
     channels   : positive;
     pixel_bits : positive;
+    shifts     : string;
     chosen_too : boolean
   ) return positive;
 
@@ -147,6 +187,75 @@ package body sharpness_pkg is
     return true;
 
   end function takes_index;
+
+  function takes_between (
+    name   : string;
+    shifts : string;
+    slices : positive
+  ) return boolean is
+  begin
+
+    if shifts'length = 0 then
+      return true;
+    end if;
+
+    assert takes_shifts(name, shifts, 1) and slice_count(shifts) = slices
+      report name & ": SHIFTS """ & shifts & """ must be one for each of SLICES"
+      severity failure;
+
+    for s in 2 to slices - 1 loop
+
+      assert (slice_shift(shifts, s) > slice_shift(shifts, s - 1)) =
+             (slice_shift(shifts, 1) > slice_shift(shifts, 0)) and
+             slice_shift(shifts, s) /= slice_shift(shifts, s - 1)
+        report name & ": SHIFTS """ & shifts & """ must go up or down, as depth between slices needs neighbours"
+        severity failure;
+
+    end loop;
+
+    return true;
+
+  end function takes_between;
+
+  function slice_weight (
+    micro_image_size : positive;
+    shift            : integer
+  ) return positive is
+
+    variable fractions : positive;
+
+  begin
+
+    -- Places between micro images at which views are taken.
+    fractions := micro_image_size / common_divisor(micro_image_size, abs shift);
+
+    if fractions = 1 then
+      return 12;
+    elsif fractions = 2 then
+      return 15;
+    end if;
+
+    return 16;
+
+  end function slice_weight;
+
+  function step_weight (
+    shifts    : string;
+    slice     : positive;
+    to_behind : boolean
+  ) return positive is
+
+    variable from_before : positive;
+    variable behind      : positive;
+
+  begin
+
+    from_before := abs (slice_shift(shifts, slice) - slice_shift(shifts, slice - 1));
+    behind      := abs (slice_shift(shifts, slice + 1) - slice_shift(shifts, slice));
+
+    return choose(to_behind, behind, from_before) / common_divisor(from_before, behind);
+
+  end function step_weight;
 
   function lens_count (
     columns          : positive;
@@ -222,23 +331,28 @@ package body sharpness_pkg is
   function index_latency (
     slices      : positive;
     radius      : natural;
-    vote_radius : natural
+    vote_radius : natural;
+    between     : boolean
   ) return positive is
   begin
 
-    return LENS_SUM_LATENCY + 1 + radius + SHARPNESS_LATENCY + slices - 1 + vote_latency(slices, vote_radius);
+    -- For depth between slices they are weighed, a clock; it is found while they vote.
+    return LENS_SUM_LATENCY + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
+           choose(between, 1 + larger(vote_latency(slices, vote_radius), FRACTION_LATENCY),
+                  vote_latency(slices, vote_radius));
 
   end function index_latency;
 
   function index_word_bits (
     channels   : positive;
     pixel_bits : positive;
+    shifts     : string;
     chosen_too : boolean
   ) return positive is
   begin
 
     -- The index has a byte whatever the number of slices, so that software reads it alike.
-    return choose(chosen_too, 2, 1) * channels * pixel_bits + 8;
+    return choose(chosen_too, 2, 1) * channels * pixel_bits + 8 + choose(shifts'length > 0, 2 * FRACTION_BITS, 0);
 
   end function index_word_bits;
 

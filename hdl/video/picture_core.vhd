@@ -3,12 +3,13 @@
 --
 -- With the refocused slice alone it is a raster_refocuser. With other outputs it is a focal stack and its depth
 -- index, and each frame that leaves is one of: the slice chosen, the sharpest slice of each micro image, or the
--- colour of that slice. The slice is chosen with a frame's first pixel in; the output with its first pixel out. Such
--- a core does not push the rest of a frame out by itself: the next one does, and frames have a multiple of M lines,
--- with black ones below the picture that do not come out.
+-- colour of that slice or of the depth between slices. The slice is chosen with a frame's first pixel in; the output
+-- with its first pixel out. Such a core does not push the rest of a frame out by itself: the next one does, and frames
+-- have a multiple of M lines, with black ones below the picture that do not come out.
 --
 -- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
--- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS.
+-- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS; with
+--   depth between slices number 8 index(k) + floor(fraction(k) / 32).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -18,6 +19,7 @@ library work;
 use work.math_pkg.all;
 use work.arithmetic_pkg.all;
 use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
 use work.picture_pkg.all;
 use work.video_pkg.all;
 
@@ -42,7 +44,8 @@ entity picture_core is
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
-    -- A colour for each slice, six hexadecimal digits (red, green, blue), if depth can be shown.
+    -- A colour for each slice, six hexadecimal digits (red, green, blue), if depth can be shown; or eight, from the
+    -- middle between it and the slice before to that between it and the slice behind.
     COLOURS : string := ""
   );
   port (
@@ -138,10 +141,27 @@ begin
 
   all_slices : if needs_stack(OUTPUTS) generate
 
-    -- Pixel of the sharpest slice, its index, pixel of the chosen slice.
-    constant FOUND_BITS : positive := 56;
+    constant OWN_SHADES : positive := shades(SHIFTS, COLOURS);
+    constant BETWEEN    : boolean  := OWN_SHADES > 1;
 
-    type colours_t is array (natural range 0 to SLICES - 1) of pixel_t;
+    function between_shifts return string is
+    begin
+
+      if BETWEEN then
+        return SHIFTS;
+      end if;
+
+      return "";
+
+    end function between_shifts;
+
+    -- Pixel of the sharpest slice, its index, its depth between slices, pixel of the chosen slice.
+    constant FOUND_BITS : positive := index_word_bits(3, 8, between_shifts, true);
+
+    constant COLOUR_COUNT : positive := SLICES * OWN_SHADES;
+    constant COLOUR_BITS  : positive := bits_for(COLOUR_COUNT - 1);
+
+    type colours_t is array (natural range 0 to 2 ** COLOUR_BITS - 1) of pixel_t;
 
     -- All black if depth cannot be shown.
 
@@ -153,11 +173,17 @@ begin
 
       made := (others => (others => '0'));
 
-      if COLOURS'length >= 6 * SLICES then
+      if COLOURS'length >= 6 * COLOUR_COUNT then
 
-        for i in 0 to SLICES - 1 loop
+        for s in 0 to SLICES - 1 loop
 
-          made(i) := colour_at(COLOURS, i);
+          for i in 0 to MOST_SHADES - 1 loop
+
+            if i < OWN_SHADES then
+              made(s * OWN_SHADES + i) := colour_at(COLOURS, s * OWN_SHADES + i);
+            end if;
+
+          end loop;
 
         end loop;
 
@@ -178,6 +204,7 @@ begin
     signal stack_user   : std_logic_vector(0 downto 0);
     signal stack_last   : std_logic;
     signal found_valid  : std_logic;
+    signal found_shade  : unsigned(COLOUR_BITS - 1 downto 0);
     signal found        : std_logic_vector(FOUND_BITS - 1 downto 0);
     signal found_user   : std_logic_vector(0 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
@@ -226,6 +253,7 @@ begin
         RADIUS           => RADIUS,
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
+        SHIFTS           => between_shifts,
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => 3,
         PIXEL_BITS       => 8,
@@ -279,7 +307,10 @@ begin
 
     end process hold_output;
 
-    pick : process (found, shown_now) is
+    found_shade <= resize(unsigned(found(31 downto 24)) & unsigned(found(39 downto 37)), COLOUR_BITS) when BETWEEN else
+                   resize(unsigned(found(31 downto 24)), COLOUR_BITS);
+
+    pick : process (found, found_shade, shown_now) is
     begin
 
       case KINDS(to_integer(unsigned(shown_now))) is
@@ -290,19 +321,11 @@ begin
 
         when 2 =>
 
-          m_axis.tdata <= TABLE(0);
-
-          for i in 1 to SLICES - 1 loop
-
-            if unsigned(found(31 downto 24)) = i then
-              m_axis.tdata <= TABLE(i);
-            end if;
-
-          end loop;
+          m_axis.tdata <= TABLE(to_integer(found_shade));
 
         when others =>
 
-          m_axis.tdata <= found(55 downto 32);
+          m_axis.tdata <= found(FOUND_BITS - 1 downto FOUND_BITS - 24);
 
       end case;
 

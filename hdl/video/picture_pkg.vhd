@@ -106,6 +106,7 @@ package picture_pkg is
     order            : natural;
     radius           : natural;
     vote_radius      : natural;
+    between          : boolean;
     engine           : string;
     stored           : boolean;
     broadcast_taps   : natural
@@ -116,6 +117,15 @@ package picture_pkg is
   function sensor_delay_lines (
     micro_image_size : positive;
     mosaic           : boolean
+  ) return positive;
+
+  -- Colours of a slice in a text of colours: 1, or MOST_SHADES of them from the middle of the interval before it to
+  -- that of the one behind it, for which depth between slices is found.
+  constant MOST_SHADES : positive := 8;
+
+  function shades (
+    shifts  : string;
+    colours : string
   ) return positive;
 
   -- Colour number index of a text of colours, six hexadecimal digits each: red in the low bits.
@@ -249,17 +259,22 @@ package body picture_pkg is
               takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 3, 8);
 
       assert is_hex(colours) and
-             (colours'length = 6 * GEOMETRY.slices or (colours'length = 0 and not has_output(outputs, 'd')))
-        report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of SHIFTS"
+             (colours'length = 6 * shades(shifts, colours) * GEOMETRY.slices or
+              (colours'length = 0 and not has_output(outputs, 'd')))
+        report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of " &
+               "SHIFTS, or eight times as many"
         severity failure;
+
+      fits := fits and (shades(shifts, colours) = 1 or takes_between(name, shifts, GEOMETRY.slices));
     else
       fits := takes_refocuser(name, arithmetic, GEOMETRY, hold, 1, 1, max_columns, channels, engine, false, "",
                               false);
     end if;
 
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
-           picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius, engine,
-                                not arithmetic.exact, broadcast_taps) < 2 ** COUNT_BITS
+           picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius,
+                                shades(shifts, colours) > 1, engine, not arithmetic.exact,
+                                broadcast_taps) < 2 ** COUNT_BITS
       report name & ": SHIFTS """ & shifts & """ delay the picture by more than a frame's 4095 lines and pixels"
       severity failure;
 
@@ -307,6 +322,7 @@ package body picture_pkg is
     order            : natural;
     radius           : natural;
     vote_radius      : natural;
+    between          : boolean;
     engine           : string;
     stored           : boolean;
     broadcast_taps   : natural
@@ -318,7 +334,7 @@ package body picture_pkg is
 
     if needs_stack(outputs) then
       return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency +
-             index_latency(slice_count(shifts), radius, vote_radius);
+             index_latency(slice_count(shifts), radius, vote_radius, between);
     end if;
 
     return total_delay(GEOMETRY, order) + STREAM_LATENCY +
@@ -335,6 +351,16 @@ package body picture_pkg is
     return micro_image_size / 2 + choose(mosaic, 6, 5);
 
   end function sensor_delay_lines;
+
+  function shades (
+    shifts  : string;
+    colours : string
+  ) return positive is
+  begin
+
+    return choose(colours'length > 6 * slice_count(shifts), MOST_SHADES, 1);
+
+  end function shades;
 
   function colour_at (
     colours : string;

@@ -98,7 +98,8 @@ architecture rtl of refocus_video is
   constant DELAY_LINES  : natural := picture_delay_lines(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
                                                          SHARPNESS_RADIUS, VOTE_RADIUS);
   constant DELAY_PIXELS : natural := picture_delay_pixels(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
-                                                          SHARPNESS_RADIUS, VOTE_RADIUS, ENGINE, not EXACT,
+                                                          SHARPNESS_RADIUS, VOTE_RADIUS,
+                                                          shades(SHIFTS, COLOURS) > 1, ENGINE, not EXACT,
                                                           BROADCAST_TAPS);
 
   -- The largest lag: half of what the raster has fewer lines than the frame is at most half of the frame.

@@ -125,7 +125,12 @@ class Bench:
             m = core.micro_image_size
             index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
             image = np.ascontiguousarray(found.image).view(np.uint8).reshape(rows, columns, -1)
-            return np.dstack([image, index])
+            between = [
+                part.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+                for part in (found.fraction, found.confidence)
+                if part is not None
+            ]
+            return np.dstack([image, index, *between])
         return core.arithmetic.refocus(
             frame,
             core.micro_image_size,

@@ -2,6 +2,7 @@
 """Depth index and all-in-focus picture in VHDL, against the bit-true model."""
 
 import random
+from typing import Any
 
 import pytest
 
@@ -26,8 +27,9 @@ def run_indices(*cases: dict) -> None:
 def test_index_and_picture() -> None:
     cases: list[dict] = [
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
-        # Sums of all their bits; a power of two of micro images a line, the last one cut.
-        {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
+        # Sums of all their bits; a power of two of micro images a line, the last one cut. Depth
+        # between slices that are not equally far apart.
+        {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3, "shifts": (5, 2, 0)},
         {
             "micro_image_size": 4,
             "slices": 1,
@@ -36,7 +38,7 @@ def test_index_and_picture() -> None:
             "confidence": 1,
             "vote_radius": 1,
         },
-        # Votes: with few micro images of texture, and without any.
+        # Votes: with few micro images of texture, and without any. A division takes longer.
         {
             "micro_image_size": 2,
             "slices": 3,
@@ -44,6 +46,7 @@ def test_index_and_picture() -> None:
             "radius": 0,
             "confidence": 4000,
             "vote_radius": 1,
+            "shifts": (-3, 0, 1),
         },
         {
             "micro_image_size": 3,
@@ -62,6 +65,16 @@ def test_index_and_picture() -> None:
             "radius": 0,
             "confidence": 131072,
             "vote_radius": 3,
+        },
+        # Depth between slices, which takes less time than votes of many slices.
+        {
+            "micro_image_size": 2,
+            "slices": 6,
+            "max_columns": 36,
+            "radius": 0,
+            "confidence": 300,
+            "vote_radius": 2,
+            "shifts": (-3, -2, -1, 1, 2, 7),
         },
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
@@ -82,13 +95,16 @@ def test_more_indices_and_pictures() -> None:
     )
 
 
-def random_options(number: int) -> dict[str, int]:
+def random_options(number: int) -> dict[str, Any]:
     rng = random.Random(draw_seed() + number)
     m = rng.choice([2, 2, 3, 4, 5, 6])
     radius = rng.randint(0, 3)
-    options: dict[str, int] = {
+    slices = rng.randint(1, 6)
+    shifts = sorted(rng.sample(range(-9, 10), slices)) if rng.random() < 0.5 else []
+    options: dict[str, Any] = {
         "micro_image_size": m,
-        "slices": rng.randint(1, 6),
+        "slices": slices,
+        "shifts": tuple(shifts),
         "radius": radius,
         "vote_radius": rng.randint(0, 3),
         "confidence": rng.choice([0, 2000, 1 << rng.randint(10, 20)]),

@@ -9,6 +9,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
 
 entity bench_core is
   generic (
@@ -34,7 +35,9 @@ entity bench_core is
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
-    VOTE_RADIUS         : natural  := 0
+    VOTE_RADIUS         : natural  := 0;
+    -- Of a stack: whether the depth index finds depth between slices.
+    BETWEEN_SLICES : boolean := false
   );
   port (
     clk     : in    std_logic;
@@ -55,12 +58,14 @@ entity bench_core is
     slices_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     slices_tuser  : out   std_logic_vector(0 downto 0);
     slices_tlast  : out   std_logic;
-    -- tid: slice of the frame; of a stack, which is all in focus here, the slice of the pixel.
+    -- tid: slice of the frame; of a stack, which is all in focus here, the slice of the pixel, and its depth between
+    -- slices, fraction in the low bits (0 without).
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_depth  : out   std_logic_vector(15 downto 0);
     m_axis_tlast  : out   std_logic;
     -- Faults of the stream, see raster_refocuser; never cleared.
     error_flags : out   std_logic_vector(4 downto 0)
@@ -126,6 +131,7 @@ begin
         error_clear   => '0'
       );
 
+    m_axis_depth  <= (others => '0');
     slices_tvalid <= '0';
     slices_tready <= '0';
     slices_tdata  <= (others => '0');
@@ -136,12 +142,23 @@ begin
 
   stack_and_index : if STACK generate
 
+    function index_shifts return string is
+    begin
+
+      if BETWEEN_SLICES then
+        return SHIFTS;
+      end if;
+
+      return "";
+
+    end function index_shifts;
+
     signal valid        : std_logic;
     signal ready        : std_logic;
     signal data         : std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     signal user         : std_logic_vector(0 downto 0);
     signal last         : std_logic;
-    signal found        : std_logic_vector(CHANNELS * PIXEL_BITS + 7 downto 0);
+    signal found        : std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false) - 1 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
     signal index_errors : std_logic_vector(4 downto 0);
 
@@ -184,6 +201,7 @@ begin
         RADIUS           => RADIUS,
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
+        SHIFTS           => index_shifts,
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => CHANNELS,
         PIXEL_BITS       => PIXEL_BITS
@@ -211,6 +229,14 @@ begin
         error_flags   => index_errors,
         error_clear   => '0'
       );
+
+    depth_between : if BETWEEN_SLICES generate
+      m_axis_depth <= found(found'high downto found'high - 15);
+    end generate depth_between;
+
+    slices_alone : if not BETWEEN_SLICES generate
+      m_axis_depth <= (others => '0');
+    end generate slices_alone;
 
     slices_tvalid <= valid;
     slices_tready <= ready;

@@ -159,6 +159,7 @@ int main(int argc, char** argv) {
             write_fields(output, core.m_axis_tdata, values, pixel_bits);
             if (stack) {
                 write_fields(output, core.m_axis_tid, 1, 8);
+                write_fields(output, core.m_axis_depth, 1, 16);
             } else if (received % frame == 0) {
                 frame_slice = core.m_axis_tid;
                 counts << "slice " << frame_slice << '\n';

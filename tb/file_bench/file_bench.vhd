@@ -48,6 +48,7 @@ entity file_bench is
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
+    BETWEEN_SLICES      : boolean  := false;
     -- The frames in the file.
     COLUMNS       : positive := 1;
     ROWS          : positive := 1;
@@ -98,6 +99,7 @@ architecture test of file_bench is
   signal m_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tid    : std_logic_vector(7 downto 0);
+  signal m_axis_depth  : std_logic_vector(15 downto 0);
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(4 downto 0);
 
@@ -212,7 +214,8 @@ begin
       INPUT_LINES         => INPUT_LINES,
       RADIUS              => RADIUS,
       CONFIDENCE          => CONFIDENCE,
-      VOTE_RADIUS         => VOTE_RADIUS
+      VOTE_RADIUS         => VOTE_RADIUS,
+      BETWEEN_SLICES      => BETWEEN_SLICES
     )
     port map (
       clk           => clk,
@@ -235,6 +238,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
+      m_axis_depth  => m_axis_depth,
       m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags
     );
@@ -328,6 +332,7 @@ begin
         slice := to_integer(unsigned(m_axis_tid));
         if STACK then
           write(output_file, slice);
+          write(output_file, to_integer(unsigned(m_axis_depth)));
         elsif received mod FRAME_TOKENS = 0 then
           frame_slice := slice;
           write_count(clocks_file, "slice", slice);

@@ -8,11 +8,13 @@ from hunt.references.depth_index import words
 
 ENTITY = "depth_index"
 FAULTS = [
-    ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
+    ("sharpest_slice.vhd", "if value > most_of(s - 1) then", "if value >= most_of(s - 1) then"),
     # The reset that was missing.
     ("sharpest_pixels.vhd", "if reset = '1' then\n        ring_line",
      "if false then\n        ring_line"),
     ("index_vote.vhd", "if middle_at(FINAL)(0) = '1' then", "if false then", 13),
+    ("depth_fraction.vhd", "WEIGHT_BEHIND(to_integer(index_1))",
+     "WEIGHT_BEFORE(to_integer(index_1))"),
 ]  # fmt: skip
 
 
@@ -32,7 +34,14 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "CHANNELS": channels,
         "PIXEL_BITS": bits,
         "CHOSEN_TOO": rng.random() < 0.4,
+        "SHIFTS": "",
     }
+    if rng.random() < 0.5:
+        generics["SLICES"] = slices = rng.choice([1, 2, 3, 3, 4, 5])
+        shifts = sorted(rng.sample(range(-3 * m, 3 * m + 1), slices))
+        if rng.random() < 0.5:
+            shifts.reverse()
+        generics["SHIFTS"] = " ".join(map(str, shifts))
     return {"generics": generics}
 
 
@@ -44,7 +53,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     m = g["MICRO_IMAGE_SIZE"]
     held = (g["RADIUS"] + g["VOTE_RADIUS"] + 3) * m
     # The clocks of a scan with its votes.
-    scan = 40 + 4 * (g["SLICES"] + g["RADIUS"] + g["VOTE_RADIUS"])
+    scan = 60 + 4 * (g["SLICES"] + g["RADIUS"] + g["VOTE_RADIUS"])
 
     def limit(columns: int, rows: int) -> int:
         return (rows + 2 * held) * (columns + scan) + 300

@@ -122,7 +122,9 @@ def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
         ),
         (
             "depth_index",
-            DepthIndexConfiguration(micro_image_size=3, slices=3, max_columns=640, channels=3),
+            DepthIndexConfiguration(
+                micro_image_size=3, slices=3, shifts=(-2, 0, 3), max_columns=640, channels=3
+            ),
         ),
     ],
 )

@@ -149,6 +149,11 @@ REFUSED: list[Case] = [
     ),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
     ("sharpness_index", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    *(
+        (entity, DEPTH, {"SLICES": 3, "SHIFTS": shifts}, "SHIFTS")
+        for entity in ("depth_index", "sharpness_index")
+        for shifts in ("0 1", "0 2 1", "1 0 x")
+    ),
     ("picture_core", PICTURE, {"OUTPUTS": "rx"}, "OUTPUTS"),
     ("picture_core", PICTURE, {"OUTPUTS": "rrrrr"}, "OUTPUTS"),
     ("picture_core", PICTURE, {"COLOURS": "00ff00"}, "COLOURS"),
@@ -288,9 +293,12 @@ def draw_core(rng: random.Random) -> CoreConfiguration | None:
 
 
 def draw_index(rng: random.Random) -> DepthIndexConfiguration:
+    slices = int(2 ** rng.uniform(0, 8))
+    shifts = [rng.randint(-9, 9) for _ in range(rng.randint(1, 3))]
     return DepthIndexConfiguration(
         micro_image_size=rng.randint(2, 128),
-        slices=int(2 ** rng.uniform(0, 8)),
+        slices=slices,
+        shifts=rng.choice([(), (), tuple(range(slices)), tuple(shifts)]),
         radius=rng.randint(0, 8),
         vote_radius=rng.randint(0, 4),
         max_columns=int(2 ** rng.uniform(0, 13)),

@@ -84,14 +84,16 @@ entity index_verdict is
     SLICES           : natural;
     RADIUS           : natural;
     CONFIDENCE       : natural;
-    VOTE_RADIUS      : natural
+    VOTE_RADIUS      : natural;
+    SHIFTS           : string := ""
   );
 end entity index_verdict;
 
 architecture rtl of index_verdict is
 
-  constant REFUSED : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
 
 begin
 

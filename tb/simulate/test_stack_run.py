@@ -14,7 +14,12 @@ from plenofir.ground import project
 from plenofir.ground.errors import EXIT_MISMATCH
 from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
-from plenofir.refocus.sharpness import depth_index
+from plenofir.refocus.sharpness import (
+    TEXTURE,
+    confidence_level,
+    depth_between_picture,
+    depth_index,
+)
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
@@ -60,17 +65,23 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     )
     assert code == 0, errors
     slices = np.stack([refocus(raw, 5, a) for a in SLICES])
-    want = depth_index(slices, 5, 2)
+    level = confidence_level(TEXTURE, 5, 2, channels=3)
+    want = depth_index(slices, 5, 2, confidence=level, shifts=(-3, 1, 5))
     for a, image in zip(("-3_5", "1_5", "1"), slices, strict=True):
         assert np.array_equal(read_image(out / f"refocused_{a}.png"), image)
     assert np.array_equal(read_image(out / "all_in_focus.png"), want.image)
     levels = read_image(out / "depth_index.png")[::5, ::5]
     assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    assert want.fraction is not None
+    depth = depth_between_picture(want.index, want.fraction, 3)
+    assert np.array_equal(read_image(out / "depth.png")[::5, ::5], depth)
+    assert np.array_equal(read_image(out / "confidence.png")[::5, ::5], want.confidence)
     report = json.loads((out / "report.json").read_text())
     assert report["mismatches"] == 0
-    assert report["pixels_compared"] == 5 * 43 * 52
+    assert report["pixels_compared"] == 6 * 43 * 52
     assert report["clocks_per_pixel"] == 1
-    assert report["micro_images_of_slice"] == np.bincount(want.index.ravel()).tolist()
+    counted = np.bincount(want.index.ravel(), minlength=3)
+    assert report["micro_images_of_slice"] == counted.tolist()
 
 
 def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:

@@ -86,16 +86,21 @@ def test_stack_and_depth_in_2008(tmp_path: Path, of_2008: Simulator) -> None:
     core = CoreConfiguration(
         micro_image_size=3, shifts=(-1, 0, 2), max_columns=24, engine=StackEngine()
     )
-    index = DepthIndexConfiguration(micro_image_size=3, slices=3, radius=1, max_columns=24)
+    index = DepthIndexConfiguration(
+        micro_image_size=3, slices=3, shifts=core.shifts, radius=1, max_columns=24
+    )
     frame = raw(12, 24)
     result = run_bench(of_2008, core, frame[np.newaxis], tmp_path, index=index)
     slices = core.golden(frame)
-    want = depth_index(slices, 3, 1)
+    want = depth_index(slices, 3, 1, shifts=core.shifts)
     assert result.stacks is not None
     assert result.index is not None
+    assert result.depth is not None
     assert np.array_equal(result.stacks[0], slices)
     assert np.array_equal(result.frames[0], want.image)
     assert np.array_equal(result.index[0][::3, ::3], want.index)
+    assert np.array_equal(result.depth[0][::3, ::3] & 255, want.fraction)
+    assert np.array_equal(result.depth[0][::3, ::3] >> 8, want.confidence)
 
 
 def test_sensor_in_2008(tmp_path: Path, of_2008: Simulator) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, SHADES, Screen, screen_package
+from plenofir.refocus.sharpness import has_order
 from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
@@ -23,7 +24,9 @@ def video_case(
     radius: int = 1,
     **options: int | bool,
 ) -> Case:
-    colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(len(shifts))]
+    between = "d" in outputs and len(shifts) > 2 and has_order(shifts)
+    count = len(shifts) * (SHADES if between else 1)
+    colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(count)]
     vote_radius = options.pop("VOTE_RADIUS", 0)
     confidence = options.pop("CONFIDENCE", 0)
     shown = Screen(
@@ -32,6 +35,7 @@ def video_case(
         confidence=confidence,
         vote_radius=vote_radius,
         colours=tuple((red, green, blue) for red, green, blue in colours),
+        between=between,
     )
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
     delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
@@ -52,6 +56,7 @@ def video_case(
             "confidence": confidence,
             "vote_radius": vote_radius,
             "colours": colours,
+            "between": between,
             "delay_lines": delay_lines,
             "order": options.get("INTERPOLATION_ORDER", 0),
             "stored": not options.get("EXACT", True),
@@ -66,7 +71,7 @@ def video_case(
 def run_thorough(outputs: str) -> None:
     """The whole bench; what simulates longer than it compiles."""
     mode = shrunken("mini")
-    run_cases([video_case(3, (2, -1, 0), mode, thorough=True, outputs=outputs)], long=True)
+    run_cases([video_case(3, (2, 0, -1), mode, thorough=True, outputs=outputs)], long=True)
 
 
 def test_refocus_video(monkeypatch: pytest.MonkeyPatch) -> None:

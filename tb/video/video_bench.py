@@ -41,12 +41,21 @@ class Bench(VideoBench):
             return arithmetic.refocus(picture, m, shift=shifts[self.slice], order=CASE["order"])
         stack = np.stack([arithmetic.refocus(picture, m, shift=shift) for shift in shifts])
         found = depth_index(
-            stack, m, CASE["radius"], confidence=CASE["confidence"], vote_radius=CASE["vote_radius"]
+            stack,
+            m,
+            CASE["radius"],
+            confidence=CASE["confidence"],
+            vote_radius=CASE["vote_radius"],
+            shifts=shifts if CASE["between"] else (),
         )
         if kind == "a":
             return found.image
         rows, columns = picture.shape[:2]
-        index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+        colour = found.index.astype(int)
+        if found.fraction is not None:
+            # Eight colours of each slice.
+            colour = 8 * colour + found.fraction // 32
+        index = colour.repeat(m, 0).repeat(m, 1)[:rows, :columns]
         return np.array(CASE["colours"], np.uint8)[index]
 
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:

@@ -246,8 +246,9 @@ def stack(
         bool,
         typer.Option(
             "--depth-index",
-            help="Write depth_index.png, the slice in which each micro image is sharpest, and "
-            "all_in_focus.png made of them, as the VHDL does.",
+            help="Write depth_index.png, the slice in which each micro image is sharpest, "
+            "all_in_focus.png made of them, and of three slices or more depth between them "
+            "(depth.png, depth.npy, confidence.png), as the VHDL does.",
         ),
     ] = False,
     radius: options.Radius = 1,
@@ -272,9 +273,17 @@ def stack(
         all_in_focus,
         sharpness_curve,
     )
-    from plenofir.camera.plots import sharpness_picture
+    from plenofir.camera.plots import depth_picture, sharpness_picture
     from plenofir.refocus import slice_names
-    from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
+    from plenofir.refocus.sharpness import (
+        MAX_STACK,
+        SURE,
+        TEXTURE,
+        confidence_level,
+        depth_index,
+        depth_index_picture,
+        has_order,
+    )
 
     if index and everywhere:
         raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
@@ -318,7 +327,16 @@ def stack(
             nearest = np.clip(found, float(min(settings)), float(max(settings)))
             save(results, "all_in_focus.png", look(all_in_focus(pixels, m, nearest, show)))
         if index:
-            sharpest = depth_index(slices, m, radius)
+            channels, bits = (1, 3)[pixels.ndim > 2], 8 * pixels.dtype.itemsize
+            level = confidence_level(TEXTURE, m, radius, channels, bits)
+            between = shifts if len(shifts) > 2 and has_order(shifts) else ()
+            sharpest = depth_index(slices, m, radius, confidence=level, shifts=between)
+            if sharpest.confidence is not None:
+                depth = sharpest.focus(shifts, m)
+                sure = np.where(sharpest.confidence < SURE, np.nan, depth)
+                save(results, "depth.npy", depth)
+                save(results, "depth.png", depth_picture(sure, in_mm=False))
+                save(results, "confidence.png", sharpest.confidence)
             save(results, "all_in_focus.png", look(sharpest.image))
             of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))

@@ -157,13 +157,16 @@ _STACK_SHIFTS = ((-3, 3), (-3, 0, 3))
 
 
 def stack_designs() -> Iterator[Design]:
-    """Focal stacks of two and three slices, and the depth index behind the larger one."""
+    """Focal stacks of two and three slices, and depth indices behind the larger one."""
     for shifts in _STACK_SHIFTS:
         shown = ",".join(map(str, shifts))
         core = grey_core(5, shifts, engine=StackEngine())
         yield Design(f"stack M=5 a'={shown}", core, "focal_stack")
     index = DepthIndexConfiguration(micro_image_size=5, slices=3, max_columns=640, channels=1)
     yield Design("index M=5 slices=3", None, "depth_index", index.generics(), index=index)
+    between = index.model_copy(update={"shifts": _STACK_SHIFTS[1]})
+    name = "index M=5 slices=3, between"
+    yield Design(name, None, "depth_index", between.generics(), index=between)
 
 
 _TEXT_SHIFTS = (0, 1, 2, 3, 4)

@@ -11,10 +11,16 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.distances import Distances, State
-from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.overlay import Overlay
 from plenofir.ground.errors import InputError
-from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, MAX_VOTE_RADIUS, confidence_level
+from plenofir.refocus.sharpness import (
+    MAX_SHARPNESS_RADIUS,
+    MAX_VOTE_RADIUS,
+    TEXTURE,
+    confidence_level,
+    has_order,
+)
 from plenofir.refocus.shifts import shift_to_text
 
 Output = Literal["refocused", "all-in-focus", "depth"]
@@ -38,10 +44,12 @@ class SceneScreen(BaseModel):
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
     # Texture that a micro image has at least, in grey levels; those with less take their
     # neighbours' slice, see `plenofir.refocus.sharpness.confidence_level`.
-    confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = 6.0
+    confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = TEXTURE
     # Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
     # keeps its own slice.
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
+    # Whether depth is coloured between slices, of which there are three or more, going up or down.
+    between_slices: bool = False
 
     @model_validator(mode="before")
     @classmethod
@@ -58,6 +66,8 @@ class SceneScreen(BaseModel):
         judges = {"radius", "confidence", "vote_radius"} & self.model_fields_set
         if judges and not self.needs_stack:
             raise ValueError(f"{min(judges)} needs the output 'all-in-focus' or 'depth'")
+        if self.between_slices and "depth" not in self.output:
+            raise ValueError("between_slices needs the output 'depth'")
         return self
 
     @property
@@ -126,13 +136,20 @@ def _label(mm: float) -> str:
     return "> inf" if mm == -inf else _words(mm)
 
 
-def slice_colours(shifts: tuple[int, ...]) -> tuple[tuple[int, int, int], ...]:
-    """Red, green, blue of each slice in a picture of depth: viridis, from far (dark) to near."""
+def slice_colours(shifts: tuple[int, ...], shades: int = 1) -> tuple[tuple[int, int, int], ...]:
+    """Red, green, blue of each slice in a picture of depth: viridis, from far (dark) to near.
+
+    With several shades of each slice those of depth between slices, which go up or down.
+    """
     # matplotlib has the table, CC0 of its authors.
     from matplotlib import colormaps
 
     order = np.argsort(np.argsort(shifts))
     places = order / max(len(shifts) - 1, 1)
+    if shades > 1:
+        # Those of a slice go from the middle of the interval before it to that of the one behind.
+        off = ((np.arange(shades) + 0.5) / shades - 0.5) * (places[-1] - places[0])
+        places = np.add.outer(places, off / (len(shifts) - 1)).ravel().clip(0, 1)
     table = np.round(255 * colormaps["viridis"](places)[:, :3]).astype(int)
     return tuple((int(r), int(g), int(b)) for r, g, b in table)
 
@@ -198,6 +215,12 @@ def screen_of(
                 where=f"{where}: screen.overlay",
             )
     outputs = "".join(_LETTERS[name] for name in part.output)
+    if part.between_slices and not (len(shifts) > 2 and has_order(shifts)):
+        raise InputError(
+            f"depth between slices needs three or more, going up or down, not {len(shifts)} of "
+            f"a' = {' '.join(map(str, shifts))}",
+            where=f"{where}: screen.between_slices",
+        )
     if not part.needs_stack:
         return Screen(outputs=outputs, overlay=overlay)
     confidence = confidence_level(part.confidence, micro_image_size, part.radius, channels=3)
@@ -206,6 +229,7 @@ def screen_of(
         radius=part.radius,
         confidence=confidence if part.vote_radius else 0,
         vote_radius=part.vote_radius,
-        colours=colours,
+        colours=slice_colours(shifts, SHADES) if part.between_slices else colours,
+        between=part.between_slices,
         overlay=overlay,
     )

@@ -6,9 +6,10 @@ finer detail is only replicas. Each step is a sum or a comparison, so that hardw
 in every bit.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
+from math import gcd
 from typing import Protocol
 
 import numpy as np
@@ -27,6 +28,14 @@ MAX_VOTE_RADIUS = 4
 MAX_CONFIDENCE = (1 << 30) - 1
 MAX_STACK = 256
 """Slices that an index of 8 bits tells apart."""
+TEXTURE = 6.0
+"""Grey levels of 8 bits that count as texture, see `confidence_level`."""
+SURE = 16
+"""Confidence of depth between slices whose sharpness bends by that much."""
+FRACTION_BITS = 8
+"""Bits of the place between two slices."""
+# Where nothing is known between slices: in the middle, which is the slice.
+_MIDDLE = 1 << (FRACTION_BITS - 1)
 
 
 class Slices(Protocol):
@@ -61,6 +70,20 @@ class DepthIndex:
     index: npt.NDArray[np.uint8]
     # All-in-focus picture: each micro image from its slice; type and size of the slices.
     image: Image
+    # Depth between slices: the place between the middles of the two intervals beside the slice, in
+    # 256ths, and how sharp the peak is, 0 where there is none; shape (t, s), see `between_slices`.
+    fraction: npt.NDArray[np.uint8] | None = None
+    confidence: npt.NDArray[np.uint8] | None = None
+
+    def focus(self, shifts: Sequence[int], micro_image_size: int) -> npt.NDArray[np.float64]:
+        """Focus setting a of each micro image, of slices a' = `shifts`; shape (t, s)."""
+        own = np.array(shifts, np.float64) / micro_image_size
+        if self.fraction is None:
+            return np.asarray(own[self.index])
+        borders = np.concatenate([own[:1], (own[1:] + own[:-1]) / 2, own[-1:]])
+        place = (self.fraction + 0.5) / (1 << FRACTION_BITS)
+        low, high = borders[self.index], borders[self.index.astype(int) + 1]
+        return np.where(self.confidence == 0, own[self.index], low + (high - low) * place)
 
 
 def lens_sums(image: Image, m: int) -> Integers:
@@ -138,6 +161,80 @@ def vote(
     return voted
 
 
+def slice_weight(shift: int, micro_image_size: int) -> int:
+    """Sixteenths by which the sharpness of a slice a' counts beside that of others.
+
+    Sums over whole micro images interpolate each view linearly between micro images, at the
+    fractions of a that its pixels have: n = M / gcd(a', M) of them, 0 first. With a whole a
+    nothing is interpolated, so the slice is sharper than its neighbours.
+    """
+    fractions = micro_image_size // gcd(shift, micro_image_size)
+    return 16 - round(4 / fractions**2)
+
+
+def has_order(shifts: Sequence[int]) -> bool:
+    """Whether slices follow each other in depth, so that there is depth between them."""
+    steps = np.diff(np.array(shifts))
+    return bool((steps > 0).all() or (steps < 0).all())
+
+
+def between_slices(
+    index: npt.NDArray[np.uint8],
+    peak: tuple[Integers, Integers, Integers],
+    known: npt.NDArray[np.bool_],
+    shifts: Sequence[int],
+    confidence: int,
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
+    """Find the vertex of the parabola through a sharpest slice and its neighbours.
+
+    `peak`: sharpness of the slice before, of the sharpest one, of the one after it. Their a' lie l
+    and r apart (`shifts`). The parabola falls to them by slopes that are equal and opposite at the
+    vertex, and change evenly between the middles of both intervals: from one middle to the other
+    the vertex lies at p / (p + q), p = r (own - before), q = l (own - after). So it never leaves
+    the slice's half of either interval.
+
+    Returns floor(256 p / (p + q)), at most 255; and the confidence, the curvature
+    2 own - before - after over a power of two, of which `confidence` has 16 to 31, held between 1
+    and 255. The first and the last slice, and what is not `known`, have 128 and 0.
+    """
+    before, own, after = peak
+    inner = known & (index > 0) & (index < len(shifts) - 1)
+    steps = np.pad(np.abs(np.diff(np.array(shifts, np.int64))), 1, constant_values=1)
+    p = np.where(inner, (own - before) * steps[index.astype(int) + 1], 0)
+    whole = p + np.where(inner, (own - after) * steps[index], 1)
+    fraction = np.zeros_like(p)
+    for _ in range(FRACTION_BITS):
+        # A bit at a time: 256 p may have more than 64 bits.
+        p *= 2
+        bit = p >= whole
+        p -= np.where(bit, whole, 0)
+        fraction = 2 * fraction + bit
+    curvature = (2 * own - before - after) >> max(confidence.bit_length() - 5, 0)
+    return (
+        np.where(inner, fraction, _MIDDLE).astype(np.uint8),
+        np.where(inner, np.clip(curvature, 1, 255), 0).astype(np.uint8),
+    )
+
+
+class _Peaks:
+    """Of each micro image the sharpest slice so far, and the sharpness of those beside it."""
+
+    def __init__(self, first: Integers) -> None:
+        self.index = np.zeros(first.shape, np.uint8)
+        # Beside the first and the last slice there is one neighbour: the other does not count.
+        self.most = self.least = self.before = self.after = self._last = first
+        self._slices = 1
+
+    def add(self, energy: Integers) -> None:
+        """Take the sharpness of the next slice."""
+        better = energy > self.most
+        self.after = np.where(self.index == self._slices - 1, energy, self.after)
+        self.before = np.where(better, self._last, self.before)
+        self.index[better] = self._slices
+        self.most, self.least = np.maximum(energy, self.most), np.minimum(energy, self.least)
+        self._last, self._slices = energy, self._slices + 1
+
+
 def depth_index(
     stack: Slices,
     micro_image_size: int,
@@ -145,13 +242,16 @@ def depth_index(
     *,
     confidence: int = 0,
     vote_radius: int = 0,
+    shifts: Sequence[int] = (),
 ) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and take it from there.
 
     The stack (slices, rows, columns[, 3]) has at most 256. A micro image has texture where the
     sharpness (`local_sharpness`) of its sharpest slice is `confidence` above that of its dullest
     one (`confidence_level`). Those without take their neighbours' slice (`vote`), unless
-    `vote_radius` is 0.
+    `vote_radius` is 0. With `shifts`, a' of each slice, going up or down, slices are weighed
+    (`slice_weight`) and depth between them is found too (`between_slices`); of what has taken its
+    neighbours' slice none is known.
     """
     if not 1 <= len(stack) <= MAX_STACK:
         raise InputError(f"{len(stack)} slices are not possible; use 1 to {MAX_STACK}")
@@ -163,23 +263,34 @@ def depth_index(
         raise InputError(
             f"a vote_radius of {vote_radius} is not possible; use 0 to {MAX_VOTE_RADIUS}"
         )
-    best = most = least = None
+    if shifts and not (len(shifts) == len(stack) and has_order(shifts)):
+        raise InputError(
+            f"depth between slices needs a' of each of {len(stack)} slices, going up or down, not "
+            + " ".join(map(str, shifts))
+        )
+    peaks: _Peaks | None = None
     numbers = count()
     # Not enumerate, which keeps a slice until it has the next one.
     for image in stack:
         number = next(numbers)
         energy = local_sharpness(image, micro_image_size, radius)
-        if best is None or most is None or least is None:
-            best, most, least = np.zeros(energy.shape, np.uint8), energy, energy
-        best[energy > most] = number
-        most, least = np.maximum(energy, most), np.minimum(energy, least)
+        if shifts:
+            energy = energy * slice_weight(shifts[number], micro_image_size) >> 4
+        if peaks is None:
+            peaks = _Peaks(energy)
+        else:
+            peaks.add(energy)
         shape, kind = image.shape, image.dtype
         del image
-    assert best is not None, "one slice at least"
-    assert most is not None
-    assert least is not None
+    assert peaks is not None, "one slice at least"
+    best, known = peaks.index, np.ones(peaks.index.shape, bool)
     if vote_radius:
-        best = vote(best, most - least >= confidence, len(stack), vote_radius)
+        known = peaks.most - peaks.least >= confidence
+        best = vote(best, known, len(stack), vote_radius)
+    fraction = certainty = None
+    if shifts:
+        own = peaks.before, peaks.most, peaks.after
+        fraction, certainty = between_slices(peaks.index, own, known, shifts, confidence)
     picture = np.empty(shape, kind)
     columns = np.arange(shape[1]) // micro_image_size
     for part, slices in bands(stack, shape[0]):
@@ -187,9 +298,18 @@ def depth_index(
         for number, image in enumerate(slices):
             here = of_pixels == number
             picture[part][here] = image[here]
-    return DepthIndex(best, picture)
+    return DepthIndex(best, picture, fraction, certainty)
 
 
 def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:
     """Depth index as grey levels, the first slice black, the last one white."""
     return (index.astype(np.uint16) * 255 // max(slices - 1, 1)).astype(np.uint8)
+
+
+def depth_between_picture(
+    index: npt.NDArray[np.uint8], fraction: npt.NDArray[np.uint8], slices: int
+) -> npt.NDArray[np.uint16]:
+    """Depth between slices as grey levels of 16 bits, the first slice black, the last one white."""
+    whole = (max(slices - 1, 1)) << FRACTION_BITS
+    place = (index.astype(np.int64) << FRACTION_BITS) + fraction - _MIDDLE
+    return (place.clip(0, whole) * 65535 // whole).astype(np.uint16)

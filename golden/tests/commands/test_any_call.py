@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random calls of every command end with right results, or one line, exit code 2 and nothing."""
 
+import itertools
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -139,9 +140,20 @@ def check_stack(p: Parameters) -> set[str]:
         want = as_shown(p, want)
         assert (read_image(file) == want).all()
         names.add(str(file))
+    # There is depth between three slices or more, in the order of their a.
+    steps = {after > before for before, after in itertools.pairwise(settings)}
+    equal = any(after == before for before, after in itertools.pairwise(settings))
+    between = p["index"] and len(settings) > 2 and len(steps) == 1 and not equal
+    if between:
+        file = Path(p["out"]) / "depth.npy"
+        depth = np.load(file)
+        assert float(min(settings)) <= depth.min() <= depth.max() <= float(max(settings))
+        names.add(str(file))
     for name, wanted in (
         ("all_in_focus", p["everywhere"] or p["index"]),
         ("depth_index", p["index"]),
+        ("depth", between),
+        ("confidence", between),
         ("sharpness", False),
     ):
         file = Path(p["out"]) / f"{name}.png"

@@ -98,6 +98,18 @@ def test_colours_go_evenly_from_far_to_near() -> None:
     assert min(steps) > 0.8 * max(steps)
 
 
+def test_depth_is_coloured_between_slices(tmp_path: Path) -> None:
+    plain = plan_of(tmp_path)
+    plan = plan_of(tmp_path, ("overlay", "between_slices = true\noverlay"))
+    assert (len(plain.screen.colours), len(plan.screen.colours)) == (4, 32)
+    # Those of a slice lie around its own; beyond the ends there is no more.
+    assert plan.screen.colours[:5] == plan.screen.colours[:1] * 4 + plan.screen.colours[4:5]
+    assert plan.screen.overlay == plain.screen.overlay
+    assert plan.screen.index(plan.core).shifts == plan.core.shifts
+    (package,) = (f for f in configure(plan, tmp_path / "out") if f.stem == "screen_pkg")
+    assert bytes(plan.screen.colours[-1]).hex() in package.read_text()
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -111,6 +123,14 @@ def test_colours_go_evenly_from_far_to_near() -> None:
         (
             [(', "all-in-focus", "depth"]', "]"), ("overlay", "radius = 1 #")],
             "screen: radius needs the output 'all-in-focus' or 'depth'",
+        ),
+        (
+            [(', "depth"]', "]"), ("overlay", "between_slices = true #")],
+            "screen: between_slices needs the output 'depth'",
+        ),
+        (
+            [('"0", "1/3", "2/3"]', '"2/3", "0"]'), ("overlay", "between_slices = true #")],
+            "depth between slices needs three or more, going up or down, not 3 of a' = -1 2 0",
         ),
         ([('path = "video"', "")], "screen needs build.path = 'video'"),
         (

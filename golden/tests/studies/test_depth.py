@@ -10,8 +10,16 @@ from plenofir.camera.lightfield import views
 from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
-from plenofir_studies.depth_methods import GUIDED, PICTURES, WAYS, likeness, score, write_report
-from plenofir_studies.depth_scenes import SCENES, M, hci_folders, hci_truth, rendered
+from plenofir_studies.depth_methods import (
+    GUIDED,
+    PICTURES,
+    WAYS,
+    likeness,
+    ramp_errors,
+    score,
+    write_report,
+)
+from plenofir_studies.depth_scenes import SCENES, M, hci_folders, hci_truth, ramp, rendered
 
 
 def test_score() -> None:
@@ -25,6 +33,15 @@ def test_score() -> None:
     full = np.rint(truth.picture * 65535).astype(np.uint16)
     assert likeness(full, truth).psnr > 90
     assert likeness(full, truth).detail == pytest.approx(1, abs=1e-3)
+
+
+def test_depth_between_slices() -> None:
+    """Under a tenth of a step on a ramp, where whole slices are off by a quarter."""
+    index, _, between = ramp_errors(ramp("gravel", 0.01), 2)
+    assert index.size > 2500
+    assert np.median(index) > 0.22
+    assert np.median(between) < 0.08
+    assert np.sqrt((between**2).mean()) < 0.11
 
 
 def test_hci_report(tmp_path: Path) -> None:

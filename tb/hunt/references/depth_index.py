@@ -28,13 +28,51 @@ def sharpness(image: np.ndarray, m: int, radius: int) -> np.ndarray:
     return _window(np.abs(bend), radius)
 
 
-def indices(slices: np.ndarray, g: dict) -> np.ndarray:
-    """The slice of each micro image; slices: (slices, rows, columns, channels)."""
-    all_of_them = np.stack([sharpness(s, g["MICRO_IMAGE_SIZE"], g["RADIUS"]) for s in slices])
+def between(curves: np.ndarray, shifts: list[int], level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where each peak lies from 0 to 255, and its confidence; curves: sharpness (slices, t, s).
+
+    In whole numbers of Python, with the vertex of a parabola through three points.
+    """
+    place, sure = np.full(curves.shape[1:], 128), np.zeros(curves.shape[1:], dtype=int)
+    drop = 1 << max(level.bit_length() - 5, 0)
+    for t, s in np.ndindex(*place.shape):
+        curve = [int(v) for v in curves[:, t, s]]
+        i = curve.index(max(curve))
+        if not 0 < i < len(curve) - 1:
+            continue
+        # Lagrange's parabola through three points, and its vertex over / under.
+        (x0, x1, x2), (y0, y1, y2) = shifts[i - 1 : i + 2], curve[i - 1 : i + 2]
+        over = y0 * (x1**2 - x2**2) + y1 * (x2**2 - x0**2) + y2 * (x0**2 - x1**2)
+        under = 2 * (y0 * (x1 - x2) + y1 * (x2 - x0) + y2 * (x0 - x1))
+        # On the way from the middle of the first two to that of the last two.
+        place[t, s] = min(256 * (2 * over - (x0 + x1) * under) // (under * (x2 - x0)), 255)
+        bend = 2 * curve[i] - curve[i - 1] - curve[i + 1]
+        sure[t, s] = min(max(bend // drop, 1), 255)
+    return place, sure
+
+
+def weight(shift: int, m: int) -> int:
+    """Sixteenths by which a slice counts."""
+    return {0: 12}.get(shift % m, 15 if 2 * shift % m == 0 else 16)
+
+
+def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
+    """The slice of each micro image, and with shifts its depth between slices.
+
+    slices: (slices, rows, columns, channels).
+    """
+    m, shifts = g["MICRO_IMAGE_SIZE"], [int(word) for word in g["SHIFTS"].split()]
+    all_of_them = np.stack([sharpness(s, m, g["RADIUS"]) for s in slices])
+    if shifts:
+        weights = np.array([weight(shift, m) for shift in shifts])
+        all_of_them = all_of_them * weights[:, np.newaxis, np.newaxis] // 16
     index = all_of_them.argmax(0)
+    depth = between(all_of_them, shifts, g["CONFIDENCE"]) if shifts else ()
     if not g["VOTE_RADIUS"]:
-        return index
+        return index, *depth
     sure = np.ptp(all_of_them, axis=0) >= g["CONFIDENCE"]
+    # What has no slice of its own has no place between two.
+    depth = tuple(np.where(sure, part, none) for part, none in zip(depth, (128, 0), strict=False))
     votes = np.stack([_window((index == s) & sure, g["VOTE_RADIUS"]) for s in range(len(slices))])
     found = index.copy()
     for t, s in np.argwhere(~sure):
@@ -42,25 +80,28 @@ def indices(slices: np.ndarray, g: dict) -> np.ndarray:
             found[t, s] = votes[:, t, s].argmax()
         elif t or s:
             found[t, s] = found[t - 1, s] if t else found[t, s - 1]
-    return found
+    return found, *depth
 
 
 def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
-    """Words of the picture: the pixel of the index, the index, the pixel of the chosen slice."""
+    """Words of the picture: pixel of the index, index, depth, pixel of the chosen slice."""
     rows, columns, _ = raw.shape
     m, channels, bits = g["MICRO_IMAGE_SIZE"], g["CHANNELS"], g["PIXEL_BITS"]
     slices = np.moveaxis(raw.reshape(rows, columns, g["SLICES"], channels), 2, 0)
-    index = indices(slices, g).repeat(m, 0).repeat(m, 1)[:rows, :columns]
+    index, *depth = (part.repeat(m, 0).repeat(m, 1)[:rows, :columns] for part in indices(slices, g))
     lines = []
     for y in range(rows):
         line = []
         for x in range(columns):
             fields = [*slices[index[y, x], y, x]]
             word = sum(int(v) << (n * bits) for n, v in enumerate(fields))
-            word |= int(index[y, x]) << (channels * bits)
+            above = channels * bits
+            for part in (index, *depth):
+                word |= int(part[y, x]) << above
+                above += 8
             if g["CHOSEN_TOO"]:
                 beside = sum(int(v) << (n * bits) for n, v in enumerate(slices[chosen, y, x]))
-                word |= beside << (channels * bits + 8)
+                word |= beside << above
             line.append(word)
         lines.append(line)
     return lines

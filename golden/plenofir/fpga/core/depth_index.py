@@ -10,12 +10,17 @@ from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import (
+    FRACTION_BITS,
     MAX_CONFIDENCE,
     MAX_SHARPNESS_RADIUS,
     MAX_VOTE_RADIUS,
     DepthIndex,
     depth_index,
+    has_order,
 )
+
+# A bit of the fraction each clock, behind the falls, the slopes and their sum (FRACTION_LATENCY).
+_FRACTION_CLOCKS = 3 + FRACTION_BITS
 
 
 class DepthIndexConfiguration(BaseModel):
@@ -33,6 +38,8 @@ class DepthIndexConfiguration(BaseModel):
     max_columns: Annotated[int, Field(ge=1, le=8192)]  # largest line length in pixels
     channels: Annotated[int, Field(ge=1, le=3)] = 1  # 1 (grey) or 3 (RGB)
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
+    # The slices' a', if there is to be depth between them.
+    shifts: tuple[int, ...] = ()
 
     @property
     def delay(self) -> int:
@@ -42,8 +49,10 @@ class DepthIndexConfiguration(BaseModel):
     @property
     def index_latency(self) -> int:
         """Clocks from the end of a row of micro images until its first index (index_latency)."""
-        votes = self.vote_radius + self.slices + 5 if self.vote_radius else 0
-        return 11 + self.radius + self.slices + votes
+        waits = self.vote_radius + self.slices + 5 if self.vote_radius else 0
+        if self.shifts:
+            waits = 1 + max(waits, _FRACTION_CLOCKS)
+        return 11 + self.radius + self.slices + waits
 
     @property
     def lens_bits(self) -> int:
@@ -65,12 +74,19 @@ class DepthIndexConfiguration(BaseModel):
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
         votes = 2 * self.vote_radius * (index + 1) + index if self.vote_radius else 0
-        return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index + votes)
+        between = 2 * FRACTION_BITS * (1 + self.vote_radius) if self.shifts else 0
+        judged = slices * (4 * lens + 2 * self.radius * row) + index + votes + between
+        return waiting, lenses * judged
 
     def check_limits(self) -> None:
         """Refuse what the entity refuses."""
         if self.channels == 2:
             raise InputError("2 channels have no luma; use 1 or 3", where="channels")
+        if self.shifts and not (len(self.shifts) == self.slices and has_order(self.shifts)):
+            raise InputError(
+                f"depth between slices needs a' of each of {self.slices}, going up or down",
+                where="shifts",
+            )
         if max(self.memory_bits) > MAX_LINE_BUFFER_BITS:
             raise InputError(
                 f"{max(self.memory_bits) / 2**20:.1f} Mbit for the depth index of "
@@ -105,8 +121,11 @@ class DepthIndexConfiguration(BaseModel):
             self.radius,
             confidence=self.confidence,
             vote_radius=self.vote_radius,
+            shifts=self.shifts,
         )
 
     def generics(self) -> Generics:
         """Generics of the entity ``depth_index``."""
-        return {name.upper(): value for name, value in self.model_dump().items()}
+        fields = self.model_dump(exclude={"shifts"})
+        values: Generics = {name.upper(): value for name, value in fields.items()}
+        return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})

@@ -10,6 +10,8 @@ from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
 
 SCREEN_PACKAGE = "screen_pkg"
 """Name of the VHDL package."""
+SHADES = 8
+"""Colours of a slice where depth between slices is shown (MOST_SHADES)."""
 # Clocks of the video path: video_to_stream 3, stream_to_video 1, the output's choice 1.
 _VIDEO_CLOCKS = 5
 # Digits of a string literal in a line.
@@ -25,8 +27,9 @@ class Screen:
     radius: int = 1  # see `plenofir.refocus.sharpness.depth_index`, as the next two
     confidence: int = 0
     vote_radius: int = 0
-    # Red, green, blue of each slice in the depth picture.
+    # Red, green, blue of each slice in the depth picture; of depth between slices SHADES of each.
     colours: tuple[tuple[int, int, int], ...] = ()
+    between: bool = False  # whether depth between slices is found
     overlay: Overlay | None = None
 
     @property
@@ -45,6 +48,7 @@ class Screen:
             max_columns=core.max_columns,
             channels=core.channels,
             pixel_bits=core.pixel_bits,
+            shifts=core.shifts if self.between else (),
         )
 
     def delay_lines(self, core: CoreConfiguration) -> int:

@@ -18,6 +18,7 @@ from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
 from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.fpga.synthesis.estimate import multipliers
+from plenofir.refocus.sharpness import FRACTION_BITS
 
 
 def _bits(largest: int) -> int:
@@ -64,11 +65,14 @@ def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Itera
     if index.vote_radius:
         yield of_lenses("rows of votes", 2 * index.vote_radius * (number + 1))
         yield of_lenses("slices above", number)
+    between = 2 * FRACTION_BITS if index.shifts else 0
+    if between and index.vote_radius:
+        yield of_lenses("depths that wait", between * index.vote_radius)
     words = index.delay * index.max_columns
     yield Memory("waiting pixels", _bits(words - 1), slices * pixel, 1, words=words)
-    yield of_lenses("slices found", number)
+    yield of_lenses("slices found", number + between)
     under_way = 2 + index.index_latency + 4
-    out = (2 if chosen_too else 1) * pixel + 8 + 3 + (number if chosen_too else 0)
+    out = (2 if chosen_too else 1) * pixel + 8 + between + 3 + (number if chosen_too else 0)
     yield Memory("output FIFO", _bits(2 * under_way + 1), out, 1)
 
 

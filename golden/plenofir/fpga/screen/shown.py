@@ -12,11 +12,12 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.script import Command, typed
-from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.overlay import Shown as Kind
 from plenofir.ground.images import write_png
 from plenofir.refocus import shift_to_name
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import FRACTION_BITS
 
 Place = Literal[0, 1, 2]
 """Of the text: none, at the top, at the bottom."""
@@ -90,7 +91,10 @@ def golden_frame(
         found = screen.index(core).golden(slices)
         picture, m = found.image, core.micro_image_size
         if kind == "depth":
-            index = found.index.repeat(m, 0).repeat(m, 1)
+            colour = found.index.astype(int)
+            if found.fraction is not None:
+                colour = SHADES * colour + found.fraction * SHADES // (1 << FRACTION_BITS)
+            index = colour.repeat(m, 0).repeat(m, 1)
             rows, columns = slices.shape[1:3]
             picture = np.array(screen.colours, np.uint8)[index[:rows, :columns]]
     drawn = picture.astype(np.uint8)

@@ -68,6 +68,8 @@ class BenchResult:
     stacks: Image | None = None
     # Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
     index: npt.NDArray[np.uint8] | None = None
+    # The same of its depth between slices, the fraction in the low byte, its confidence above.
+    depth: npt.NDArray[np.uint16] | None = None
     # Clocks in which the source was refused, of a sensor's raw frames.
     refused_clocks: int = 0
 
@@ -151,6 +153,7 @@ def core_generics(
     if index is not None:
         judged = index.generics()
         values |= {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
+        values["BETWEEN_SLICES"] = bool(index.shifts)
     return values
 
 
@@ -196,8 +199,8 @@ def run_bench(
     # What stands behind a line's last pixel must not count.
     filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
     filled.astype("<i4").tofile(directory / "input.bin")
-    # A stack's pixel is followed by its slice.
-    words = core.channels + stack
+    # A stack's pixel is followed by its slice and its depth between slices.
+    words = core.channels + 2 * stack
     slices = len(core.shifts) if stack else 0
     pairs, seconds = FileBench(TOP, CORE, core_sources()).run(
         simulator,
@@ -226,9 +229,10 @@ def run_bench(
     if found[:, :, columns:].any():
         raise SimulationError("what comes out behind a line's last pixel is not zero")
     found = found[:, :, :columns]
-    stacks = found_index = None
+    stacks = found_index = found_depth = None
     if stack:
-        found_index = found[..., -1].astype(np.uint8)
+        found_index = found[..., -2].astype(np.uint8)
+        found_depth = found[..., -1].astype(np.uint16)
         shape = (count, rows, columns, len(core.shifts), *frames.shape[3:])
         pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)
         stacks = np.ascontiguousarray(np.moveaxis(pixels, 3, 1).astype(frames.dtype))
@@ -241,6 +245,7 @@ def run_bench(
         seconds=seconds,
         stacks=stacks,
         index=found_index,
+        depth=found_depth,
     )
 
 

@@ -27,10 +27,18 @@ from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, write_png
 from plenofir.refocus.operator import Image
-from plenofir.refocus.sharpness import depth_index_picture
+from plenofir.refocus.sharpness import (
+    FRACTION_BITS,
+    TEXTURE,
+    confidence_level,
+    depth_between_picture,
+    depth_index_picture,
+    has_order,
+)
 
 ALL_IN_FOCUS = "all_in_focus.png"
 DEPTH_INDEX = "depth_index.png"
+DEPTH, CONFIDENCE = "depth.png", "confidence.png"
 
 
 def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfiguration:
@@ -132,14 +140,21 @@ class RasterSimulation(Simulation):
 class StackSimulation(Simulation):
     """A focal stack, all slices at once, and the depth index behind it."""
 
-    more_files = (ALL_IN_FOCUS, DEPTH_INDEX)
+    more_files: tuple[str, ...] = (ALL_IN_FOCUS, DEPTH_INDEX)
     frames = 1
 
     def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
         # The depth index of the scene's screen, or one with the radius of the request.
-        screen = what.screen if what.screen.needs_stack else Screen(radius=what.radius)
-        self.depth = depth_index_of(what.core, screen)
+        core = what.core
+        between = len(core.shifts) > 2 and has_order(core.shifts)
+        level = confidence_level(
+            TEXTURE, core.micro_image_size, what.radius, core.channels, core.pixel_bits
+        )
+        own = Screen(radius=what.radius, confidence=level if between else 0, between=between)
+        self.depth = depth_index_of(core, what.screen if what.screen.needs_stack else own)
+        if self.depth.shifts:
+            self.more_files += (DEPTH, CONFIDENCE)
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
@@ -181,12 +196,20 @@ class StackSimulation(Simulation):
         image, index, m, depth = result.frames[0], result.index[0], report.M, self.depth
         want = depth.golden(golden)
         want_index = want.index.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
-        found = [
-            compare_frames(got[np.newaxis], wanted[np.newaxis])
-            for got, wanted in ((image, want.image), (index, want_index))
-        ]
+        pairs = [(image, want.image), (index, want_index)]
         write_png(folder / ALL_IN_FOCUS, self.picture.like(image))
         write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
+        if want.fraction is not None and want.confidence is not None:
+            assert result.depth is not None
+            between = want.confidence.astype(np.uint16) << FRACTION_BITS | want.fraction
+            wanted = between.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
+            pairs.append((result.depth[0], wanted))
+            sure, fraction = (
+                part.astype(np.uint8) for part in np.divmod(result.depth[0], 1 << FRACTION_BITS)
+            )
+            write_png(folder / DEPTH, depth_between_picture(index, fraction, depth.slices))
+            write_png(folder / CONFIDENCE, sure)
+        found = [compare_frames(got[np.newaxis], wanted[np.newaxis]) for got, wanted in pairs]
         waiting, judged = depth.memory_bits
         counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
         more = {
@@ -195,7 +218,7 @@ class StackSimulation(Simulation):
         }
         return StackReport(
             **{**dict(report), **more},
-            pictures=(ALL_IN_FOCUS, DEPTH_INDEX),
+            pictures=self.more_files,
             radius=depth.radius,
             micro_images_of_slice=tuple(counted.tolist()),
             history_bits=self.core.engine.history_bits(self.core),

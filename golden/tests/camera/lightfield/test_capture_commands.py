@@ -3,6 +3,7 @@
 
 import json
 import re
+from fractions import Fraction
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -231,10 +232,12 @@ def test_chain(capture: Path) -> None:
     done = plenofir(*options, "--depth-index", "--radius", "2", cwd=capture)
     assert done.returncode == 0, done.stderr
     settings = ("0", "2/5", "4/5")
-    want = depth_index(focal_stack(aligned, M, settings), M, 2)
+    shifts = tuple(int(M * Fraction(a)) for a in settings)
+    want = depth_index(focal_stack(aligned, M, settings), M, 2, shifts=shifts)
     assert np.array_equal(read_image(capture / "index" / "all_in_focus.png"), want.image)
     levels = read_image(capture / "index" / "depth_index.png")[::M, ::M]
     assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    assert np.array_equal(np.load(capture / "index" / "depth.npy"), want.focus(shifts, M))
     done = plenofir(*options, "--depth-index", "--all-in-focus", cwd=capture)
     assert done.returncode == 2
     assert "--depth-index" in done.stderr

@@ -1,0 +1,310 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Depth between slices: where the parabola through the sharpest slice of a micro image and its neighbours is highest.
+--
+-- The sharpness falls to the slices before and behind, which lie l and r apart from it. By a parabola the vertex lies
+-- between the middles of these two intervals, in the ratio of the slopes. It is told in 256ths of the way from one
+-- middle to the other, so index and fraction are one number that grows with depth. Beside it the curvature says how
+-- sure that is. The first slice, the last one and micro images without a slice of their own have no such place: they
+-- have the middle, with a confidence of 0.
+--
+-- A division is a chain of subtractions, a bit a clock, so that it follows the scan, a micro image each clock. With
+-- votes the results wait, as their rows do.
+--
+-- Latency: VOTE_RADIUS rows and larger(FRACTION_LATENCY, vote_latency) clocks. Throughput: one micro image each clock.
+-- Equation: fraction = min(255, floor(256 p / (p + q))), p = r (most - before), q = l (most - behind);
+--   confidence = (2 most - before - behind) / 2**CURVATURE_DROP, between 1 and 255.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.sharpness_pkg.all;
+
+entity depth_fraction is
+  generic (
+    -- The slices: a' of each in pixels, going up or down, with blanks in between.
+    SHIFTS : string;
+    -- Slices of the stack.
+    SLICES : positive range 1 to 256;
+    -- Micro images of the longest line.
+    LENSES : positive;
+    -- Width of a sharpness.
+    SHARPNESS_BITS : positive;
+    -- As index_vote's: it has a confidence of 16 to 31.
+    CONFIDENCE  : natural;
+    VOTE_RADIUS : natural range 0 to 4
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Marks a micro image of a scan, which one it is, its sharpest slice, and the sharpness of that, of the one before
+    -- and of the one behind.
+    active : in    std_logic;
+    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    index  : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    most   : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    before : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    behind : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    -- Depth in the micro image VOTE_RADIUS rows before, if that has kept its slice.
+    depth : out   depth_t
+  );
+end entity depth_fraction;
+
+architecture rtl of depth_fraction is
+
+  constant LENS_BITS  : positive := bits_for(LENSES - 1);
+  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  constant DEPTH_BITS : positive := 2 * FRACTION_BITS;
+  -- The clock with the first subtraction behind it is the next one.
+  constant READY : positive := FRACTION_LATENCY - FRACTION_BITS;
+
+  type factors_t is array (natural range 0 to 2 ** INDEX_BITS - 1) of positive;
+
+  -- Steps between slices, by slice: that to the one behind it, which weighs the slope before it, and the other way
+  -- round. Without what both have in common: even steps weigh nothing.
+  function factors (
+    to_behind : boolean
+  ) return factors_t is
+
+    variable made : factors_t;
+
+  begin
+
+    made := (others => 1);
+
+    for s in 1 to SLICES - 2 loop
+
+      made(s) := step_weight(SHIFTS, s, to_behind);
+
+    end loop;
+
+    return made;
+
+  end function factors;
+
+  function largest (
+    table : factors_t
+  ) return positive is
+
+    variable most_of_all : positive;
+
+  begin
+
+    most_of_all := 1;
+
+    for s in 0 to SLICES - 1 loop
+
+      most_of_all := larger(most_of_all, table(s));
+
+    end loop;
+
+    return most_of_all;
+
+  end function largest;
+
+  constant WEIGHT_BEFORE : factors_t := factors(true);
+  constant WEIGHT_BEHIND : factors_t := factors(false);
+
+  constant FACTOR_BITS : positive := bits_for(larger(largest(WEIGHT_BEFORE), largest(WEIGHT_BEHIND)));
+  constant PART_BITS   : positive := SHARPNESS_BITS + FACTOR_BITS;
+  constant WHOLE_BITS  : positive := PART_BITS + 1;
+  constant CURVE_BITS  : positive := SHARPNESS_BITS + 1;
+  constant DROP        : natural  := larger(bits_for(CONFIDENCE) - 5, 0);
+
+  subtype whole_t is unsigned(WHOLE_BITS - 1 downto 0);
+
+  subtype fraction_t is std_logic_vector(FRACTION_BITS - 1 downto 0);
+
+  type wholes_t is array (READY to FRACTION_LATENCY) of whole_t;
+
+  type fractions_t is array (READY to FRACTION_LATENCY) of fraction_t;
+
+  -- Clocks behind the micro image are part of the names.
+  signal index_1       : unsigned(INDEX_BITS - 1 downto 0)     := (others => '0');
+  signal fall_before_1 : unsigned(SHARPNESS_BITS - 1 downto 0) := (others => '0');
+  signal fall_behind_1 : unsigned(SHARPNESS_BITS - 1 downto 0) := (others => '0');
+  signal part_before_2 : unsigned(PART_BITS - 1 downto 0)      := (others => '0');
+  signal part_behind_2 : unsigned(PART_BITS - 1 downto 0)      := (others => '0');
+  signal curvature_2   : unsigned(CURVE_BITS - 1 downto 0)     := (others => '0');
+  signal inner_2       : std_logic                             := '0';
+  -- Confidence; 0: there is no place between slices.
+  signal sure_3 : fraction_t := (others => '0');
+  signal sure   : fraction_t;
+  -- What is left of the smaller part, the whole, and the bits so far.
+  signal rest_at     : wholes_t    := (others => (others => '0'));
+  signal whole_at    : wholes_t    := (others => (others => '0'));
+  signal fraction_at : fractions_t := (others => (others => '0'));
+  -- What comes of the micro image, and of the one VOTE_RADIUS rows before.
+  signal found  : std_logic_vector(DEPTH_BITS - 1 downto 0);
+  signal middle : std_logic_vector(DEPTH_BITS - 1 downto 0);
+  signal late   : std_logic_vector(DEPTH_BITS - 1 downto 0);
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- 1: how far the sharpness falls; 2: slopes, on one scale; 3: the whole, and how sure it is.
+
+  prepare : process (clk) is
+
+    variable curve : unsigned(CURVE_BITS - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      index_1       <= index;
+      fall_before_1 <= most - before;
+      fall_behind_1 <= most - behind;
+
+      part_before_2 <= fall_before_1 * to_unsigned(WEIGHT_BEFORE(to_integer(index_1)), FACTOR_BITS);
+      part_behind_2 <= fall_behind_1 * to_unsigned(WEIGHT_BEHIND(to_integer(index_1)), FACTOR_BITS);
+      curvature_2   <= resize(fall_before_1, CURVE_BITS) + fall_behind_1;
+      inner_2       <= to_logic(index_1 /= 0 and index_1 /= SLICES - 1);
+
+      curve  := shift_right(curvature_2, DROP);
+      sure_3 <= std_logic_vector(resize(curve, FRACTION_BITS));
+      if curve > 2 ** FRACTION_BITS - 1 then
+        sure_3 <= (others => '1');
+      -- 0 says that there is no place: one that is hardly known has one all the same.
+      elsif curve = 0 then
+        sure_3(0) <= '1';
+      end if;
+      if inner_2 = '0' then
+        sure_3 <= (others => '0');
+      end if;
+    end if;
+
+  end process prepare;
+
+  --------------------------------------------------------------------------------------------------
+  -- From READY on a bit a clock.
+
+  divide : process (clk) is
+
+    variable double : unsigned(WHOLE_BITS downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      rest_at(READY)  <= resize(part_before_2, WHOLE_BITS);
+      whole_at(READY) <= resize(part_before_2, WHOLE_BITS) + part_behind_2;
+
+      for i in READY to FRACTION_LATENCY - 1 loop
+
+        double             := rest_at(i) & '0';
+        whole_at(i + 1)    <= whole_at(i);
+        fraction_at(i + 1) <= fraction_at(i)(FRACTION_BITS - 2 downto 0) & to_logic(double >= whole_at(i));
+        rest_at(i + 1)     <= double(WHOLE_BITS - 1 downto 0);
+        -- The rest is never more than the whole. Where it is the whole it stays so, and all bits are ones.
+        if double >= whole_at(i) then
+          rest_at(i + 1) <= resize(double - whole_at(i), WHOLE_BITS);
+        end if;
+
+      end loop;
+
+    end if;
+
+  end process divide;
+
+  confidence_beside : entity work.tag_delay
+    generic map (
+      WIDTH  => FRACTION_BITS,
+      LENGTH => FRACTION_BITS
+    )
+    port map (
+      clk     => clk,
+      tag     => sure_3,
+      delayed => sure
+    );
+
+  found <= NO_DEPTH.confidence & NO_DEPTH.fraction when unsigned(sure) = 0 else
+           sure & fraction_at(FRACTION_LATENCY);
+
+  --------------------------------------------------------------------------------------------------
+  -- Rows that wait for their votes.
+
+  no_votes : if VOTE_RADIUS = 0 generate
+    middle <= found;
+  end generate no_votes;
+
+  votes : if VOTE_RADIUS > 0 generate
+
+    constant KEPT_BITS : positive := VOTE_RADIUS * DEPTH_BITS;
+    constant TAG_BITS  : positive := LENS_BITS + 1;
+
+    -- The micro image, for the addresses: 2 clocks before its depth, and with it.
+    signal place_0 : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal place_9 : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal place   : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal lens_9  : unsigned(LENS_BITS - 1 downto 0);
+    signal lens_11 : unsigned(LENS_BITS - 1 downto 0);
+    signal rows    : std_logic_vector(KEPT_BITS - 1 downto 0);
+    signal moved   : std_logic_vector(KEPT_BITS + DEPTH_BITS - 1 downto 0);
+
+  begin
+
+    place_0 <= std_logic_vector(lens) & active;
+
+    to_read : entity work.tag_delay
+      generic map (
+        WIDTH  => TAG_BITS,
+        LENGTH => FRACTION_LATENCY - 2
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        tag     => place_0,
+        delayed => place_9
+      );
+
+    to_write : entity work.tag_delay
+      generic map (
+        WIDTH  => TAG_BITS,
+        LENGTH => 2
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        tag     => place_9,
+        delayed => place
+      );
+
+    lens_9  <= unsigned(place_9(LENS_BITS downto 1));
+    lens_11 <= unsigned(place(LENS_BITS downto 1));
+
+    rows_before : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => KEPT_BITS,
+        ADDRESS_BITS => LENS_BITS,
+        WORDS        => LENSES
+      )
+      port map (
+        clk           => clk,
+        write_enable  => place(0),
+        write_address => lens_11,
+        write_data    => moved(KEPT_BITS - 1 downto 0),
+        read_address  => lens_9,
+        read_data     => rows
+      );
+
+    moved  <= rows & found;
+    middle <= moved(KEPT_BITS + DEPTH_BITS - 1 downto KEPT_BITS);
+
+  end generate votes;
+
+  wait_for_votes : entity work.tag_delay
+    generic map (
+      WIDTH  => DEPTH_BITS,
+      LENGTH => larger(vote_latency(SLICES, VOTE_RADIUS) - FRACTION_LATENCY, 0)
+    )
+    port map (
+      clk     => clk,
+      tag     => middle,
+      delayed => late
+    );
+
+  depth.fraction   <= late(FRACTION_BITS - 1 downto 0);
+  depth.confidence <= late(DEPTH_BITS - 1 downto FRACTION_BITS);
+
+end architecture rtl;

@@ -1,0 +1,172 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The sharpest slice of a micro image, and how sharp those are that say how sure that is.
+--
+-- One comparison a clock, slice after slice, instead of a tree of them in one. Of equally sharp slices the first
+-- counts. With SHIFTS the slices are weighed before they are compared.
+--
+-- Latency: SLICES - 1 clocks, 1 more with SHIFTS. Throughput: one micro image each clock.
+-- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with SHIFTS, else 1.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+
+entity sharpest_slice is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- The slices: a' of each in pixels, with blanks in between; "": they count alike.
+    SHIFTS : string;
+    -- Slices of the stack.
+    SLICES : positive range 1 to 256;
+    -- Width of a sharpness.
+    SHARPNESS_BITS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- Sharpness of all slices, the first in the low bits.
+    sharpness : in    std_logic_vector(SLICES * SHARPNESS_BITS - 1 downto 0);
+    -- The sharpest slice; its sharpness, and that of the dullest one.
+    index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    most  : out   unsigned(SHARPNESS_BITS - 1 downto 0);
+    least : out   unsigned(SHARPNESS_BITS - 1 downto 0);
+    -- Sharpness of the slices before and behind it; of no account beside the first slice and the last one.
+    before : out   unsigned(SHARPNESS_BITS - 1 downto 0);
+    behind : out   unsigned(SHARPNESS_BITS - 1 downto 0)
+  );
+end entity sharpest_slice;
+
+architecture rtl of sharpest_slice is
+
+  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+
+  subtype sharpness_t is unsigned(SHARPNESS_BITS - 1 downto 0);
+
+  type sharpness_list_t is array (natural range 0 to SLICES - 1) of sharpness_t;
+
+  type indices_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
+
+  -- What each slice has, weighed; and of all slices up to it the most, the least, the best one, and what that one's
+  -- neighbours have. Behind the slices that were compared: what the last of them has.
+  signal weighed   : sharpness_list_t;
+  signal most_of   : sharpness_list_t;
+  signal least_of  : sharpness_list_t;
+  signal best_of   : indices_t;
+  signal last_of   : sharpness_list_t;
+  signal before_of : sharpness_list_t;
+  signal behind_of : sharpness_list_t;
+
+begin
+
+  slice : for s in 0 to SLICES - 1 generate
+
+    signal own : sharpness_t;
+
+  begin
+
+    own <= unsigned(sharpness((s + 1) * SHARPNESS_BITS - 1 downto s * SHARPNESS_BITS));
+
+    alike : if SHIFTS'length = 0 generate
+      weighed(s) <= own;
+    end generate alike;
+
+    by_weight : if SHIFTS'length > 0 generate
+
+      constant LESS : natural := 16 - slice_weight(MICRO_IMAGE_SIZE, slice_shift(SHIFTS, s));
+
+    begin
+
+      weigh : process (clk) is
+
+        variable sixteen : unsigned(SHARPNESS_BITS + 3 downto 0);
+
+      begin
+
+        if rising_edge(clk) then
+          sixteen := own & "0000";
+          -- One subtraction: what it is less is a power of two.
+          if LESS = 1 then
+            sixteen := sixteen - own;
+          elsif LESS > 1 then
+            sixteen := sixteen - (own & "00");
+          end if;
+          weighed(s) <= sixteen(SHARPNESS_BITS + 3 downto 4);
+        end if;
+
+      end process weigh;
+
+    end generate by_weight;
+
+    first_slice : if s = 0 generate
+      most_of(0)   <= weighed(0);
+      least_of(0)  <= weighed(0);
+      best_of(0)   <= (others => '0');
+      last_of(0)   <= weighed(0);
+      before_of(0) <= weighed(0);
+      behind_of(0) <= weighed(0);
+    end generate first_slice;
+
+    next_slice : if s > 0 generate
+
+      signal value   : sharpness_t;
+      signal found   : std_logic_vector(SHARPNESS_BITS - 1 downto 0);
+      signal waiting : std_logic_vector(SHARPNESS_BITS - 1 downto 0);
+
+    begin
+
+      found <= std_logic_vector(weighed(s));
+      value <= unsigned(waiting);
+
+      wait_for_turn : entity work.tag_delay
+        generic map (
+          WIDTH  => SHARPNESS_BITS,
+          LENGTH => s - 1
+        )
+        port map (
+          clk     => clk,
+          tag     => found,
+          delayed => waiting
+        );
+
+      compare : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          most_of(s)  <= most_of(s - 1);
+          best_of(s)  <= best_of(s - 1);
+          least_of(s) <= least_of(s - 1);
+          if value < least_of(s - 1) then
+            least_of(s) <= value;
+          end if;
+          -- Of the neighbours nothing is left where no depth between slices is wanted.
+          last_of(s)   <= value;
+          before_of(s) <= before_of(s - 1);
+          behind_of(s) <= behind_of(s - 1);
+          if best_of(s - 1) = s - 1 then
+            behind_of(s) <= value;
+          end if;
+          if value > most_of(s - 1) then
+            most_of(s)   <= value;
+            best_of(s)   <= to_unsigned(s, INDEX_BITS);
+            before_of(s) <= last_of(s - 1);
+          end if;
+        end if;
+
+      end process compare;
+
+    end generate next_slice;
+
+  end generate slice;
+
+  index  <= best_of(SLICES - 1);
+  most   <= most_of(SLICES - 1);
+  least  <= least_of(SLICES - 1);
+  before <= before_of(SLICES - 1);
+  behind <= behind_of(SLICES - 1);
+
+end architecture rtl;
