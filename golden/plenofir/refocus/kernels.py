@@ -252,11 +252,12 @@ def column_sums(
             for k in range(ends[here], n):
                 found[k] *= x.shape[1]
             ends[here + 2] = n
+    # What the same line of the next lines will want, if it is not there yet.
     coming = np.empty(lanes, np.int64)
-    for line in range(count if plain and not anew else 0):
-        # What the same line of the next lines will want.
+    for line in range(0 if anew else count):
         coming[line] = found[ends[2 * line]]
-        if entering(plan, first, plan.step * (t + lanes + line), 0, x.shape[0], found, n) > n:
+        at = t + lanes + line + sharpened * m + order * box
+        if entering(plan, first, plan.step * at, 0, x.shape[0], found, n) > n:
             coming[line] = found[n] * x.shape[1]
     states = _PITCH * (1 + lanes)
     for done in range(0, width, CHUNK):
@@ -271,17 +272,12 @@ def column_sums(
                     goal, base = row, base if line == 0 else row - _PITCH
                 if anew:
                     base = 0
-                if plain and middle - begin == 1 and end - middle == 1:
+                if middle - begin == 1 and end - middle == 1:
                     at = lines.left + done
+                    ahead = coming[line] if position == 0 else found[begin]
                     next_line(
-                        x,
-                        found[begin] + at,
-                        found[middle] + at,
-                        coming[line] + at,
-                        sums,
-                        base,
-                        goal,
-                        samples,
+                        *(x, found[begin] + at, found[middle] + at, ahead + at),
+                        *(sums, base, goal, samples),
                     )
                 elif plain or end > begin:
                     sum_lines(
