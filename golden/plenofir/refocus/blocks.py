@@ -141,7 +141,10 @@ def _row(
 
 @compiled
 def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[Integers, int]:
-    """Interpolated and sharpened sums of whole lines, and where the first that is wanted is."""
+    """Sharpened sums of whole lines, and where the first that is wanted is.
+
+    Without sharpening those below the last moving sum, whose sum before the first is in `carry`.
+    """
     m, words, totals, other = plan.micro_image_size, row.words, row.totals, row.other
     pixel, ranges = row.carry.size, row.ranges
     margin = m * pixel
@@ -159,14 +162,16 @@ def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[In
         runs = ranges[level, 1] - ranges[level - 1, 0] + plan.box_offset
         made = ranges[level, 1] - ranges[level, 0]
         target = (m + made - runs) * pixel
+        last = level == plan.order and taps.side == 0
+        runs -= made * int(last)
         places = (numbers[:runs] + m) * pixel
         running_sum(
             totals, places, one_each, 0, runs, margin, other, target, pixel, row.carry, words
         )
+        if last:
+            return totals, 0
         totals, other = other, totals
     origin = margin + (s0 - ranges[plan.order, 0]) * pixel
-    if taps.side == 0:
-        return totals, origin
     first = s0 - plan.columns.base
     flags, done = taps.columns[first : first + s1 - s0], 0
     while done < flags.size:
@@ -225,6 +230,7 @@ def refocus_blocks(
         for k in range(entries.size):
             o = max((s0 + k // channels) * columns.scale - columns.base, 0)
             entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
+        numbers, one_each = np.arange(s1 - s0), np.empty(0, np.int64)
         # Pieces of one weight.
         alike = np.ones((s1 - s0) // piece + 1, np.int64)
         for k in range(entries.size):
@@ -255,6 +261,8 @@ def refocus_blocks(
                 reached[line] = weight
             if others > 0:
                 weights_table(weights, reached, table)
+            steps = row.ranges[plan.order, 0] - row.ranges[max(plan.order - 1, 0), 0]
+            boxes = (steps + plan.box_offset + m + numbers) * pixel
             for s in range(0, s1 - s0, piece):
                 run = min(piece, s1 - s0 - s)
                 samples = run * channels
@@ -262,6 +270,11 @@ def refocus_blocks(
                 if plain:
                     quotients(
                         *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),
+                        *(row.carry, entries, alike[s // piece], table, drop, plan.most),
+                    )
+                elif taps.side == 0:
+                    quotients(
+                        *(totals, boxes, one_each, s, run, m * pixel, values, pixel),
                         *(row.carry, entries, alike[s // piece], table, drop, plan.most),
                     )
                 else:
