@@ -50,7 +50,13 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir_studies import gpu_report, precision_report, thesis_benchmark, work_precision
+from plenofir_studies import (
+    gpu_report,
+    growth,
+    precision_report,
+    thesis_benchmark,
+    work_precision,
+)
 from plenofir_studies import refocus_stability as stability_report
 from plenofir_studies.methods import plain_numba
 from plenofir_studies.ray_report import error_against_run_time
@@ -74,12 +80,16 @@ Frames = tuple[Image, Image]
 """A frame, and memory for a result."""
 
 
+_ALONE = ", one thread"
+
+
 def in_turns(
     works: dict[str, Callable[[Image, Image], object]], ring: list[Frames], rounds: int
 ) -> dict[str, float]:
-    """Least wall time of each of several works, taken in turns so that load hits all alike.
+    """Least time of each of several works, taken in turns so that load hits all alike.
 
-    Each takes the next frame of the ring.
+    Each takes the next frame of the ring. Wall time; of what one thread does processor time, which
+    other work on the machine hardly changes.
     """
     times = dict.fromkeys(works, float("inf"))
     turns = cycle(ring)
@@ -88,9 +98,10 @@ def in_turns(
     for _ in track(range(rounds), description="refocuser", transient=True):
         for name, work in works.items():
             raw, out = next(turns)
-            start = time.perf_counter()
+            clock = time.process_time if name.endswith(_ALONE) else time.perf_counter
+            start = clock()
             work(raw, out)
-            times[name] = min(times[name], time.perf_counter() - start)
+            times[name] = min(times[name], clock() - start)
     return times
 
 
@@ -116,25 +127,6 @@ def first_call() -> tuple[float, float]:
     return float(seconds[0]), float(seconds[1])
 
 
-def extra_memory(size: int, m: int, shape: tuple[int, ...], kind: str, order: int) -> float:
-    """Largest memory of a call beside input and output, in frames."""
-    # A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
-    # what it holds at the moment by clear_refs), less what it held before.
-    code = (
-        "import pathlib, re, numpy as np; from plenofir.refocus import refocus; "
-        "status, clear = pathlib.Path('/proc/self/status'), pathlib.Path('/proc/self/clear_refs'); "
-        "most = lambda: int(re.search(r'VmHWM:\\s*(\\d+)', status.read_text())[1]); "
-        f"refocus(np.zeros((1500, 1500, *{shape}), '{kind}')[:60, :60], {m}, '1/{m}', "
-        f"interpolation={order}); "
-        f"raw = np.ones(({size}, {size}, *{shape}), '{kind}'); out = np.ones_like(raw); "
-        "clear.write_text('5'); before = most(); "
-        f"refocus(raw, {m}, '1/{m}', interpolation={order}, out=out); "
-        "print(1024 * (most() - before) / raw.nbytes)"
-    )
-    command = [sys.executable, "-c", code]
-    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-
-
 # Of 8 bit, grey: larger together than any cache. Wider pixels have as many bytes.
 _RING_FRAMES = 24
 _SIZE = 3201
@@ -155,17 +147,23 @@ def _refocus(m: int, shift: int, **options: Any) -> Callable[[Image, Image], obj
 def refocuser_works(m: int, shifts: Sequence[int]) -> dict[str, Callable[[Image, Image], object]]:
     """What is compared with a copy of a frame."""
     works: dict[str, Callable[[Image, Image], object]] = {
-        "numpy.copyto": lambda raw, out: np.copyto(out, raw)
+        "numpy.copyto": lambda raw, out: np.copyto(out, raw),
+        f"numpy.copyto{_ALONE}": lambda raw, out: np.copyto(out, raw),
     }
     for shift in shifts:
         works[f"a' = {shift}"] = _refocus(m, shift)
-    works["a' = 1, one thread"] = _refocus(m, 1, threads=1)
-    works["a' = 11, one thread"] = _refocus(m, m, threads=1)
-    works["a' = 1, normalised border"] = _refocus(m, 1, border="normalise")
-    works["a' = 1, linear"] = _refocus(m, 1, interpolation=1)
-    works["a' = 1, sharpened"] = _refocus(m, 1, sharpen="auto")
+    for shift in (1, 32, m):
+        works[f"a' = {shift}{_ALONE}"] = _refocus(m, shift, threads=1)
+    options: dict[str, dict[str, Any]] = {
+        "normalised border": {"border": "normalise"},
+        "linear": {"interpolation": 1},
+        "sharpened": {"sharpen": "auto"},
+    }
+    for name, option in options.items():
+        works[f"a' = 1, {name}"] = _refocus(m, 1, **option)
+        works[f"a' = 1, {name}{_ALONE}"] = _refocus(m, 1, threads=1, **option)
     for other in (2, 3, 5, 8, 16, 21, 33, 99, 400, 1601):
-        works[f"M = {other}, a' = 1"] = _refocus(other, 1)
+        works[f"M = {other}, a' = 1{_ALONE}"] = _refocus(other, 1, threads=1)
     works["M = 1601, a' = 1601"] = _refocus(1601, 1601)
     part = slice(1000, 1500), slice(1000, 1500)
     works["a' = 1, new memory"] = lambda raw, _: refocus(raw, m, "1/11")
@@ -195,8 +193,11 @@ def refocuser_table(
                 raw, 11, 1
             )
         seconds = in_turns(works, ring, 24 if count > 1 else 60)
-        copy = seconds.pop("numpy.copyto")
-        ratios = {work: value / copy for work, value in seconds.items()}
+        copy, alone = (seconds.pop(f"numpy.copyto{text}") for text in ("", _ALONE))
+        ratios = {
+            work: value / (alone if work.endswith(_ALONE) else copy)
+            for work, value in seconds.items()
+        }
         found = {shift: ratios.pop(f"a' = {shift}") for shift in shifts}
         between = [found[shift] for shift in shifts if shift % m]
         whole = [found[shift] for shift in shifts if shift % m == 0]
@@ -209,10 +210,9 @@ def refocuser_table(
             "copyto / ms": 1e3 * copy,
         }
         if count > 1:
-            ratios["memory beside both, frames"] = extra_memory(
-                _SIZE, m, channels, kind.__name__, 0
-            )
-            ratios["the same, linear"] = extra_memory(_SIZE, m, channels, kind.__name__, 1)
+            for text, order in (("memory beside both, frames", 0), ("the same, linear", 1)):
+                beside = growth.extra_bytes(shape, m, kind.__name__, order=order)
+                ratios[text] = beside / ring[0][0].nbytes
         columns[name] = ratios
     where = f"a ring of {frames} frames" if frames > 1 else "one frame, in the cache"
     table = Table(title=f"refocus, {_SIZE} x {_SIZE}, M = {m}, {where}: multiples of numpy.copyto")
@@ -375,6 +375,8 @@ def main(folder: Path, *, record: bool = False) -> None:
     tables(folder)
     print(f"written: {thesis_page(folder, record=record)}")
     print(f"written: {error_page(folder, record=record)}")
+    if record:
+        growth.record()
     for report in (gpu_report, precision_report, stability_report):
         print(f"written: {report.write_report(folder)}")
 

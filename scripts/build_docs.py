@@ -27,6 +27,8 @@ from plenofir.plan.configure import needed_sources
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
 from plenofir_studies import (
+    energy,
+    growth,
     lens_pictures,
     many_pixels,
     real_tables,
@@ -196,6 +198,14 @@ def benchmark_and_errata(text: str) -> str:
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 
+def energy_and_growth(text: str) -> str:
+    """Put what was recorded of energy and growth between their marks in a page."""
+    found = energy.load_measured()
+    text = between_marks(text, "energy", "\n".join(energy.page(found, None)).rstrip())
+    growths = growth.page(growth.load_recorded(), found)
+    return between_marks(text, "growth", "\n".join(growths).rstrip())
+
+
 def ray_model(text: str) -> str:
     """Printed digits of the thesis that the ray model gives, and its errors in extreme cases."""
     text = between_marks(text, "digits", rounding_sentences())
@@ -211,6 +221,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "boards.md": lambda text: camera_tables(board_builds(status_table(text))),
         DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": ray_model,
+        DOCS / "studies.md": energy_and_growth,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": moving_sum_tables,
         DOCS / "core.md": core_page,

@@ -22,6 +22,8 @@ pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clo
   data/pixels.json lacks; numbers of pixels, which are placed anew.
 fit writes the engines' weights (data/weights.json), fitted to what is recorded: for ECP5 placed
   cores, else what Yosys counts; names of families.
+energy sends pictures through the netlists of plenofir_studies.energy that data/energy.json lacks;
+  "anew" for all.
 """
 
 import json
@@ -101,7 +103,7 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
-from plenofir_studies import many_pixels, systolic
+from plenofir_studies import energy, many_pixels, systolic
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
 FULL_DEVICE = "lfe5u-45f"
@@ -480,6 +482,12 @@ def fit(names: Sequence[str]) -> None:
     save_records(WEIGHTS, weights, levels=2)
 
 
+def energies(words: Sequence[str]) -> None:
+    """Send pictures through the netlists of `plenofir_studies.energy` that were not measured."""
+    found = {} if "anew" in words else energy.load_measured()
+    energy.measure_missing(found)
+
+
 COMMANDS = {
     "figures": figures,
     "compare": compare,
@@ -490,6 +498,7 @@ COMMANDS = {
     "nets": nets,
     "pixels": pixels,
     "fit": fit,
+    "energy": energies,
 }
 
 

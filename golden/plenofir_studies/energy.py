@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Energy of a frame: what switches in a simulated netlist, times published energies of devices.
+"""Energy of a pixel: what switches in a simulated netlist, times published energies of devices.
 
 There is no published energy for each resource of a Spartan-6, so those of other devices are scaled:
 energy goes with the size of structures (capacitance) and with the square of the voltage.
@@ -24,29 +24,41 @@ the result is good to a factor of two either way, which `UNCERTAINTY` says, is a
 derived. Pins and clock generation are not in it.
 """
 
+import json
 import tempfile
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from math import exp, hypot, log
 from pathlib import Path
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.simulate.toggles import Activity, simulate_activity
-from plenofir.fpga.tools.simulators import Simulator, find_simulator
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.simulate.toggles import simulate_activity
+from plenofir.fpga.synthesis.records import save_records
+from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.plan import load_scene, make_plan
+from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
+from plenofir_studies import DATA
 from plenofir_studies.experiments import textures
-from plenofir_studies.report_parts import Columns, Progress, Report
-from plenofir_studies.resolution import capture, central_directions
+from plenofir_studies.report_parts import Progress, Report, table
+from plenofir_studies.resolution import capture
 
+FILE = DATA / "energy.json"
 UNCERTAINTY = 2.0
-"""Factor, either way, that an energy may be off."""
+"""Factor, either way, that the energy of a kind of cell may be off: a judgement."""
+CONTENT = 1.3
+"""Factor, either way, that pictures of another kind may change the energy."""
 
 
 def _scaled(nanometres: float, volts: float) -> float:
@@ -68,164 +80,313 @@ MULTIPLIER_PJ = 3.1 * _scaled(45, 0.9)
 
 STATIC_MW = (24 * 1.2 + 10 * 2.5, 41 * 1.2 + 25 * 2.5)
 """Static power of two devices of the generation before, about as large."""
-_FRAMES = 60
 
 
 @dataclass(frozen=True)
-class Load:
-    """A core, what goes through its netlist, and the frame that the energy is told of."""
+class Design:
+    """A core, and what goes through its netlist."""
 
     name: str
     core: CoreConfiguration
     frames: Image  # shape (frames, rows, columns[, 3])
-    columns: int
-    rows: int
+
+
+class Measured(BaseModel):
+    """What a netlist takes, and what switched in it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    figures: Figures
+    clocks: int  # from the first pixel in to the last pixel out
+    input_pixels: int
+    pixels: int  # refocused: those of all slices
+    nets: int  # that leave their slice
+    toggles: int  # of all of these nets
+
+    @property
+    def clocks_a_pixel(self) -> float:
+        """Clocks for each pixel that came in, the last ones' way through the core included."""
+        return self.clocks / self.input_pixels
 
 
 @dataclass(frozen=True)
 class Energy:
-    """Energy of a core for each clock, in pJ; at full rate a clock takes a pixel."""
+    """Energy of a core for each refocused pixel, in pJ."""
 
-    load: Load
-    activity: Activity
     nets: float
     clocks: float
     block_rams: float
     multipliers: float
 
     @property
-    def total(self) -> float:
-        """Sum for each clock, in pJ."""
-        return self.nets + self.clocks + self.block_rams + self.multipliers
+    def parts(self) -> tuple[float, float, float, float]:
+        """In the order of the sources above."""
+        return self.nets, self.clocks, self.block_rams, self.multipliers
 
     @property
-    def frame_mj(self) -> float:
-        """Energy of a frame of the load's size, in mJ."""
-        return self.total * self.load.columns * self.load.rows * 1e-9
+    def total(self) -> float:
+        """Sum for each refocused pixel, in pJ."""
+        return sum(self.parts)
+
+    @property
+    def factor(self) -> float:
+        """Factor, either way, that the sum may be off if each part may be, on its own."""
+        spread = hypot(*(part / self.total * log(UNCERTAINTY) for part in self.parts))
+        return exp(hypot(spread, log(CONTENT)))
 
 
-def energy_of(load: Load, activity: Activity) -> Energy:
-    """Weigh what switches, for each clock."""
-    figures = activity.figures
+def energy_of(measured: Measured) -> Energy:
+    """Weigh what switches, for each refocused pixel."""
+    figures, clocks = measured.figures, measured.clocks / measured.pixels
     return Energy(
-        load,
-        activity,
-        nets=NET_PJ * activity.toggles / activity.clocks,
-        clocks=CLOCK_PJ * figures.flip_flops,
-        block_rams=BLOCK_RAM_PJ * (figures.ramb16 + figures.ramb8 / 2),
-        multipliers=MULTIPLIER_PJ * figures.dsp,
+        nets=NET_PJ * measured.toggles / measured.pixels,
+        clocks=CLOCK_PJ * figures.flip_flops * clocks,
+        block_rams=BLOCK_RAM_PJ * (figures.ramb16 + figures.ramb8 / 2) * clocks,
+        multipliers=MULTIPLIER_PJ * figures.dsp * clocks,
     )
 
 
-def loads() -> Iterator[Load]:
-    """Both engines, the thesis's architecture, and the cores of the other large scenes."""
-    planes = read_image(project.DATA / "planes_5x5.png")
-    five = np.stack([planes[100:200, 150:450], planes[200:300, 300:600]])
-    for engine in (FirEngine(), MovingSumEngine()):
-        core = CoreConfiguration(micro_image_size=5, shifts=(2,), max_columns=640, engine=engine)
-        name = f"grey, M = 5, a = 2/5, {engine.kind}"
-        yield Load(name, core, np.ascontiguousarray(five[..., 1]), 640, 480)
-    three = central_directions(planes, 5, 3)
-    parts = np.stack([three[30:120, 60:240], three[120:210, 200:380]])
-    plan = make_plan(load_scene("thesis-m3"))
-    yield Load("thesis-m3", plan.core, parts, plan.columns, plan.rows)
-    plan = make_plan(load_scene("rgb-720p"))
-    yield Load("rgb-720p, the core", plan.core, five, plan.columns, plan.rows)
-    plan = make_plan(load_scene("video-m11"))
-    eleven = capture(11, Fraction(1, 2).limit_denominator(11), textures()[0], 31)
-    still = (eleven[:242] >> 8).astype(np.uint8).reshape(2, 121, -1)
-    core = plan.core.model_copy(update={"engine": MovingSumEngine()})
-    yield Load("video-m11, one pixel a clock", core, still, plan.columns, plan.rows)
+def _frames(m: int, rows: int = 30) -> Image:
+    """Two frames of a plane with texture, about 300 pixels wide."""
+    lenses = 300 // m // 2 * 2 + 1
+    raw = capture(m, Fraction(2, m), textures()[0], lenses)
+    return (raw[: 2 * rows] >> 8).astype(np.uint8).reshape(2, rows, -1)
+
+
+def grey(
+    m: int = 5,
+    shifts: tuple[int, ...] = (2,),
+    columns: int = 640,
+    pixels: int = 1,
+    engine: str = "moving_sum",
+) -> CoreConfiguration:
+    """The core that is varied: grey, 8 bit, exact."""
+    made = {"fir": FirEngine, "stack": StackEngine}.get(engine)
+    return CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=columns,
+        engine=made() if made else MovingSumEngine.model_validate({"pixels_per_clock": pixels}),
+    )
+
+
+PIXELS = (1, 2, 4, 8, 16)
+_SCENE = "thesis-m3"
+_CONTENTS = ("planes", "noise", "one grey level")
+
+
+def _cores() -> list[CoreConfiguration]:
+    return [
+        *(grey(pixels=p) for p in PIXELS),
+        grey(engine="fir"),
+        grey(shifts=(-3, 2, 7), engine="stack"),
+        grey(m=11),
+    ]
+
+
+def names() -> list[str]:
+    """Names of all designs."""
+    base = name_of(grey())
+    return [*map(name_of, _cores()), *(f"{base}, {content}" for content in _CONTENTS), _SCENE]
+
+
+def designs() -> Iterator[Design]:
+    """Both engines, P, a stack, another M, pictures of other kinds, a scene."""
+    for core in _cores():
+        yield Design(name_of(core), core, _frames(core.micro_image_size))
+    five = _frames(5)
+    planes = read_image(project.DATA / "planes_5x5.png")[100:160, 150:450, 1]
+    random = np.random.default_rng(0)
+    for content, frames in zip(
+        _CONTENTS,
+        (
+            np.ascontiguousarray(planes).reshape(2, 30, -1),
+            random.integers(0, 256, five.shape, np.uint8),
+            np.full_like(five, 90),
+        ),
+        strict=True,
+    ):
+        yield Design(f"{name_of(grey())}, {content}", grey(), frames)
+    core = make_plan(load_scene(_SCENE)).core
+    frames = _frames(core.micro_image_size)
+    yield Design(_SCENE, core, np.stack([frames] * 3, axis=-1) if core.channels == 3 else frames)
+
+
+def name_of(core: CoreConfiguration) -> str:
+    """Name of a varied core."""
+    shifts = ", ".join(map(str, core.shifts))
+    kind = {"fir": "filters", "stack": "stack"}.get(core.engine.kind, "moving sums")
+    lanes = f", P = {core.pixels_per_clock}" if core.engine.kind == "moving_sum" else ""
+    return f"{kind}, M = {core.micro_image_size}, a' = {shifts}, {core.max_columns} columns{lanes}"
+
+
+def load_measured() -> dict[str, Measured]:
+    """What was measured, by the names of designs."""
+    return {name: Measured.model_validate(m) for name, m in json.loads(FILE.read_text()).items()}
+
+
+def measure(design: Design) -> Measured:
+    """Synthesise a design and send its frames through the netlist."""
+    with tempfile.TemporaryDirectory() as folder:
+        activity = simulate_activity(
+            find_simulator("verilator"), design.core, design.frames, Path(folder)
+        )
+    slices = len(design.core.shifts) if isinstance(design.core.engine, StackEngine) else 1
+    return Measured(
+        figures=activity.figures,
+        clocks=activity.clocks,
+        input_pixels=activity.pixels,
+        pixels=activity.pixels * slices,
+        nets=activity.nets,
+        toggles=activity.toggles,
+    )
+
+
+def measure_missing(found: dict[str, Measured], step: Callable[[], None] = lambda: None) -> None:
+    """Measure what is not there yet, and keep each at once in ``data/energy.json``."""
+    for design in designs():
+        if design.name not in found:
+            found[design.name] = measure(design)
+            save_records(FILE, {name: m.model_dump() for name, m in found.items()})
+        step()
+
+
+ASIC = "rendering processor for light fields, 40 nm"
+ASIC_PJ = 46.0
+"""250 mW at 5.4 G pixels a second (OJ-SSCS 2023, by its abstract; the paper was not read)."""
+_COUNTERS = Path("/sys/class/powercap")
+
+
+def joules(root: Path = _COUNTERS) -> float | None:
+    """What the processors' own counters have reached, in J; None where there are none (RAPL)."""
+    found = []
+    for path in root.glob("*/energy_uj"):
+        # Whole packages alone: their parts have names with two numbers.
+        if path.parent.name.count(":") == 1:
+            try:
+                found.append(int(path.read_text()))
+            except OSError:
+                return None
+    return 1e-6 * sum(found) if found else None
+
+
+def software_pj(root: Path = _COUNTERS, seconds: float = 2.0) -> float | None:
+    """Energy of `refocus` for each pixel by the counters, all of the package counted."""
+    raw = np.random.default_rng(0).integers(0, 256, (3201, 3201), np.uint8)
+    out = np.empty_like(raw)
+    refocus(raw, 11, "1/11", out=out)
+    before, frames, end = joules(root), 0, time.monotonic() + seconds
+    if before is None:
+        return None
+    while time.monotonic() < end:
+        refocus(raw, 11, "1/11", out=out)
+        frames += 1
+    after = joules(root)
+    return None if after is None else 1e12 * (after - before) / frames / raw.size
 
 
 def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def _range(energy: Energy) -> str:
-    low, high = (_two_digits(energy.frame_mj * f) for f in (1 / UNCERTAINTY, UNCERTAINTY))
-    return f"{low} to {high}"
+def _shown(name: str, measured: Measured) -> list[str]:
+    energy = energy_of(measured)
+    low, high = energy.total / energy.factor, energy.total * energy.factor
+    return [
+        name,
+        f"{measured.figures.lut}",
+        f"{measured.clocks_a_pixel:.2f}",
+        f"{measured.toggles / measured.nets / measured.clocks:.3f}",
+        *(_two_digits(part) for part in energy.parts),
+        f"**{_two_digits(energy.total)}**",
+        f"{_two_digits(low)} to {_two_digits(high)}",
+    ]
 
 
-def energies(report: Report, results: Sequence[Energy]) -> None:
-    """Text and tables of the report."""
-    report.say(
-        "# Energy of a frame",
-        "Written by `plenofir report energy`. The thesis calls its architecture power-efficient "
-        "and leaves the proof to future work. This is an estimate; nothing was measured on a "
-        "board.",
+def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
+    """The report: what each design takes for a pixel, beside others, and how sure that is."""
+    base = energy_of(found[name_of(grey())]).total
+    contents = {
+        content: energy_of(found[name]).total / base
+        for content in _CONTENTS
+        if (name := f"{name_of(grey())}, {content}") in found
+    }
+    missing = [name for name in names() if name not in found]
+    spread = ", ".join(f"{content} {ratio:.2f}" for content, ratio in contents.items())
+    lines = [
+        "The thesis calls its architecture power-efficient and leaves the proof to future work. "
+        "This is an estimate; nothing was measured on a board.",
+        "",
         "Each core is synthesised for Spartan-6 with GHDL and Yosys, and pictures go through its "
         "netlist in Verilator; what comes out must equal the golden model. The changes of every "
-        "net are counted. "
-        f"A change of a net that leaves its slice counts {NET_PJ:.2f} pJ, a clock of a flip-flop "
-        f"{CLOCK_PJ:.3f} pJ, of a block RAM of 18 Kbit {BLOCK_RAM_PJ:.0f} pJ, of a multiplier "
-        f"{MULTIPLIER_PJ:.1f} pJ. These are published figures of other devices, scaled to 45 nm "
-        "and 1.2 V; `plenofir_studies.energy` names them. Glitches, the true lengths of wires, "
-        "pins and clock generation are not in it. Expect a factor of "
-        f"{UNCERTAINTY:g} either way: that is a judgement, for want of a measurement.",
-    )
-    core: Columns = {"core": "{.load.name}"}
-    report.table_of(
-        results,
-        {
-            **core,
-            "nets": "{.activity.nets}",
-            "changes a clock, each net": "{.activity.rate:.3f}",
-            "nets / pJ": "{.nets:.0f}",
-            "clocks / pJ": "{.clocks:.0f}",
-            "block RAM / pJ": "{.block_rams:.0f}",
-            "multipliers / pJ": "{.multipliers:.0f}",
-            "sum / pJ a clock": "{.total:.0f}",
-        },
-    )
-    report.say("A clock takes a pixel, so the energy of a frame does not depend on the clock:")
-    report.table_of(
-        results,
-        {
-            **core,
-            "frame": "{0.load.columns} x {0.load.rows}",
-            "mJ a frame": lambda e: _two_digits(e.frame_mj),
-            "range": _range,
-            f"mW at {_FRAMES} frames a second": lambda e: _two_digits(_FRAMES * e.frame_mj),
-        },
-    )
-    low, high = (_two_digits(power / _FRAMES) for power in STATIC_MW)
-    report.say(
-        f"Static power comes on top, whatever the core does. For the Spartan-6 LX45 no figure is "
-        f"known here; two devices of the generation before, about as large, take "
-        f"{STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at 25 degrees by their data sheets. At "
-        f"{_FRAMES} frames a second that would be {low} to {high} mJ a frame.",
-        "How much the assumed energies matter: by how many percent the sum grows if one of them "
-        "is twice as large as assumed (it shrinks by half of that if it is half as large).",
-    )
-    report.table_of(
-        results,
-        {
-            **core,
-            "change of a net": lambda e: f"{100 * e.nets / e.total:.0f}",
-            "clock of a flip-flop": lambda e: f"{100 * e.clocks / e.total:.0f}",
-            "block RAM": lambda e: f"{100 * e.block_rams / e.total:.0f}",
-            "multiplier": lambda e: f"{100 * e.multipliers / e.total:.0f}",
-        },
-    )
-    shares = [(100 * e.block_rams / e.total, e.load.name) for e in results]
-    (least, narrow), (most, wide) = min(shares), max(shares)
-    report.say(
-        f"Block RAM takes {least:.0f} % ({narrow}) to {most:.0f} % ({wide}) of the energy. In wide "
-        "frames the lines that wait cost more than the arithmetic.",
-    )
+        f"net are counted. A change of a net that leaves its slice counts {NET_PJ:.2f} pJ, a clock "
+        f"of a flip-flop {CLOCK_PJ:.3f} pJ, of a block RAM of 18 Kbit {BLOCK_RAM_PJ:.0f} pJ, of a "
+        f"multiplier {MULTIPLIER_PJ:.1f} pJ: published figures of other devices, scaled to 45 nm "
+        "and 1.2 V, which `plenofir_studies.energy` names.",
+        "",
+        "Energy for each refocused pixel, in pJ. A stack refocuses a pixel for each of its slices, "
+        "and its depth index is in it:",
+        "",
+        *table(
+            [
+                "design",
+                "LUT",
+                "clocks a pixel in",
+                "changes a clock of a net",
+                "nets",
+                "clocks",
+                "block RAM",
+                "multipliers",
+                "sum",
+                "range",
+            ],
+            (_shown(name, m) for name, m in found.items() if not name.endswith(_CONTENTS)),
+        ),
+        f"Beside them: a {ASIC}: {ASIC_PJ:.0f} pJ a rendered pixel, 250 mW at 5.4 G pixels a "
+        "second (Chen, OJ-SSCS 2023, by its abstract). "
+        + (
+            f"`refocus` on this machine by its counters: {_two_digits(software)} pJ, all of the "
+            "package counted."
+            if software is not None
+            else "`refocus` was not measured: this machine shows no energy counters (RAPL, "
+            f"`{_COUNTERS}`); where it does, `plenofir report energy` reads them."
+        ),
+        "",
+        "How sure that is. "
+        + (
+            "*Pictures*: with others the same core takes, of what it takes with a textured plane: "
+            f"{spread}. "
+            if contents
+            else ""
+        )
+        + f"The ranges have a factor of {CONTENT} for other pictures. *Energy of a cell*: a factor "
+        f"of {UNCERTAINTY:g} either way for each of the four kinds on its own is a judgement, for "
+        "want of a measurement; a sum of several kinds is surer than each. Both are in the range. "
+        "*Not in it*: glitches (the simulation has no delays, and filters have deeper logic than "
+        "moving sums), the true lengths of wires, pins, clock generation.",
+        "",
+        *(
+            [f"Not measured yet (`python scripts/resources.py energy`): {'; '.join(missing)}.", ""]
+            if missing
+            else []
+        ),
+        f"Static power comes on top, whatever the core does. Two devices of the generation before "
+        f"the Spartan-6 LX45, about as large, take {STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at "
+        "25 degrees by their data sheets: at 100 Mpx/s that is "
+        f"{10 * STATIC_MW[0]:.0f} to {10 * STATIC_MW[1]:.0f} pJ a pixel, so many pixels a clock "
+        "pay there most.",
+    ]
+    return lines
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Simulate every core and write ``energy.md``."""
-    chosen = list(loads())
+    """Measure every design anew and write ``energy.md``."""
+    chosen = list(designs())
     report = Report(folder, "energy.md", len(chosen), progress)
-    simulator: Simulator = find_simulator("verilator")
-    results = []
-    for load in chosen:
-        with tempfile.TemporaryDirectory() as name:
-            activity = simulate_activity(simulator, load.core, load.frames, Path(name))
-        results.append(energy_of(load, activity))
+    found = {}
+    for design in chosen:
+        found[design.name] = measure(design)
         report.step()
-    energies(report, results)
+    report.say("# Energy of a pixel")
+    report.add(page(found, software_pj()))
     return report.write()

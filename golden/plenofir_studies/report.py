@@ -45,7 +45,11 @@ REPORTS = {
     ),
     "energy": (
         "energy",
-        "Energy of a frame, estimated from what switches in netlists: Markdown; takes minutes.",
+        "Energy of a pixel, estimated from what switches in netlists: Markdown; takes an hour.",
+    ),
+    "growth": (
+        "growth",
+        "How time, memory, logic and energy grow, with laws and their ends: Markdown, figure.",
     ),
     "gpu": (
         "gpu_report",

@@ -6,11 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.simulate.toggles import Activity, count_activity, read_toggles
+from plenofir.fpga.simulate.toggles import count_activity, read_toggles
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir_studies import energy
-from plenofir_studies.report_parts import Report
 
 FIGURES = Figures(lut=10, flip_flops=100, ramb16=2, ramb8=1, dsp=1, carry=0, path=1)
 
@@ -58,20 +56,54 @@ def test_changes_in_both_directions_are_added(tmp_path: Path) -> None:
     assert read_toggles(tmp_path / "toggles.dat") == {"n1[3]": 9, "n2": 1}
 
 
-def test_energy_is_the_sum_of_its_parts(tmp_path: Path) -> None:
-    core = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=100)
-    load = energy.Load("core", core, np.zeros((1, 10, 100), np.uint8), 1000, 100)
-    activity = Activity(FIGURES, clocks=1000, pixels=1000, nets=50, toggles=5000, inside=0)
-    found = energy.energy_of(load, activity)
-    assert activity.rate == pytest.approx(0.1)
-    assert found.nets == pytest.approx(5 * energy.NET_PJ)
-    assert found.clocks == pytest.approx(100 * energy.CLOCK_PJ)
-    assert found.block_rams == pytest.approx(2.5 * energy.BLOCK_RAM_PJ)
-    assert found.multipliers == pytest.approx(energy.MULTIPLIER_PJ)
-    assert found.frame_mj == pytest.approx(found.total * 1e5 * 1e-9)
-    report = Report(tmp_path, "energy.md")
-    energy.energies(report, [found])
-    text = report.write().read_text()
-    assert f"| core | 1000 x 100 | {found.frame_mj:.2g} |" in text
+MEASURED = energy.Measured(
+    figures=FIGURES, clocks=1000, input_pixels=2000, pixels=4000, nets=50, toggles=5000
+)
+
+
+def test_energy_is_the_sum_of_its_parts():
+    found = energy.energy_of(MEASURED)
+    # A quarter of a clock for each refocused pixel: two come in with a clock, for two slices.
+    assert found.nets == pytest.approx(5 / 4 * energy.NET_PJ)
+    assert found.clocks == pytest.approx(100 / 4 * energy.CLOCK_PJ)
+    assert found.block_rams == pytest.approx(2.5 / 4 * energy.BLOCK_RAM_PJ)
+    assert found.multipliers == pytest.approx(energy.MULTIPLIER_PJ / 4)
+    assert found.total == pytest.approx(sum(found.parts))
+    assert pytest.approx(0.5) == MEASURED.clocks_a_pixel
     # Scaled down from 150 nm and 1.5 V, a net takes less than there: 0.3 of the size, 0.64 of V^2.
     assert pytest.approx(5.9 * 0.76 * 0.3 * 0.64) == energy.NET_PJ
+
+
+def test_a_sum_of_several_kinds_is_surer_than_one():
+    alone = energy.Energy(10, 0, 0, 0).factor
+    assert alone == pytest.approx(np.exp(np.hypot(np.log(2), np.log(energy.CONTENT))))
+    assert energy.CONTENT < energy.Energy(5, 0, 5, 0).factor < alone
+
+
+def test_counters_of_whole_packages(tmp_path):
+    assert energy.joules(tmp_path) is None
+    for name, count in (("intel-rapl:0", 3), ("intel-rapl:0:1", 50), ("intel-rapl:1", 4)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "energy_uj").write_text(f"{count}000000\n")
+    assert energy.joules(tmp_path) == pytest.approx(7)
+
+
+def test_recorded_designs_are_those_that_are_measured():
+    found = energy.load_measured()
+    assert [design.name for design in energy.designs()] == energy.names()
+    assert found.keys() <= set(energy.names())
+    base = energy.name_of(energy.grey())
+    assert base in found
+    text = "\n".join(energy.page(found, None))
+    assert f"| {base} | {found[base].figures.lut} |" in text
+    assert "no energy counters" in text
+    assert "by its counters: 1200 pJ" in "\n".join(energy.page(found, 1234.0))
+
+
+@pytest.mark.slow
+def test_a_design_is_measured():
+    design = energy.Design("small", energy.grey(m=3, columns=64), np.zeros((1, 9, 60), np.uint8))
+    measured = energy.measure(design)
+    assert measured.pixels == measured.input_pixels == 540
+    assert measured.clocks >= 540
+    assert measured.toggles > 0
