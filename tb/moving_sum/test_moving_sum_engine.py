@@ -84,7 +84,7 @@ SETS: list[dict] = [
 @pytest.mark.drawn(1)
 @pytest.mark.parametrize("part", range(2))
 def test_sets_stalls_and_faults(part: int) -> None:
-    run_cases([engine_case(thorough=True, **options) for options in SETS[part::2]])
+    run_cases([engine_case(thorough=True, **options) for options in SETS[part::2]], long=True)
 
 
 # Several pixels a clock: lines that fill their last token, and others.
