@@ -4,8 +4,23 @@
 import numpy as np
 import pytest
 
-from plenofir.fpga.csi import Kind, checksum, frame_packets, header, lane_clocks, packed
-from plenofir.fpga.sensors import IMX219_MODES, PAUSE, imx219, registers_text
+from plenofir.fpga.csi import (
+    Kind,
+    checksum,
+    frame_packets,
+    header,
+    lane_clocks,
+    packed,
+    settle_clocks,
+)
+from plenofir.fpga.sensors import (
+    IMX219_MODES,
+    KNOWN_SENSORS,
+    PAUSE,
+    imx219,
+    imx219_mode,
+    registers_text,
+)
 from plenofir.ground.errors import InputError
 
 # Bits of a header's 24 that each bit of its code is the parity of, from bit 5 down: as in
@@ -99,3 +114,44 @@ def test_registers_of_the_imx219(mode) -> None:
 def test_what_the_imx219_has_not_is_refused(wrong: dict, what: str) -> None:
     with pytest.raises(InputError, match=what):
         imx219(**{"columns": 640, "rows": 480, **wrong})
+
+
+def test_what_known_sensors_ask_for() -> None:
+    sensors = {sensor.name: sensor for sensor in KNOWN_SENSORS}
+    imx219, fastest = sensors["IMX219"], KNOWN_SENSORS[-1]
+    assert imx219.lane_pixels == pytest.approx(IMX219_MODES[-1].pixel_rate)
+    assert imx219.byte_mhz == 114
+    assert (imx219.pixels_per_clock(100e6), imx219.pixels_per_clock(200e6)) == (2, 1)
+    # Four lanes of 900 Mb/s bring 360 million pixels of 10 bits a second.
+    assert fastest.lane_pixels == 360e6
+    assert fastest.pixels_per_clock(100e6) == 4
+    assert fastest.pixels_per_clock(10e6) is None
+    assert all(sensor.mean_pixels < sensor.lane_pixels for sensor in KNOWN_SENSORS)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "what"),
+    [
+        ({"line_pixels": 3447}, "3448 to 65535"),
+        ({"frame_lines": 511}, "512 to 65535"),
+    ],
+)
+def test_less_blanking_than_the_driver_has_is_refused(wrong: dict, what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        imx219_mode(640, 480, **wrong)
+
+
+@pytest.mark.parametrize("lane_mbits", [448, 460, 920])
+def test_rates_of_lanes_that_no_pll_makes_are_refused(lane_mbits: int) -> None:
+    with pytest.raises(InputError, match="multiple of 8 from 456 to 912"):
+        imx219(640, 480, lane_mbits=lane_mbits)
+
+
+def test_settling_is_within_what_d_phy_allows() -> None:
+    for mbits in (80, 200, 456, 912, 1500):
+        clock, bit = 8000 / mbits, 1000 / mbits
+        # A level takes two to three clocks to come in.
+        least, most = ((settle_clocks(mbits) + late) * clock for late in (2, 3))
+        assert most >= 85 + 6 * bit
+        if mbits >= 200:
+            assert least <= 145 + 10 * bit
