@@ -27,8 +27,8 @@ def report(clk: float = 130.0, byte_clk: float = 120.0) -> dict[str, Any]:
     """What nextpnr reports."""
     return {
         "fmax": {
-            "clk": {"constraint": 120.4, "achieved": clk},
-            "byte_clk": {"constraint": 120.4, "achieved": byte_clk},
+            "clk$glb_clk": {"constraint": 120.4, "achieved": clk},
+            "byte_clk$glb_clk": {"constraint": 120.4, "achieved": byte_clk},
         },
         "utilization": {name: {"used": 7, "available": 100} for name in CELLS},
     }
@@ -110,7 +110,11 @@ def test_each_port_has_one_pin_of_its_own() -> None:
 def test_clocks_and_site_in_a_netlist(tmp_path: Path) -> None:
     cells: dict[str, Any] = {
         "oscillator": {"type": "OSCA", "connections": {"HFCLKOUT": [2]}, "attributes": {}},
-        "lanes.block_itself": {"type": "DPHY", "connections": {"URWDCKHS": [3]}, "attributes": {}},
+        "lanes.block_itself": {
+            "type": "DPHY",
+            "connections": {"URWDCKHS": [3], "LMMIWRRD_N": ["0"]},
+            "attributes": {},
+        },
     }
     names = {"a.clk": {"bits": [2]}, "clk": {"bits": [2]}, "b": {"bits": [3]}}
     file = tmp_path / "netlist.json"
@@ -121,7 +125,9 @@ def test_clocks_and_site_in_a_netlist(tmp_path: Path) -> None:
         "clk": [2],
         "byte_clk": [3],
     }
-    assert top["cells"]["lanes.block_itself"]["attributes"] == {"LOC": "TDPHY_CORE2"}
+    block = top["cells"]["lanes.block_itself"]
+    assert block["attributes"] == {"LOC": "TDPHY_CORE2"}
+    assert set(block["connections"]) == {"URWDCKHS"}
     del cells["lanes.block_itself"]
     file.write_text(json.dumps({"modules": {"top": {"cells": cells, "netnames": names}}}))
     with pytest.raises(ToolError, match="0 D-PHYs"):
