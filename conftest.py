@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What makes tests quicker that would else do the same work again, or beside each other."""
+"""Where tests find helpers, and what makes them quicker beside each other."""
 
 import os
 import shlex
@@ -16,6 +16,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# Helpers of all tests, and the packages of the testbenches.
+_ROOT = Path(__file__).parent
+sys.path[:0] = [str(_ROOT / "golden" / "tests"), str(_ROOT / "tb")]
+
 # What Verilator's makefiles put before the compiler.
-_CACHE = Path(__file__).parent / "tb" / "plenofir_tb" / "object_cache.py"
+_CACHE = _ROOT / "tb" / "plenofir_tb" / "object_cache.py"
 os.environ.setdefault("OBJCACHE", shlex.join([sys.executable, str(_CACHE)]))
