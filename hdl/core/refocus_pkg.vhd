@@ -105,6 +105,12 @@ package refocus_pkg is
     pass     : natural
   ) return geometry_t;
 
+  -- A slice of it alone, with the delay of all; slice -1: the geometry as it is.
+  function slice_geometry (
+    geometry : geometry_t;
+    slice    : integer
+  ) return geometry_t;
+
   -- The output of index k is S(k + centre_offset): floor((M-1) * shift / 2) when centred, otherwise 0.
   function centre_offset (
     geometry : geometry_t;
@@ -445,6 +451,27 @@ package body refocus_pkg is
     return interpolation;
 
   end function pass_geometry;
+
+  function slice_geometry (
+    geometry : geometry_t;
+    slice    : integer
+  ) return geometry_t is
+
+    variable alone : geometry_t;
+
+  begin
+
+    if slice < 0 then
+      return geometry;
+    end if;
+
+    alone        := geometry;
+    alone.slices := 1;
+    alone.shifts := (0 => geometry.shifts(slice), others => 0);
+
+    return alone;
+
+  end function slice_geometry;
 
   function total_delay (
     geometry : geometry_t;

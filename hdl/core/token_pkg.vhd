@@ -71,6 +71,15 @@ package token_pkg is
 
   constant NO_RESULT : result_t := ('0', '0', '0', '0', (others => '0'));
 
+  -- The pixels of a token, of so many bits each, with zeros behind the last one of its line; ends: which of them a
+  -- line's last token has.
+  function in_line (
+    data  : std_logic_vector;
+    bits  : positive;
+    token : token_t;
+    ends  : std_logic_vector
+  ) return std_logic_vector;
+
   -- Results of parallel rows.
   type results_t is array (natural range <>) of result_t;
 
@@ -109,5 +118,30 @@ package body token_pkg is
     return result;
 
   end function result_of;
+
+  function in_line (
+    data  : std_logic_vector;
+    bits  : positive;
+    token : token_t;
+    ends  : std_logic_vector
+  ) return std_logic_vector is
+
+    variable kept : std_logic_vector(data'length - 1 downto 0);
+
+  begin
+
+    kept := data;
+
+    for j in 0 to data'length / bits - 1 loop
+
+      if token.line_last = '1' and ends(j) = '0' then
+        kept((j + 1) * bits - 1 downto j * bits) := (others => '0');
+      end if;
+
+    end loop;
+
+    return kept;
+
+  end function in_line;
 
 end package body token_pkg;

@@ -24,6 +24,8 @@ entity bank_exchange is
     SHIFTS : string;
     -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
+    -- The slice, if it is always the same; -1: one of all.
+    FIXED_SLICE : integer := -1;
     -- P.
     PIXELS_PER_CLOCK : positive;
     -- Width of a word.
@@ -42,7 +44,8 @@ end entity bank_exchange;
 
 architecture rtl of bank_exchange is
 
-  constant GEOMETRY : geometry_t := geometry_of("bank_exchange", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("bank_exchange", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
+                                                   FIXED_SLICE);
 
   constant SLICES : positive := GEOMETRY.slices;
   constant BANKS  : positive := bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK);

@@ -25,6 +25,8 @@ entity lane_control is
     SHIFTS : string;
     -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
+    -- The slice, if it is always the same; -1: one of all.
+    FIXED_SLICE : integer := -1;
     -- P.
     PIXELS_PER_CLOCK : positive;
     -- Bits of a row.
@@ -65,7 +67,8 @@ end entity lane_control;
 
 architecture rtl of lane_control is
 
-  constant GEOMETRY : geometry_t := geometry_of("lane_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("lane_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
+                                                   FIXED_SLICE);
 
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant P      : positive := PIXELS_PER_CLOCK;

@@ -30,6 +30,8 @@ entity lane_stage is
     SHIFTS : string;
     -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
+    -- The slice, if it is always the same; -1: one of all.
+    FIXED_SLICE : integer := -1;
     -- P.
     PIXELS_PER_CLOCK : positive range 2 to 32;
     -- Channels of a pixel.
@@ -57,7 +59,8 @@ end entity lane_stage;
 
 architecture rtl of lane_stage is
 
-  constant GEOMETRY : geometry_t := geometry_of("lane_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("lane_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
+                                                   FIXED_SLICE);
 
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant P      : positive := PIXELS_PER_CLOCK;
@@ -73,7 +76,7 @@ architecture rtl of lane_stage is
   constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
   constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
 
-  constant SLICE_BITS : positive := bits_for(SLICES - 1);
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
@@ -163,6 +166,7 @@ begin
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
+      FIXED_SLICE      => FIXED_SLICE,
       PIXELS_PER_CLOCK => P,
       ROW_BITS         => ROW_BITS,
       MOST_ROWS        => MOST_ROWS
@@ -204,6 +208,7 @@ begin
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
+      FIXED_SLICE      => FIXED_SLICE,
       PIXELS_PER_CLOCK => P,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => DATA_BITS,

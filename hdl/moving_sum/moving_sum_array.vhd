@@ -116,32 +116,6 @@ architecture rtl of moving_sum_array is
 
   type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * WIDTH - 1 downto 0);
 
-  -- The pixels of a token that lie in its line.
-  function in_line (
-    data    : std_logic_vector;
-    bits    : positive;
-    is_last : std_logic;
-    ends    : std_logic_vector
-  ) return std_logic_vector is
-
-    variable kept : std_logic_vector(data'length - 1 downto 0);
-
-  begin
-
-    kept := data;
-
-    for j in 0 to P - 1 loop
-
-      if is_last = '1' and ends(j) = '0' then
-        kept((j + 1) * bits - 1 downto j * bits) := (others => '0');
-      end if;
-
-    end loop;
-
-    return kept;
-
-  end function in_line;
-
   -- In front of each stage, and behind the last.
   signal token_at : tokens_t(0 to 2 * PASSES);
   signal data     : data_t;
@@ -155,7 +129,7 @@ begin
 
   token_at(0) <= token;
 
-  data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token.line_last, line_end);
+  data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
   every_stage : for i in 0 to LAST_STAGE generate
 
@@ -203,8 +177,7 @@ begin
 
     begin
 
-      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1).line_last,
-                                                            line_end);
+      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1), line_end);
 
       stage : entity work.lane_stage
         generic map (

@@ -27,6 +27,8 @@ entity pixel_banks is
     SHIFTS : string;
     -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
+    -- The slice, if it is always the same; -1: one of all.
+    FIXED_SLICE : integer := -1;
     -- P.
     PIXELS_PER_CLOCK : positive;
     -- Channels of a pixel.
@@ -57,7 +59,8 @@ end entity pixel_banks;
 
 architecture rtl of pixel_banks is
 
-  constant GEOMETRY : geometry_t := geometry_of("pixel_banks", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("pixel_banks", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
+                                                   FIXED_SLICE);
 
   constant M       : positive := MICRO_IMAGE_SIZE;
   constant P       : positive := PIXELS_PER_CLOCK;
@@ -410,6 +413,7 @@ begin
       MICRO_IMAGE_SIZE => M,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
+      FIXED_SLICE      => FIXED_SLICE,
       PIXELS_PER_CLOCK => P,
       WIDTH            => DIFFERENCE_WIDTH
     )

@@ -26,7 +26,15 @@ package sum_lanes_pkg is
   -- The most tokens of several pixels by which a row stage delays.
   constant MOST_LANE_DELAY : positive := 4096;
 
-  -- Stops elaboration, by a message that begins with a name, if the moving sums cannot be built; else true.
+  -- Stops elaboration, by a message that begins with a name, if rows of several pixels a token cannot be built; else
+  -- true.
+  function takes_lanes (
+    name     : string;
+    geometry : geometry_t;
+    pixels   : positive
+  ) return boolean;
+
+  -- The same of the moving sums.
   function takes_sums (
     name        : string;
     arithmetic  : arithmetic_t;
@@ -175,6 +183,25 @@ package body sum_lanes_pkg is
 
   end function kept_bits;
 
+  function takes_lanes (
+    name     : string;
+    geometry : geometry_t;
+    pixels   : positive
+  ) return boolean is
+  begin
+
+    assert pixels <= 32 and 2 ** bits_for(larger(pixels - 1, 1)) = larger(pixels, 2)
+      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
+      severity failure;
+
+    assert pixels = 1 or lane_delay(geometry, pixels) <= MOST_LANE_DELAY
+      report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
+      severity failure;
+
+    return true;
+
+  end function takes_lanes;
+
   function takes_sums (
     name        : string;
     arithmetic  : arithmetic_t;
@@ -194,18 +221,10 @@ package body sum_lanes_pkg is
 
   begin
 
-    assert pixels <= 32 and 2 ** bits_for(larger(pixels - 1, 1)) = larger(pixels, 2)
-      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
-      severity failure;
-
     -- Stored products are rounded between rows and columns, so rows come first there, and they have lanes only behind
     -- columns.
     assert pixels = 1 or arithmetic.exact
       report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
-      severity failure;
-
-    assert pixels = 1 or lane_delay(geometry, pixels) <= MOST_LANE_DELAY
-      report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
       severity failure;
 
     -- The sums of a column come back from memory, which a line of one pixel leaves no clock for.
@@ -224,7 +243,8 @@ package body sum_lanes_pkg is
 
     end loop;
 
-    return takes_line_bits(name, words, bits,
+    return takes_lanes(name, geometry, pixels) and
+           takes_line_bits(name, words, bits,
                            sharpen_line_bits(sharpening, M, words,
                                              bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
 

@@ -11,8 +11,9 @@
 --
 -- Latency: D * (columns + 1) + 7 + stack_array_latency clocks from the first pixel in to the first pixel out
 --   when nothing stalls and lines have D + 1 pixels, D = output_delay; with BORDER_NORMALISED normalised_latency for
---   stack_array_latency.
--- Throughput: one pixel of all channels and slices each clock.
+--   stack_array_latency; with several pixels a clock D * tokens + D' + 7 + stack_array_latency, tokens of a line, of
+--   D' + 1 at least, D' = lane_delay.
+-- Throughput: PIXELS_PER_CLOCK pixels of all channels and slices each clock.
 -- Equation: as raster_refocuser with EXACT, for each slice.
 
 library ieee;
@@ -23,6 +24,7 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.focal_stack_pkg.all;
 use work.border_pkg.all;
 use work.token_pkg.all;
@@ -38,6 +40,8 @@ entity focal_stack is
     CENTRED : boolean := true;
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    -- Neighbouring pixels of a line that come and go together: 1, 2, 4, 8, 16 or 32.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
@@ -46,7 +50,7 @@ entity focal_stack is
     INPUT_LINES : positive range 1 to 128 := 1;
     -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
     FLUSH : boolean := true;
-    -- As raster_refocuser's, for each slice.
+    -- As raster_refocuser's, for each slice; with one pixel a clock.
     BORDER_NORMALISED : boolean := false
   );
   port (
@@ -55,16 +59,17 @@ entity focal_stack is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 in the low bits of tdata.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
+    -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tdata: the slices of a pixel, the first in the low bits.
+    -- The same; tdata: the slices of a pixel, the first in the low bits, then those of the next pixel.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
     -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
@@ -78,11 +83,19 @@ architecture rtl of focal_stack is
 
   constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  constant REFUSED : boolean := not takes_stack("focal_stack", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED : boolean := not takes_stack("focal_stack", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
+                                                PIXEL_BITS);
+  constant WEIGHED : boolean := not takes(PIXELS_PER_CLOCK = 1 or not BORDER_NORMALISED,
+                                          "focal_stack: BORDER_NORMALISED needs a PIXELS_PER_CLOCK of 1");
 
-  constant DELAY : natural := GEOMETRY.output_delay;
+  constant P     : positive := PIXELS_PER_CLOCK;
+  constant DELAY : natural  := GEOMETRY.output_delay;
+  -- Of a line, and of the rows, in tokens.
+  constant TOKENS    : positive := line_tokens(MAX_COLUMNS, P);
+  constant ROW_DELAY : natural  := lane_delay(GEOMETRY, P);
+  constant CLOCKS    : positive := stack_array_latency(GEOMETRY, P);
 
-  constant IN_BITS  : positive := CHANNELS * PIXEL_BITS;
+  constant IN_BITS  : positive := P * CHANNELS * PIXEL_BITS;
   constant OUT_BITS : positive := GEOMETRY.slices * IN_BITS;
 
   constant WEIGHT_BITS : natural := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, 0);
@@ -94,7 +107,7 @@ architecture rtl of focal_stack is
   signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
   signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
-  signal line_end    : std_logic_vector(0 downto 0);
+  signal line_end    : std_logic_vector(P - 1 downto 0);
 
   -- What the stack gets, and the weights of its sums.
   signal stack_token : token_t;
@@ -113,15 +126,16 @@ begin
 
   shell : entity work.stream_shell
     generic map (
-      MAX_COLUMNS => MAX_COLUMNS,
-      IN_BITS     => IN_BITS,
-      OUT_BITS    => OUT_BITS,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => P,
+      IN_BITS          => IN_BITS,
+      OUT_BITS         => OUT_BITS,
       -- What arrives meanwhile, and 3 words of the FIFO's own latency.
-      INPUT_PIXELS   => INPUT_LINES * MAX_COLUMNS + 1,
-      ROW_DELAY      => DELAY,
+      INPUT_PIXELS   => INPUT_LINES * TOKENS + 1,
+      ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => choose(FLUSH, DELAY, 0),
-      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, 0, 1, PIXEL_BITS, stack_array_latency),
-      MIN_STEPS      => engine_line_steps("stack", DELAY, 1, MAX_COLUMNS, BORDER_NORMALISED),
+      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, 0, P, PIXEL_BITS, CLOCKS),
+      MIN_STEPS      => engine_line_steps("stack", ROW_DELAY, 1, TOKENS, BORDER_NORMALISED),
       MIN_BANDS      => DELAY + 1,
       BAND_MODULUS   => MICRO_IMAGE_SIZE,
       KEEP_MODULUS   => true
@@ -161,7 +175,7 @@ begin
         SLICES_AT_ONCE   => GEOMETRY.slices,
         DATA_BITS        => IN_BITS,
         WEIGHT_BITS      => WEIGHT_BITS,
-        ENGINE_CLOCKS    => stack_array_latency - DIVIDE_LATENCY
+        ENGINE_CLOCKS    => CLOCKS - DIVIDE_LATENCY
       )
       port map (
         clk          => clk,
@@ -182,6 +196,7 @@ begin
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
       MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => P,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => PIXEL_BITS,
       WEIGHT_BITS      => WEIGHT_BITS
@@ -191,6 +206,7 @@ begin
       reset       => reset,
       token       => stack_token,
       token_data  => stack_data,
+      line_end    => line_end,
       weights     => weights,
       result      => results(0),
       result_data => result_data

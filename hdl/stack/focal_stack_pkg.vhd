@@ -14,6 +14,7 @@ use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 
 package focal_stack_pkg is
 
@@ -21,6 +22,7 @@ package focal_stack_pkg is
   function takes_stack (
     name        : string;
     geometry    : geometry_t;
+    pixels      : positive;
     max_columns : positive;
     channels    : positive;
     pixel_bits  : positive
@@ -69,8 +71,17 @@ package focal_stack_pkg is
   -- Clocks from a token at the columns' input to their output.
   constant STACK_COLUMN_LATENCY : positive := 7;
 
+  -- Clocks of the slowest row stage of several pixels a token: its slices have as many or one fewer.
+  function stack_lanes_latency (
+    geometry : geometry_t;
+    pixels   : positive
+  ) return positive;
+
   -- Clocks from a token at the stack array's input to its output.
-  function stack_array_latency return positive;
+  function stack_array_latency (
+    geometry : geometry_t;
+    pixels   : positive
+  ) return positive;
 
 end package focal_stack_pkg;
 
@@ -79,6 +90,7 @@ package body focal_stack_pkg is
   function takes_stack (
     name        : string;
     geometry    : geometry_t;
+    pixels      : positive;
     max_columns : positive;
     channels    : positive;
     pixel_bits  : positive
@@ -93,12 +105,13 @@ package body focal_stack_pkg is
 
   begin
 
-    fits := takes_columns(name, max_columns) and takes_arithmetic(name, ARITHMETIC);
+    fits := takes_columns(name, max_columns) and takes_arithmetic(name, ARITHMETIC) and
+            takes_lanes(name, geometry, pixels);
     sums := 0;
     bits := 0;
 
     -- Pixels for all slices; of each slice running and first sums, and held ones.
-    if max_columns > 1 then
+    if max_columns > 1 or pixels > 1 then
 
       for i in 0 to geometry.slices - 1 loop
 
@@ -109,7 +122,7 @@ package body focal_stack_pkg is
       bits := history_base(geometry, M) * pixel_bits + sums * column_sum_bits(M, pixel_bits);
     end if;
 
-    return fits and takes_line_bits(name, channels * max_columns, bits, 0);
+    return fits and takes_line_bits(name, channels * pixels * line_tokens(max_columns, pixels), bits, 0);
 
   end function takes_stack;
 
@@ -201,10 +214,43 @@ package body focal_stack_pkg is
 
   end function stack_sum_bits;
 
-  function stack_array_latency return positive is
+  function stack_lanes_latency (
+    geometry : geometry_t;
+    pixels   : positive
+  ) return positive is
+
+    variable most : positive;
+
   begin
 
-    return STACK_COLUMN_LATENCY + sum_stage_latency(false, 1) + DIVIDE_LATENCY;
+    most := 1;
+
+    for i in 0 to geometry.slices - 1 loop
+
+      most := larger(most, lane_stage_latency(slice_geometry(geometry, i), pixels));
+
+    end loop;
+
+    return most;
+
+  end function stack_lanes_latency;
+
+  function stack_array_latency (
+    geometry : geometry_t;
+    pixels   : positive
+  ) return positive is
+
+    variable rows : positive;
+
+  begin
+
+    rows := sum_stage_latency(false, 1);
+
+    if pixels > 1 then
+      rows := stack_lanes_latency(geometry, pixels);
+    end if;
+
+    return STACK_COLUMN_LATENCY + rows + DIVIDE_LATENCY;
 
   end function stack_array_latency;
 

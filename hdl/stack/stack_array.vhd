@@ -4,9 +4,14 @@
 -- Columns come first, so that the memory holds the pixels as they come and the slices share it. Behind it each slice
 -- has moving sums of its own, over columns and then over rows, and one division at the end.
 --
--- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay. Throughput: one pixel of all
---   channels and slices each clock, in lines of D + 1 tokens at least; frames begin D + 1 lines apart at least, and a
---   multiple of M lines; empty tokens and lines must make up for what is missing.
+-- A token may hold several neighbouring pixels. To columns they are channels of one that is wider; in rows each slice
+-- has a lane_stage of its own, as sums over columns differ from slice to slice. Pixels of a line's last token that lie
+-- behind the line count as zero and come out as zero.
+--
+-- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay; with several pixels a token D lines,
+--   D' tokens and these clocks, D' = lane_delay. Throughput: one token of all slices each clock, in lines of D + 1
+--   tokens at least (D' + 1 with several pixels); frames begin D + 1 lines apart at least, and a multiple of M lines;
+--   empty tokens and lines must make up for what is missing.
 -- Equation: as fir_array, for each slice; latency with weights: scaler_latency for DIVIDE_LATENCY.
 
 library ieee;
@@ -18,6 +23,7 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.focal_stack_pkg.all;
 use work.token_pkg.all;
 
@@ -31,24 +37,29 @@ entity stack_array is
     CENTRED : boolean := true;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
+    -- P: pixels of a token.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Width of the weights that divide the sums, exact ones; 0: M * M divides them.
+    -- Width of the weights that divide the sums, exact ones of one pixel a token; 0: M * M divides them.
     WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and the pixel of its channels.
+    -- A token, and its pixels; pixel 0 and channel 0 in the low bits.
     token      : in    token_t;
-    token_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The pixels that a line's last token has; the same while a frame is under way.
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- The weight of each slice (border_weights), with its sums.
     weights : in    std_logic_vector(slice_count(SHIFTS) * larger(WEIGHT_BITS, 1) - 1 downto 0);
-    -- The result of a pixel, and its pixels, slice 0 and channel 0 in the low bits.
+    -- The result of a token, and its pixels: all slices of pixel 0, slice 0 and channel 0 in the low bits, then of the
+    -- next one.
     result      : out   result_t;
-    result_data : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
+    result_data : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity stack_array;
 
@@ -56,79 +67,159 @@ architecture rtl of stack_array is
 
   constant GEOMETRY : geometry_t := geometry_of("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  constant REFUSED : boolean := not (takes_stack("stack_array", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS) and
+  constant REFUSED : boolean := not (takes_stack("stack_array", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
+                                                 PIXEL_BITS) and
                                      takes_weights("stack_array", WEIGHT_BITS,
                                                     (true, MICRO_IMAGE_SIZE, PIXEL_BITS, 0, 0, 1), 1, false));
 
+  constant WEIGHED : boolean := not takes(WEIGHT_BITS = 0 or PIXELS_PER_CLOCK = 1,
+                                          "stack_array: WEIGHT_BITS above 0 needs a PIXELS_PER_CLOCK of 1");
+
   constant M          : positive := MICRO_IMAGE_SIZE;
+  constant P          : positive := PIXELS_PER_CLOCK;
+  constant LANES      : positive := P * CHANNELS;
   constant SLICES     : positive := GEOMETRY.slices;
+  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant PIXEL_MAX  : positive := 2 ** PIXEL_BITS - 1;
   constant COLUMN_MAX : positive := M * PIXEL_MAX;
   constant SUM_MAX    : positive := M * COLUMN_MAX;
 
-  -- Lanes of all channels: column sums, results, pixels.
-  constant COLUMN_BITS : positive := CHANNELS * bits_for(COLUMN_MAX);
+  -- Of a channel: column sums, results; of all lanes: column sums.
+  constant COLUMN_BITS : positive := bits_for(COLUMN_MAX);
   constant SUM_BITS    : positive := bits_for(SUM_MAX);
+  constant WIDE_BITS   : positive := LANES * COLUMN_BITS;
 
+  -- The slice whose row stage takes longest: the others' sums wait for it.
+  function slowest return natural is
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      if P > 1 and lane_stage_latency(slice_geometry(GEOMETRY, s), P) = stack_lanes_latency(GEOMETRY, P) then
+        return s;
+      end if;
+
+    end loop;
+
+    return 0;
+
+  end function slowest;
+
+  -- The token's pixels that lie in its line; behind the columns; behind the rows of each slice.
+  signal own_pixels   : std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
   signal column_token : token_t;
-  signal column_data  : std_logic_vector(SLICES * COLUMN_BITS - 1 downto 0);
+  signal column_data  : std_logic_vector(SLICES * WIDE_BITS - 1 downto 0);
   signal row_token    : tokens_t(0 to SLICES - 1);
+  signal last_token   : token_t;
   signal summed       : result_t;
-  signal sums         : std_logic_vector(SLICES * CHANNELS * SUM_BITS - 1 downto 0);
+  signal sums         : std_logic_vector(SLICES * LANES * SUM_BITS - 1 downto 0);
+  -- The pixels, the lanes of slice 0 in the low bits.
+  signal pixels : std_logic_vector(SLICES * LANES * PIXEL_BITS - 1 downto 0);
 
 begin
+
+  own_pixels <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
   columns : entity work.stack_columns
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
-      COLUMNS          => MAX_COLUMNS,
-      LANES            => CHANNELS,
+      COLUMNS          => line_tokens(MAX_COLUMNS, P),
+      LANES            => LANES,
       LANE_BITS        => PIXEL_BITS
     )
     port map (
       clk       => clk,
       reset     => reset,
       token     => token,
-      data      => token_data,
+      data      => own_pixels,
       out_token => column_token,
       out_data  => column_data
     );
 
   slice : for s in 0 to SLICES - 1 generate
 
-    rows : entity work.moving_sum_stage
-      generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        CENTRED          => CENTRED,
-        FIXED_SLICE      => s,
-        LANES            => CHANNELS,
-        DATA_BITS        => bits_for(COLUMN_MAX),
-        PRODUCT_MAX      => COLUMN_MAX,
-        SUM_MAX          => SUM_MAX,
-        RESULT_BITS      => SUM_BITS
-      )
-      port map (
-        clk       => clk,
-        reset     => reset,
-        token     => column_token,
-        data      => column_data((s + 1) * COLUMN_BITS - 1 downto s * COLUMN_BITS),
-        out_token => row_token(s),
-        out_data  => sums((s + 1) * CHANNELS * SUM_BITS - 1 downto s * CHANNELS * SUM_BITS)
-      );
+    pixel_stage : if P = 1 generate
+
+      rows : entity work.moving_sum_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => SHIFTS,
+          CENTRED          => CENTRED,
+          FIXED_SLICE      => s,
+          LANES            => CHANNELS,
+          DATA_BITS        => COLUMN_BITS,
+          PRODUCT_MAX      => COLUMN_MAX,
+          SUM_MAX          => SUM_MAX,
+          RESULT_BITS      => SUM_BITS
+        )
+        port map (
+          clk       => clk,
+          reset     => reset,
+          token     => column_token,
+          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
+          out_token => row_token(s),
+          out_data  => sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS)
+        );
+
+    end generate pixel_stage;
+
+    pixels_stage : if P > 1 generate
+
+      signal found  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+      signal waited : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+
+    begin
+
+      rows : entity work.lane_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => SHIFTS,
+          CENTRED          => CENTRED,
+          FIXED_SLICE      => s,
+          PIXELS_PER_CLOCK => P,
+          CHANNELS         => CHANNELS,
+          DATA_BITS        => COLUMN_BITS,
+          SUM_BITS         => SUM_BITS
+        )
+        port map (
+          clk       => clk,
+          reset     => reset,
+          token     => column_token,
+          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
+          out_token => row_token(s),
+          out_data  => found
+        );
+
+      -- Slices that hold outputs take a clock more.
+      wait_for_slowest : entity work.tag_delay
+        generic map (
+          WIDTH  => LANES * SUM_BITS,
+          LENGTH => stack_lanes_latency(GEOMETRY, P) - lane_stage_latency(slice_geometry(GEOMETRY, s), P)
+        )
+        port map (
+          clk     => clk,
+          tag     => found,
+          delayed => waited
+        );
+
+      sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS) <= in_line(waited, CHANNELS * SUM_BITS,
+                                                                                  last_token, line_end);
+
+    end generate pixels_stage;
 
   end generate slice;
 
   -- All slices have the same delay, so one of them says what the results are.
-  summed <= result_of(row_token(0));
+  last_token <= row_token(slowest);
+  summed     <= result_of(last_token);
 
   -- All slices are divided alike; with weights each slice has its own, as its views leave the border elsewhere.
   scale : entity work.result_scaler
     generic map (
       EXACT        => true,
-      LANES        => SLICES * CHANNELS,
+      LANES        => SLICES * LANES,
       SUM_BITS     => SUM_BITS,
       PIXEL_BITS   => PIXEL_BITS,
       DIVISOR      => M * M,
@@ -142,7 +233,23 @@ begin
       sums    => sums,
       weights => weights,
       scaled  => result,
-      pixels  => result_data
+      pixels  => pixels
     );
+
+  -- Lanes of a slice are neighbours in the engine, slices of a pixel in the stream.
+  all_pixels : for j in 0 to P - 1 generate
+
+    all_slices : for s in 0 to SLICES - 1 generate
+
+      constant TO_LOW   : natural := (j * SLICES + s) * DATA_BITS;
+      constant FROM_LOW : natural := (s * P + j) * DATA_BITS;
+
+    begin
+
+      result_data(TO_LOW + DATA_BITS - 1 downto TO_LOW) <= pixels(FROM_LOW + DATA_BITS - 1 downto FROM_LOW);
+
+    end generate all_slices;
+
+  end generate all_pixels;
 
 end architecture rtl;

@@ -255,7 +255,7 @@ package body picture_pkg is
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
-      fits := takes_stack(name, GEOMETRY, max_columns, 3, 8) and
+      fits := takes_stack(name, GEOMETRY, 1, max_columns, 3, 8) and
               takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 3, 8);
 
       assert is_hex(colours) and
@@ -333,7 +333,7 @@ package body picture_pkg is
   begin
 
     if needs_stack(outputs) then
-      return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency +
+      return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency(GEOMETRY, 1) +
              index_latency(slice_count(shifts), radius, vote_radius, between);
     end if;
 

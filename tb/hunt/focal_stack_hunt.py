@@ -20,6 +20,11 @@ FAULTS = [
         "choose(SLICES_AT_ONCE > 1, s, - 1)",
         "choose(SLICES_AT_ONCE > 1, 0, - 1)",
     ),
+    (
+        "stack_array.vhd",
+        "FIXED_SLICE      => s,\n          PIXELS_PER_CLOCK",
+        "FIXED_SLICE      => 0,\n          PIXELS_PER_CLOCK",
+    ),
 ]
 
 
@@ -38,13 +43,16 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "FLUSH": rng.random() < 0.8,
         "BORDER_NORMALISED": rng.random() < 0.3,
     }
+    pixels = 1 if generics["BORDER_NORMALISED"] else rng.choice([1, 1, 2, 4, 8])
+    generics["PIXELS_PER_CLOCK"] = pixels
+    generics["MAX_COLUMNS"] += rng.choice([0, 1, 2]) * (pixels - 1)
     return {"generics": generics}
 
 
 def _words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
     from hunt.cores import pack
 
-    return pack(stack(raw, g), g["PIXEL_BITS"])
+    return pack(stack(raw, g), g["PIXEL_BITS"], g["PIXELS_PER_CLOCK"])
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
@@ -70,7 +78,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         size=size,
         channels=g["CHANNELS"],
         bits=g["PIXEL_BITS"],
-        pixels=1,
+        pixels=g["PIXELS_PER_CLOCK"],
         slices=0,
         limit=limit,
         held=held,

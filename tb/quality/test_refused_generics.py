@@ -143,6 +143,13 @@ REFUSED: list[Case] = [
     ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "MAX_COLUMNS": 1}, "MAX_COLUMNS"),
     ("fir_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     ("stack_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    *((entity, CORE, {"PIXELS_PER_CLOCK": 3}, "PIXELS_PER_CLOCK") for entity in STACKS),
+    (
+        "focal_stack",
+        CORE,
+        {"PIXELS_PER_CLOCK": 2, "BORDER_NORMALISED": True},
+        "BORDER_NORMALISED",
+    ),
     *(
         (entity, DEPTH, {"CHANNELS": 2}, "CHANNELS")
         for entity in ("depth_index", "sharpness_index")
@@ -262,7 +269,7 @@ def draw_core(rng: random.Random) -> CoreConfiguration | None:
             MovingSumEngine(
                 any_rows=rng.random() < 0.5, pixels_per_clock=rng.choice(PIXELS_PER_CLOCK)
             ),
-            StackEngine(),
+            StackEngine(pixels_per_clock=rng.choice((1, 1, *PIXELS_PER_CLOCK))),
         ]
     )
     stack = isinstance(engine, StackEngine)

@@ -47,6 +47,7 @@ begin
 end architecture rtl;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.focal_stack_pkg.all;
 
@@ -57,6 +58,7 @@ entity stack_verdict is
     CHANNELS          : natural := 1;
     PIXEL_BITS        : natural := 1;
     INPUT_LINES       : natural := 1;
+    PIXELS_PER_CLOCK  : natural := 1;
     SHIFTS            : string;
     CENTRED           : boolean;
     BORDER_NORMALISED : boolean := false
@@ -66,7 +68,10 @@ end entity stack_verdict;
 architecture rtl of stack_verdict is
 
   constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-  constant REFUSED  : boolean    := not takes_stack("focal_stack", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED  : boolean    := not takes_stack("focal_stack", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
+                                                    PIXEL_BITS);
+  constant WEIGHED  : boolean    := not takes(PIXELS_PER_CLOCK = 1 or not BORDER_NORMALISED,
+                                              "focal_stack: BORDER_NORMALISED needs a PIXELS_PER_CLOCK of 1");
 
 begin
 

@@ -6,17 +6,22 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
-def configuration(spare: int = 4, **options: object) -> CoreConfiguration:
+def configuration(
+    spare: int = 4, pixels: PixelsPerClock = 1, **options: object
+) -> CoreConfiguration:
     """Core with lines that it takes without a pause, or shorter."""
     core = CoreConfiguration.model_validate({"max_columns": 8, "engine": StackEngine(), **options})
     m = core.micro_image_size
-    columns = max(core.delay + 1, 2 * m, 4) + spare
-    core = core.model_copy(update={"max_columns": columns, "engine": StackEngine(input_lines=m)})
+    tokens = max(-(-core.delay // pixels) + 1, 4)
+    columns = max(pixels * tokens, 2 * m) + spare
+    engine = StackEngine(input_lines=m, pixels_per_clock=pixels)
+    core = core.model_copy(update={"max_columns": columns, "engine": engine})
     core.check_limits()
     return core
 
@@ -35,12 +40,19 @@ STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3,)},
     {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
     {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
+    # Several pixels a clock: with slices that hold outputs, and others; none; a line that ends in a
+    # token.
+    {"micro_image_size": 5, "shifts": (0, 2, -3), "channels": 3, "pixels": 4},
+    {"micro_image_size": 3, "shifts": (-2, 1), "pixels": 8, "spare": 5},
 ]
 MORE_STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3, 0, -3, 1), "channels": 3},
     {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
     {"micro_image_size": 1, "shifts": (0,)},
     {"micro_image_size": 7, "shifts": (5,)},
+    {"micro_image_size": 4, "shifts": (-2, 1, 4), "pixels": 2, "channels": 3},
+    {"micro_image_size": 7, "shifts": (5, -1), "pixels": 16},
+    {"micro_image_size": 1, "shifts": (0,), "pixels": 2},
 ]
 
 
@@ -58,6 +70,7 @@ def draw(rng: random.Random) -> dict[str, object]:
         "channels": rng.choice([1, 1, 3]),
         "align": rng.choice(["centred", "centred", "causal"]),
         "spare": rng.choice([0, 3, 9]),
+        "pixels": rng.choice([1, 1, 2, 4, 8]),
     }
 
 

@@ -34,6 +34,16 @@ _LANE_WAVES: tuple[Scope, ...] = (
 )
 
 
+def check_lane_delay(delay: int, pixels: int) -> None:
+    """Refuse a row delay in tokens that the core does not have."""
+    if pixels > 1 and delay > MAX_LANE_DELAY:
+        raise InputError(
+            f"a row delay of {delay} tokens of {pixels} pixels exceeds the core's limit of "
+            f"{MAX_LANE_DELAY}; use focus settings a closer to 1/M",
+            where="shifts",
+        )
+
+
 class MovingSumEngine(SliceEngine):
     """Moving sums (`plenofir.refocus.moving_sum`)."""
 
@@ -142,13 +152,7 @@ class MovingSumEngine(SliceEngine):
                 "exact arithmetic",
                 where="arithmetic",
             )
-        delay = self.lanes(raster).delay if self.pixels_per_clock > 1 else 0
-        if delay > MAX_LANE_DELAY:
-            raise InputError(
-                f"a row delay of {delay} tokens of {self.pixels_per_clock} pixels exceeds "
-                f"the core's limit of {MAX_LANE_DELAY}; use focus settings a closer to 1/M",
-                where="shifts",
-            )
+        check_lane_delay(self.lanes(raster).delay, self.pixels_per_clock)
 
     @classmethod
     def variants(

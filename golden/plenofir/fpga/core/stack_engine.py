@@ -2,16 +2,20 @@
 """Engine of focal stacks (``hdl/stack``): all slices come out at once."""
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from plenofir.fpga.core.engine import Engine, Generics, Raster
+from plenofir.fpga.core.moving_sum_engine import PixelsPerClock, check_lane_delay
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
+from plenofir.refocus.moving_sum import SumLayout
+from plenofir.refocus.sum_lanes import LaneLayout
 
-# stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), a row stage.
-_PASS_CLOCKS = 7 + 10
+# stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), and a row stage of one pixel a clock.
+_COLUMN_CLOCKS = 7
+_ROW_CLOCKS = 10
 
 
 class StackEngine(Engine):
@@ -19,6 +23,8 @@ class StackEngine(Engine):
 
     kind: Literal["stack"] = "stack"
     input_lines: Annotated[int, Field(ge=1, le=128)] = 1  # that the input FIFO holds
+    # Neighbours in a line that come together; above 1 without normalised borders.
+    pixels_per_clock: PixelsPerClock = 1
 
     ENTITY: ClassVar[str] = "focal_stack"
 
@@ -29,26 +35,48 @@ class StackEngine(Engine):
     def summary(self, raster: Raster) -> str:
         return "moving sums, all slices in one pass"
 
+    @property
+    def pixels_at_once(self) -> int:
+        return self.pixels_per_clock
+
+    def lanes(self, raster: Raster) -> tuple[LaneLayout, ...]:
+        """Schedules of the row stages of several pixels a token: one slice in each."""
+        p, m = self.pixels_per_clock, raster.micro_image_size
+        return tuple(LaneLayout(SumLayout(m, (s,), raster.align), p) for s in raster.shifts)
+
+    def row_tokens(self, raster: Raster) -> int:
+        return -(-raster.filter_delay // self.pixels_per_clock)
+
+    def _words(self, raster: Raster) -> int:
+        """Words of a line of the longest there are, all pixels of a token in each."""
+        p = self.pixels_per_clock
+        return raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
+
     def pass_clocks(self, raster: Raster) -> int:
-        return _PASS_CLOCKS
+        rows = _ROW_CLOCKS
+        if self.pixels_per_clock > 1:
+            rows = max(lane.clocks for lane in self.lanes(raster))
+        return _COLUMN_CLOCKS + rows
 
     def history_bits(self, raster: Raster) -> int:
         """Bits of the pixels that the slices share."""
-        return self.lines(raster) * raster.max_columns * raster.channels * raster.words(0).data
+        pixels = self._words(raster) * self.pixels_per_clock
+        return self.lines(raster) * pixels * raster.channels * raster.words(0).data
 
     def slice_bits(self, raster: Raster) -> int:
         """Bits that the slices keep for themselves: sums of each column."""
         layout = self.layout(raster)
         words = sum(layout.slice_words(slice_) for slice_ in range(len(raster.shifts)))
-        return words * raster.max_columns * raster.channels * raster.words(0).sum
+        pixels = self._words(raster) * self.pixels_per_clock
+        return words * pixels * raster.channels * raster.words(0).sum
 
     def line_buffer_bits(self, raster: Raster) -> int:
-        if raster.max_columns == 1:
+        if raster.max_columns == 1 and self.pixels_per_clock == 1:
             return 0
         return self.history_bits(raster) + self.slice_bits(raster)
 
     def least_steps(self, raster: Raster) -> int:
-        return max(super().least_steps(raster), raster.filter_delay + 1)
+        return max(super().least_steps(raster), self.row_tokens(raster) + 1)
 
     def lines(self, raster: Raster) -> int:
         """Lines of pixels that each channel keeps."""
@@ -78,6 +106,19 @@ class StackEngine(Engine):
                 f"a focal stack takes the nearest pixel, not interpolation of order {raster.order}",
                 where="order",
             )
+        if self.pixels_per_clock > 1 and raster.normalises:
+            raise InputError(
+                f"a focal stack of {self.pixels_per_clock} pixels a clock has no normalised "
+                "border; use one pixel a clock, or border zero",
+                where="border",
+            )
+        check_lane_delay(self.row_tokens(raster), self.pixels_per_clock)
+
+    def for_video(self) -> Self:
+        return self.model_copy(update={"pixels_per_clock": 1})
 
     def generics(self, raster: Raster) -> Generics:
-        return {"INPUT_LINES": self.input_lines}
+        values: Generics = {"INPUT_LINES": self.input_lines}
+        if self.pixels_per_clock > 1:
+            values["PIXELS_PER_CLOCK"] = self.pixels_per_clock
+        return values
