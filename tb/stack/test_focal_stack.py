@@ -40,16 +40,16 @@ STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3,)},
     {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
     {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
-    # Several pixels a clock: with slices that hold outputs, and others; none; a line that ends in a
-    # token.
-    {"micro_image_size": 5, "shifts": (0, 2, -3), "channels": 3, "pixels": 4},
-    {"micro_image_size": 3, "shifts": (-2, 1), "pixels": 8, "spare": 5},
+    # Several pixels a clock: slices that hold outputs, and others; a line that ends in a token.
+    {"micro_image_size": 3, "shifts": (0, 2, -1), "channels": 3, "pixels": 4},
 ]
 MORE_STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3, 0, -3, 1), "channels": 3},
     {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
     {"micro_image_size": 1, "shifts": (0,)},
     {"micro_image_size": 7, "shifts": (5,)},
+    {"micro_image_size": 5, "shifts": (0, 2, -3), "channels": 3, "pixels": 4},
+    {"micro_image_size": 2, "shifts": (-2, 1), "pixels": 8, "spare": 5},
     {"micro_image_size": 4, "shifts": (-2, 1, 4), "pixels": 2, "channels": 3},
     {"micro_image_size": 7, "shifts": (5, -1), "pixels": 16},
     {"micro_image_size": 1, "shifts": (0,), "pixels": 2},
