@@ -353,7 +353,7 @@ def error_page(folder: Path, *, record: bool) -> Path:
 
 def tables(folder: Path) -> None:
     """Measure what stands on the console as well."""
-    console = Console(record=True)
+    console = Console(record=True, width=120)
     console.print(machine())
     ratios = {}
     for name, frames in (("ring", _RING_FRAMES), ("cache", 1)):

@@ -325,7 +325,9 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
         "and 1.2 V, which `plenofir_studies.energy` names.",
         "",
         "Energy for each refocused pixel, in pJ. A stack refocuses a pixel for each of its slices, "
-        "and its depth index is in it:",
+        "and its depth index is in it. Frames have 30 lines, so the way through a core, once a "
+        "frame, makes more clocks than one for each P pixels: most in the stack, whose energy in "
+        "large frames is nearer two thirds.",
         "",
         *table(
             [

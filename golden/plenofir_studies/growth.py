@@ -348,7 +348,7 @@ def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterato
     if len(energies) >= _LEAST_POINTS:
         yield Growth(
             "core: pJ a refocused pixel", "P", energies, "power",
-            "P = 16: rotations, and block RAM that short lines do not fill",
+            "at P = 4: beyond, rotations, and block RAM that short lines do not fill",
         )  # fmt: skip
 
 
@@ -366,7 +366,7 @@ def _of_cores() -> Iterator[Growth]:
             for shift in (1, 2, 5, 10, 15)
             if (name := Cell(5, (shift,), 1, engine).name) in cells
         }
-        grows = "(M - 1) |a' - 1| + M taps, a line of sums each" if engine == "fir" else ""
+        grows = "(M - 1) abs(a' - 1) + M taps, a line of sums each" if engine == "fir" else ""
         quantities: tuple[tuple[str, Callable[[Figures], float], str], ...] = (
             ("core: LUT", lambda f: float(f.lut), "tables of schedules outgrow LUTs as memory"),
             ("core: 9 Kbit of block RAM", lambda f: float(2 * f.ramb16 + f.ramb8), "whole blocks"),
