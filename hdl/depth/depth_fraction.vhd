@@ -11,8 +11,8 @@
 -- votes the results wait, as their rows do.
 --
 -- Latency: VOTE_RADIUS rows and larger(FRACTION_LATENCY, vote_latency) clocks. Throughput: one micro image each clock.
--- Equation: fraction = min(255, floor(256 p / (p + q))), p = r (most - before), q = l (most - behind);
---   confidence = (2 most - before - behind) / 2**CURVATURE_DROP, between 1 and 255.
+-- Equation: fraction = min(255, floor(256 p / (p + q))), p = r (most - prior), q = l (most - behind);
+--   confidence = (2 most - prior - behind) / 2**CURVATURE_DROP, between 1 and 255.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -45,7 +45,7 @@ entity depth_fraction is
     lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     index  : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
     most   : in    unsigned(SHARPNESS_BITS - 1 downto 0);
-    before : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    prior  : in    unsigned(SHARPNESS_BITS - 1 downto 0);
     behind : in    unsigned(SHARPNESS_BITS - 1 downto 0);
     -- Depth in the micro image VOTE_RADIUS rows before, if that has kept its slice.
     depth : out   depth_t
@@ -154,7 +154,7 @@ begin
 
     if rising_edge(clk) then
       index_1       <= index;
-      fall_before_1 <= most - before;
+      fall_before_1 <= most - prior;
       fall_behind_1 <= most - behind;
 
       part_before_2 <= fall_before_1 * to_unsigned(WEIGHT_BEFORE(to_integer(index_1)), FACTOR_BITS);

@@ -36,7 +36,7 @@ entity sharpest_slice is
     most  : out   unsigned(SHARPNESS_BITS - 1 downto 0);
     least : out   unsigned(SHARPNESS_BITS - 1 downto 0);
     -- Sharpness of the slices before and behind it; of no account beside the first slice and the last one.
-    before : out   unsigned(SHARPNESS_BITS - 1 downto 0);
+    prior  : out   unsigned(SHARPNESS_BITS - 1 downto 0);
     behind : out   unsigned(SHARPNESS_BITS - 1 downto 0)
   );
 end entity sharpest_slice;
@@ -166,7 +166,7 @@ begin
   index  <= best_of(SLICES - 1);
   most   <= most_of(SLICES - 1);
   least  <= least_of(SLICES - 1);
-  before <= before_of(SLICES - 1);
+  prior  <= before_of(SLICES - 1);
   behind <= behind_of(SLICES - 1);
 
 end architecture rtl;

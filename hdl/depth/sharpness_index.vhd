@@ -147,7 +147,7 @@ architecture rtl of sharpness_index is
   signal best      : index_t;
   signal most      : sharpness_t;
   signal least     : sharpness_t;
-  signal before    : sharpness_t;
+  signal prior     : sharpness_t;
   signal behind    : sharpness_t;
 
 begin
@@ -321,7 +321,7 @@ begin
       index     => best,
       most      => most,
       least     => least,
-      before    => before,
+      prior     => prior,
       behind    => behind
     );
 
@@ -426,7 +426,7 @@ begin
         lens   => judged_lens,
         index  => best,
         most   => most,
-        before => before,
+        prior  => prior,
         behind => behind,
         depth  => own_depth
       );

@@ -17,6 +17,7 @@ from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
 from plenofir.refocus import StoredProductArithmetic
+from plenofir.refocus.sharpness import has_order
 from plenofir_tb.tools import or_skip
 
 STORED = StoredProductArithmetic(fraction_bits=4, guard_bits=2)
@@ -157,6 +158,7 @@ def index_of(core: CoreConfiguration, radius: int) -> DepthIndexConfiguration:
         max_columns=core.max_columns,
         channels=core.channels,
         pixel_bits=core.pixel_bits,
+        shifts=core.shifts if has_order(core.shifts) else (),
     )
 
 
@@ -191,6 +193,10 @@ def check_stack(
     assert np.array_equal(result.frames[0], want.image)
     index = want.index.repeat(m, 0).repeat(m, 1)
     assert np.array_equal(result.index[0], index[:rows, : core.max_columns])
+    if want.fraction is not None and want.confidence is not None:
+        assert result.depth is not None
+        assert np.array_equal(result.depth[0][::m, ::m] & 255, want.fraction)
+        assert np.array_equal(result.depth[0][::m, ::m] >> 8, want.confidence)
     return result.clocks, result.input_clocks
 
 
