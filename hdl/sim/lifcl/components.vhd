@@ -195,6 +195,19 @@ package components is
     );
   end component dphy;
 
+  component oddrx1 is
+    generic (
+      GSR : string := "ENABLED"
+    );
+    port (
+      sclk : in    std_ulogic;
+      rst  : in    std_ulogic;
+      d0   : in    std_ulogic;
+      d1   : in    std_ulogic;
+      q    : out   std_ulogic
+    );
+  end component oddrx1;
+
   component osca is
     generic (
       HF_CLK_DIV : string := "1";
