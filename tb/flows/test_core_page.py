@@ -74,7 +74,7 @@ def test_no_file_too_many() -> None:
 
 def test_every_pixel_of_the_instance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page's design with shorter lines, by the bench of the core."""
-    file = tmp_path / "camera_refocuser.vhd"
+    file = tmp_path / "rgb_camera.vhd"
     assert "1280" in PLAIN
     file.write_text(PLAIN.replace("1280", "24"))
     sources = [*hdl.hdl_sources(), file]
@@ -83,7 +83,7 @@ def test_every_pixel_of_the_instance(tmp_path: Path, monkeypatch: pytest.MonkeyP
         micro_image_size=5, shifts=(-3, 0), max_columns=24, channels=3, engine=MovingSumEngine()
     )
     case = {"core": core.model_dump(mode="json"), "thorough": False, "enclosed": True}
-    run_case("camera_refocuser", "core.raster_bench", generics={}, case=case)
+    run_case("rgb_camera", "core.raster_bench", generics={}, case=case)
 
 
 def test_instance_in_verilog(need, run: Run, tmp_path: Path, verilog_scene: Path) -> None:
@@ -93,7 +93,7 @@ def test_instance_in_verilog(need, run: Run, tmp_path: Path, verilog_scene: Path
     core = (verilog_scene / "scene_top.v").read_text()
     (tmp_path / "core.v").write_text(core.replace("module scene_top\n", "module scene_core\n"))
     inside = text.replace("scene_top core", "scene_core core")
-    (tmp_path / "page.v").write_text(inside.replace("camera_refocuser", "scene_top"))
+    (tmp_path / "page.v").write_text(inside.replace("rgb_camera", "scene_top"))
     names = ("refocus_button", "tb_refocus_button")
     files = [EXAMPLES / "verilog" / f"{name}.v" for name in names]
     files += [tmp_path / "page.v", tmp_path / "core.v"]

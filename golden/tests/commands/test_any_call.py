@@ -37,7 +37,7 @@ LONG_RUNNING = [
     ("report", name)
     for name in (
         *("rays", "precision", "sharpening", "stability", "numbers", "energy", "calibration"),
-        *("resampling", "depth"),
+        *("resampling", "depth", "pictures", "growth", "gpu"),
     )
 ]
 LEAVES = [
