@@ -145,6 +145,20 @@ begin
 
   end process judge;
 
+  -- A source may lock every PLL and still send no picture, as one that went to sleep does.
+  count_lacking : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if state = lock_transmit or (state = running and (data = '1' or own = '1')) then
+        lacking <= 0;
+      elsif state = running and rate_updated = '1' then
+        lacking <= lacking + 1;
+      end if;
+    end if;
+
+  end process count_lacking;
+
   bring_up : process (clk) is
 
     variable give_up : boolean;
@@ -203,7 +217,6 @@ begin
 
         when lock_transmit =>
 
-          lacking <= 0;
           if clocks.transmit_locked = '1' then
             state <= running;
           end if;
@@ -212,12 +225,7 @@ begin
 
           order.run <= '1';
           waited    <= 0;
-          if data = '1' or own = '1' then
-            lacking <= 0;
-          elsif rate_updated = '1' then
-            lacking <= lacking + 1;
-          end if;
-          give_up := clocks.receive_locked = '0' or clocks.transmit_locked = '0' or lacking = PATIENCE;
+          give_up   := clocks.receive_locked = '0' or clocks.transmit_locked = '0' or lacking = PATIENCE;
 
       end case;
 

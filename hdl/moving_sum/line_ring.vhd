@@ -374,6 +374,21 @@ begin
       enter_bank_4 <= enter_place_3 mod BANKS;
       stored_4     <= stored_3;
 
+      if reset = '1' then
+        step_2      <= '0';
+        step_3      <= '0';
+        write_place <= (others => 0);
+        frame_place <= (others => 0);
+        enter_place <= (others => 0);
+      end if;
+    end if;
+
+  end process find_lines;
+
+  find_pixels : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       -- 4: addresses of pixels.
       own_bank_5 <= own_bank_4;
       stored_5   <= stored_4;
@@ -394,17 +409,9 @@ begin
       enter_bank_6 <= enter_bank_5;
       enter_bank_7 <= enter_bank_6;
       enter_bank_8 <= enter_bank_7;
-
-      if reset = '1' then
-        step_2      <= '0';
-        step_3      <= '0';
-        write_place <= (others => 0);
-        frame_place <= (others => 0);
-        enter_place <= (others => 0);
-      end if;
     end if;
 
-  end process find_lines;
+  end process find_pixels;
 
   bank : for b in 0 to choose(ALL_LINES = 0, 0, BANKS) - 1 generate
 

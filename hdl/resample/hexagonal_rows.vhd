@@ -138,7 +138,7 @@ begin
   issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
                 '0';
 
-  follow : process (clk) is
+  take_lenses : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -154,6 +154,18 @@ begin
         end if;
       end if;
 
+      if reset = '1' then
+        written  <= (others => '0');
+        in_pixel <= 0;
+      end if;
+    end if;
+
+  end process take_lenses;
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       -- A line begins as soon as its first lens is there.
       if starts_line = '1' and written - line_base >= 1 then
         starts_line  <= '0';
@@ -228,8 +240,6 @@ begin
       end if;
 
       if reset = '1' then
-        written     <= (others => '0');
-        in_pixel    <= 0;
         line_base   <= (others => '0');
         place       <= (others => '0');
         starts_line <= '1';
