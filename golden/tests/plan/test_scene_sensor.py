@@ -97,6 +97,15 @@ def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape
         assert needs.full_rate <= chip.core.lines
 
 
+def test_a_raster_larger_than_the_raw_frame_is_no_full_rate() -> None:
+    # Three rows of lenses of 11 pixels in 30 lines.
+    sensor = SceneSensor(columns=55, rows=30, pitch_px=12.0, rotation_degrees=0.0)
+    chip = sensor_chip(sensor, 11, "grey", Path("scene.toml"))
+    registers, _ = grid_registers(calibration_of_grid(regular_grid((30, 55), 12.0), (30, 55)), 11)
+    assert ring_needs(registers).full_rate is None
+    assert not chip.full_rate
+
+
 def test_narrow_frames_have_lines_for_the_latency() -> None:
     # A line of 30 pixels takes less time than a finished line needs to be seen.
     sensor = SceneSensor(columns=30, rows=30, pitch_px=3.0, rotation_degrees=0.0)

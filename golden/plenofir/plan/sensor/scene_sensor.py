@@ -192,6 +192,11 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     lines += lines % 2
     check_ring(lines, what, where=f"{where}.rotation_degrees")
     raster = lenses_down * m, outputs * m
+    # Lenses cut by the border count, too: with few lenses the raster may have more pixels than the
+    # raw frame.
+    line = max(outputs, lenses_across) * m
+    keeps_up = m <= row_pitch and line <= sensor.columns
+    keeps_up = keeps_up and raster[0] * line <= sensor.rows * sensor.columns
     if video:
         # A calibration whose raster is larger than the frame is refused.
         raster = min(raster[0], sensor.rows // m * m), min(raster[1], sensor.columns // m * m)
@@ -211,6 +216,6 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         columns=sensor.columns,
         rows=sensor.rows,
         raster=raster,
-        full_rate=m <= row_pitch and max(outputs, lenses_across) * m <= sensor.columns,
+        full_rate=keeps_up,
         calibrated=None,
     )
