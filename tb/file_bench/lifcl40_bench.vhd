@@ -25,6 +25,8 @@ entity lifcl40_bench is
     GUARD_BITS          : natural := 0;
     BROADCAST_TAPS      : natural := 0;
     ENGINE              : string;
+    PIXELS_PER_CLOCK    : positive := 1;
+    CLOCK_DIVIDE        : positive := 3;
     SLICE               : natural;
     BIT_PS              : positive;
     CONTINUOUS          : boolean;
@@ -92,6 +94,8 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+      CLOCK_DIVIDE        => CLOCK_DIVIDE,
       MILLISECOND         => 1000
     )
     port map (
