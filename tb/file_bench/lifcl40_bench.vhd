@@ -17,13 +17,13 @@ entity lifcl40_bench is
   generic (
     MICRO_IMAGE_SIZE    : positive;
     SHIFTS              : string;
-    INTERPOLATION_ORDER : natural := 0;
-    HOLD                : boolean := false;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
     MAX_COLUMNS         : positive;
-    EXACT               : boolean := true;
-    FRACTION_BITS       : natural := 0;
-    GUARD_BITS          : natural := 0;
-    BROADCAST_TAPS      : natural := 0;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 0;
+    GUARD_BITS          : natural  := 0;
+    BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string;
     PIXELS_PER_CLOCK    : positive := 1;
     CLOCK_DIVIDE        : positive := 3;
