@@ -87,6 +87,10 @@ def _word(address: int, value: int) -> tuple[Entry, Entry]:
     return (address, value >> 8), (address + 1, value & 0xFF)
 
 
+IMX219_LANE_MBITS = (456, 912)
+"""Rates of a lane: that of the pixels' own PLL, and the driver's."""
+
+
 def imx219_mode(
     columns: int, rows: int, *, line_pixels: int | None = None, frame_lines: int | None = None
 ) -> SensorMode:
@@ -133,9 +137,11 @@ def imx219(
     """
     mode = mode or imx219_mode(columns, rows)
     longest = mode.frame_lines - 4
-    if lane_mbits % 8 or not 456 <= lane_mbits <= 912:
+    slowest, fastest = IMX219_LANE_MBITS
+    if lane_mbits % 8 or not slowest <= lane_mbits <= fastest:
         raise InputError(
-            f"{lane_mbits} is not possible; use a multiple of 8 from 456 to 912", where="lane_mbits"
+            f"{lane_mbits} is not possible; use a multiple of 8 from {slowest} to {fastest}",
+            where="lane_mbits",
         )
     for value, name, low, high in (
         (bits, "bits", 8, 10),

@@ -9,6 +9,7 @@ from plenofir.fpga.boards import Board
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.csi import settle_clocks
 from plenofir.fpga.sensors import (
+    IMX219_LANE_MBITS,
     PAUSE,
     Entry,
     SensorMode,
@@ -98,7 +99,6 @@ class PlannedCamera:
 
 # An IMX219 brings two lanes.
 _LANES = 2
-_FULL_MBITS, _LEAST_MBITS = 912, 456
 
 
 def _screen_mode(sensor: SceneSensor, board: Board, *, where: str) -> SensorMode:
@@ -142,16 +142,17 @@ def planned_camera(
         if rate_hz is not None:
             lines = round(plain.pixel_rate / (plain.line_pixels * rate_hz))
         mode = imx219_mode(sensor.columns, sensor.rows, frame_lines=lines)
-    lane = _FULL_MBITS if found.lane_mbits >= _FULL_MBITS else _LEAST_MBITS
+    lane = max(mbits for mbits in IMX219_LANE_MBITS if mbits <= found.lane_mbits)
     needed = max(mode.line_rate / 1e6, clock_mhz or 0)
     if found.screen is None:
-        divide = floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1
+        # By 2 at least: the top level takes no smaller CLOCK_DIVIDE than 1.
+        divide = max(floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1, 1)
         at_least = OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / (divide + 1)
         wanted = OSCILLATOR_MHZ * OSCILLATOR_TOLERANCE / (divide + 1)
     else:
         divide, at_least = 0, found.screen_mhz
         wanted = at_least
-    if divide < 0 or needed > at_least:
+    if needed > at_least:
         raise InputError(
             f"lines of {mode.columns} pixels need {needed:.4g} MHz; the board has "
             f"{at_least:.4g} MHz; use smaller frames",

@@ -3,7 +3,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,9 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure, scene_generics
+from plenofir.plan.sensor.board_camera import planned_camera
 
+OpenTools = Callable[..., dict[str, Any]]
 BOARD = BOARDS["lifcl40"]
 CELLS = ("OXIDE_COMB", "OXIDE_FF", "OXIDE_EBR", "MULT18_CORE", "DPHY_CORE", "SEIO33_CORE")
 WANTED = {"clk": 120.4, "byte_clk": 114.0}
@@ -35,25 +37,11 @@ def report(clk: float = 130.0, byte_clk: float = 120.0) -> dict[str, Any]:
 
 
 @pytest.fixture
-def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Stand-ins for the tools; ``fails`` names one that does."""
-    content: dict[str, Any] = {"report": report(), "fails": ""}
-
-    def run_tool(command: Sequence[str], log: Path, **_: object) -> None:
-        name = Path(command[0]).name
-        if content["fails"] and content["fails"] in name:
-            raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
-        if "nextpnr" in name:
-            (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
-        else:
-            (log.parent / "plenofir.bit").write_bytes(b"bits")
-
-    monkeypatch.setattr(nexus, "run_tool", run_tool)
+def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, Any]:
+    """Stand-ins for the tools."""
     monkeypatch.setattr(nexus, "synthesise_board", lambda *_: None)
     monkeypatch.setattr(nexus, "prepare_netlist", lambda *_: None)
-    monkeypatch.setattr(nexus, "write_verilog", lambda *_, **__: None)
-    monkeypatch.setattr(nexus, "_tools", lambda: {"nextpnr": "1"})
-    return content
+    return open_tools(report(), "plenofir.bit")
 
 
 def build(out: Path) -> None:
@@ -193,6 +181,15 @@ def test_scenes_that_no_board_has_are_refused(
     file.write_text(text.replace(old, new))
     with pytest.raises(InputError, match=message):
         make_plan(load_scene(file))
+
+
+def test_a_core_faster_than_the_oscillator_is_refused() -> None:
+    loaded = load_scene("lifcl40")
+    core, sensor = make_plan(loaded).core, loaded.scene.sensor
+    assert sensor is not None
+    for needed in (250.0, 500.0):
+        with pytest.raises(InputError, match=f"need {needed:g} MHz; the board has 210.3 MHz"):
+            planned_camera(sensor, core, BOARD, None, needed, where="sensor")
 
 
 def test_the_ulx3s_shows_one_size(tmp_path: Path) -> None:
