@@ -13,7 +13,8 @@ from plenofir.fpga.names import BoardName
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
-    from plenofir.fpga.bitstream import nextpnr, top_level
+    from plenofir.fpga.bitstream import top_level
+    from plenofir.fpga.bitstream.open_build import NextpnrReport
     from plenofir.fpga.boards import Board
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.plan import Plan
@@ -142,7 +143,7 @@ def build_with_nextpnr(
     out: Path,
     *,
     beyond: bool = False,
-) -> "nextpnr.NextpnrReport":
+) -> "NextpnrReport":
     """Build for a board with an ECP5: the range of pixel clocks is that of the scene's mode."""
     from plenofir.fpga.bitstream import nextpnr
     from plenofir.plan.configure import board_packages, clock_range_of
@@ -174,7 +175,7 @@ def build_with_gowin(
     generics: "dict[str, top_level.Value]",
     plan: "Plan | None",
     out: Path,
-) -> "nextpnr.NextpnrReport":
+) -> "NextpnrReport":
     """Build for a board with a GW2A, which has one mode."""
     from plenofir.fpga.bitstream import gowin
     from plenofir.plan.configure import board_packages
@@ -192,7 +193,7 @@ def build_with_nexus(
     generics: "dict[str, top_level.Value]",
     plan: "Plan | None",
     out: Path,
-) -> "nextpnr.NextpnrReport":
+) -> "NextpnrReport":
     """Build for a board with a CrossLink-NX: a scene's camera, or one whose frames are rasters."""
     from plenofir.fpga.bitstream import nexus
     from plenofir.plan.configure import board_packages
@@ -294,7 +295,7 @@ def build(
     print_line("files", f"{out}/plenofir.bit, report.json, logs, work/")
 
 
-def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
+def _print_nextpnr(report: "NextpnrReport", out: str) -> None:
     from plenofir.fpga.boards import BOARDS
 
     low, high = report.clocks_mhz

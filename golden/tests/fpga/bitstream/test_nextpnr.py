@@ -3,7 +3,7 @@
 
 import importlib.util
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,14 @@ from in_process import plenofir
 from plenofir.commands.bitstream import chosen_board, scene_plan
 from plenofir.fpga.bitstream import nextpnr
 from plenofir.fpga.bitstream.ecp5_limits import beyond_data_sheet
+from plenofir.fpga.bitstream.open_build import NextpnrReport
 from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.hdmi.modes import range_limits
-from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.scene import scene_files
 
+OpenTools = Callable[..., dict[str, Any]]
 RANGE = 4
 FASTEST = range_limits(RANGE)[1] / 1000
 
@@ -57,35 +59,17 @@ def report(**changed: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, Any]:
     """Tools that write what the real ones would; the report can be changed."""
-    content: dict[str, Any] = {"report": report(), "fails": ""}
-
-    def run_tool(command: Sequence[str], log: Path, **_: object) -> None:
-        name = Path(command[0]).name
-        if content["fails"] and content["fails"] in name:
-            raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
-        if "nextpnr" in name:
-            (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
-            (log.parent / command[command.index("--textcfg") + 1]).write_text(".tile R1C2:X\n")
-            log.write_text("Info: Packing IOs..\n")
-        else:
-            (log.parent / "plenofir.bit").write_bytes(b"bits")
-
-    monkeypatch.setattr(nextpnr, "run_tool", run_tool)
-    monkeypatch.setattr(nextpnr, "run_yosys", lambda *_, **__: None)
-    monkeypatch.setattr(nextpnr, "use_output_registers", lambda *_: None)
-    monkeypatch.setattr(nextpnr, "prepare_netlist", lambda *_: None)
+    monkeypatch.setattr(nextpnr, "synthesise_board", lambda *_: None)
     monkeypatch.setattr(
         nextpnr, "check_configuration", lambda *_: ({"UL": {"ICP_CURRENT": 12}}, {})
     )
     monkeypatch.setattr(nextpnr, "match_complements", lambda text, *_: text)
-    monkeypatch.setattr(nextpnr, "write_verilog", lambda *_, **__: None)
-    monkeypatch.setattr(nextpnr, "_tools", lambda: {"nextpnr": "1"})
-    return content
+    return open_tools(report(), "plenofir.bit")
 
 
-def build(out: Path) -> nextpnr.NextpnrReport:
+def build(out: Path) -> NextpnrReport:
     return nextpnr.build(
         BOARDS["ulx3s"], "lfe5u-45f", {"MICRO_IMAGE_SIZE": 3}, RANGE, out, lambda *_: None
     )
@@ -116,7 +100,7 @@ def test_beyond_the_data_sheet(tools: dict[str, Any], tmp_path: Path) -> None:
     }
     tools["report"] = report(clocks=clocks, crossing=0.1)
 
-    def fast(*, beyond: bool) -> nextpnr.NextpnrReport:
+    def fast(*, beyond: bool) -> NextpnrReport:
         quiet = lambda *_: None  # noqa: E731
         return nextpnr.build(BOARDS["ulx3s"], "lfe5u-45f", {}, 2, tmp_path, quiet, beyond=beyond)
 
