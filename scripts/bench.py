@@ -53,6 +53,7 @@ from plenofir.refocus.operator import Image, Sums
 from plenofir_studies import (
     gpu_report,
     growth,
+    growth_measured,
     precision_report,
     thesis_benchmark,
     work_precision,
@@ -211,7 +212,7 @@ def refocuser_table(
         }
         if count > 1:
             for text, order in (("memory beside both, frames", 0), ("the same, linear", 1)):
-                beside = growth.extra_bytes(shape, m, kind.__name__, order=order)
+                beside = growth_measured.extra_bytes(shape, m, kind.__name__, order=order)
                 ratios[text] = beside / ring[0][0].nbytes
         columns[name] = ratios
     where = f"a ring of {frames} frames" if frames > 1 else "one frame, in the cache"

@@ -29,6 +29,7 @@ from plenofir.view import export, light_field_page
 from plenofir_studies import (
     energy,
     growth,
+    growth_measured,
     lens_pictures,
     many_pixels,
     real_tables,
@@ -202,7 +203,7 @@ def energy_and_growth(text: str) -> str:
     """Put what was recorded of energy and growth between their marks in a page."""
     found = energy.load_measured()
     text = between_marks(text, "energy", "\n".join(energy.page(found, None)).rstrip())
-    growths = growth.page(growth.load_recorded(), found)
+    growths = growth.page(growth_measured.load_recorded(), found)
     return between_marks(text, "growth", "\n".join(growths).rstrip())
 
 

@@ -6,15 +6,8 @@ of ``data/energy.json`` and the placed ones of ``data/pixels.json``. ``make docs
 of these records.
 """
 
-import os
-import resource
-import subprocess
-import sys
-import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 
 import matplotlib
@@ -25,218 +18,31 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from pydantic import BaseModel, ConfigDict
 
 from plenofir.camera.plots import figure_pixels
-from plenofir.fpga import hdl
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.synthesis.comparison import SIZES, Cell, load_comparison
 from plenofir.fpga.synthesis.estimate import estimate
-from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
+from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
-from plenofir.ground.files import write_file
 from plenofir.ground.images import encode_png
 from plenofir.plan import load_scene, make_plan
-from plenofir.refocus import processors, refocus
-from plenofir.refocus.batch import Settings, run_batch
-from plenofir_studies import DATA, energy, many_pixels
-from plenofir_studies.report_parts import Progress, Report, machine, table
+from plenofir_studies import energy, many_pixels
+from plenofir_studies.growth_measured import (
+    REAL,
+    ROUNDS,
+    RUN_FRAMES,
+    SIDE,
+    M,
+    Points,
+    Recorded,
+    measure,
+    save_recorded,
+)
+from plenofir_studies.report_parts import Progress, Report, table
 
-FILE = DATA / "growth.json"
-SIDE, M = 3201, 11
-_ROUNDS = 40
 _LEAST_POINTS = 4
 _GOAL_PIXELS, _GOAL_FRAMES = 1e9, 10**6
-
-Points = dict[int, float]
-Step = Callable[[], None]
-
-
-class Recorded(BaseModel):
-    """What was measured on a machine."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    machine: str
-    # by what is varied: nanoseconds for each pixel, one thread unless threads are varied
-    nanoseconds: dict[str, Points]
-    # memory beside input and output, in MB, by what is varied
-    megabytes: dict[str, Points]
-    # milliseconds of processor time of a batch through Dask, by what is varied
-    batch: dict[str, Points]
-    # focal stacks of so many slices, synthesised for Spartan-6: LUT, and 9 Kbit of block RAM
-    stacks: dict[int, dict[str, int]]
-
-
-_STACK_SHIFTS = (-3, 3, 0, 2, -1)
-_TIMED: dict[str, tuple[int, ...]] = {
-    "pixels of a side": (400, 800, 1600, 3200, 6400),
-    "M": (2, 5, 11, 33, 99, 400, 1601),
-    "a' (M = 11)": (1, 7, 32, 100, 1000),
-    "slices": (1, 2, 4, 8),
-    "threads": (1, 2, 3, 4),
-}
-_MEMORY: dict[str, tuple[int, ...]] = {
-    "pixels of a side": (800, 1600, 3200, 6400),
-    "M": (2, 11, 99, 400, 1601),
-    "threads": (1, 2, 3, 4),
-}
-_TINY, _REAL = 22, 2200
-_RUN_FRAMES = {_TINY: 100, _REAL: 16}
-_BATCHES: dict[str, tuple[int, tuple[int, ...]]] = {
-    "frames (2 workers)": (_TINY, (50, 100, 200, 400)),
-    "workers (100 frames of 22 x 22)": (_TINY, (1, 2, 4, 8)),
-    "workers (16 frames of 2200 x 2200)": (_REAL, (1, 2, 4, 8)),
-}
-
-
-def _case(what: str, value: int) -> tuple[int, int, int, int, int]:
-    """Side, M, a', slices and threads of a point."""
-    side = value if what == "pixels of a side" else SIDE
-    m = value if what == "M" else M
-    shift = value if what.startswith("a'") else 1
-    slices = value if what == "slices" else 1
-    return side, m, shift, slices, value if what == "threads" else 1
-
-
-def _nanoseconds() -> dict[str, Points]:
-    """All points in turns, the least of several rounds of each.
-
-    Processor time, which other work on the machine hardly changes; wall time where threads vary.
-    """
-    frames = {
-        side: np.random.default_rng(0).integers(0, 256, (side, side), np.uint8)
-        for side in {*_TIMED["pixels of a side"], SIDE}
-    }
-    outs = {side: np.empty_like(frame) for side, frame in frames.items()}
-    least: dict[tuple[str, int], float] = {}
-    timed = dict(_TIMED)
-    if os.getloadavg()[0] > processors() / 2:
-        # Other work would take the processors that threads are to have.
-        del timed["threads"]
-    for _ in range(_ROUNDS):
-        for what, values in timed.items():
-            for value in values:
-                side, m, shift, slices, threads = _case(what, value)
-                clock = time.perf_counter if what == "threads" else time.process_time
-                start = clock()
-                for number in range(slices):
-                    a = Fraction(shift + 2 * number, m)
-                    refocus(frames[side], m, a, out=outs[side], threads=threads)
-                taken = 1e9 * (clock() - start) / side**2
-                least[what, value] = min(taken, least.get((what, value), np.inf))
-    return {what: {v: least[what, v] for v in values} for what, values in timed.items()}
-
-
-def extra_bytes(
-    shape: tuple[int, ...], m: int, kind: str = "uint8", threads: int | None = None, order: int = 0
-) -> int:
-    """Largest memory of a call beside input and output, in bytes."""
-    # A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
-    # what it holds at the moment by clear_refs), less what it held before. What it has free of its
-    # own is given back first (glibc), or that would be taken again unseen.
-    options = f"interpolation={order}, threads={threads}"
-    small = (1700, 1700, *shape[2:])
-    code = (
-        "import ctypes, pathlib, re, numpy as np; from plenofir.refocus import refocus; "
-        "status, clear = pathlib.Path('/proc/self/status'), pathlib.Path('/proc/self/clear_refs'); "
-        "most = lambda: int(re.search(r'VmHWM:\\s*(\\d+)', status.read_text())[1]); "
-        f"refocus(np.zeros({small}, '{kind}'), {m}, '1/{m}', {options}); "
-        f"raw = np.ones({shape}, '{kind}'); out = np.ones_like(raw); "
-        "ctypes.CDLL(None).malloc_trim(0); clear.write_text('5'); before = most(); "
-        f"refocus(raw, {m}, '1/{m}', out=out, {options}); "
-        "print(most() - before)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    return 1024 * int(done.stdout)
-
-
-def _megabytes() -> dict[str, Points]:
-    found = {}
-    for what, values in _MEMORY.items():
-        cases = {value: _case(what, value) for value in values}
-        found[what] = {
-            v: extra_bytes((side, side), m, threads=threads) / 1e6
-            for v, (side, m, _, _, threads) in cases.items()
-        }
-    return found
-
-
-def _batches() -> dict[str, Points]:
-    """Processor time of whole runs in ms, start and all.
-
-    Of the client and its scheduler, or with large frames of the workers together.
-    """
-    found: dict[str, Points] = {}
-    with tempfile.TemporaryDirectory() as name:
-        for what, (side, values) in _BATCHES.items():
-            found[what] = {}
-            for value in values:
-                frames, workers = (
-                    (value, 2) if what.startswith("frames") else (_RUN_FRAMES[side], value)
-                )
-                own, theirs = _batch_ms(Path(name) / f"{len(found)}-{value}", side, frames, workers)
-                found[what][value] = own if side == _TINY else theirs
-    return found
-
-
-def _batch_ms(folder: Path, side: int, frames: int, workers: int) -> tuple[float, float]:
-    folder.mkdir(parents=True)
-    raw = np.random.default_rng(0).integers(0, 256, (side, side), np.uint8)
-    content = encode_png(raw)
-    sources = [folder / f"frame{number}.png" for number in range(frames)]
-    for source in sources:
-        source.write_bytes(content)
-    out = folder / "out"
-    out.mkdir()
-
-    def now() -> tuple[float, float]:
-        children = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return time.process_time(), children.ru_utime + children.ru_stime
-
-    start = now()
-    done = run_batch(sources, Settings(M, (Fraction(1, M),)), out, workers=workers)
-    if any(frame.state != "done" for frame in done):
-        raise ArithmeticError("a frame of the batch failed")
-    own, theirs = (1e3 * (end - begin) for end, begin in zip(now(), start, strict=True))
-    return own, theirs
-
-
-def stack_figures(slices: int) -> dict[str, int]:
-    """What a focal stack takes of a Spartan-6."""
-    core = energy.grey(shifts=_STACK_SHIFTS[:slices], engine="stack")
-    with tempfile.TemporaryDirectory() as folder:
-        figures = synthesise(
-            hdl.hdl_sources(), "focal_stack", core.generics(), Path(folder)
-        ).figures
-    return {"lut": figures.lut, "block_rams": 2 * figures.ramb16 + figures.ramb8}
-
-
-def measure(step: Step = lambda: None) -> Recorded:
-    """Measure everything that depends on the machine."""
-    parts = []
-    for part in (_nanoseconds, _megabytes, _batches):
-        parts.append(part())
-        step()
-    stacks = {slices: stack_figures(slices) for slices in (2, 3, 4, 5)}
-    step()
-    return Recorded(
-        machine=machine(),
-        nanoseconds=parts[0],
-        megabytes=parts[1],
-        batch=parts[2],
-        stacks=stacks,
-    )
-
-
-def load_recorded() -> Recorded:
-    """Read what was recorded."""
-    return Recorded.model_validate_json(FILE.read_text())
-
-
-def save_recorded(recorded: Recorded) -> None:
-    """Keep what was measured."""
-    write_file(FILE, recorded.model_dump_json(indent=1) + "\n")
 
 
 @dataclass(frozen=True)
@@ -426,7 +232,7 @@ def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[st
     ns = fit({side**2: value * side**2 for side, value in sides.items()}, "line").slope
     few, _, real = recorded.batch
     scheduler = fit(recorded.batch[few], "line").slope
-    frame = fit(recorded.batch[real], "line").start / _RUN_FRAMES[_REAL]
+    frame = fit(recorded.batch[real], "line").start / RUN_FRAMES[REAL]
     rows = {row.pixels: row for row in many_pixels.rows()}
     enough = [p for p in sorted(rows) if rows[p].pixels_a_second >= _GOAL_PIXELS]
     cores = ns * 1e-9 * _GOAL_PIXELS
@@ -478,7 +284,7 @@ def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
     ]
     return [
         f"Software measured on {recorded.machine}: one thread unless threads are varied, 8 bit, "
-        f"grey, {SIDE} x {SIDE}, M = {M}, a' = 1, the least of {_ROUNDS} times: processor time, "
+        f"grey, {SIDE} x {SIDE}, M = {M}, a' = 1, the least of {ROUNDS} times: processor time, "
         "wall time where threads vary. Dask: whole runs of `plenofir batch`, start and all; more "
         "workers than processors stand for more machines, as these share the scheduler, which is "
         "what ends the law. Cores: [both engines on Spartan-6](measured/tables.md), 1280 columns; "

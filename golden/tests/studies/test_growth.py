@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from plenofir_studies import energy, growth
+from plenofir_studies import energy, growth, growth_measured
 
 
 def test_laws_are_found_again():
@@ -23,7 +23,7 @@ def test_laws_are_found_again():
 
 
 def test_every_law_of_the_page_has_four_points():
-    recorded, found = growth.load_recorded(), energy.load_measured()
+    recorded, found = growth_measured.load_recorded(), energy.load_measured()
     laws = list(growth.growths(recorded, found))
     assert {g.quantity.split(":")[0] for g in laws} == {"software", "Dask", "core"}
     for g in laws:
@@ -36,7 +36,7 @@ def test_every_law_of_the_page_has_four_points():
 
 def test_memory_of_a_call_is_measured():
     # A frame that is copied would take 9 MB more.
-    least = growth.extra_bytes((600, 600), 5, threads=1)
+    least = growth_measured.extra_bytes((600, 600), 5, threads=1)
     assert 0 <= least < 9e6
-    wide = growth.extra_bytes((2000, 2000, 3), 5, "uint16", threads=1, order=1)
+    wide = growth_measured.extra_bytes((2000, 2000, 3), 5, "uint16", threads=1, order=1)
     assert wide >= least
