@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_lines, progress_bar
-from plenofir.commands.rasters import read_raster, warn_of_camera
+from plenofir.commands.rasters import model_of, read_raster, warn_of_camera
 from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
@@ -19,7 +19,6 @@ from plenofir.ground.files import Results, check_folder
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from plenofir.camera.rays import RayModel
     from plenofir.commands.results import Floats
     from plenofir.ground.images import Image, Picture
 
@@ -172,7 +171,7 @@ def refocus_command(
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
-    model = _model(camera, focus, m)
+    model = model_of(camera, focus, m)
     raw = read_raster(raster, m)
     look, exposed = _look(raw, m, exposure, gamma)
     if sharpen is None:
@@ -198,14 +197,6 @@ def refocus_command(
     typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
     print_lines(exposed)
     warn_of_camera(model)
-
-
-def _model(camera: str | None, focus: float, m: int) -> "RayModel | None":
-    """Ray model of the camera that was named, if one was."""
-    from plenofir.camera.rays import RayModel, load_camera
-
-    options.require("focus", "camera", focus != inf and camera is None)
-    return None if camera is None else RayModel.focused(load_camera(camera), focus, m)
 
 
 def _look(
@@ -295,7 +286,7 @@ def stack(
         raise InputError(
             f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
-    model = _model(camera, focus, m)
+    model = model_of(camera, focus, m)
     raw = read_raster(raster, m)
     shape = raw.pixels.shape[:2]
     check_folder(Path(out), out)
@@ -411,7 +402,7 @@ def depth_map(
         options.require(option, "camera", given and camera is None)
     picture = read_raster(raster, m)
     raw = picture.pixels
-    model = _model(camera, focus, m)
+    model = model_of(camera, focus, m)
     check_folder(Path(out), out)
     with progress_bar("matching") as show:
         found = search_disparity(

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Aligned raw images that commands take, and what speaks against M or the camera given."""
 
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from plenofir.commands import options
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +37,16 @@ def check_raster(picture: "Picture", micro_image: int, where: str, *, refuse: bo
     if found.certain and refuse:
         raise InputError(found.text, where=where)
     typer.echo(f"warning: {where}: {found.text}", err=True)
+
+
+def model_of(camera: str | None, focus: float, micro_image: int) -> "RayModel | None":
+    """Ray model of the camera that was named, if one was; a focus needs one."""
+    from plenofir.camera.rays import RayModel, load_camera
+
+    options.require("focus", "camera", focus != inf and camera is None)
+    if camera is None:
+        return None
+    return RayModel.focused(load_camera(camera), focus, micro_image)
 
 
 def warn_of_camera(model: "RayModel | None") -> None:

@@ -12,7 +12,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
-from plenofir.commands.rasters import check_raster, warn_of_camera
+from plenofir.commands.rasters import check_raster, model_of, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, write_file
@@ -248,19 +248,14 @@ class _Settings:
 
     def _checked(self, m: int) -> "tuple[tuple[float, float] | None, RayModel | None]":
         """The range of focus settings, if one is given, and the camera."""
-        options.require("focus", "camera", self.focus != inf and self.camera is None)
+        model = model_of(self.camera, self.focus, m)
         search = None
         if self.a is not None:
             parts = [options.focus_settings([part], m) for part in self.a.split(":")]
             if len(parts) != 2 or any(len(part) != 1 for part in parts):
                 raise InputError(f"{self.a!r} is no range FIRST:LAST, such as -1:2", where="a")
             search = float(parts[0][0]), float(parts[1][0])
-        model = None
-        if self.camera is not None:
-            from plenofir.camera.rays import RayModel, load_camera
-
-            model = RayModel.focused(load_camera(self.camera), self.focus, m)
-            warn_of_camera(model)
+        warn_of_camera(model)
         return search, model
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
