@@ -66,14 +66,21 @@ def _root(
         raise typer.Exit
 
 
-for group in (sim, rays, design, plan, develop, capture, inspect, light_fields, view, batch):
-    app.registered_commands += group.app.registered_commands
-for name, group in (
-    ("bitstream", bitstream),
-    ("waves", waves),
-    ("board", board),
+# In the order of the help, under these headings.
+_PHOTOGRAPHS = (develop, view, inspect, capture, light_fields, batch)
+_FPGA = "VHDL and FPGA"
+_STUDIES = "Studies"
+for heading, groups in (
+    ("Photographs", _PHOTOGRAPHS),
+    (_FPGA, (sim, plan)),
+    ("Cameras and distances", (design, rays)),
 ):
-    app.add_typer(group.app, name=name)
+    for group in groups:
+        for registered in group.app.registered_commands:
+            registered.rich_help_panel = registered.rich_help_panel or heading
+        app.registered_commands += group.app.registered_commands
+for name, group in (("bitstream", bitstream), ("board", board), ("waves", waves)):
+    app.add_typer(group.app, name=name, rich_help_panel=_FPGA)
 
 
 def command_line(words: Sequence[str] = ()) -> Any:
@@ -97,9 +104,10 @@ def _add_groups() -> None:
         group = point.load()
         # An application of one command is that command.
         if group.registered_callback is None and len(group.registered_commands) == 1:
+            group.registered_commands[0].rich_help_panel = _STUDIES
             app.registered_commands += group.registered_commands
         else:
-            app.add_typer(group, name=point.name)
+            app.add_typer(group, name=point.name, rich_help_panel=_STUDIES)
 
 
 def _parameters(command: Any, words: Sequence[str]) -> Mapping[str, Any]:

@@ -138,34 +138,43 @@ def batch(
     frames: Annotated[
         list[str],
         typer.Argument(
-            help="Aligned raw images, or captures with --white or --calib: names, or patterns in "
-            "quotes."
+            help="Aligned raw images, or with --white or --calib captures: file names, or patterns "
+            "in quotes."
         ),
     ],
     micro_image: options.MicroImageIfGiven = None,
     a: options.SettingsIfGiven = None,
     out: options.OutFolder = "batch",
     scheduler: Annotated[
-        str, typer.Option(help="local: processes on this machine; or tcp://HOST:PORT.")
+        str,
+        typer.Option(
+            help="local for processes on this machine, or tcp://HOST:PORT of a Dask scheduler."
+        ),
     ] = "local",
     workers: Annotated[
         int | None,
-        typer.Option(help="Number of local processes. Without it one for each processor.", min=1),
+        typer.Option(help="Number of local processes; by default one for each processor.", min=1),
     ] = None,
     interpolation: options.InterpolationIfGiven = None,
     sharpen: options.SharpenIfGiven = None,
     upsample: options.Upsample = True,
     white: Annotated[
-        Path | None, typer.Option(help="Develop captures: white image of their camera.")
+        Path | None,
+        typer.Option(
+            help="White image of the camera; frames are then captures, which are developed."
+        ),
     ] = None,
     calib: Annotated[
-        str | None, typer.Option(help="Develop captures: their camera's calibration file.")
+        str | None,
+        typer.Option(
+            help="Calibration file of the camera; frames are then captures, which are developed."
+        ),
     ] = None,
     dark: Dark = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
 ) -> None:
-    """Refocus many frames, or develop many captures; a run that was cut off goes on.
+    """Refocus many frames, or develop many captures; a run that was interrupted continues.
 
     With --white or --calib each capture gets a folder with all that plenofir develop makes, with
     one calibration for all of them.

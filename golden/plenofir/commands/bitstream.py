@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _SHOWN_WARNINGS = 20
 
-app = typer.Typer(no_args_is_help=True, help="Bitstreams of boards.")
+app = typer.Typer(no_args_is_help=True, help="Build the bitstream of a board.")
 
 
 def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
@@ -213,7 +213,9 @@ def build(
     context: typer.Context,
     micro_image: options.MicroImageIfGiven = None,
     a: options.SettingsIfGiven = None,
-    max_columns: Annotated[int | None, typer.Option(help="Longest line in pixels.", min=1)] = None,
+    max_columns: Annotated[
+        int | None, typer.Option(help="Longest line that the core takes, in pixels.", min=1)
+    ] = None,
     engine: options.EngineIfGiven = None,
     interpolation: options.InterpolationIfGiven = None,
     arith: options.ArithIfGiven = None,
@@ -223,23 +225,23 @@ def build(
     board: Annotated[
         BoardName | None,
         typer.Option(
-            help="Board. Without it that of the scene, or the Atlys. The ULX3S has a scene of its "
-            "own, which is built without other options."
+            help="Board; by default that of the scene, or the Atlys. Without --scene the ULX3S "
+            "builds a scene of its own."
         ),
     ] = None,
     device: Annotated[
         str | None,
-        typer.Option(help="Device of a board that is sold with several: lfe5u-25f, or 25f."),
+        typer.Option(help="Device, for a board that is sold with several: lfe5u-25f, or 25f."),
     ] = None,
     beyond_data_sheet: Annotated[
         bool,
         typer.Option(
             "--beyond-data-sheet",
-            help="Build what is faster than the data sheet gives the device, and say so.",
+            help="Build even if a clock is above the limit of the device's data sheet.",
         ),
     ] = False,
     out: options.OutFolder = "build/bitstream",
-    ise: Annotated[str, typer.Option(help="ISE_DS folder, if the tools are not on the PATH.")] = "",
+    ise: Annotated[str, typer.Option(help="ISE_DS folder, if ISE is not on the PATH.")] = "",
 ) -> None:
     """Build the bitstream of a board: the Atlys with Xilinx ISE 14.7, others with open tools."""
     from plenofir.fpga.bitstream import ise as tools

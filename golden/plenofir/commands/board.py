@@ -12,7 +12,7 @@ from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar
 from plenofir.ground.errors import InputError
 
-app = typer.Typer(no_args_is_help=True, help="A board: its first picture, its serial port.")
+app = typer.Typer(no_args_is_help=True, help="Test picture for a board, and its serial port.")
 
 _TIMEOUT_S = 2.0
 
@@ -36,20 +36,21 @@ def picture(
     raw: Annotated[
         str | None,
         typer.Argument(
-            help="Light field: micro images of M x M pixels; that of the scene, or a flower, if "
-            "none."
+            help="Light field of M x M pixels a micro image; by default that of the scene, or a "
+            "flower."
         ),
     ] = None,
     scene: Annotated[
-        str | None, typer.Option(help="Scene of the board's build: size and M.")
+        str | None, typer.Option(help="Scene that the board was built for; it gives size and M.")
     ] = None,
     size: Annotated[
-        str | None, typer.Option(help="Size of the screen; without it or a scene 640x480.")
+        str | None,
+        typer.Option(help="Size of the screen, if there is no scene; by default 640x480."),
     ] = None,
     micro_image: options.MicroImageIfGiven = None,
     out: options.OutFolder = "build/first-light",
 ) -> None:
-    """Make the picture that a computer shows a board, pixel for pixel, with marks that prove it."""
+    """Make a test picture to show to a board; its marks let the board check every pixel."""
     from plenofir.fpga.screen import first_light
     from plenofir.ground.files import publish
     from plenofir.ground.images import read_image
@@ -88,7 +89,7 @@ def load(
     calib: Annotated[str, typer.Argument(help="Calibration file of the camera.")],
     port: Annotated[str, typer.Option(help="Serial port, such as /dev/ttyUSB1.")],
     baud: Annotated[
-        int, typer.Option(help="Bits a second of the serial port.", min=300, max=4_000_000)
+        int, typer.Option(help="Bits per second of the serial port.", min=300, max=4_000_000)
     ] = 115200,
 ) -> None:
     """Load a calibration into the board's resampler; the next frame uses it."""

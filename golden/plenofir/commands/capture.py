@@ -37,22 +37,25 @@ def calibrate(
     dark: Dark = None,
     layout: Annotated[
         Literal["auto", "rectangular", "hexagonal-rows", "hexagonal-columns"],
-        typer.Option(help="Layout of the micro lenses; auto finds out."),
+        typer.Option(help="Layout of the micro lenses; auto finds it in the white image."),
     ] = "auto",
     order: Annotated[
         Literal["auto", "1", "2", "3"],
         typer.Option(
-            help="Order of the grid's polynomial, for distortion; auto takes the lowest that fits."
+            help="Order of the polynomial for lens distortion; auto takes the lowest that fits."
         ),
     ] = "auto",
     picture: Annotated[
-        str | None, typer.Option(help="Draw the centres found into the white image: a PNG file.")
+        str | None,
+        typer.Option(help="PNG file to write: the white image with the centres drawn in."),
     ] = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     reversed_lens: Annotated[
         Path | None,
-        typer.Option(help="White image with the main lens reversed, for its entrance pupil."),
+        typer.Option(
+            help="White image taken with the main lens reversed; it tells the entrance pupil."
+        ),
     ] = None,
     reversed_focus: Annotated[
         float,
@@ -61,9 +64,9 @@ def calibrate(
         ),
     ] = inf,
 ) -> None:
-    """Find the micro image centres of a camera from its white image.
+    """Find the micro image centres of a camera in its white image.
 
-    With the camera's data it also measures the exit pupil, and compares.
+    With --camera it also measures the exit pupil and compares it with the camera's.
     """
     import numpy as np
 
@@ -208,7 +211,7 @@ def decode(
     ],
     calib: Annotated[
         str | None,
-        typer.Option(help="Calibration file (plenofir calibrate); a Lytro's file can do without."),
+        typer.Option(help="Calibration file (plenofir calibrate); not needed for a Lytro's file."),
     ] = None,
     micro_image: options.MicroImageIfGiven = None,
     out: Annotated[
@@ -219,8 +222,9 @@ def decode(
     white: Annotated[
         Path | None,
         typer.Option(
-            help="White image, to divide by it pixel by pixel. Of a Lytro: .lfp, .lfr or .raw, or "
-            "a folder or .tar of them; the nearest in zoom and focus is taken, for the grid too."
+            help="White image; the capture is divided by it pixel by pixel. For a Lytro a .lfp, "
+            ".lfr, .raw, or a folder or .tar of them, of which the one nearest in zoom and focus "
+            "is taken; it gives the grid too."
         ),
     ] = None,
     interpolation: Annotated[
@@ -228,7 +232,7 @@ def decode(
     ] = "bilinear",
     scale: Annotated[
         Literal["native", "fit"],
-        typer.Option(help="native: crop micro images to M. fit: scale them to M."),
+        typer.Option(help="native crops micro images to M pixels, fit scales them to M."),
     ] = "native",
     devignette: Annotated[
         bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
@@ -236,17 +240,17 @@ def decode(
     colour: Annotated[
         Literal["camera", "balanced", "srgb"],
         typer.Option(
-            help="Lytro files: the camera's colours, white balance, or its matrix to sRGB too."
+            help="Lytro files: the camera's own colours, with white balance, or converted to sRGB."
         ),
     ] = "balanced",
     demosaic: Annotated[
         Literal["edge-aware", "bilinear"],
-        typer.Option(help="Lytro files: how missing colours are interpolated."),
+        typer.Option(help="Lytro files: how the colours of the mosaic are interpolated."),
     ] = "edge-aware",
     gamma: Annotated[
         float,
         typer.Option(
-            help="Gamma of the result: 1 keeps linear light, 2.2 is brighter, to look at.",
+            help="Gamma of the result: 1 keeps linear light, 2.2 is for looking at.",
             min=0.2,
             max=5.0,
         ),
@@ -254,7 +258,7 @@ def decode(
 ) -> None:
     """Resample a raw capture to aligned micro images of M x M pixels.
 
-    Without M it is the largest odd number of pixels that a micro image has.
+    By default M is the largest odd number of pixels that fits into a micro image.
     """
     from plenofir.camera.calibration import decode as resample
     from plenofir.camera.calibration import largest_odd_size, load_calibration
@@ -325,12 +329,13 @@ def decode(
         )
 
 
-@app.command()
+@app.command(rich_help_panel="VHDL and FPGA")
 def resampler(
     calib: Annotated[str, typer.Argument(help="Calibration file (plenofir calibrate).")],
     micro_image: options.MicroImage,
     channels: Annotated[
-        Literal["1", "3"], typer.Option(help="Channels of a pixel, behind the mosaic.")
+        Literal["1", "3"],
+        typer.Option(help="Channels of a pixel: 1 (grey) or 3 (RGB, after the colour mosaic)."),
     ] = "1",
     bits: Annotated[int, typer.Option(help="Bits of a channel.", min=1, max=16)] = 8,
     devignette: Annotated[
@@ -338,10 +343,12 @@ def resampler(
     ] = True,
     out: Annotated[
         str | None,
-        typer.Option(help="VHDL file to write: the calibration as constants, with its loader."),
+        typer.Option(
+            help="VHDL file to write: the calibration as constants, and an entity that loads them."
+        ),
     ] = None,
 ) -> None:
-    """The resampler on the chip for a calibration: its generics, memory, accuracy, constants."""
+    """Configure the VHDL resampler for a calibration: generics, memory, accuracy, constants."""
     from plenofir.camera.calibration import load_calibration
     from plenofir.plan.sensor.calibration_loader import LOADER, loader_text
     from plenofir.plan.sensor.chip import resampling

@@ -110,12 +110,15 @@ def design(
     page: Annotated[
         bool, typer.Option("--page", help="Open a page with sliders in the browser.")
     ] = False,
-    port: Annotated[int, typer.Option(help="TCP port of that page; 0: any.", min=0, max=65535)] = 0,
+    port: Annotated[
+        int, typer.Option(help="TCP port of the page; 0 for any free one.", min=0, max=65535)
+    ] = 0,
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the browser, or only serve.")
+        bool,
+        typer.Option("--browser/--no-browser", help="Open the browser, or only print the address."),
     ] = True,
 ) -> None:
-    """Everything that follows from lens, micro lenses, sensor and focus; for camera builders.
+    """Design a camera: everything that follows from its lenses, sensor and focus.
 
     Lengths that are given take the place of the camera's.
     """

@@ -27,10 +27,10 @@ def develop(
         ),
     ],
     white: Annotated[
-        Path | None, typer.Option(help="White image of the camera, to calibrate with.")
+        Path | None, typer.Option(help="White image of the camera, from which it is calibrated.")
     ] = None,
     calib: Annotated[
-        str | None, typer.Option(help="Calibration file (plenofir calibrate) in place of --white.")
+        str | None, typer.Option(help="Calibration file (plenofir calibrate) instead of --white.")
     ] = None,
     dark: Dark = None,
     micro_image: options.MicroImageIfGiven = None,
@@ -39,14 +39,12 @@ def develop(
     out: Annotated[str, typer.Option(help="Folder for pictures and page.")] = "developed",
     slices: Annotated[
         int,
-        typer.Option(
-            help="Largest number of refocused pictures over the range of depths.", min=1, max=99
-        ),
+        typer.Option(help="Refocused pictures over the range of depths, at most.", min=1, max=99),
     ] = 9,
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
 ) -> None:
-    """Make all pictures of a capture: views, refocused, all in focus, depth, animations, a page.
+    """Make all pictures of a capture: refocused, all in focus, depth, animations, and a page.
 
     Data are kept beside them: aligned.png is linear, disparity.npy are numbers.
     """

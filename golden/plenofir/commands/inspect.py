@@ -37,8 +37,8 @@ def inspect(
     files: Annotated[
         list[str],
         typer.Argument(
-            help="Any file or folder of views; or pictures of collimated light through the micro "
-            "lenses alone, with a --position each."
+            help="Any file, or a folder of views; or several pictures of collimated light through "
+            "the micro lenses alone, each with a --position."
         ),
     ],
     dark: Dark = None,
@@ -54,10 +54,10 @@ def inspect(
     ] = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
-    out: Annotated[str | None, typer.Option(help="Folder for pictures.")] = None,
+    out: Annotated[str | None, typer.Option(help="Folder for pictures of what was found.")] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Tell what a file is, and check a camera's optics by its white image.
+    """Tell what a file is, and check a camera's optics with its white image.
 
     A white image shows whether micro images touch, overlap or leave gaps; several pictures with
     positions, where the micro lenses are in focus. Any other option asks for a white image.

@@ -29,7 +29,9 @@ app = typer.Typer()
 def views(
     raster: options.AlignedRaw,
     micro_image: options.MicroImage,
-    out: Annotated[str, typer.Option(help="Folder for view_VV_UU.png.")] = "views",
+    out: Annotated[
+        str, typer.Option(help="Folder for the views, view_VV_UU.png (row, column).")
+    ] = "views",
 ) -> None:
     """Write the sub-aperture images of an aligned raw image."""
     from plenofir.camera.lightfield.folders import named_views
@@ -68,7 +70,7 @@ def quilt(
     rows: Annotated[int | None, typer.Option(help="Rows of views.", min=1, max=100)] = None,
     out: Annotated[
         str,
-        typer.Option(help="Name without an ending: _qsCOLUMNSxROWSaASPECT.png is put behind it."),
+        typer.Option(help="Name without ending; _qsCOLUMNSxROWSaASPECT.png is added."),
     ] = "quilt",
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
@@ -100,7 +102,7 @@ def compose(
     folder: Annotated[
         str,
         typer.Argument(
-            help="Folder of M x M views, a picture of all views or of ESLF, or a .mat file."
+            help="Folder of M x M views, a mosaic of all views, an ESLF picture, or a .mat file."
         ),
     ],
     out: options.OutPng = "aligned.png",
@@ -110,7 +112,9 @@ def compose(
     ] = "rows",
     layout: Annotated[
         Literal["auto", "mosaic", "raster"],
-        typer.Option(help="Of a picture: views side by side, or micro images side by side."),
+        typer.Option(
+            help="How the views lie in a picture: mosaic (side by side) or raster (micro images)."
+        ),
     ] = "auto",
     micro_image: options.MicroImageIfGiven = None,
     keep: Annotated[
@@ -118,9 +122,9 @@ def compose(
         typer.Option("--views", help="Keep this many central views along each side.", min=1),
     ] = None,
 ) -> None:
-    """Compose an aligned raw image from views, whatever they are stored as.
+    """Compose an aligned raw image from views.
 
-    That is a folder of views (the HCI benchmark's too), a mosaic, an ESLF picture, a .mat file.
+    The views come as a folder (the HCI benchmark's too), a mosaic, an ESLF picture or a .mat file.
     """
     from plenofir.camera.lightfield.indexing import compose as interleave
     from plenofir.camera.lightfield.sources import central, read_source
@@ -152,7 +156,10 @@ def refocus_command(
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     region: Annotated[
-        str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
+        str | None,
+        typer.Option(
+            help="Compute only this part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels."
+        ),
     ] = None,
 ) -> None:
     """Refocus an aligned raw image, correctly rounded.
@@ -231,15 +238,17 @@ def stack(
     out: Annotated[str, typer.Option(help="Folder for the slices.")] = "stack",
     everywhere: Annotated[
         bool,
-        typer.Option("--all-in-focus", help="Write all_in_focus.png too, sharp everywhere."),
+        typer.Option(
+            "--all-in-focus", help="Write a picture that is sharp everywhere too, all_in_focus.png."
+        ),
     ] = False,
     index: Annotated[
         bool,
         typer.Option(
             "--depth-index",
-            help="Write depth_index.png, the slice in which each micro image is sharpest, "
-            "all_in_focus.png made of them, and of three slices or more depth between them "
-            "(depth.png, depth.npy, confidence.png), as the VHDL does.",
+            help="Write, as the VHDL computes them: the slice in which each micro image is "
+            "sharpest (depth_index.png), the picture made of these slices (all_in_focus.png) and, "
+            "of three slices or more, depth between slices (depth.png, depth.npy, confidence.png).",
         ),
     ] = False,
     radius: options.Radius = 1,
@@ -364,15 +373,16 @@ def depth_map(
     method: Annotated[
         Literal["guided", "windows", "structure-tensor"],
         typer.Option(
-            help="Differences between views, averaged up to the edges of objects (guided) or over "
-            "whole windows; or slopes in epipolar plane images (structure tensors)."
+            help="How disparities are found: differences between views, averaged up to the edges "
+            "of objects (guided) or over whole windows; or slopes in epipolar plane images "
+            "(structure-tensor)."
         ),
     ] = "guided",
     confidence: Annotated[
         float,
         typer.Option(
             "--confidence",
-            help="Pixels with less confidence than this count as unknown.",
+            help="Depth with less confidence than this counts as unknown.",
             min=0,
             max=1,
         ),
@@ -380,15 +390,15 @@ def depth_map(
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
     pfm: Annotated[bool, typer.Option("--pfm", help="Write distance_mm.pfm too.")] = False,
     tiff: Annotated[
-        bool, typer.Option("--tiff", help="Write distance_mm.tif too, of 32 bit floats.")
+        bool, typer.Option("--tiff", help="Write distance_mm.tif too, 32 bit floats.")
     ] = False,
     ply: Annotated[
-        bool, typer.Option("--ply", help="Write points.ply too, a cloud of coloured points in mm.")
+        bool, typer.Option("--ply", help="Write points.ply too, a coloured point cloud in mm.")
     ] = False,
 ) -> None:
-    """Depth from an aligned raw image: distances in mm with the camera's lens data, else a.
+    """Find the depth in an aligned raw image: in mm if --camera is given, else as a.
 
-    Without --near and --far the range searched grows to what the picture needs.
+    Without --near and --far the search range grows until it covers the picture.
     """
     import numpy as np
 

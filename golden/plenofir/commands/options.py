@@ -310,26 +310,36 @@ _SETTINGS = typer.Option(
     "--a",
     "-a",
     metavar="LIST",
-    help="Focus settings: fractions such as -3/5, decimals that are near one, or "
-    "ranges FIRST:LAST[:STEP], with blanks or commas between them. May be repeated.",
+    help="Focus settings a: multiples of 1/M such as -3/5, decimals close to one, or ranges "
+    "FIRST:LAST[:STEP]; blanks or commas between them. May be repeated.",
 )
-_FRACTION = typer.Option(help="For stored products: fraction bits F.", min=0, max=12)
-_GUARD = typer.Option(help="For stored products: guard bits G.", min=0, max=12)
+_FRACTION = typer.Option(help="Fraction bits F of stored products (arith stored).", min=0, max=12)
+_GUARD = typer.Option(help="Guard bits G of stored products (arith stored).", min=0, max=12)
 _RADIUS = typer.Option(
-    help="Sharpness is averaged over this many micro images on each side, for the depth index.",
+    help="Depth index: sharpness is averaged over this many micro images to each side.",
     min=0,
     max=8,
 )
-_ENGINE = typer.Option(help="Architecture of the core.")
-_INTERPOLATION = typer.Option(help="Nearest, linear, or the order of a B-spline.")
+_ENGINE = typer.Option(
+    help="How the core computes: fir (switched filters), moving_sum (moving sums)."
+)
+_ENGINE_OR_STACK = typer.Option(
+    help="How the core computes: fir (switched filters), moving_sum (moving sums), stack (all "
+    "focus settings in one pass)."
+)
+_INTERPOLATION = typer.Option(
+    help="Interpolation between micro lenses: nearest, linear, or the order of a B-spline."
+)
 _SHARPEN = typer.Option(
-    help="Undo the blur of refocusing between integer a: auto, off, or the weight b of the "
-    "taps (-b, 1 + 2b, -b), a micro lens apart, such as 1/16.",
+    help="Undo the blur that refocusing adds where a is no integer: auto, off, or the weight b "
+    "(such as 1/16) of a filter with the taps -b, 1 + 2b, -b, one micro lens apart.",
     callback=_sharpening,
 )
-_ARITH = typer.Option(help="Arithmetic: exact sums, or products from tables.")
+_ARITH = typer.Option(
+    help="Arithmetic: exact (integer sums, one division), or stored (products by 1/M from a table)."
+)
 _SCENE = typer.Option(
-    help="Scene: a TOML file or a shipped scene; it settles everything about the core."
+    help="Scene, a TOML file or the name of a shipped one; it sets all options of the core."
 )
 
 MicroImage = Annotated[int, _MICRO_IMAGE]
@@ -343,35 +353,42 @@ Radius = Annotated[int, _RADIUS]
 OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
 OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]
 PlotFile = Annotated[
-    Path | None, typer.Option("--plot", help="Draw it: SVG, PDF or PNG, by the ending.")
+    Path | None, typer.Option("--plot", help="Draw the result into this file: .svg, .pdf or .png.")
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write the numbers into a CSV file.")]
+CsvFile = Annotated[
+    Path | None, typer.Option("--csv", help="Write the numbers into this CSV file.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-_CAMERA = typer.Option("--camera", help="Camera: a shipped one (plenofir cameras) or a TOML file.")
+_CAMERA = typer.Option(
+    "--camera", help="Camera, a TOML file or the name of a shipped one (plenofir cameras)."
+)
 Camera = Annotated[str, _CAMERA]
 Focus = Annotated[
-    float, distance("--focus", "Focus distance of the camera from the micro lenses in mm, or inf.")
+    float,
+    distance(
+        "--focus", "Distance that the camera was focused on, in mm from the micro lenses, or inf."
+    ),
 ]
 AlignedRaw = Annotated[
     str, typer.Argument(help="Aligned raw image: micro images of exactly M x M pixels.")
 ]
 _BORDER = typer.Option(
     "--border",
-    help="Where not all views reach: normalise divides by those that do, zero counts the others "
-    "as black.",
+    help="Near the border some views are missing: normalise divides by the number of the others, "
+    "zero counts the missing ones as black, which darkens the border.",
 )
 Border = Annotated[Literal["normalise", "zero"], _BORDER]
 Exposure = Annotated[
     str,
     typer.Option(
-        help="Exposure: auto takes black and white from the picture, a number is EV (1: twice "
-        "the light), auto+1 is both. off: values as they are, for other programs."
+        help="Exposure: auto takes black and white levels from the picture; a number adds EV (1 "
+        "doubles the light) to the values as they are, auto+1 to auto; off changes nothing."
     ),
 ]
 Gamma = Annotated[
     float | None,
     typer.Option(
-        help="Gamma of the result. Without it 2.2 if the file's light is linear, else 1.",
+        help="Gamma of the result; by default 2.2 if the file holds linear light, else 1.",
         min=0.2,
         max=5.0,
     ),
@@ -380,7 +397,7 @@ Upsample = Annotated[
     bool,
     typer.Option(
         "--upsample/--no-upsample",
-        help="Make a picture of the raw image's size, or one pixel for each micro lens.",
+        help="Size of the result: that of the raw image, or one pixel for each micro lens.",
     ),
 ]
 
@@ -391,7 +408,7 @@ CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
 SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]
 EngineIfGiven = Annotated[SliceEngineName | None, _ENGINE]
-EngineOrStack = Annotated[EngineName, _ENGINE]
+EngineOrStack = Annotated[EngineName, _ENGINE_OR_STACK]
 InterpolationIfGiven = Annotated[InterpolationName | None, _INTERPOLATION]
 Arith = Annotated[ArithmeticKind, _ARITH]
 ArithIfGiven = Annotated[ArithmeticKind | None, _ARITH]

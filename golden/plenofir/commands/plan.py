@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from plenofir.plan.planned import Plan, PlannedSensor
     from plenofir.plan.sensor.resampler import Load
 
-Scene = Annotated[str, typer.Argument(help="Scene: a TOML file or a shipped scene.")]
+Scene = Annotated[str, typer.Argument(help="Scene, a TOML file or the name of a shipped one.")]
 Part = Annotated[
     str | None,
     typer.Option(
-        "--device", help="Device in place of the scene's, such as xc7a35t (see plenofir devices)."
+        "--device", help="Device to use instead of the scene's, such as xc7a35t (plenofir devices)."
     ),
 ]
 
@@ -217,7 +217,7 @@ def plan(
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
 ) -> None:
-    """The smallest hardware for a scene: slices, resources, latency, what is left out."""
+    """Plan the smallest hardware for a scene: slices, resources, latency, what is left out."""
     from plenofir.plan import load_scene, make_plan
 
     planned = make_plan(load_scene(scene, device))
@@ -273,12 +273,12 @@ def configure(
     scene: Scene,
     out: options.OutFolder = "build/scene",
     verilog: Annotated[
-        bool, typer.Option("--verilog", help="The scene in Verilog, too; needs GHDL.")
+        bool, typer.Option("--verilog", help="Write the core as Verilog too; needs GHDL.")
     ] = False,
     calib: Annotated[
         str | None,
         typer.Option(
-            help="Calibration to load over the board's serial port: its lines are written."
+            help="Calibration; writes the lines that load it over the board's serial port."
         ),
     ] = None,
     device: Part = None,
@@ -301,15 +301,17 @@ def project(
     tool: Annotated[
         str | None,
         typer.Option(
-            help="vivado, quartus, radiant, diamond, gowin, ise, gatemate or trellis; ipxact: "
-            "components for a catalog.",
+            help="Tool: vivado, quartus, radiant, diamond, gowin, ise, gatemate or trellis; ipxact "
+            "writes components for a block design.",
             show_default="the tool of the device",
         ),
     ] = None,
     device: Part = None,
     top: Annotated[
         Literal["scene_top", "parallel_top"],
-        typer.Option(help="The core alone, or with a camera's parallel output in front."),
+        typer.Option(
+            help="Top level: the core alone, or the core behind a camera with a parallel output."
+        ),
     ] = "scene_top",
     out: options.OutFolder = "build/project",
 ) -> None:
@@ -336,7 +338,7 @@ def project(
 
 @app.command()
 def devices() -> None:
-    """The devices that plan, configure, synth and project take."""
+    """List the devices that plan, configure, synth and project take."""
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.families import FAMILIES
     from plenofir.plan.project_files import TOOLS
@@ -396,7 +398,9 @@ def _count(plan: "Plan") -> None:
 def synth(
     scene: Annotated[
         str | None,
-        typer.Argument(help="Scene: a TOML file or a shipped scene. Without it all shipped ones."),
+        typer.Argument(
+            help="Scene, a TOML file or the name of a shipped one; by default all shipped ones."
+        ),
     ] = None,
     out: Annotated[
         str | None,
@@ -404,7 +408,10 @@ def synth(
     ] = None,
     device: Part = None,
 ) -> None:
-    """Synthesise with GHDL and Yosys; for Spartan-6 "path" counts cells between registers."""
+    """Synthesise a scene with GHDL and Yosys and print what it takes.
+
+    For Spartan-6, "path" is the largest number of cells between two registers.
+    """
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
     from plenofir.ground.files import publish_files

@@ -20,14 +20,16 @@ if TYPE_CHECKING:
 MicroImage = Annotated[
     int | None,
     typer.Option(
-        "--micro-image", "-M", min=2, help="M: micro image size in pixels; else the camera's."
+        "--micro-image", "-M", min=2, help="M: micro image size in pixels; by default the camera's."
     ),
 ]
 Gap = Annotated[
-    int, typer.Option("--gap", help="G: how many views the second camera is from the first.")
+    int,
+    typer.Option("--gap", help="G: number of views from the first virtual camera to the second."),
 ]
 View = Annotated[
-    int, typer.Option("--view", help="i: the first camera's view, counted from the centre.")
+    int,
+    typer.Option("--view", help="i: view of the first virtual camera, counted from the centre."),
 ]
 
 app = typer.Typer()
@@ -100,7 +102,8 @@ def distance(
     verbose: Annotated[
         bool,
         typer.Option(
-            "--verbose", help="Print how strongly an error of each number of the camera counts."
+            "--verbose",
+            help="Print by how much an error of each of the camera's numbers changes the result.",
         ),
     ] = False,
 ) -> None:
@@ -183,7 +186,7 @@ def baseline(
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
 ) -> None:
-    """Baseline and tilt of the virtual cameras, and where they stand.
+    """Baseline and tilt of two virtual cameras, and where they stand.
 
     Plot and CSV have all gaps up to M - 1, and the given one.
     """
@@ -217,7 +220,9 @@ def depth(
     view: View = 0,
     per_view: Annotated[
         bool,
-        typer.Option("--per-view", help="The disparity is in pixels per view: divided by the gap."),
+        typer.Option(
+            "--per-view", help="The disparity is in pixels per view, that is, divided by the gap."
+        ),
     ] = False,
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
@@ -267,7 +272,7 @@ def slices(
     far: Annotated[float, options.distance("--far", "Farthest distance in mm, or inf.")],
     focus: options.Focus = inf,
     micro_image: MicroImage = None,
-    whole: Annotated[bool, typer.Option("--whole", help="Use slices of integer a only.")] = False,
+    whole: Annotated[bool, typer.Option("--whole", help="Use integer a only.")] = False,
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
@@ -340,7 +345,7 @@ def cameras(as_json: options.AsJson = False) -> None:
 @app.command()
 def lens(
     prescription: Annotated[
-        str, typer.Argument(help="CSV file of a lens prescription, or a shipped lens.")
+        str, typer.Argument(help="Lens prescription, a CSV file or the name of a shipped one.")
     ],
     wavelength: Annotated[float, options.number("--wavelength", "Wavelength in nm.")] = 550.0,
     as_json: options.AsJson = False,

@@ -54,17 +54,19 @@ def sim(
     raw: Annotated[
         Path | None,
         typer.Option(
-            help="Raw image: 8 or 16 bit, grey or RGB. Without it a photograph of a flower."
+            help="Raw image: 8 or 16 bit, grey or RGB; by default a photograph of a flower."
         ),
     ] = None,
     calib: Annotated[
         Path | None,
-        typer.Option(help="Calibration: RAW is a raw capture, which the VHDL resamples first."),
+        typer.Option(
+            help="Calibration; the raw image is then a camera's capture, which the VHDL resamples."
+        ),
     ] = None,
     bayer: Annotated[
         options.Bayer | None,
         typer.Option(
-            help="Colour filters of the first 2 x 2 pixels, if the raw capture is a mosaic."
+            help="Colour filters of the first 2 x 2 pixels, for a capture with a colour mosaic."
         ),
     ] = None,
     scene: options.SceneIfGiven = None,
@@ -73,19 +75,19 @@ def sim(
     engine: options.EngineOrStack = "fir",
     radius: options.Radius = 1,
     parallel_rows: Annotated[
-        int, typer.Option(help="Rows that are filtered at once (engine fir).", min=1)
+        int, typer.Option(help="Rows filtered at once (engine fir).", min=1)
     ] = 1,
     any_rows: Annotated[
         bool,
         typer.Option(
             "--any-rows",
-            help="Frames of any number of rows follow without a pause (engine moving_sum).",
+            help="Take frames of any number of rows without a pause between (engine moving_sum).",
         ),
     ] = False,
     pixels: Annotated[
         options.Pixels,
         typer.Option(
-            help="Neighbouring pixels that come with a clock; above 1 the engine is moving_sum."
+            help="Neighbouring pixels taken at each clock; above 1 the engine is moving_sum."
         ),
     ] = "1",
     interpolation: options.Interpolation = "nearest",
@@ -94,16 +96,21 @@ def sim(
     arith: options.Arith = "exact",
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
-    simulator: Annotated[SimulatorName, typer.Option(help="Simulator of the VHDL.")] = "ghdl",
+    simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = "ghdl",
     chain: Annotated[
         Chain,
-        typer.Option(help="The core, a whole board over HDMI, or a camera over CSI-2."),
+        typer.Option(
+            help="What to simulate: the core, a whole board from HDMI to HDMI, or the core behind "
+            "a camera's MIPI CSI-2."
+        ),
     ] = "core",
-    board: Annotated[HdmiBoardName, typer.Option(help="Board of the chain.")] = "atlys",
-    lanes: Annotated[Lanes, typer.Option(help="Lanes of the chain csi.")] = "1",
+    board: Annotated[HdmiBoardName, typer.Option(help="Board to simulate (chain hdmi).")] = "atlys",
+    lanes: Annotated[Lanes, typer.Option(help="Lanes of the camera (chain csi).")] = "1",
     raw_bits: Annotated[
         RawBits | None,
-        typer.Option(help="Bits of a pixel on the lanes, to which a capture is scaled."),
+        typer.Option(
+            help="Bits of a pixel on the lanes; the capture is scaled to them (chain csi)."
+        ),
     ] = None,
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")

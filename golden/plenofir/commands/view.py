@@ -36,9 +36,9 @@ def view(
     raster: Annotated[
         str | None,
         typer.Argument(
-            help="Aligned raw image: micro images of exactly M x M pixels; a Lytro's file; a "
-            "folder of views, or a .mat file; or a folder that make sim has left, whose pictures "
-            "are shown two at a time."
+            help="Aligned raw image (micro images of exactly M x M pixels), Lytro file, folder of "
+            "views or .mat file; or the output folder of sim, whose pictures are shown two at a "
+            "time."
         ),
     ] = None,
     micro_image: options.MicroImageIfGiven = None,
@@ -46,16 +46,22 @@ def view(
     focus: options.Focus = inf,
     calib: Annotated[
         str | None,
-        typer.Option(help="Calibration file (plenofir calibrate): pictures are raw captures."),
+        typer.Option(
+            help="Calibration file (plenofir calibrate); the picture is then a raw capture."
+        ),
     ] = None,
     source: Annotated[
         str | None,
-        typer.Option(help="Instead of a picture: a folder that grows, a video, or /dev/video0."),
+        typer.Option(
+            help="Live frames instead of a picture: a folder that grows, a video, or /dev/video0."
+        ),
     ] = None,
     rate: Annotated[
         float,
         typer.Option(
-            help="Frames a second at which a folder's old frames are shown.", min=0.1, max=1000
+            help="Frames per second at which frames already in the folder are shown.",
+            min=0.1,
+            max=1000,
         ),
     ] = 25.0,
     a: Annotated[
@@ -64,14 +70,14 @@ def view(
             "--a",
             "-a",
             metavar="FIRST:LAST",
-            help="Range of the focus slider and of depth; without it -1 to 2, or more if needed.",
+            help="Range of the focus slider and of the depth; by default -1 to 2, more if needed.",
         ),
     ] = None,
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
     export: Annotated[
         str | None,
-        typer.Option(help="Write the page with its data into this HTML file, and don't serve it."),
+        typer.Option(help="Write the page and its data into this HTML file instead of serving it."),
     ] = None,
     limit: Annotated[
         float, typer.Option(help="Largest size of the exported file in MB.", min=0.2, max=500)

@@ -90,23 +90,30 @@ def compare(
         typer.Option(
             "--signals",
             "-s",
-            help="Signal or scope, * and ? for any characters; may be repeated. All if left out.",
+            help="Signals or scopes to compare, with the wildcards * and ?; may be repeated. "
+            "By default all.",
         ),
     ] = None,
     begin: Annotated[
-        str, typer.Option("--from", help="First time (120ns, 1.5us) or cycle (40).")
+        str, typer.Option("--from", help="First time (120ns, 1.5us) or cycle (40) to compare.")
     ] = "",
-    end: Annotated[str, typer.Option("--to", help="Last time or cycle.")] = "",
+    end: Annotated[str, typer.Option("--to", help="Last time or cycle to compare.")] = "",
     clock: Annotated[
         str,
         typer.Option(
             "--clock",
-            help="Clock. Without it the outermost clk; none compares at every change.",
+            help="Clock at whose edges to compare; by default the outermost clk. none compares at "
+            "every change.",
         ),
     ] = "",
-    strict: Annotated[bool, typer.Option("--strict", help="Compare undefined values too.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Compare undefined values (U, X, Z, ...) too.")
+    ] = False,
     listed: Annotated[
-        bool, typer.Option("--list", help="List the names of the signals that are counted.")
+        bool,
+        typer.Option(
+            "--list", help="List the signals that only one file has or that cannot be compared."
+        ),
     ] = False,
     as_json: options.AsJson = False,
 ) -> None:
