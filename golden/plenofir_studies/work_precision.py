@@ -26,6 +26,7 @@ from scipy.spatial import cKDTree
 from plenofir.camera.calibration import calibrate, text_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.synthetic import regular_grid, white_image
+from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
 from plenofir.ground.files import write_file
 from plenofir.refocus import ExactArithmetic, refocus
 from plenofir_studies import DATA
@@ -45,6 +46,8 @@ _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 50, 0.3
 _LEFT_OUT = ("window 1.5", "window 2.5", "window 3.5, oversampling 1.25", "window 6")
 # Stored products that are drawn: fraction and guard bits.
 _STORED = ("F = 0, G = 0", "F = 2, G = 2", "F = 4, G = 4", "F = 8, G = 4")
+# Where errors of 0 are drawn: software's, hardware's.
+_EXACT = (1e-18, 1e-21)
 _DEPTH_SCENES = ("pictures", "slopes", "strips")
 _SEED = 41
 
@@ -245,63 +248,65 @@ def _draw(
     axes: Axes,
     points: Sequence[Point],
     error: Callable[[Point], float | None],
-    floor: float,
+    rows: tuple[float, float] = (1e-17, 1e-17),
     names: dict[str, str] | None = None,
 ) -> None:
-    """A panel: software and hardware, errors of 0 at its bottom, the front as a line."""
+    """A panel: software and hardware, the front as a line.
+
+    Errors of 0 lie in a row of their own below: software's, and the hardware's.
+    """
 
     def height(point: Point) -> float:
         value = error(point)
         assert value is not None
-        return max(value, floor)
+        return value or rows[point.hardware]
 
     known = [p for p in points if error(p) is not None]
     for hard, style, colour in ((False, "o", "tab:blue"), (True, "s", "tab:orange")):
         group = [p for p in known if p.hardware == hard]
         axes.loglog(
             [p.nanoseconds for p in group], [height(p) for p in group], style, color=colour,
-            markersize=5,
+            markersize=5, label=_KINDS[hard],
         )  # fmt: skip
     best = front(known, error)
-    axes.loglog([p.nanoseconds for p in best], [height(p) for p in best], color="0.6", zorder=0)
+    axes.loglog(
+        [p.nanoseconds for p in best], [height(p) for p in best], color="0.6", zorder=0, label=_BEST
+    )
+    middle = np.sqrt(np.prod([f(p.nanoseconds for p in known) for f in (min, max)]))
     for p in known:
         text = p.way if names is None else names.get(p.way, "")
-        low = height(p) <= floor
-        # Hardware below its point, so that it does not cover what takes as long.
+        x, y, vertical, horizontal = 5, 3, "bottom", "left"
+        if error(p) == 0 and p.hardware:
+            x, y, vertical, horizontal = 0, -5, "top", "center"
+        elif error(p) and not p.hardware and p.nanoseconds > middle:
+            x, y, vertical, horizontal = -4, -3, "top", "right"
         axes.annotate(
-            text,
-            (p.nanoseconds, height(p)),
-            fontsize=7,
-            rotation=(-55 if p.hardware else 55) if low else 0,
-            xytext=(4, (-5 if p.hardware else 5) if low else 3),
-            va="top" if low and p.hardware else "bottom",
-            textcoords="offset points",
-        )
-    axes.margins(0.3 if names is None else 0.15, 0.3)
+            text, (p.nanoseconds, height(p)), xytext=(x, y), textcoords="offset points",
+            fontsize=7, va=vertical, ha=horizontal,
+        )  # fmt: skip
+    axes.margins(0.3 if names is None else 0.12, 0.3 if names is None else 0.12)
     for line in (axes.xaxis, axes.yaxis):
         line.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.3)
 
 
+_KINDS = ("software, one core", "VHDL, at the clock placed on an ECP5")
+_BEST = "no other way is both faster and nearer"
 _NAMES = {
     "refocus": "refocus",
-    "reference (gather)": "reference",
     "NumPy, separable int32": "NumPy int32",
     "running sums, float32": "running sums f32",
-    "running sums, float64": "f64",
+    "running sums, float64": "running sums f64",
     "shift and sum, float32": "shift and sum f32",
-    "shift and sum, float64": "f64",
-    "thesis's loops, Eq. (6.1)": "thesis's loops",
+    "shift and sum, float64": "shift and sum f64",
+    "thesis's loops, Eq. (6.1)": "reference, thesis's loops",
     "refocus on a GPU (CuPy)": "GPU",
-    "VHDL, exact, 1 px a clock": "VHDL, P = 1",
-    "VHDL, exact, 32 px a clock": "P = 32",
-    **{
-        f"VHDL, {bits}, 1 px a clock": bits.replace("F = ", "F").replace(", G = ", " G")
-        for bits in _STORED
-    },
+    **{f"VHDL, exact, {p} px a clock": str(p) for p in PIXELS_PER_CLOCK},
+    f"VHDL, {_STORED[0]}, 1 px a clock": "stored products: F = G = 0, 2, 4",
+    f"VHDL, {_STORED[-1]}, 1 px a clock": _STORED[-1],
 }
 _OBJECT_NAMES = {
-    "refocus": "nearest: refocus, NumPy, VHDL (squares)",
+    "refocus": "nearest: refocus, NumPy, all VHDL",
     "refocus, linear": "linear",
     "refocus, sharpened": "sharpened",
     "refocus, linear, sharpened": "linear, sharpened",
@@ -318,21 +323,25 @@ def picture(recorded: Recorded) -> Figure:
     figure = plt.figure(figsize=(12, 8.5), constrained_layout=True)
     grid = figure.add_gridspec(2, 6, height_ratios=(1.3, 1))
     exact, real = (figure.add_subplot(grid[0, part]) for part in (slice(0, 3), slice(3, 6)))
-    _draw(exact, first, lambda p: p.error, 1e-9, _NAMES)
-    exact.set(
-        title="refocusing, against the exact value (bottom: none)", ylabel="RMS error / grey levels"
+    _draw(exact, first, lambda p: p.error, _EXACT, _NAMES)
+    exact.set(title="refocusing, against the exact value", ylabel="RMS error / grey levels")
+    powers = range(-15, 1, 3)
+    exact.set_yticks(
+        [*_EXACT, *(10.0**n for n in powers)],
+        ["exact", "exact, P =", *(f"$10^{{{n}}}$" for n in powers)],
     )
-    _draw(real, first, lambda p: p.to_object, 1e-9, _OBJECT_NAMES)
+    exact.legend(fontsize=7, loc="upper left")
+    _draw(real, first, lambda p: p.to_object, names=_OBJECT_NAMES)
     real.set(title="refocusing, against the object itself", yscale="linear", ylim=(0, None))
     for axes in (exact, real):
-        axes.set_xlabel("nanoseconds for each pixel (software: one core)")
+        axes.set_xlabel("nanoseconds for each pixel")
     small = [figure.add_subplot(grid[1, slice(2 * n, 2 * n + 2)]) for n in range(3)]
-    for axes, points, title, unit, per, floor in (
-        (small[0], recorded.rays, "ray model", "relative error", "plane", 1e-17),
-        (small[1], recorded.calibration, "calibration", "RMS error / pixels", "micro lens", 1e-9),
-        (small[2], recorded.depth, "depth", "RMS error of a", "micro lens", 1e-9),
+    for axes, points, title, unit, per in (
+        (small[0], recorded.rays, "ray model", "relative error", "plane"),
+        (small[1], recorded.calibration, "calibration", "RMS error / pixels", "micro lens"),
+        (small[2], recorded.depth, "depth", "RMS error of a", "micro lens"),
     ):
-        _draw(axes, points, lambda p: p.error, floor)
+        _draw(axes, points, lambda p: p.error)
         axes.set(title=title, xlabel=f"nanoseconds for each {per}", ylabel=unit)
     small[2].set(yscale="linear", ylim=(0, None))
     return figure
