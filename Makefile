@@ -77,7 +77,7 @@ lint: venv # Style of Python and VHDL, Python types
 	others=$$?; wait $$types && exit $$others
 
 bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT= and more (docs/boards.md)
-	@$(if $(filter ulx3s tangnano20k lifcl40 ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
+	@$(if $(filter-out atlys,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
 bitstream-check: venv simulator # Check what a bitstream build needs, as far as that goes without ISE

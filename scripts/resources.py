@@ -51,8 +51,8 @@ from plenofir.fpga.bitstream.nextpnr import (
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.weights import FILE as WEIGHTS
 from plenofir.fpga.core.weights import RESOURCES, load_weights
 from plenofir.fpga.devices import DEVICES, Usage

@@ -8,7 +8,8 @@ import json
 from dataclasses import dataclass
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.synthesis.ecp5 import PACKAGE, Placed
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.plan import Plan, load_scene, make_plan

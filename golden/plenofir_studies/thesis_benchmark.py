@@ -17,7 +17,8 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS, FirEngine
+from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import SPARTAN6
 from plenofir.fpga.simulate.file_bench import run_bench

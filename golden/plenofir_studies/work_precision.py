@@ -26,7 +26,7 @@ from scipy.spatial import cKDTree
 from plenofir.camera.calibration import calibrate, text_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.synthetic import regular_grid, white_image
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.ground.files import write_file
 from plenofir.refocus import ExactArithmetic, refocus
 from plenofir_studies import DATA

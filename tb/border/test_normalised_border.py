@@ -6,8 +6,9 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration as Core
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir_tb.runner import Case, draw_seed, run_cases
 

@@ -12,8 +12,9 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError

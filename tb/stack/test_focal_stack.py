@@ -6,7 +6,7 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
+from plenofir.fpga.core.engine import PixelsPerClock
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, draw_seed, run_cases

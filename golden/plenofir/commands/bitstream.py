@@ -9,7 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar, told_steps
-from plenofir.fpga.names import BoardName
+from plenofir.fpga.names import DEFAULT_BOARD, DEFAULT_ENGINE, BoardName
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
 
     options.check_combinations(
         given,
-        {"engine": given.get("engine", "fir"), "arith": given.get("arith", "stored")},
+        {"engine": given.get("engine", DEFAULT_ENGINE), "arith": given.get("arith", "stored")},
     )
     values: dict[str, top_level.Value] = {}
     if "micro_image" in given:
@@ -109,7 +109,7 @@ def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> 
 
     if plan is not None and (of_scene := board_of(plan.device)) is not None:
         return of_scene, plan.device
-    chosen = BOARDS[board or "atlys"]
+    chosen = BOARDS[board or DEFAULT_BOARD]
     return chosen, device_of(chosen, device) if device else chosen.devices[0]
 
 

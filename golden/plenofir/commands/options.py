@@ -6,13 +6,17 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import floor, inf, isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
 from plenofir.fpga.names import (
+    ENGINE_ROWS,
+    SLICE_ENGINE_NAMES,
+    VHDL_SIMULATORS,
     EngineName,
     SliceEngineName,
+    engines_with,
 )
 from plenofir.ground.errors import InputError
 
@@ -70,33 +74,32 @@ _FIELDS = {
 }
 """Option of a field of the core or an argument of a function, where the names differ."""
 
-_OF_SLICES = get_args(SliceEngineName)
 # Each entry: an option, the option that decides whether it can be used, and with which values.
 _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
-    ("parallel_rows", "engine", ("fir",)),
-    ("any_rows", "engine", ("moving_sum",)),
-    ("pixels", "engine", ("moving_sum",)),
+    ("parallel_rows", "engine", engines_with("parallel_rows")),
+    ("any_rows", "engine", engines_with("any_rows")),
+    ("pixels", "engine", engines_with("pixels_per_clock")),
     ("pixels", "arith", ("exact",)),
     ("radius", "engine", ("stack",)),
-    ("interpolation", "engine", _OF_SLICES),
-    ("sharpen", "engine", _OF_SLICES),
+    ("interpolation", "engine", SLICE_ENGINE_NAMES),
+    ("sharpen", "engine", SLICE_ENGINE_NAMES),
     ("sharpen", "arith", ("exact",)),
     ("sharpen", "chain", ("core", "csi")),
     ("border", "arith", ("exact",)),
     ("border", "chain", ("core", "csi")),
-    ("arith", "engine", _OF_SLICES),
+    ("arith", "engine", SLICE_ENGINE_NAMES),
     ("fraction", "arith", ("stored",)),
     ("guard", "arith", ("stored",)),
-    ("chain", "engine", _OF_SLICES),
+    ("chain", "engine", SLICE_ENGINE_NAMES),
     ("board", "chain", ("hdmi",)),
     ("lanes", "chain", ("csi",)),
     ("raw_bits", "chain", ("csi",)),
     ("parallel_rows", "chain", ("core", "csi")),
     ("any_rows", "chain", ("core", "csi")),
     ("pixels", "chain", ("core",)),
-    ("chain", "simulator", ("ghdl", "nvc")),
-    ("waves", "engine", _OF_SLICES),
-    ("waves", "simulator", ("ghdl", "nvc")),
+    ("chain", "simulator", VHDL_SIMULATORS),
+    ("waves", "engine", SLICE_ENGINE_NAMES),
+    ("waves", "simulator", VHDL_SIMULATORS),
 )
 
 MAX_SETTINGS = 1000
@@ -320,12 +323,10 @@ _RADIUS = typer.Option(
     min=0,
     max=8,
 )
-_ENGINE = typer.Option(
-    help="How the core computes: fir (switched filters), moving_sum (moving sums)."
-)
+_ENGINES = ", ".join(f"{name} ({row.what})" for name, row in ENGINE_ROWS.items())
+_ENGINE = typer.Option(help=f"How the core computes: {_ENGINES}.")
 _ENGINE_OR_STACK = typer.Option(
-    help="How the core computes: fir (switched filters), moving_sum (moving sums), stack (all "
-    "focus settings in one pass)."
+    help=f"How the core computes: {_ENGINES}, stack (all focus settings in one pass)."
 )
 _INTERPOLATION = typer.Option(
     help="Interpolation between micro lenses: nearest, linear, or the order of a B-spline."

@@ -412,7 +412,7 @@ def synth(
 
     For Spartan-6, "path" is the largest number of cells between two registers.
     """
-    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES
     from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
     from plenofir.ground.files import publish_files
     from plenofir.plan import load_scene, make_plan
@@ -453,9 +453,9 @@ def synth(
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
-    wanted = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
+    wanted = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else DEFAULT_DEVICE]
     # A scene for another family is shown beside the board's device, and need not fit it.
-    shown = wanted if wanted.family == "spartan6" else DEVICES["xc6slx45"]
+    shown = wanted if wanted.family == "spartan6" else DEVICES[DEFAULT_DEVICE]
     _print_figures(rows, shown)
     if scene:
         top = chosen[0].top

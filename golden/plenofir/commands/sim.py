@@ -11,12 +11,17 @@ from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
 from plenofir.commands.rasters import check_raster
 from plenofir.fpga.names import (
+    DEFAULT_BOARD,
+    DEFAULT_ENGINE,
+    DEFAULT_SIMULATOR,
+    ENGINE_ROWS,
     Chain,
     EngineName,
     HdmiBoardName,
     Lanes,
     RawBits,
     SimulatorName,
+    engines_with,
 )
 from plenofir.ground.errors import EXIT_MISMATCH
 
@@ -48,6 +53,11 @@ _BY_SCENE = (
 )
 
 
+def _only(field: str) -> str:
+    """The engines that have a field, for its help."""
+    return f" (engine {', '.join(engines_with(field))})"
+
+
 @app.command()
 def sim(
     context: typer.Context,
@@ -72,22 +82,23 @@ def sim(
     scene: options.SceneIfGiven = None,
     micro_image: options.MicroImage = 5,
     a: options.SettingsIfGiven = None,
-    engine: options.EngineOrStack = "fir",
+    engine: options.EngineOrStack = DEFAULT_ENGINE,
     radius: options.Radius = 1,
     parallel_rows: Annotated[
-        int, typer.Option(help="Rows filtered at once (engine fir).", min=1)
+        int, typer.Option(help=f"Rows filtered at once{_only('parallel_rows')}.", min=1)
     ] = 1,
     any_rows: Annotated[
         bool,
         typer.Option(
             "--any-rows",
-            help="Take frames of any number of rows without a pause between (engine moving_sum).",
+            help=f"Take frames of any number of rows without a pause between{_only('any_rows')}.",
         ),
     ] = False,
     pixels: Annotated[
         options.Pixels,
         typer.Option(
-            help="Neighbouring pixels taken at each clock; above 1 the engine is moving_sum."
+            help="Neighbouring pixels taken at each clock; above 1 the engine is "
+            f"{engines_with('pixels_per_clock')[0]}."
         ),
     ] = "1",
     interpolation: options.Interpolation = "nearest",
@@ -96,7 +107,7 @@ def sim(
     arith: options.Arith = "exact",
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
-    simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = "ghdl",
+    simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = DEFAULT_SIMULATOR,
     chain: Annotated[
         Chain,
         typer.Option(
@@ -104,7 +115,9 @@ def sim(
             "a camera's MIPI CSI-2."
         ),
     ] = "core",
-    board: Annotated[HdmiBoardName, typer.Option(help="Board to simulate (chain hdmi).")] = "atlys",
+    board: Annotated[
+        HdmiBoardName, typer.Option(help="Board to simulate (chain hdmi).")
+    ] = DEFAULT_BOARD,
     lanes: Annotated[Lanes, typer.Option(help="Lanes of the camera (chain csi).")] = "1",
     raw_bits: Annotated[
         RawBits | None,
@@ -134,7 +147,7 @@ def sim(
                 options.refuse_both(name, options.typed("scene"))
     given = context.get_parameter_source("engine")
     if pixels != "1" and not (given is not None and given.name == "COMMANDLINE"):
-        engine = "moving_sum"
+        (engine, *_) = engines_with("pixels_per_clock")
     decided = {"arith": arith, "chain": chain, "simulator": simulator}
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
     options.require("bayer", "calib", calib is None and bayer is not None)
@@ -245,13 +258,16 @@ def _engine(
     from plenofir.fpga.core.configuration import SLICE_ENGINES
     from plenofir.fpga.core.stack_engine import StackEngine
 
-    own: dict[str, dict[str, object]] = {
-        "fir": {"parallel_rows": parallel_rows},
-        "moving_sum": {"any_rows": any_rows, "pixels_per_clock": int(pixels)},
-    }
     if kind == "stack":
         return StackEngine()
-    return SLICE_ENGINES[kind].model_validate(own.get(kind, {}))
+    given = {
+        "parallel_rows": parallel_rows,
+        "any_rows": any_rows,
+        "pixels_per_clock": int(pixels),
+    }
+    return SLICE_ENGINES[kind].model_validate(
+        {name: given[name] for name in ENGINE_ROWS[kind].fields}
+    )
 
 
 def _of_scene(

@@ -4,6 +4,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from plenofir.fpga.names import DEFAULT_BOARD
 from plenofir.ground.files import input_file
 from plenofir.ground.project import root
 
@@ -19,7 +20,7 @@ def hdl_sources() -> list[Path]:
     return _listed("sources.txt")
 
 
-def board_sources(board: str = "atlys") -> list[Path]:
+def board_sources(board: str = DEFAULT_BOARD) -> list[Path]:
     """Sources of a board in the order of analysis.
 
     Those of no board, then what ``hdl/sources_NAME.txt`` lists, which needs a vendor's library.

@@ -18,7 +18,6 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics, SliceEngine
-from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
@@ -146,9 +145,9 @@ def grey_core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfigur
 
 def filter_designs() -> Iterator[Design]:
     """What no scene has: linear interpolation, and the array of filters by itself."""
-    linear = grey_core(5, (2,), engine=FirEngine(), order=1)
+    linear = grey_core(5, (2,), order=1)
     yield Design("core M=5 a'=2 linear interpolation", linear)
-    rows = grey_core(3, (1,), engine=FirEngine(parallel_rows=3))
+    rows = grey_core(3, (1,), engine={"kind": "fir", "parallel_rows": 3})
     yield Design("array M=3 a'=1 iota=3", rows, ARRAY, slow=False)
 
 

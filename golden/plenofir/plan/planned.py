@@ -115,7 +115,7 @@ class Plan(BaseModel):
     columns: int  # of a frame; with a sensor of the raster, the largest if a calibration is loaded
     rows: int
     taps: int  # of the filters of each dimension
-    # Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
+    # Lines that each channel keeps: of partial sums, or of pixels.
     line_buffers: int
     line_buffer_bits: int  # of all of them
     error_bound: float  # largest distance from the real-valued operator in grey levels

@@ -9,13 +9,12 @@ from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_n
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
-from plenofir.fpga.core.engine import SliceEngine
-from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.engine import PIXELS_PER_CLOCK, SliceEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
-from plenofir.fpga.names import SliceEngineName
+from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage, stored_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.ground.errors import InputError
@@ -177,7 +176,7 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
     """
     # The resampler gives one pixel a clock.
     wanted = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
-    if not isinstance(core.engine, MovingSumEngine):
+    if core.engine.kind not in engines_with("pixels_per_clock"):
         return core
     for pixels in PIXELS_PER_CLOCK if wanted == "auto" else (wanted,):
         engine = core.engine.model_copy(update={"pixels_per_clock": pixels})

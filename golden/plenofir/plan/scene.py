@@ -16,11 +16,10 @@ from plenofir.fpga.core.configuration import (
     MAX_MICRO_IMAGE_SIZE,
     MAX_ROWS,
 )
-from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS
-from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
-from plenofir.fpga.devices import DEVICES, device_name
+from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS, PixelsPerClock
+from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, device_name
 from plenofir.fpga.hdmi.edid import check_edid
-from plenofir.fpga.names import SliceEngineName
+from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.stored import StoredLightField
 from plenofir.ground import project
@@ -121,7 +120,7 @@ class SceneBuild(_Part):
     # "core": the streams of the raster core; "video": video in and out; "camera": a camera's lanes
     # in (sensor.input = "csi"), video out.
     path: Literal["core", "video", "camera"] = "core"
-    device: str = "xc6slx45"  # what it must fit
+    device: str = DEFAULT_DEVICE  # what it must fit
     # "auto": the one that fits; of two, the one whose scarcest resource is used less.
     engine: Literal["auto", SliceEngineName] = "auto"
     # File (relative to the scene file) of an EDID that the board serves instead of its own; for the
@@ -159,10 +158,14 @@ class SceneBuild(_Part):
             (normalises and rows, "border = 'normalise' needs parallel_rows = 1"),
             (normalises and video, "border = 'normalise' needs path = 'core'"),
             (normalises and sharpens, "border = 'normalise' needs sharpen = 'off'"),
-            (self.engine == "moving_sum" and rows, "engine = 'moving_sum' needs parallel_rows = 1"),
             (
-                many and (self.engine == "fir" or rows),
-                "pixels_per_clock above 1 needs engine = 'moving_sum'",
+                rows and self.engine not in ("auto", *engines_with("parallel_rows")),
+                f"engine = '{self.engine}' needs parallel_rows = 1",
+            ),
+            (
+                many and (rows or self.engine not in ("auto", *engines_with("pixels_per_clock"))),
+                "pixels_per_clock above 1 needs engine = "
+                + " or ".join(map(repr, engines_with("pixels_per_clock"))),
             ),
             (many and stored, "pixels_per_clock above 1 needs arithmetic = 'exact'"),
             (many and video, "path = 'video' needs pixels_per_clock = 1"),

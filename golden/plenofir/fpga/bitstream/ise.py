@@ -37,6 +37,8 @@ from plenofir.fpga.bitstream.top_level import (
     top_source,
     top_with_generics,
 )
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.names import DEFAULT_BOARD
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
@@ -57,7 +59,7 @@ Progress = Callable[[str, int, int], None]
 
 def constraints_file() -> Path:
     """Pins and clocks of the board."""
-    return project.root() / "constraints" / "atlys.ucf"
+    return BOARDS[DEFAULT_BOARD].constraints
 
 
 def option_folder() -> Path:
@@ -328,7 +330,7 @@ def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
         if entry.constraint.startswith("Unconstrained") and entry.paths:
             raise InputError(
                 f"{entry.paths} paths are in no constraint: {entry.constraint}; time them, "
-                "or add a TIG to constraints/atlys.ucf",
+                f"or add a TIG to constraints/{constraints_file().name}",
                 where=str(report),
             )
     failed = [entry for entry in timing if entry.errors]

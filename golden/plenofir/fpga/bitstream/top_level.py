@@ -5,14 +5,16 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import cast
 
 from pydantic import ValidationError
 
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.spartan6_sites import device
-from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.names import SliceEngineName
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
@@ -157,11 +159,8 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
         arithmetic = StoredProductArithmetic.model_validate(
             {"fraction_bits": values["FRACTION_BITS"], "guard_bits": values["GUARD_BITS"]}
         )
-    engine = {"kind": values["ENGINE"]}
-    if values["ENGINE"] == "fir":
-        engine |= {"hold": values["HOLD"], "broadcast_taps": values["BROADCAST_TAPS"]}
-    elif (pixels := values.get("PIXELS_PER_CLOCK", 1)) != 1:
-        engine |= {"pixels_per_clock": pixels}
+    kind = SLICE_ENGINES[cast(SliceEngineName, values["ENGINE"])]
+    own = {field: values[field.upper()] for field in kind.model_fields if field.upper() in values}
     return CoreConfiguration.model_validate(
         {
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
@@ -172,7 +171,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "pixel_bits": values.get("PIXEL_BITS", 10 if "PIXELS_PER_CLOCK" in values else 8),
             "arithmetic": arithmetic,
             "order": values["INTERPOLATION_ORDER"],
-            "engine": engine,
+            "engine": kind.model_validate(own),
         }
     )
 

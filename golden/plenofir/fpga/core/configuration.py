@@ -15,7 +15,7 @@ from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BI
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.names import SliceEngineName
+from plenofir.fpga.names import DEFAULT_ENGINE, SliceEngineName
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
@@ -45,7 +45,7 @@ class CoreConfiguration(Raster):
 
     # How it filters, with the fields that only this engine has.
     engine: Annotated[FirEngine | MovingSumEngine | StackEngine, Field(discriminator="kind")] = (
-        FirEngine()
+        SLICE_ENGINES[DEFAULT_ENGINE]()
     )
 
     @property

@@ -3,11 +3,12 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.fpga.core.memory import Memory
+from plenofir.ground.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, Border
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Align
@@ -21,6 +22,22 @@ Generics = dict[str, int | bool | str]
 
 # The column filter's read-modify-write loop takes this many clocks (refocus_pkg.PARTIAL_SUM_LOOP).
 PARTIAL_SUM_LOOP = 4
+
+MAX_PARALLEL_ROWS = 64
+PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
+PIXELS_PER_CLOCK: tuple[PixelsPerClock, ...] = get_args(PixelsPerClock)
+MAX_LANE_DELAY = 4096
+"""Tokens of several pixels by which a row stage may delay."""
+
+
+def check_lane_delay(delay: int, pixels: int) -> None:
+    """Refuse a row delay in tokens that the core does not have."""
+    if pixels > 1 and delay > MAX_LANE_DELAY:
+        raise InputError(
+            f"a row delay of {delay} tokens of {pixels} pixels exceeds the core's limit of "
+            f"{MAX_LANE_DELAY}; use focus settings a closer to 1/M",
+            where="shifts",
+        )
 
 
 class Words(NamedTuple):
@@ -203,6 +220,10 @@ class SliceEngine(Engine):
 
     UNIT: ClassVar[str]
     """What `extent` counts."""
+    PARTS: ClassVar[dict[str, str]]
+    """Entities that are counted in a netlist, and as what (`netlist_parts`)."""
+    LARGEST: ClassVar[dict[str, int]] = {}
+    """Limits of names in its VHDL, for the linter's arithmetic."""
 
     def generics(self, raster: Raster) -> Generics:
         values: Generics = {"INTERPOLATION_ORDER": raster.order, "EXACT": raster.exact}
@@ -242,7 +263,7 @@ class SliceEngine(Engine):
 
     @abstractmethod
     def netlist_parts(self, raster: Raster) -> dict[str, int]:
-        """Parts of `plenofir.fpga.synthesis.parts` that the netlist has of the engine."""
+        """Number of each part of the engine in a netlist, by the names in `PARTS`."""
 
     @abstractmethod
     def memories(self, raster: Raster) -> Iterator[Memory]:

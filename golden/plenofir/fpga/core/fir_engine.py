@@ -6,13 +6,18 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from plenofir.fpga.core.engine import Generics, Raster, Scope, SliceEngine
+from plenofir.fpga.core.engine import (
+    MAX_PARALLEL_ROWS,
+    Generics,
+    Raster,
+    Scope,
+    SliceEngine,
+)
 from plenofir.fpga.core.memory import Memory, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.switches import FilterLayout
 
 MAX_TAPS = 512
-MAX_PARALLEL_ROWS = 64
 
 _ARRAY = "core/fir_engine/filters/"
 _ROW_CONTROL = f"{_ARRAY}row_pass(0)/stage/control/"
@@ -31,6 +36,8 @@ class FirEngine(SliceEngine):
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
 
     UNIT: ClassVar[str] = "taps"
+    PARTS: ClassVar[dict[str, str]] = {"fir_stage": "stages", "switched_fir": "filters"}
+    LARGEST: ClassVar[dict[str, int]] = {"taps": MAX_TAPS}
     WAVES: ClassVar[tuple[Scope, ...]] = (
         ("bit", f"{_ARRAY}row_pass(0)/stage/", "strobe_d1"),
         ("downto", _ROW_CONTROL, "phase"),
@@ -42,7 +49,6 @@ class FirEngine(SliceEngine):
         ("bit", _COLUMN_CONTROL, "restart"),
         ("downto", f"{_ARRAY}back_to_rows/", "row_sums"),
     )
-    # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     @property
     def rows_at_once(self) -> int:

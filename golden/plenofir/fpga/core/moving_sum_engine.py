@@ -4,17 +4,19 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal, Self
 
-from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP, Generics, Raster, Scope, SliceEngine
+from plenofir.fpga.core.engine import (
+    PARTIAL_SUM_LOOP,
+    Generics,
+    PixelsPerClock,
+    Raster,
+    Scope,
+    SliceEngine,
+    check_lane_delay,
+)
 from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
-
-PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
-PIXELS_PER_CLOCK: tuple[PixelsPerClock, ...] = (1, 2, 4, 8, 16, 32)
-MAX_PIXELS_PER_CLOCK = 32
-MAX_LANE_DELAY = 4096
-"""Tokens of several pixels by which a row stage may delay."""
 
 _STAGE_CLOCKS = 10
 _STAGES = "core/moving_sum_engine/sums/every_stage"
@@ -34,16 +36,6 @@ _LANE_WAVES: tuple[Scope, ...] = (
 )
 
 
-def check_lane_delay(delay: int, pixels: int) -> None:
-    """Refuse a row delay in tokens that the core does not have."""
-    if pixels > 1 and delay > MAX_LANE_DELAY:
-        raise InputError(
-            f"a row delay of {delay} tokens of {pixels} pixels exceeds the core's limit of "
-            f"{MAX_LANE_DELAY}; use focus settings a closer to 1/M",
-            where="shifts",
-        )
-
-
 class MovingSumEngine(SliceEngine):
     """Moving sums (`plenofir.refocus.moving_sum`)."""
 
@@ -55,6 +47,10 @@ class MovingSumEngine(SliceEngine):
     pixels_per_clock: PixelsPerClock = 1
 
     UNIT: ClassVar[str] = "lines of pixels"
+    PARTS: ClassVar[dict[str, str]] = {
+        "moving_sum_stage": "moving sums",
+        "lane_stage": "moving sums",
+    }
     WAVES: ClassVar[tuple[Scope, ...]] = tuple(
         (kind, f"{_STAGES}({stage})/stage/{scope}", names)
         for stage in (0, 1)

@@ -8,6 +8,7 @@ from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.core.weights import usage_of_parts
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.names import SLICE_ENGINE_NAMES
 from plenofir.ground.errors import InputError
 
 SHARPENER_CLOCKS = 15
@@ -58,7 +59,7 @@ def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:
     if not raster.exact:
         raise refuse("stored products", "exact arithmetic, as products are rounded before")
     if engine == "stack":
-        raise refuse("a focal stack", "engine fir or moving_sum")
+        raise refuse("a focal stack", f"engine {' or '.join(SLICE_ENGINE_NAMES)}")
     if parallel_rows > 1:
         raise refuse(f"{parallel_rows} rows at once", "one row at a time")
 

@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from plenofir.fpga.core.engine import Engine, Generics, Raster
-from plenofir.fpga.core.moving_sum_engine import PixelsPerClock, check_lane_delay
+from plenofir.fpga.core.engine import Engine, Generics, PixelsPerClock, Raster, check_lane_delay
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout

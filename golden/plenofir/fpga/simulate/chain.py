@@ -15,6 +15,7 @@ from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
+from plenofir.fpga.names import DEFAULT_BOARD
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.screen.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.file_bench import BenchResult
@@ -142,7 +143,7 @@ def range_of(board: Board, mode: VideoMode) -> int:
     )
 
 
-def chain_sources(board: str = "atlys") -> list[Path]:
+def chain_sources(board: str = DEFAULT_BOARD) -> list[Path]:
     """VHDL files of the bench and a board, in order of analysis."""
     bench = project.root() / "tb" / "file_bench"
     return [*hdl.board_sources(board), bench / f"board_{board}.vhd", bench / f"{TOP}.vhd"]
@@ -230,7 +231,7 @@ def run_chain(
     directory: Path,
     waves: Path | None = None,
     progress: Callable[[int], None] | None = None,
-    board: str = "atlys",
+    board: str = DEFAULT_BOARD,
     screen: Screen | None = None,
     told: tuple[ShownFrame, ...] | None = None,
 ) -> BenchResult:

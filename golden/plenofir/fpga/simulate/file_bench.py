@@ -13,6 +13,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Engine, Generics, Scope
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.names import VHDL_SIMULATORS
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
@@ -103,7 +104,7 @@ class FileBench:
         `generics` are the core's, `sizes` the bench's; the bench in C++ takes `widths` and `sizes`
         as arguments. `pixels` go in; the others are as in `run_bench`.
         """
-        if simulator.name == "verilator":
+        if simulator.name not in VHDL_SIMULATORS:
             files = verilog or [write_verilog(self.core_sources, self.core, generics, directory)]
             program = verilator.build_bench(
                 *(simulator, files, self.core, directory),
@@ -184,8 +185,9 @@ def run_bench(
 
     SimulationError if the simulator fails, or pixels are missing, too many or wrongly framed.
     """
-    if simulator.name == "verilator" and waves is not None:
-        raise InputError("Verilator writes no waveform; use ghdl or nvc", where="waves")
+    if simulator.name not in VHDL_SIMULATORS and waves is not None:
+        use = " or ".join(VHDL_SIMULATORS)
+        raise InputError(f"{simulator.name} writes no waveform; use {use}", where="waves")
     stack = isinstance(core.engine, StackEngine)
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)

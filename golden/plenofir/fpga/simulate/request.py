@@ -10,7 +10,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
-from plenofir.fpga.names import BoardName, Chain
+from plenofir.fpga.names import DEFAULT_BOARD, DEFAULT_SIMULATOR, BoardName, Chain
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.first_light import FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.ground import project
@@ -39,12 +39,12 @@ class Run(BaseModel):
     # That of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
     out: Path  # folder for the results
-    simulator: str = "ghdl"  # "ghdl", "nvc" or "verilator"
+    simulator: str = DEFAULT_SIMULATOR
     waves: bool = False
     # "core" alone; "hdmi": the whole board from serial TMDS bits to serial TMDS bits; "csi": from
     # the bytes of a D-PHY's lanes to the core's pixels.
     chain: Chain = "core"
-    board: BoardName = "atlys"  # of the chain "hdmi"
+    board: BoardName = DEFAULT_BOARD  # of the chain "hdmi"
     # What the board shows: besides the slices each output, with and without its text; of the core
     # of a stack the depth index alone counts, instead of `radius`.
     screen: Screen = Screen()

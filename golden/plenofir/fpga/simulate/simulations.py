@@ -16,6 +16,7 @@ from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.names import SLICE_ENGINE_NAMES
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.shown import bare_slices, shown_frames, shown_names, write_shown
 from plenofir.fpga.simulate import chain
@@ -39,6 +40,7 @@ from plenofir.refocus.sharpness import (
 ALL_IN_FOCUS = "all_in_focus.png"
 DEPTH_INDEX = "depth_index.png"
 DEPTH, CONFIDENCE = "depth.png", "confidence.png"
+_ONE_SLICE = " or ".join(SLICE_ENGINE_NAMES)
 
 
 def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfiguration:
@@ -166,7 +168,7 @@ class StackSimulation(Simulation):
         """Refuse waves, and what has no depth index."""
         if self.what.waves:
             raise InputError(
-                "a focal stack has no waveform; use engine fir or moving_sum", where="waves"
+                f"a focal stack has no waveform; use engine {_ONE_SLICE}", where="waves"
             )
 
     def run(
@@ -254,8 +256,8 @@ class BoardSimulation(Simulation):
         if isinstance(self.core.engine, StackEngine):
             if not self.what.screen.needs_stack:
                 raise InputError(
-                    "a board shows one slice at a time, a focal stack gives all; use engine fir "
-                    "or moving_sum, or a scene whose screen shows depth",
+                    "a board shows one slice at a time, a focal stack gives all; use engine "
+                    f"{_ONE_SLICE}, or a scene whose screen shows depth",
                     where="chain",
                 )
             depth_index_of(self.core, self.what.screen)

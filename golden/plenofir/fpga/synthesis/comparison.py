@@ -16,7 +16,7 @@ from plenofir.fpga.core.configuration import (
     SLICE_ENGINES,
     CoreConfiguration,
 )
-from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
+from plenofir.fpga.core.engine import PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.synthesis.ecp5 import Placed

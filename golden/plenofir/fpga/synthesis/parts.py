@@ -9,29 +9,14 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 
-from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
-PARTS = (
-    "stages",
-    "filters",
-    "taps",
-    "moving sums",
-    "stored products",
-    "sharpeners",
-    "dividers",
-    "lane registers",
-)
-"""Parts of a core that are counted."""
-
-# Entities that are such a part.
+# Entities that are counted, and as what part.
 _ENTITIES = {
-    "fir_stage": "stages",
-    "switched_fir": "filters",
-    "moving_sum_stage": "moving sums",
-    "lane_stage": "moving sums",
+    **{entity: part for engine in SLICE_ENGINES.values() for entity, part in engine.PARTS.items()},
     "stored_product": "stored products",
     "lens_sharpener": "sharpeners",
     "divide_round": "dividers",
@@ -39,6 +24,12 @@ _ENTITIES = {
     "lane_skew": "lane registers",
     "lane_exchange": "lane registers",
 }
+PARTS = tuple(
+    name
+    for part in dict.fromkeys(_ENTITIES.values())
+    for name in ((part, "taps") if part == "filters" else (part,))
+)
+"""Parts of a core that are counted, with the taps of filters."""
 
 TMDS_ENDS = {
     "IBUFDS": 4,

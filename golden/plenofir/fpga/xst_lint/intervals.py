@@ -12,9 +12,9 @@ from plenofir.fpga.core.configuration import (
     MAX_ROWS,
     MAX_SHIFT,
     MAX_SLICES,
+    SLICE_ENGINES,
 )
-from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS, MAX_TAPS
-from plenofir.fpga.core.moving_sum_engine import MAX_LANE_DELAY, MAX_PIXELS_PER_CLOCK
+from plenofir.fpga.core.engine import MAX_LANE_DELAY, MAX_PARALLEL_ROWS, PIXELS_PER_CLOCK
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
 Interval = tuple[float, float]
@@ -22,20 +22,21 @@ Interval = tuple[float, float]
 INFINITE = float("inf")
 ANY: Interval = (-INFINITE, INFINITE)
 
+_MOST_PIXELS = PIXELS_PER_CLOCK[-1]
+
 # Limits of generics, parameters and results that their types do not tell.
 LARGEST: dict[str, float] = {
     "micro_image_size": MAX_MICRO_IMAGE_SIZE,
     "phase": MAX_MICRO_IMAGE_SIZE,
     "max_columns": MAX_COLUMNS,
     "parallel_rows": MAX_PARALLEL_ROWS,
-    "taps": MAX_TAPS,
     "closed_width": MAX_MICRO_IMAGE_SIZE,
     "all_lines": MAX_ROWS,
     "radius": MAX_SHARPNESS_RADIUS,
-    "pixels": MAX_PIXELS_PER_CLOCK,
-    "pixels_per_clock": MAX_PIXELS_PER_CLOCK,
-    "bank_count": MAX_PIXELS_PER_CLOCK + MAX_MICRO_IMAGE_SIZE,
-    "token_places": MAX_PIXELS_PER_CLOCK + MAX_MICRO_IMAGE_SIZE,
+    "pixels": _MOST_PIXELS,
+    "pixels_per_clock": _MOST_PIXELS,
+    "bank_count": _MOST_PIXELS + MAX_MICRO_IMAGE_SIZE,
+    "token_places": _MOST_PIXELS + MAX_MICRO_IMAGE_SIZE,
     "lane_delay": MAX_LANE_DELAY,
     "shift": MAX_SHIFT,
     "slice_count": MAX_SLICES,
@@ -52,6 +53,7 @@ LARGEST: dict[str, float] = {
     "number__length": 64,
     "gray__left": 64,
     "index": 232,
+    **{name: most for engine in SLICE_ENGINES.values() for name, most in engine.LARGEST.items()},
 }
 # The tops assert that a set of slices is not empty; tables and texts of the packages have elements.
 SMALLEST = {"slice_count": 1, "answers__length": 2, "pll_registers__high": 1, "gray__left": 0}

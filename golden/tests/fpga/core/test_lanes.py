@@ -4,7 +4,8 @@
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum_engine import MovingSumEngine, PixelsPerClock
+from plenofir.fpga.core.engine import PixelsPerClock
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.synthesis.estimate import memories, multipliers
 from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
