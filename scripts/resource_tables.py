@@ -239,7 +239,7 @@ def _plan_on(scene: str, device: str) -> Plan | str:
             return f"{over[1]} of {over[2]} {over[3].strip()}"
         if "MHz" in str(error):
             return "too slow"
-        if "no mode" in str(error) or "build.path" in str(error):
+        if "not a mode" in str(error) or "build.path" in str(error):
             return "board's video"
         raise
 

@@ -85,7 +85,7 @@ def test_a_tool_of_another_family_is_refused() -> None:
     plan = make_plan(load_scene("grey-microscope", "xc7a35t"))
     with pytest.raises(InputError, match="Quartus Prime does not build for 7 series"):
         tool_of(plan, "quartus")
-    with pytest.raises(InputError, match="'xst' is no tool; choose from vivado"):
+    with pytest.raises(InputError, match="'xst' is not a tool; choose from vivado"):
         tool_of(plan, "xst")
 
 

@@ -76,7 +76,7 @@ def exposure(
     ev = float(found[2] or 0) if found and setting else np.nan
     if not abs(ev) <= _MOST_EV:
         raise InputError(
-            f"{setting!r} is no exposure; use auto, off, or a number of EV such as 1.5",
+            f"{setting!r} is not an exposure; use auto, off, or a number of EV such as 1.5",
             where="exposure",
         )
     stored = Exposure(0.0, float(picture.full_scale), brighter, ev)

@@ -26,7 +26,7 @@ def _size(text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
     if found is None:
         raise InputError(
-            f"{text!r} is no size; use columns x rows, such as 640x480", where="--size"
+            f"{text!r} is not a size; use columns x rows, such as 640x480", where="--size"
         )
     return int(found[1]), int(found[2])
 

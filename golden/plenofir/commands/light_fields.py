@@ -224,7 +224,7 @@ def _region(text: str) -> tuple[slice, slice]:
     found = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
     if found is None:
         raise InputError(
-            f"{text} is no region; write TOP:BOTTOM,LEFT:RIGHT in pixels", where="region"
+            f"{text} is not a region; write TOP:BOTTOM,LEFT:RIGHT in pixels", where="region"
         )
     top, bottom, left, right = (int(n) if n else None for n in found.groups())
     return slice(top, bottom), slice(left, right)

@@ -185,7 +185,7 @@ def focus_settings(
             found.append(setting(word))
             continue
         if len(parts) > 3:
-            raise InputError(f"{word!r} is no range; write FIRST:LAST[:STEP]", where="a")
+            raise InputError(f"{word!r} is not a range; write FIRST:LAST[:STEP]", where="a")
         first, last = (setting(part) for part in parts[:2])
         step = setting(parts[2]) if parts[2:] else Fraction(1, micro_image_size)
         if step <= 0 or first > last:
@@ -270,7 +270,7 @@ def _finite(param: typer.CallbackParam, value: float | None) -> float | None:
 def _distance(param: typer.CallbackParam, value: float) -> float:
     if isnan(value) or value == -inf:
         raise InputError(
-            f"{value} is no distance; give a number of mm, or inf", where=str(param.name)
+            f"{value} is not a distance; give a number of mm, or inf", where=str(param.name)
         )
     return value
 

@@ -322,7 +322,7 @@ def project(
 
     if tool == "ipxact" and top == PARALLEL:
         where = options.typed("top")
-        raise InputError(f"{PARALLEL} is no component; leave it out, or --tool", where=where)
+        raise InputError(f"{PARALLEL} is not a component; leave it out, or --tool", where=where)
     planned = make_plan(load_scene(scene, device))
     if tool == "ipxact":
         title = "a catalog of components"

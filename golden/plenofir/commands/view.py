@@ -259,7 +259,7 @@ class _Settings:
         if self.a is not None:
             parts = [options.focus_settings([part], m) for part in self.a.split(":")]
             if len(parts) != 2 or any(len(part) != 1 for part in parts):
-                raise InputError(f"{self.a!r} is no range FIRST:LAST, such as -1:2", where="a")
+                raise InputError(f"{self.a!r} is not a range FIRST:LAST, such as -1:2", where="a")
             search = float(parts[0][0]), float(parts[1][0])
         warn_of_camera(model)
         return search, model

@@ -366,7 +366,7 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
             f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
         )
         raise InputError(
-            f"{columns} x {rows} at {frame.rate_hz:g} Hz is no mode of the "
+            f"{columns} x {rows} at {frame.rate_hz:g} Hz is not a mode of the "
             f"{board.title}; use one of {known}",
             where=f"{loaded.path}: frame" if loaded.sensor is None else f"{loaded.path}: sensor",
         )

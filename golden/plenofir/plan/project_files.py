@@ -91,7 +91,7 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     """The tool for a plan's device; InputError if there is none, or it is another device's."""
     if name is not None and name not in TOOLS:
         known = ", ".join(TOOLS)
-        raise InputError(f"{name!r} is no tool; choose from {known}, ipxact", where="tool")
+        raise InputError(f"{name!r} is not a tool; choose from {known}, ipxact", where="tool")
     device = DEVICES[plan.device]
     fitting = [tool for tool, known in TOOLS.items() if device.family in known.families]
     title = FAMILIES[device.family].title

@@ -360,7 +360,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         shifts = tuple(focus_to_shift(a, m, where=where) for a in scene.depth.slices)
         for number, shift in enumerate(shifts):
             if shift in shifts[:number]:
-                raise InputError(f"a = {Fraction(shift, m)} stands in it twice", where=where)
+                raise InputError(f"a = {Fraction(shift, m)} is given twice", where=where)
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")

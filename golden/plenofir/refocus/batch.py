@@ -198,7 +198,7 @@ def worker_count(scheduler: str, workers: int | None) -> int:
     """Local processes to start; refuses a scheduler that has no address, and too many of them."""
     if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
         raise InputError(
-            f"{scheduler!r} is no scheduler; use local or tcp://HOST:PORT", where="scheduler"
+            f"{scheduler!r} is not a scheduler; use local or tcp://HOST:PORT", where="scheduler"
         )
     most = WORKERS_PER_PROCESSOR * processors()
     count = processors() if workers is None else whole_number(workers, "workers", 1)

@@ -23,7 +23,7 @@ Border = Literal["zero", "normalise"]
 def check_border(border: str) -> None:
     """Refuse a border that does not exist."""
     if border not in get_args(Border):
-        raise InputError(f"{border!r} is no border; use 'zero' or 'normalise'", where="border")
+        raise InputError(f"{border!r} is not a border; use 'zero' or 'normalise'", where="border")
 
 
 @lru_cache(maxsize=512)

@@ -84,7 +84,7 @@ def interpolation_order(interpolation: Interpolation | str, *, where: str = "int
     if str(interpolation) in orders:
         return int(interpolation)
     raise InputError(
-        f"{interpolation!r} is no interpolation; use nearest, linear, or an order "
+        f"{interpolation!r} is not an interpolation; use nearest, linear, or an order "
         f"from 0 to {MAX_INTERPOLATION_ORDER}",
         where=where,
     )
@@ -95,7 +95,7 @@ def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range,
     if region is None:
         return range(shape[0]), range(shape[1])
     bad = InputError(
-        f"{region!r} is no region; give two slices without steps: rows, columns", where="region"
+        f"{region!r} is not a region; give two slices without steps: rows, columns", where="region"
     )
     if not isinstance(region, tuple) or len(region) != 2:
         raise bad

@@ -97,7 +97,7 @@ def sharpening_units(
         return automatic_units(micro_image_size, shift, order)
     if isinstance(sharpen, str) and sharpen == "off":
         return 0
-    bad = InputError(f"{sharpen!r} is no weight; {WEIGHT_ADVICE}", where=where)
+    bad = InputError(f"{sharpen!r} is not a weight; {WEIGHT_ADVICE}", where=where)
     if isinstance(sharpen, bool) or (isinstance(sharpen, str) and not _NUMBER.fullmatch(sharpen)):
         raise bad
     try:
@@ -105,7 +105,7 @@ def sharpening_units(
     except (TypeError, ValueError, OverflowError, ZeroDivisionError):
         raise bad from None
     if units.denominator != 1 or not 0 <= units <= MAX_WEIGHT_UNITS:
-        raise InputError(f"b = {sharpen} is no weight; {WEIGHT_ADVICE}", where=where)
+        raise InputError(f"b = {sharpen} is not a weight; {WEIGHT_ADVICE}", where=where)
     return int(units)
 
 

@@ -44,7 +44,7 @@ def _number(query: Mapping[str, str], name: str) -> float:
     try:
         return float(query[name])
     except ValueError:
-        raise InputError(f"{query[name]!r} is no number", where=name) from None
+        raise InputError(f"{query[name]!r} is not a number", where=name) from None
 
 
 def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design:

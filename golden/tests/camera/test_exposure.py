@@ -75,7 +75,7 @@ def test_even_picture_stays_as_it_is() -> None:
 
 @pytest.mark.parametrize("setting", ["bright", "nan", "25", "-1e9", "", "auto+", "auto 1"])
 def test_other_exposures_are_refused(setting: str) -> None:
-    with pytest.raises(InputError, match="is no exposure; use auto, off, or a number of EV"):
+    with pytest.raises(InputError, match="is not an exposure; use auto, off, or a number of EV"):
         exposure(bare(np.zeros((8, 8), np.uint8)), 2, setting)
 
 

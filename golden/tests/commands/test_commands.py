@@ -112,7 +112,7 @@ def test_one_syntax_of_focus_settings() -> None:
         ("", "give a focus setting"),
         ("1:0", "FIRST must not be above LAST"),
         ("0:1:0", "STEP must be positive"),
-        ("0:1:1:1", "is no range"),
+        ("0:1:1:1", "is not a range"),
         ("0:1000", "'0:1000' has 5001 settings, more than 1000"),
         ("0 0/5", "0 is given twice"),
         ("0.5", "0.5 lies between 2/5 and 3/5; use a multiple of 1/5"),

@@ -111,7 +111,7 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     page = (out / "index.html").read_text()
     assert all(f'href="{name}"' in page for name in FILMS)
     assert write_webm(tmp_path / "views.webm", frames[:1] * 24, 5)
-    with pytest.raises(InputError, match=r"views\.webm: has 24 frames, which is no square"):
+    with pytest.raises(InputError, match=r"views\.webm: has 24 frames, which is not a square"):
         read_source(tmp_path / "views.webm")
 
 

@@ -190,7 +190,12 @@ def test_lytro_scene_takes_all_that_it_has() -> None:
         (LIMITS + '\nmosaic = "xggb"', "", "", "sensor.mosaic"),
         ("pitch_px = 4.0\nrotation_degrees = 0.0", "", "", "pitch_px = 4 is too small for M = 5"),
         (LIMITS, "", 'path = "video"', "needs frame.rate_hz"),
-        (LIMITS, "rate_hz = 60.0", 'path = "video"', "83 x 61 at 60 Hz is no mode of the Digilent"),
+        (
+            LIMITS,
+            "rate_hz = 60.0",
+            'path = "video"',
+            "83 x 61 at 60 Hz is not a mode of the Digilent",
+        ),
         (LIMITS + "\nbits = 10", "rate_hz = 60.0", 'path = "video"', "needs sensor.bits = 8"),
         (LIMITS + "\nlargest_pitch_px = 5.3", "", "", "largest_pitch_px must be at least pitch_px"),
         (

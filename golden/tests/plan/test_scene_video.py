@@ -44,9 +44,9 @@ def test_video_path(tmp_path: Path) -> None:
         (
             [("rows = 480", "rows = 480\nrate_hz = 61.0")],
             "",
-            "61 Hz is no mode of the Digilent Atlys",
+            "61 Hz is not a mode of the Digilent Atlys",
         ),
-        ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
+        ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is not a mode"),
         ([RATE, ('"rgb"', '"grey"')], "", "needs frame.colour = 'rgb'"),
         ([RATE], "parallel_rows = 2", "needs parallel_rows = 1"),
         ([RATE], 'device = "xc6slx9"', "xc6slx45 (Digilent Atlys)"),

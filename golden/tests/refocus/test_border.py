@@ -152,5 +152,5 @@ def test_stored_products_are_refused() -> None:
 
 
 def test_unknown_border_is_refused() -> None:
-    with pytest.raises(InputError, match="'mirror' is no border; use 'zero' or 'normalise'"):
+    with pytest.raises(InputError, match="'mirror' is not a border; use 'zero' or 'normalise'"):
         refocus(drawn((6, 6), np.uint8), 3, 0, border="mirror")  # type: ignore[arg-type]

@@ -66,4 +66,4 @@ def test_sliders(open_page: Callable[..., Any]) -> None:
 def test_what_is_no_number_is_refused() -> None:
     page = design_page(design(RayModel.focused(CAMERA, 1500.0, 13), 500.0), 1500.0)
     answer = json.loads(page.parts["figures.json"](Wanted(query={"near": "x"})).content)
-    assert answer == {"refused": "near: 'x' is no number"}
+    assert answer == {"refused": "near: 'x' is not a number"}

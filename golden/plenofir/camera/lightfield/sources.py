@@ -98,7 +98,7 @@ def _video(path: Path, order: ViewOrder) -> LightFieldSource:
     m = isqrt(len(frames))
     if m * m != len(frames) or m < 2:
         raise InputError(
-            f"has {len(frames)} frames, which is no square number of views (M x M, 4 or more)",
+            f"has {len(frames)} frames, which is not a square number of views (M x M, 4 or more)",
             where=str(path),
         )
     found = np.stack(frames).reshape(m, m, *frames[0].shape)
@@ -192,7 +192,7 @@ def read_mat(path: Path) -> Image:
         elif head.startswith(_MATLAB_5):
             array = _from_matlab_5(path, where)
         else:
-            raise InputError(f"is no MATLAB file; {_MAT_ADVICE}", where=where)
+            raise InputError(f"is not a MATLAB file; {_MAT_ADVICE}", where=where)
     except InputError:
         raise
     except MemoryError:

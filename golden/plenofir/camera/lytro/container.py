@@ -89,7 +89,7 @@ def read_json(data: bytes, where: str) -> Json:
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, Mapping):
-        raise InputError(f"its metadata are no JSON object; {_COPY}", where=where)
+        raise InputError(f"its metadata are not a JSON object; {_COPY}", where=where)
     return content
 
 
@@ -130,7 +130,9 @@ def read_container(path: Path) -> Container:
     where = str(path)
     data = file_bytes(path, "give a Lytro file (.lfp, .lfr)")
     if not data.startswith(MAGIC):
-        raise InputError("is no Lytro file: it does not begin with the bytes 89 LFP", where=where)
+        raise InputError(
+            "is not a Lytro file: it does not begin with the bytes 89 LFP", where=where
+        )
     tables: list[bytes] = []
     sections: dict[str, bytes] = {}
     place, number = _HEAD, 0

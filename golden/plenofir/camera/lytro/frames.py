@@ -74,7 +74,7 @@ def read_frame(path: Path) -> Frame:
     if not is_container(path):
         data = file_bytes(path, FRAME_ADVICE)
         if path.suffix.lower() != ".raw":
-            raise InputError(f"is no Lytro file; {FRAME_ADVICE}", where=where)
+            raise InputError(f"is not a Lytro file; {FRAME_ADVICE}", where=where)
         beside = _beside(path)
         if beside is None:
             camera = _KNOWN_SIZES.get(len(data))

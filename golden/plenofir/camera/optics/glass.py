@@ -77,7 +77,7 @@ def glass_from_abbe(name: str, index_d: float, abbe_number: float) -> Glass:
         )
     if not 0 < abbe_number < float("inf"):
         raise InputError(
-            f"an Abbe number of {abbe_number:g} cannot be; it must be positive",
+            f"an Abbe number of {abbe_number:g} is not possible; it must be positive",
             where=f"glass {name}",
         )
     rise = (index_d - 1) / abbe_number / (F_LINE_NM**-2 - C_LINE_NM**-2)

@@ -136,13 +136,16 @@ def plano_convex(
     """
     if not math.isfinite(focal_length_mm) or focal_length_mm == 0:
         raise InputError(
-            f"a focal length of {focal_length_mm:g} mm cannot be; it must be a number other than 0"
+            f"a focal length of {focal_length_mm:g} mm is not possible; it must be a number other "
+            "than 0"
         )
     if not math.isfinite(thickness_mm) or thickness_mm < 0:
-        raise InputError(f"a thickness of {thickness_mm:g} mm cannot be; it must be 0 or more")
+        raise InputError(
+            f"a thickness of {thickness_mm:g} mm is not possible; it must be 0 or more"
+        )
     if not math.isfinite(index) or index <= 0 or index == 1:
         raise InputError(
-            f"a refractive index of {index:g} cannot be; it must be positive and not 1"
+            f"a refractive index of {index:g} is not possible; it must be positive and not 1"
         )
     curvature = 1 / (focal_length_mm * (index - 1))
     return ThickLens(

@@ -15,7 +15,7 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise InputError(error.strerror or "cannot be read", where=str(path)) from None
     except UnicodeDecodeError:
-        raise InputError("is no text file in UTF-8", where=str(path)) from None
+        raise InputError("is not a text file in UTF-8", where=str(path)) from None
 
 
 def parse_number(

@@ -84,7 +84,7 @@ def covering_slices(
     """
     if not near_mm < far_mm or not near_mm > 0 or np.isnan(near_mm + far_mm):
         raise InputError(
-            f"{near_mm:g} to {far_mm:g} mm is no range of distances; give 0 < near < far"
+            f"{near_mm:g} to {far_mm:g} mm is not a range of distances; give 0 < near < far"
         )
     grid = step or Fraction(1, model.micro_image_size)
     chosen: list[Slice] = []

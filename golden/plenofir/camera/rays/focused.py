@@ -35,7 +35,7 @@ class FocusedCamera:
         m = self.micro_image_size
         if isinstance(m, bool) or not isinstance(m, int) or m < 2:
             raise InputError(
-                f"M = {m!r} is no number of pixels of a micro image; use an integer, 2 or more"
+                f"M = {m!r} is not the size of a micro image; use an integer, 2 or more"
             )
 
     @classmethod

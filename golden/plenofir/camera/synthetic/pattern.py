@@ -43,7 +43,7 @@ def regular_grid(
         (y, x) of lens (0, 0) from the middle of the image, in pixels.
     """
     if not 0 < pitch < np.inf:
-        raise InputError(f"a pitch of {pitch} pixels cannot be; it must be positive")
+        raise InputError(f"a pitch of {pitch} pixels is not possible; it must be positive")
     angle = np.radians(rotation_degrees)
     down = pitch * np.array([np.cos(angle), -np.sin(angle)])
     right = pitch * np.array([np.sin(angle), np.cos(angle)])

@@ -93,7 +93,7 @@ def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
     which changes where its refocused planes lie.
     """
     if not 0 < pitch_px < np.inf:
-        raise InputError(f"a pitch of {pitch_px} pixels cannot be; it must be positive")
+        raise InputError(f"a pitch of {pitch_px} pixels is not possible; it must be positive")
     old = model.camera.sensor.pixel_pitch_mm
     sensor = model.camera.sensor.model_copy(
         update={"pixel_pitch_mm": old * micro_image_pitch(model) / pitch_px}

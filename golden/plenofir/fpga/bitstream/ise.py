@@ -83,7 +83,7 @@ def read_options(path: Path) -> list[str]:
             continue
         if not re.fullmatch(r"-[a-z_0-9]+( [\w:.<>/-]+)*", text):
             raise InputError(
-                f"{text!r} is no option; write -name value", where=f"{path.name}:{number}"
+                f"{text!r} is not an option; write -name value", where=f"{path.name}:{number}"
             )
         options.append(text)
     return options

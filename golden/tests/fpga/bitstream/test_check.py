@@ -424,5 +424,5 @@ def test_options(tmp_path: Path) -> None:
     found = check.check_options(tmp_path)
     assert "map.opt: -ol is there twice" in found
     assert any(line.startswith(f"{tmp_path}/par.opt: no such file") for line in found)
-    assert any("'set -opt_mode Area' is no option" in line for line in found)
+    assert any("'set -opt_mode Area' is not an option" in line for line in found)
     assert len(found) == 3

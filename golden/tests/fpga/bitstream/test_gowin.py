@@ -122,7 +122,7 @@ def test_clocks_of_the_mode() -> None:
             "--board tangnano20k --scene ulx3s-480p",
             "the Sipeed Tang Nano 20K has no input for ulx3s-480p",
         ),
-        ("--board ulx3s --scene tangnano20k", "480 x 480 at 60 Hz is no mode of the Radiona"),
+        ("--board ulx3s --scene tangnano20k", "480 x 480 at 60 Hz is not a mode of the Radiona"),
         ("--board tangnano20k -M 9 -a 3", "the GW2AR-18 is too small"),
     ],
 )

@@ -164,7 +164,7 @@ def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
         ("--board ulx3s -M 5 -a 1/5 --max-columns 1024", "beyond the data sheet: lanes' clock of"),
         ("--board ulx3s --device lfe5u-45f -M 9 -a 3", "the LFE5U-45F is too small: it needs"),
         ("--board ulx3s --scene rgb-720p", "beyond the data sheet: lanes' clock of"),
-        ("--board atlys --scene ulx3s-720p", "1280 x 720 at 30 Hz is no mode of the Digilent"),
+        ("--board atlys --scene ulx3s-720p", "1280 x 720 at 30 Hz is not a mode of the Digilent"),
         ("--device xc6slx45 --scene ulx3s-480p", "the Radiona ULX3S has no xc6slx45"),
         ("--board ulx3s --scene grey-microscope", "is a core, not a board"),
         ("--board ecp5-eval --scene flower-480p", "evaluation target takes no scene"),
@@ -208,8 +208,12 @@ def test_every_board_has_the_same_flower() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("rate_hz = 60.0", "rate_hz = 50.0", "640 x 480 at 50 Hz is no mode of the Radiona ULX3S"),
-        ("columns = 640", "columns = 1920", "1920 x 480 at 60 Hz is no mode"),
+        (
+            "rate_hz = 60.0",
+            "rate_hz = 50.0",
+            "640 x 480 at 50 Hz is not a mode of the Radiona ULX3S",
+        ),
+        ("columns = 640", "columns = 1920", "1920 x 480 at 60 Hz is not a mode"),
         ('slices = ["2/3"]', 'slices = ["30"]', "the LFE5U-45F is too small: it needs"),
         ("lfe5u-45f", "lifcl-40", "build.device"),
         ('rgb"', 'grey"', "frame.colour"),
