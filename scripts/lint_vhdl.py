@@ -4,12 +4,15 @@
 Usage: python scripts/lint_vhdl.py
 
 What was found good, by which vsg and configuration, is kept in build/vsg; reading all sources
-takes a minute.
+takes a minute. Names that a simulator shows beside Verilog (ports, generics, signals, labels) are
+none of SystemVerilog's reserved words: some simulators of both languages stumble over them.
 """
 
 import hashlib
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
@@ -18,6 +21,40 @@ from plenofir.ground import project
 ROOT = project.root()
 CONFIGURATION = ROOT / "scripts" / "vsg.yaml"
 GOOD = ROOT / "build" / "vsg" / "good.txt"
+
+# IEEE 1800-2017, annex B, without those that VHDL reserves too or that name no thing.
+_WORDS = """
+accept_on always always_comb always_ff always_latch assign automatic before bind bins binsof bit
+break buf bufif0 bufif1 byte casex casez cell chandle checker class clocking cmos const
+constraint continue covergroup coverpoint cross deassign default defparam design dist do edge
+endcase endmodule enum eventually expect export extends extern final first_match force foreach
+forever fork forkjoin genvar global highz0 highz1 iff ifnone implements implies import incdir
+include initial input inside instance int integer interconnect interface intersect join join_any
+join_none large let liblist local localparam logic longint macromodule matches medium modport
+module negedge nettype nexttime nmos notif0 notif1 output packed parameter pmos posedge
+primitive priority program property pull0 pull1 pulldown pullup rand randc randcase randsequence
+rcmos real realtime ref reg reject_on repeat restrict rnmos rpmos rtran scalared sequence
+shortint shortreal signed small soft solve specify specparam static string strong strong0
+strong1 struct super supply0 supply1 table tagged task this throughout time timeprecision
+timeunit tran tri tri0 tri1 triand trior trireg typedef union unique unique0 unsigned until
+untyped uwire var vectored virtual void wand weak weak0 weak1 wildcard wire within wor
+"""
+RESERVED = frozenset(_WORDS.split())
+
+
+def reserved_names(text: str) -> Iterator[tuple[int, str]]:
+    """Lines and names of ports, generics, signals and labels that SystemVerilog reserves."""
+    plain = re.sub(r"--[^\n]*", "", text)
+    # Records, and what functions take, are seen in VHDL alone.
+    for inside in (
+        r"\bis record\b.*?\bend record\b",
+        r"\b(?:function|procedure)\s+\w+\s*\(.*?\)\s*(?:return|;|is)",
+    ):
+        plain = re.sub(inside, lambda found: "\n" * found[0].count("\n"), plain, flags=re.S)
+    for found in re.finditer(r"^ *(?:signal +)?(\w+(?: *, *\w+)*) *:(?!=)", plain, re.M):
+        for name in re.split(r" *, *", found[1]):
+            if name in RESERVED:
+                yield plain.count("\n", 0, found.start(1)) + 1, name
 
 
 def digests() -> dict[str, Path]:
@@ -31,7 +68,17 @@ def digests() -> dict[str, Path]:
 
 
 def main() -> int:
-    """Print what vsg finds."""
+    """Print what vsg finds, and names that are reserved."""
+    refused = [
+        f"{path}:{line}: {name} is a reserved word of SystemVerilog; choose another name"
+        for path in sorted((ROOT / "hdl").rglob("*.vhd"))
+        # Models have the names that a vendor's primitives have.
+        if not path.is_relative_to(ROOT / "hdl" / "sim")
+        for line, name in reserved_names(path.read_text())
+    ]
+    if refused:
+        print(*refused, sep="\n")
+        return 1
     sources = digests()
     good = set(GOOD.read_text().split()) if GOOD.exists() else set()
     changed = [str(path) for digest, path in sources.items() if digest not in good]

@@ -347,7 +347,7 @@ begin
   -- A lane at a time, so that each has its own delay: the wires of a cable differ by more than a bit.
   channel : for c in 0 to CHANNELS - 1 generate
 
-    input : entity work.tmds_input
+    link_in : entity work.tmds_input
       port map (
         data_p    => in_data_p(c),
         data_n    => in_data_n(c),
@@ -367,7 +367,7 @@ begin
 
   lane : for c in 0 to CHANNELS - 1 generate
 
-    output : entity work.tmds_output
+    link_out : entity work.tmds_output
       port map (
         word      => out_words(10 * c + 9 downto 10 * c),
         io_clk    => tx_io_clk,

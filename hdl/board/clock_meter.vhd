@@ -35,7 +35,7 @@ architecture rtl of clock_meter is
   signal divider : unsigned(3 downto 0)                     := (others => '0');
   signal divided : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
-  signal before  : std_logic                                := '0';
+  signal former  : std_logic                                := '0';
   signal clocks  : natural range 0 to larger(WINDOW - 1, 1) := 0;
   signal edges   : unsigned(11 downto 0)                    := (others => '0');
 
@@ -63,9 +63,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      before  <= arrived(0);
+      former  <= arrived(0);
       updated <= '0';
-      if arrived(0) = '1' and before = '0' then
+      if arrived(0) = '1' and former = '0' then
         edges <= edges + 1;
       end if;
       if clocks = WINDOW - 1 then

@@ -37,7 +37,7 @@ architecture rtl of frame_rate_meter is
   constant FASTEST : positive := 2 ** 15 - 1;
 
   -- Time since the last edge: clocks of the unit under way, whole units.
-  signal before   : std_logic                              := '0';
+  signal former   : std_logic                              := '0';
   signal clocks   : natural range 0 to larger(TICK - 1, 1) := 0;
   signal time_now : unsigned(15 downto 0)                  := to_unsigned(NEVER, 16);
   -- The division that is under way: what is added, the sum, how often it was added.
@@ -52,7 +52,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      before <= v_sync;
+      former <= v_sync;
 
       if divide = '1' then
         sum      <= sum + divisor;
@@ -75,7 +75,7 @@ begin
         end if;
       end if;
 
-      if v_sync = '1' and before = '0' then
+      if v_sync = '1' and former = '0' then
         clocks   <= 0;
         time_now <= (others => '0');
         if divide = '0' and time_now /= NEVER then

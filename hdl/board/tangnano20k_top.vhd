@@ -210,7 +210,7 @@ begin
 
   lane : for c in 0 to CHANNELS - 1 generate
 
-    output : entity work.serial_output
+    link_out : entity work.serial_output
       port map (
         clk    => clk,
         clk_x5 => clk_x5,

@@ -323,7 +323,7 @@ begin
   -- A lane at a time, so that each follows its own drift.
   channel : for c in 0 to CHANNELS - 1 generate
 
-    input : entity work.ddr_input
+    link_in : entity work.ddr_input
       generic map (
         TIMEOUT => SEARCH_TIMEOUT
       )
@@ -344,7 +344,7 @@ begin
 
   lane : for c in 0 to CHANNELS - 1 generate
 
-    output : entity work.ddr_output
+    link_out : entity work.ddr_output
       port map (
         word   => out_words(10 * c + 9 downto 10 * c),
         clk_x5 => clk_x5,

@@ -31,9 +31,9 @@ architecture rtl of tag_delay is
 
 begin
 
-  wire : if LENGTH = 0 generate
+  no_delay : if LENGTH = 0 generate
     delayed <= tag;
-  end generate wire;
+  end generate no_delay;
 
   line : if LENGTH > 0 generate
 

@@ -125,7 +125,7 @@ begin
 
   lines_are_steps : if COLUMNS generate
 
-    join : process (token_at, strobe_at, pixel_at, line_first_at, line_last_at) is
+    gather : process (token_at, strobe_at, pixel_at, line_first_at, line_last_at) is
     begin
 
       out_token            <= token_at(LAST);
@@ -134,7 +134,7 @@ begin
       out_token.line_first <= line_first_at(LATENCY);
       out_token.line_last  <= line_last_at(LATENCY);
 
-    end process join;
+    end process gather;
 
   end generate lines_are_steps;
 

@@ -405,7 +405,7 @@ begin
     constant FINAL_BITS : positive := PLACE_BITS + INDEX_BITS + 2;
 
     signal own_depth : depth_t;
-    signal final     : std_logic_vector(FINAL_BITS - 1 downto 0);
+    signal voted     : std_logic_vector(FINAL_BITS - 1 downto 0);
     signal waited    : std_logic_vector(FINAL_BITS - 1 downto 0);
 
   begin
@@ -431,7 +431,7 @@ begin
         depth  => own_depth
       );
 
-    final <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
+    voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
 
     -- Few votes are done before the division is.
     wait_for_fraction : entity work.tag_delay
@@ -442,7 +442,7 @@ begin
       port map (
         clk     => clk,
         reset   => reset,
-        tag     => final,
+        tag     => voted,
         delayed => waited
       );
 

@@ -77,7 +77,7 @@ architecture rtl of phase_search is
   -- Where the delay stands and where it is to go: it moves a tap at a time.
   signal tap      : tap_t     := 0;
   signal wanted   : tap_t     := 0;
-  signal final    : std_logic := '0';
+  signal at_best  : std_logic := '0';
   signal move_now : std_logic := '0';
   signal tracks   : std_logic := '0';
   signal hung     : std_logic := '0';
@@ -87,7 +87,7 @@ architecture rtl of phase_search is
   signal once_more  : std_logic := '0';
 
   -- The interval that goes on at this tap, and the longest one.
-  signal inside      : std_logic                     := '0';
+  signal in_run      : std_logic                     := '0';
   signal begun       : tap_t                         := 0;
   signal place       : place_t                       := 0;
   signal best_begun  : tap_t                         := 0;
@@ -97,7 +97,7 @@ architecture rtl of phase_search is
   -- Runs of tokens.
   signal changes     : std_logic_vector(9 downto 0) := (others => '0');
   signal word        : std_logic_vector(9 downto 0) := (others => '0');
-  signal before      : std_logic_vector(9 downto 0) := (others => '0');
+  signal former      : std_logic_vector(9 downto 0) := (others => '0');
   signal token       : std_logic                    := '0';
   signal token_place : place_t                      := 0;
   signal run_place   : place_t                      := 0;
@@ -125,8 +125,8 @@ begin
   move        <= move_now;
 
   silent    <= to_logic(clocks = TIMEOUT);
-  goes_on   <= to_logic(state = look and inside = '1' and run_place = place) and run_now and not silent;
-  breaks    <= to_logic(state = look and (inside = '0' or run_place /= place)) and run_now and not silent;
+  goes_on   <= to_logic(state = look and in_run = '1' and run_place = place) and run_now and not silent;
+  breaks    <= to_logic(state = look and (in_run = '0' or run_place /= place)) and run_now and not silent;
   look_ends <= (to_logic(state = look) and silent) or (goes_on and to_logic(seen = RUNS - 1)) or
                (breaks and to_logic(seen /= 0));
   too_many  <= armed and to_logic(errors = ERROR_LIMIT);
@@ -162,13 +162,13 @@ begin
 
       token       <= '0';
       token_place <= found;
-      before      <= word;
+      former      <= word;
       if still = 2 and lies then
         token <= '1';
       end if;
 
       run_now <= '0';
-      if token = '0' or before /= word then
+      if token = '0' or former /= word then
         run_length <= 0;
       elsif run_length /= RUN - 1 then
         run_length <= run_length + 1;
@@ -243,7 +243,7 @@ begin
           if clocks >= SETTLE then
             clocks <= 0;
             state  <= look;
-            if final = '1' then
+            if at_best = '1' then
               tracks <= '1';
               state  <= follow;
             end if;
@@ -267,11 +267,11 @@ begin
           clocks    <= 0;
           state     <= load;
           wanted    <= 0;
-          final     <= '0';
+          at_best   <= '0';
           once_more <= '0';
           if best_length /= 0 and (from_start = '1' or once_more = '1') then
-            wanted <= best_begun + best_length / 2;
-            final  <= '1';
+            wanted  <= best_begun + best_length / 2;
+            at_best <= '1';
           elsif best_length /= 0 then
             once_more <= '1';
           end if;
@@ -282,11 +282,11 @@ begin
             clocks <= 0;
           end if;
           if lost = '1' then
-            hung   <= not hung;
-            tracks <= '0';
-            state  <= load;
-            wanted <= 0;
-            final  <= '0';
+            hung    <= not hung;
+            tracks  <= '0';
+            state   <= load;
+            wanted  <= 0;
+            at_best <= '0';
           end if;
 
       end case;
@@ -295,7 +295,7 @@ begin
         state     <= load;
         clocks    <= 0;
         wanted    <= 0;
-        final     <= '0';
+        at_best   <= '0';
         tracks    <= '0';
         once_more <= '0';
       end if;
@@ -321,26 +321,26 @@ begin
       if breaks = '1' then
         -- Another bit begins here, or with two at one tap, at the next.
         begun  <= tap;
-        inside <= to_logic(seen = 0);
+        in_run <= to_logic(seen = 0);
       elsif goes_on = '1' and seen = RUNS - 1 and tap - begun >= best_length then
         best_begun  <= begun;
         best_length <= tap - begun + 1;
         best_place  <= place;
       end if;
       if (state = look and silent = '1') or state = decide or lost = '1' then
-        inside <= '0';
+        in_run <= '0';
       end if;
 
       if state = load then
         from_start <= '0';
         -- With the final tap the longest interval is what is followed.
-        if final = '0' then
+        if at_best = '0' then
           best_length <= 0;
         end if;
       end if;
 
       if reset = '1' then
-        inside <= '0';
+        in_run <= '0';
       end if;
     end if;
 

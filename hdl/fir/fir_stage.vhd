@@ -279,7 +279,7 @@ begin
 
   end generate many_modules;
 
-  module : for m in 0 to MODULES - 1 generate
+  each_module : for m in 0 to MODULES - 1 generate
 
     signal step : std_logic;
 
@@ -378,7 +378,7 @@ begin
 
     end generate lane;
 
-  end generate module;
+  end generate each_module;
 
   path : entity work.token_path
     generic map (

@@ -67,7 +67,7 @@ begin
       divclk => counted
     );
 
-  global : component bufg
+  net : component bufg
     port map (
       i => counted,
       o => clk_global

@@ -29,7 +29,7 @@ architecture rtl of tmds_decoder is
   -- clock later.
   signal byte_token   : std_logic                    := '1';
   signal byte_word    : std_logic_vector(9 downto 0) := TOKEN_00;
-  signal byte         : std_logic_vector(7 downto 0) := (others => '0');
+  signal octet        : std_logic_vector(7 downto 0) := (others => '0');
   signal terc4        : std_logic_vector(4 downto 0) := (others => '0');
   signal guard        : std_logic                    := '0';
   signal last_control : std_logic_vector(1 downto 0) := "00";
@@ -45,7 +45,7 @@ begin
       -- A clock for the comparison and another for the choice, so that neither is long.
       byte_token <= is_token(word);
       byte_word  <= word;
-      byte       <= decode_byte(word);
+      octet      <= decode_byte(word);
       terc4      <= decode_terc4(word);
       guard      <= '0';
       if word = ISLAND_GUARD then
@@ -83,9 +83,9 @@ begin
         end case;
 
       else
-        decoded.data <= byte;
+        decoded.data <= octet;
         -- An encoder has no choice: it takes the chain that uses_xor names, and inverts a balanced chain of XNORs only.
-        if byte_word(8) /= uses_xor(byte) or
+        if byte_word(8) /= uses_xor(octet) or
            (byte_word(9) = byte_word(8) and count_ones(byte_word(7 downto 0)) = 4) then
           decoded.error <= '1';
         end if;

@@ -50,12 +50,12 @@ architecture rtl of full_range_rgb is
   signal blue_sum   : sum_t   := (others => '0');
 
   function multiply (
-    byte        : std_logic_vector(7 downto 0);
+    octet        : std_logic_vector(7 downto 0);
     coefficient : coefficient_t
   ) return signed is
   begin
 
-    return signed('0' & byte) * coefficient;
+    return signed('0' & octet) * coefficient;
 
   end function multiply;
 

@@ -69,11 +69,11 @@ architecture rtl of stored_light_field is
   -- What goes along with a pixel on its way: whether it is one of the light field, its bit in the word.
 
   type way_t is record
-    active : std_logic;
-    h_sync : std_logic;
-    v_sync : std_logic;
-    inside : std_logic;
-    index  : natural range 0 to larger(M * M - 1, 1);
+    active  : std_logic;
+    h_sync  : std_logic;
+    v_sync  : std_logic;
+    in_area : std_logic;
+    index   : natural range 0 to larger(M * M - 1, 1);
   end record way_t;
 
   type ways_t is array (1 to STEPS) of way_t;
@@ -84,7 +84,7 @@ architecture rtl of stored_light_field is
   -- Between two frames: inside the pulse of vertical sync.
   signal between : std_logic;
   -- The place is in the light field, in its rows.
-  signal inside  : std_logic;
+  signal in_area : std_logic;
   signal in_rows : std_logic;
   -- Column u of its micro image, and how many pixels of it lie in the rows above, M v; the micro image, and the
   -- first one of its row.
@@ -123,7 +123,7 @@ begin
 
   between <= to_logic(place.v_sync = timing.v_sync_level);
   in_rows <= to_logic(place.row >= TOP and place.row < TOP + ROWS);
-  inside  <= place.active and in_rows and to_logic(place.column >= LEFT and place.column < LEFT + COLUMNS);
+  in_area <= place.active and in_rows and to_logic(place.column >= LEFT and place.column < LEFT + COLUMNS);
 
   follow : process (clk) is
   begin
@@ -134,7 +134,7 @@ begin
       -- The place in the line.
       u    <= 0;
       lens <= first_lens;
-      if inside = '1' then
+      if in_area = '1' then
         lens <= lens;
         if u < M - 1 then
           u <= u + 1;
@@ -156,7 +156,7 @@ begin
         end if;
       end if;
 
-      way(1)          <= (place.active, place.h_sync, place.v_sync, inside, above + u);
+      way(1)          <= (place.active, place.h_sync, place.v_sync, in_area, above + u);
       way(2 to STEPS) <= way(1 to STEPS - 1);
 
       if reset = '1' then
@@ -196,7 +196,7 @@ begin
       video.h_sync <= way(STEPS).h_sync;
       video.v_sync <= way(STEPS).v_sync;
       video.pixel  <= (others => '0');
-      if way(STEPS).inside = '1' then
+      if way(STEPS).in_area = '1' then
         video.pixel <= to_pixel(colour);
       end if;
     end if;

@@ -36,7 +36,7 @@ end entity video_timing_meter;
 architecture rtl of video_timing_meter is
 
   -- The pixel before.
-  signal before : video_t := NO_VIDEO;
+  signal former : video_t := NO_VIDEO;
   -- Vertical sync has changed since the last active pixel, so the next one begins a frame.
   signal v_changed : std_logic := '0';
   -- Levels of the syncs before the last active line.
@@ -76,13 +76,13 @@ begin
 
   timing <= previous;
 
-  rise   <= video.active and not before.active;
-  fall   <= before.active and not video.active;
+  rise   <= video.active and not former.active;
+  fall   <= former.active and not video.active;
   starts <= rise and v_changed;
   wraps  <= to_logic(line_length /= 0 and x = line_length - 1);
   -- Edges inside the picture are none: some sources give no syncs there.
-  h_moves <= (video.h_sync xor before.h_sync) and not video.active;
-  v_moves <= (video.v_sync xor before.v_sync) and not video.active;
+  h_moves <= (video.h_sync xor former.h_sync) and not video.active;
+  v_moves <= (video.v_sync xor former.v_sync) and not video.active;
 
   -- Also without pixels: once a line's length is known, the blanking lines are counted by it.
   next_x <= (others => '0') when rise = '1' or wraps = '1' else
@@ -96,7 +96,7 @@ begin
                 ((to_logic(frame.h_sync_begin /= next_x) and (video.h_sync xor h_idle)) or
                  (to_logic(frame.h_sync_end /= next_x) and not (video.h_sync xor h_idle)));
   row_strays <= rise and not starts and
-                to_logic(before.h_sync /= h_idle or before.v_sync /= v_idle or frame.rows /= next_y);
+                to_logic(former.h_sync /= h_idle or former.v_sync /= v_idle or frame.rows /= next_y);
   cut        <= fall and to_logic(frame.rows /= 1 and frame.columns /= next_x);
   -- Any of these makes the frame one that cannot be followed; which it was is of no use to anyone.
   irregular <= endless or torn or h_strays or row_strays or cut;
@@ -105,16 +105,16 @@ begin
   begin
 
     if rising_edge(clk) then
-      before <= video;
+      former <= video;
       if rise = '1' then
-        h_idle    <= before.h_sync;
-        v_idle    <= before.v_sync;
+        h_idle    <= former.h_sync;
+        v_idle    <= former.v_sync;
         v_changed <= '0';
       elsif v_moves = '1' then
         v_changed <= '1';
       end if;
       if reset = '1' then
-        before.active <= '0';
+        former.active <= '0';
         v_changed     <= '0';
       end if;
     end if;
@@ -189,8 +189,8 @@ begin
         complete.line_length := line_length;
         complete.frame_lines := next_y;
         -- Just before an active line the syncs are idle; their pulses have the other level.
-        complete.h_sync_level := not before.h_sync;
-        complete.v_sync_level := not before.v_sync;
+        complete.h_sync_level := not former.h_sync;
+        complete.v_sync_level := not former.v_sync;
 
         previous <= complete;
         -- Two frames alike, as the first one behind a change of mode may be half of each.

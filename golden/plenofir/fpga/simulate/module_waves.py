@@ -25,7 +25,7 @@ from plenofir.refocus.operator import gather_sums
 from plenofir.refocus.switches import FilterLayout
 
 TOP = "module_bench"
-_LANE = "stage.module[0].lane[0]"
+_LANE = "stage.each_module[0].lane[0]"
 MICRO_IMAGE_SIZE = 3
 SHIFTS = (0, 1, 2)
 CLOCK_PERIOD_NS = 60
