@@ -378,6 +378,7 @@ def main(folder: Path, *, record: bool = False) -> None:
     print(f"written: {error_page(folder, record=record)}")
     if record:
         growth.record()
+        stability_report.record()
     for report in (gpu_report, precision_report, stability_report):
         print(f"written: {report.write_report(folder)}")
 

@@ -33,6 +33,7 @@ from plenofir_studies import (
     lens_pictures,
     many_pixels,
     real_tables,
+    refocus_stability,
     systolic,
     thesis_benchmark,
     work_precision,
@@ -213,6 +214,7 @@ def ray_model(text: str) -> str:
     text = between_marks(text, "real rays", "\n".join(real_tables.summary()))
     pictures = lens_pictures.summary(lens_pictures.load_recorded())
     text = between_marks(text, "pictures by real rays", "\n".join(pictures))
+    text = between_marks(text, "stability of refocusing", "\n".join(refocus_stability.summary()))
     return between_marks(text, "stability", "\n".join(summary(all_outcomes())))
 
 

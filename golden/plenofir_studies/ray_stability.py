@@ -43,7 +43,7 @@ class Outcome:
     error: float  # relative error of the model; 0 where both say that there is no number
     # relative errors of the text's formulas, by name; inf where they give no number
     naive: dict[str, float]
-    # of the plane's distance with regard to all inputs; None where the case is another number
+    # of the number with regard to all inputs; None where it was not computed
     condition: float | None = None
 
 
@@ -80,6 +80,20 @@ def oracle_distance(model: RayModel, extension: Any, a: float, border: int) -> A
         if abs(slope1 - slope2) <= mpf(10) ** (50 - DIGITS):
             return None
         return image_distance + separation + (height2 - height1) / (slope1 - slope2)
+
+
+def condition_of(function: Callable[..., Any], *inputs: Any) -> float:
+    """Relative condition number of a function to `DIGITS` digits: the sum of |x/f df/dx|."""
+    with mp.workdps(DIGITS):
+        step, exact = mpf(10) ** (-DIGITS // 3), [mpf(x) for x in inputs]
+        middle, total = function(*exact), mpf(0)
+        for n in range(len(exact)):
+            ends = [
+                function(*exact[:n], exact[n] * (1 + sign * step), *exact[n + 1 :])
+                for sign in (1, -1)
+            ]
+            total += abs((ends[0] - ends[1]) / (2 * step * middle))
+        return float(total)
 
 
 def _error(got: float, want: Any) -> float:
@@ -182,7 +196,7 @@ def plane_cases() -> Iterator[Outcome]:
             a = pole * (1 + sign * 10.0**power)
             case = f"a = pole (1 {'+' if sign > 0 else '-'} 1e{power})"
             yield _plane("parallel behind the micro lenses", case, at_infinity, a)
-    for size in (2, 3, 99):
+    for size in (2, 3, 99, 1601):
         model = RayModel.focused(camera, inf, size)
         for border, name in ((0, "plane"), (1, "near border"), (-1, "far border")):
             for a in (0.0, 1.0, 1.0 / size, -1.0 / size):
@@ -226,7 +240,8 @@ def focus_cases() -> Iterator[Outcome]:
             "iteration": _error(iterated - f, want),
         }
         case = f"d_f = {focus:.15g} mm"
-        yield Outcome(group, case, float(want), "real", _error(got, want), naive)
+        condition = condition_of(oracle_extension, f, separation, focus)
+        yield Outcome(group, case, float(want), "real", _error(got, want), naive, condition)
 
 
 def view_cases() -> Iterator[Outcome]:
@@ -269,13 +284,18 @@ def view_cases() -> Iterator[Outcome]:
 def optics_cases() -> Iterator[Outcome]:
     """Glass with cancelling terms (Eq. 5.7), and micro lenses with a plane side."""
     glass = MICRO_LENS_SELLMEIER
+    terms = len(glass.strengths)
+    # The coefficients as they are printed.
+    printed = [repr(x) for x in (*glass.strengths, *glass.resonances_um2)]
+
+    def refracting(of: Any, *numbers: Any) -> Any:
+        pairs = zip(numbers[:terms], numbers[terms:], strict=True)
+        return mp.sqrt(1 + sum(b * of / (of - c) for b, c in pairs))
+
     for wavelength in (300.0, 400.0, 486.1, 550.0, 656.3, 1000.0, 2500.0):
         with mp.workdps(DIGITS):
             square = (mpf(wavelength) / 1000) ** 2
-            terms = zip(glass.strengths, glass.resonances_um2, strict=True)
-            # The coefficients as they are printed.
-            total = sum(mpf(repr(b)) * square / (square - mpf(repr(c))) for b, c in terms)
-            want = mp.sqrt(1 + total)
+            want = refracting(square, *map(mpf, printed))
         naive = float(naive_sellmeier_index(glass, wavelength))
         yield Outcome(
             "cancelling Sellmeier terms",
@@ -284,6 +304,7 @@ def optics_cases() -> Iterator[Outcome]:
             "real",
             _error(float(glass.index(wavelength)), want),
             {"term by term": _error(naive, want)},
+            condition_of(refracting, square, *printed),
         )
     for focal, thickness in ((1.25, 1.1), (2.75, 1.1), (0.025, 0.01), (1e6, 1.1)):
         lens = plano_convex(focal, thickness, 1.5626)

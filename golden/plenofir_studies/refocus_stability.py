@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Extreme inputs: where sums are widest, frames oddest and floating point weakest."""
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,13 +17,15 @@ import numpy.typing as npt
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import division
 from plenofir.refocus.operator import Image
+from plenofir_studies import DATA
 from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
-from plenofir_studies.report_parts import Progress, Report, machine
+from plenofir_studies.report_parts import Progress, Report, machine, table
 
 Work = Callable[[Any, int, int], Any]
 
 _LENGTHS = tuple(10**power for power in range(3, 9))
 _CHUNK = 10**7
+_RECORDED = DATA / "refocus_stability.json"
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def frames() -> Iterator[tuple[str, str, Image, int, int]]:
 
     for m, shift in ((5, -3), (11, 1), (11, 7), (16, 3)):
         white = np.full((20 * m, 20 * m), 65535, np.uint16)
-        yield "all white, 16 bit", f"M = {m}, a' = {shift}", white, m, shift
+        yield "all white (flat), 16 bit", f"M = {m}, a' = {shift}", white, m, shift
     for place in ((0, 0), (31, 17), (54, 54)):
         impulse = np.zeros((55, 55), np.uint16)
         impulse[place] = 65535
@@ -85,9 +88,9 @@ def frames() -> Iterator[tuple[str, str, Image, int, int]]:
         yield "even M", f"M = {m}, a' = {shift}", random(3 * m + 1, 4 * m + 3), m, shift
     for shift in (1, -98, 1000):
         yield "M = 99", f"a' = {shift}", random(300, 320), 99, shift
-    for shift in (1000, -1000):
+    for shift in (1000, -1000, 10**6, -(10**6)):
         for m in (3, 11):
-            yield "a' = +-1000", f"M = {m}, a' = {shift}", random(200, 2200), m, shift
+            yield "a' to +-10^6", f"M = {m}, a' = {shift}", random(200, 2200), m, shift
     for m, shift in ((3, 1), (11, -5), (99, 1000)):
         yield "one micro image", f"M = {m}, a' = {shift}", random(m, m), m, shift
     yield "1 x 20000", "M = 1, a' = 3", random(1, 20000), 1, 3
@@ -196,6 +199,37 @@ def widths() -> list[list[str]]:
             kind = np.dtype(f"u{division(m ** (2 + 2 * order), (1 << bits) - 1).bits // 8}")
             rows.append([str(m), str(order), str(bits), str(largest.bit_length()), kind.name])
     return rows
+
+
+def rows(
+    integers: list[Outcome], floats: list[Outcome], growth: dict[str, list[float]]
+) -> list[list[str]]:
+    """The worst of each kind of input, by method, as in the table of the documentation."""
+    found = []
+    for outcomes_of, where in ((integers, ""), (floats, ", floating point: relative")):
+        for group in dict.fromkeys(o.group for o in outcomes_of):
+            errors = [o.errors for o in outcomes_of if o.group == group]
+            worst = [max((e[name] for e in errors if name in e), default=nan) for name in METHODS]
+            found.append([f"{group}{where}", str(len(errors)), *map(_cell, worst)])
+    ends = [growth.get(name, [nan])[-1] for name in METHODS]
+    return [*found, ["a line of 10^8 pixels", "1", *map(_cell, ends)]]
+
+
+def record() -> None:
+    """Run everything, and keep the rows of the documentation's table."""
+    found = rows(*outcomes(), long_sums())
+    _RECORDED.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def load_recorded() -> list[list[str]]:
+    """The rows that were kept."""
+    found: list[list[str]] = json.loads(_RECORDED.read_text())
+    return found
+
+
+def summary() -> list[str]:
+    """Markdown table of what was recorded."""
+    return table(["input", "cases", *METHODS], load_recorded())[:-1]
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:

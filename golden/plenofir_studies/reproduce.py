@@ -66,14 +66,27 @@ FIGURES = {
 }
 ELSEWHERE = {
     "2.12": "`plenofir report calibration` compares Fourier slices with the other ways",
+    "4.2": "`plenofir inspect a.tif b.tif c.tif --position ...` finds the sharpest picture",
+    "4.3": "`plenofir inspect WHITE --collimator STAR` tells how far off infinity the lens is",
+    "4.4": "`plenofir inspect WHITE` tells whether micro images overlap, touch or leave gaps",
     "4.6": "`plenofir calibrate WHITE --picture FILE` draws the centres that it found",
     "4.12": "`plenofir report numbers` measures what rounded centres cost",
+    "5.2": "`plenofir lens f100` computes what it shows from the shipped prescription",
+    **dict.fromkeys(
+        ("5.3", "5.4", "5.5"), "`plenofir cameras --json` has what it shows of f193, f90 and f197"
+    ),
+    "5.8": "`plenofir distance --camera f193-mla2 --focus 3000 --a 1 --plot FILE` draws it",
     "5.11": "`plenofir calibrate WHITE --camera CAMERA` measures the pupil of a white image",
     **dict.fromkeys(
         ("6.3", "6.5", "6.7", "6.11"), "`make waves` draws the timing diagrams from simulations"
     ),
     **dict.fromkeys(
         ("6.2", "6.4", "6.6", "6.8", "6.9", "6.10"), "docs/fir-array.md draws the architecture"
+    ),
+    **dict.fromkeys(
+        ("5.12", "5.13", "5.14", "5.15"),
+        "it shows the author's captures; `plenofir reproduce figure 5.16` measures the sharpness "
+        "of the synthetic camera's",
     ),
     "6.12": "`make sim` refocuses a photograph in the VHDL",
     "6.13": "`plenofir report numbers` measures the resolution of each interpolation",

@@ -8,6 +8,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
+from plenofir.commands.rasters import focused
 from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
 from plenofir.ground.errors import InputError
 
@@ -124,7 +125,6 @@ def design(
     """
     from plenofir.camera.design import design as designed
     from plenofir.camera.design import design_plot
-    from plenofir.camera.rays import RayModel
 
     lengths = {
         "focal_length": focal_length,
@@ -136,10 +136,14 @@ def design(
         "columns": columns,
         "rows": rows,
     }
+    for name, used in (("json", as_json), ("csv", csv_file), ("plot", plot)):
+        if page and used:
+            options.refuse_both("page", options.typed(name), "the page shows numbers and plots")
+    options.require("port", "page", port > 0 and not page)
+    options.require("no-browser", "page", not browser and not page)
     known = _camera(camera, lengths)
-    m = micro_image or max(2, known.micro_image_size)
-    model = RayModel.focused(known, focus, m)
-    check_plot_and_csv(plot, csv_file)
+    model = focused(known, focus, micro_image)
+    check_plot_and_csv(plot, csv_file, *filter(None, [camera]))
     found = designed(model, near, far, disparity_error_px=disparity_error)
     if page:
         from plenofir.commands.view import serve_page

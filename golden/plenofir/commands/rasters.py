@@ -11,8 +11,11 @@ from plenofir.commands import options
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
-    from plenofir.camera.rays import RayModel
+    from plenofir.camera.rays import Camera, RayModel
     from plenofir.ground.images import Picture
+
+
+_LARGEST_M = 10_000
 
 
 def read_raster(path: str, micro_image: int) -> "Picture":
@@ -47,6 +50,20 @@ def model_of(camera: str | None, focus: float, micro_image: int) -> "RayModel | 
     if camera is None:
         return None
     return RayModel.focused(load_camera(camera), focus, micro_image)
+
+
+def focused(known: "Camera", focus: float, micro_image: int | None) -> "RayModel":
+    """Ray model of a camera; M is the camera's if it was not given."""
+    from plenofir.camera.rays import RayModel
+
+    m = micro_image or max(2, known.micro_image_size)
+    if m > _LARGEST_M:
+        raise InputError(
+            f"M is more than {_LARGEST_M} pixels; check the pitches, or give a smaller "
+            f"{options.typed('micro_image')}",
+            where=known.name,
+        )
+    return RayModel.focused(known, focus, m)
 
 
 def warn_of_camera(model: "RayModel | None") -> None:

@@ -8,7 +8,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
-from plenofir.commands.rasters import warn_of_camera
+from plenofir.commands.rasters import focused, warn_of_camera
 from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
 
 if TYPE_CHECKING:
@@ -36,10 +36,9 @@ app = typer.Typer()
 
 
 def _model(camera: str, focus: float, micro_image: int | None) -> "RayModel":
-    from plenofir.camera.rays import RayModel, load_camera
+    from plenofir.camera.rays import load_camera
 
-    known = load_camera(camera)
-    return RayModel.focused(known, focus, micro_image or max(2, known.micro_image_size))
+    return focused(load_camera(camera), focus, micro_image)
 
 
 def _say_of_camera(model: "RayModel") -> None:

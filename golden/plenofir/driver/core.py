@@ -141,7 +141,8 @@ class Core:
     def set_frame_size(self, columns: int, rows: int, *, timeout_s: float = 1.0) -> None:
         """Set the size of the frames that come in; restarts the core, which stays off or on.
 
-        What is inside comes out first, or is lost after the time.
+        What is inside comes out first, or is lost after the time. InputError if the core cannot
+        take such frames, or does not keep the size.
         """
         most = self.description.max_columns
         if not 1 <= columns <= most or not 1 <= rows <= 0xFFFF:
@@ -197,7 +198,10 @@ class Core:
     # ---- focus
 
     def set_slice(self, number: int) -> None:
-        """Choose the slice, from 0, of the frames that begin from now on; ends a sweep."""
+        """Choose the slice, from 0, of the frames that begin from now on; ends a sweep.
+
+        InputError if the core has no such slice.
+        """
         self._need("refocuser")
         count = len(self.description.shifts)
         if not 0 <= number < count:
@@ -206,7 +210,10 @@ class Core:
         self.registers.write_control(enable=self.registers.read_control().enable, sweep=0)
 
     def set_focus(self, a: Fraction | float | str) -> int:
-        """Choose the slice of a focus setting a, exactly; its number."""
+        """Choose the slice of a focus setting a, exactly; its number.
+
+        InputError if there is none.
+        """
         wanted = Fraction(a)
         settings = self.description.settings
         if wanted not in settings:
@@ -241,7 +248,7 @@ class Core:
         return number
 
     def sweep(self, frames: int = 1) -> None:
-        """Go through the slices, so many frames each."""
+        """Go through the slices, so many frames each: 1 to 255, or it is an InputError."""
         self._need("refocuser")
         if not 1 <= frames <= 255:
             raise InputError(f"a slice cannot stay for {frames} frames; use 1 to 255", where="core")

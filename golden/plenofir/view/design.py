@@ -64,10 +64,13 @@ def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design
     return design(model, near, far, disparity_error_px=error)  # type: ignore[arg-type]
 
 
-def _slider(name: str, text: str, unit: str, times: float, value: float | None) -> dict[str, Any]:
+def _slider(
+    name: str, text: str, unit: str, times: float, value: float | None, assumed: str
+) -> dict[str, Any]:
     # What is infinite or unknown stays so until it is moved, and starts from somewhere then.
     known = value is not None and isfinite(value)
     start = value if value is not None and known and value > 0 else 20.0 if value is None else 1e3
+    shown = f"{value:g} {unit}" if known else "infinity" if value == inf else "unknown"
     return {
         "name": name,
         "text": text,
@@ -75,7 +78,8 @@ def _slider(name: str, text: str, unit: str, times: float, value: float | None) 
         "low": start / times,
         "high": start * times,
         "start": start,
-        "shown": f"{value:g} {unit}" if known else "infinity" if value == inf else "unknown",
+        # What follows from other sliders has no number of its own until it is moved.
+        "shown": assumed or shown,
     }
 
 
@@ -85,9 +89,13 @@ def design_page(found: Design, focus_mm: float) -> Page:
     `found`: what it begins with. `focus_mm`: the focus distance of its camera.
     """
     values = _values(found, focus_mm)
+    camera = found.model.camera
+    assumed = {"exit_pupil": "f_U (thin lens)"} if camera.thin_lens_note() else {}
     field = {
-        "title": found.model.camera.name,
-        "sliders": [_slider(*slider, values[slider[0]]) for slider in _SLIDERS],
+        "title": camera.name,
+        "sliders": [
+            _slider(*slider, values[slider[0]], assumed.get(slider[0], "")) for slider in _SLIDERS
+        ],
         "texts": {f.name: [f.text, f.unit] for f in found.figures},
     }
 

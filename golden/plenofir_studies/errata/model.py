@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from plenofir.camera.rays import RayModel, image_side_distance
+from plenofir.camera.rays import RayModel, camera_of, image_side_distance, load_camera
 from plenofir_studies.errata.entry import Erratum, Shown
 from plenofir_studies.ray_validation import table_model
 from plenofir_studies.thesis_tables import load_table
@@ -174,6 +174,30 @@ def _triangulation() -> Shown:
     )
 
 
+def _example_of_the_listings() -> Shown:
+    f100, f193 = (load_camera(f"{lens}-mla2") for lens in ("f100", "f193"))
+    row = next(
+        row for row in load_table("5.5").part().rows if row["d_f_m"] == inf and row["a"] == 1
+    )
+    names = ("predicted_near_mm", "predicted_mm", "predicted_far_mm")
+    wanted = [row[name] for name in names]
+    found, misses = [], []
+    for pupil in (f193.main_lens.exit_pupil_mm, f100.main_lens.exit_pupil_mm):
+        model = RayModel.focused(camera_of(f193, {"exit_pupil": pupil}), inf, 13)
+        planes = model.near_border(1), model.distance(1), model.far_border(1)
+        found.append([float(plane.mm) for plane in planes])
+        misses.append(max(abs(mm - w) for mm, w in zip(found[-1], wanted, strict=True)))
+    right, mixed = (", ".join(f"{mm:.4f}" for mm in both) for both in found)
+    return Shown(
+        f"f193, (II), infinity, a = 1: an exit pupil at {f193.main_lens.exit_pupil_mm:.4f} mm "
+        f"gives {right} mm (near border, plane, far border), as Table 5.5 prints them; one at "
+        f"{f100.main_lens.exit_pupil_mm:.4f} mm gives {mixed} mm.",
+        misses[1],
+        misses[0],
+        5e-5,
+    )
+
+
 ERRATA = (
     Erratum(
         "limits-of-z",
@@ -221,5 +245,14 @@ ERRATA = (
         "with Phi_G = Phi_i - Phi_(i+G), negative where the axes converge, as in Table 5.8: minus "
         "b_N tan(Phi_G); Table 5.12 prints -Phi_G",
         _triangulation,
+    ),
+    Erratum(
+        "example-of-the-listings",
+        "Appendix A, example of the listings (section 3.3)",
+        "the main lens f193 with an exit pupil 108.1293 mm from the micro lenses; this is as noted "
+        "from another copy, for the text that was at hand here leaves the listings out",
+        "111.0324 mm, which Table 5.2 has for f193 at infinity, and the script that the author "
+        "published apart; 108.1293 mm belongs to f100",
+        _example_of_the_listings,
     ),
 )

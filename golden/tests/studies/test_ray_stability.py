@@ -11,6 +11,7 @@ from plenofir_studies.ray_stability import (
     Outcome,
     _error,
     all_outcomes,
+    condition_of,
     oracle_distance,
     oracle_extension,
 )
@@ -29,6 +30,19 @@ def test_the_cases_are_hard() -> None:
     for group in ("a near 0, b_U = f_U", "planes near infinity", "far focus", "1:1 imaging"):
         worst = max(max(o.naive.values()) for o in OUTCOMES if o.group == group)
         assert worst > 1e-11, group
+
+
+def test_condition_numbers_tell_hard_inputs_from_poor_formulas() -> None:
+    condition = {o.case: (o.condition, o.naive) for o in OUTCOMES if o.group == "far focus"}
+    for case, (number, naive) in condition.items():
+        # The problem is easy; the quadratic formula makes it hard.
+        assert number is not None, case
+        assert number < 10, case
+        assert max(naive.values()) > number * 2.0**-53, case
+    near = [o.condition for o in OUTCOMES if o.group == "1:1 imaging"]
+    assert near == sorted(near)
+    assert near[-1] > 1e4
+    assert condition_of(lambda x, y: x - y, 1.0, 0.75) == pytest.approx(7)
 
 
 def log_uniform(low: float, high: float) -> st.SearchStrategy[float]:

@@ -2,6 +2,7 @@
 """`plenofir reproduce`: tables and figures of the thesis by their numbers."""
 
 import json
+import re
 import subprocess
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 from in_process import plenofir
 
 from plenofir.ground.images import read_image
-from plenofir_studies.reproduce import ELSEWHERE, FIGURES, table_or_figure
+from plenofir_studies.errata import ERRATA
+from plenofir_studies.ray_validation import all_checks
+from plenofir_studies.reproduce import ELSEWHERE, FIGURES, errata_of, table_or_figure
 from plenofir_studies.thesis_tables import TABLES, load_table
 
 SLOW_FIGURES = ("5.16", "5.17", "5.18")
@@ -96,3 +99,22 @@ def test_wrong_calls(words: tuple[str, ...], text: str) -> None:
 
 def test_no_figure_has_two_homes() -> None:
     assert not set(FIGURES) & set(ELSEWHERE)
+
+
+def test_errata_are_those_of_the_page() -> None:
+    # Whatever table or figure an entry's place names, the command says it, with the page's words.
+    named = 0
+    for erratum in ERRATA.values():
+        for kind, numbers in re.findall(
+            r"(Tables?|Figs?\.) ((?:5\.\d+(?:\([a-c]\))?(?:, | and | to )?)+)", erratum.where
+        ):
+            for number in re.findall(r"5\.\d+", numbers):
+                of = errata_of("table" if kind.startswith("Table") else "figure", number)
+                assert (erratum.where, erratum.printed, erratum.holds) in of, (erratum.key, number)
+                named += 1
+    assert named > 15
+    # And rows that are called wrong have their entry below the table.
+    for number in TABLES:
+        keys = {check.erratum for check in all_checks() if check.table.rstrip("abc") == number}
+        places = [where for where, _, _ in errata_of("table", number)]
+        assert all(ERRATA[key].where in places for key in keys - {None})

@@ -91,7 +91,8 @@ def calibration_of_grid(grid: Grid, image_shape: tuple[int, int]) -> Calibration
     """Calibration of a camera whose grid is known from elsewhere, without a white image.
 
     `grid`: the grid, whichever lens it counts from. `image_shape`: rows and columns of the raw
-    image. Result: all lenses whose centres lie in the image; no vignetting.
+    image. Result: all lenses whose centres lie in the image; no vignetting. Raises `InputError` if
+    none does.
     """
     t, s = lens_indices(grid, image_shape)
     inside = within(grid.centres(t, s), image_shape)

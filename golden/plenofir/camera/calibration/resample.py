@@ -276,7 +276,8 @@ def hexagonal_to_rectangular(
     result lies at n `step` of the row, and all its rows line up.
 
     Result: shape of `samples` with another length of that axis; column 0 lies half a pitch to the
-    right of the rows that are not moved.
+    right of the rows that are not moved. Raises `InputError` if a row has fewer lenses than the
+    interpolation takes.
 
     Parameters
     ----------
@@ -291,10 +292,11 @@ def hexagonal_to_rectangular(
     order
         0 for the nearest lens, 1 for linear interpolation, 3 for cubic splines.
     """
-    lenses = samples.shape[axis]
-    if lenses < order + 1:
+    lenses, fewest = samples.shape[axis], max(2, order + 1)
+    if lenses < fewest:
         raise InputError(
-            f"a hexagonal grid needs at least 4 lenses in a row, this one has {lenses}"
+            f"a hexagonal grid needs at least {fewest} lenses in a row for interpolation of order "
+            f"{order}, this one has {lenses}"
         )
     # From half a pitch to the last lens of the rows that are not moved: covered by all rows.
     count = int(np.floor((lenses - 1.5) / step)) + 1

@@ -3,7 +3,7 @@
 
 from dataclasses import asdict, dataclass, fields
 from fractions import Fraction
-from math import atan, degrees, hypot, inf, isfinite
+from math import atan, ceil, degrees, hypot, inf, isfinite
 
 from plenofir.camera.rays import (
     RayModel,
@@ -17,6 +17,8 @@ from plenofir.ground.errors import InputError
 # Micro images may miss each other by so much, or overlap, and are called matched.
 _MATCHED = 0.05
 _FEWEST_PIXELS = 3
+# A step in a that counts as none.
+_NOT_RESOLVED = Fraction(4)
 
 
 @dataclass(frozen=True)
@@ -161,14 +163,14 @@ def _field_of_view(model: RayModel, pixels: float | None) -> float | None:
 
 def resolved_step(model: RayModel, a: float) -> Fraction:
     """Smallest step in a, in 1/M, between planes whose depths of field do not overlap."""
-    m = model.micro_image_size
-    for step in range(1, 4 * m):
-        near, far = model.near_border(a), model.far_border(a + step / m)
-        if near.state() is not State.REAL or far.state() is not State.REAL:
-            continue
-        if float(far.mm) <= float(near.mm):
-            return Fraction(step, m)
-    return Fraction(4)
+    near = model.near_border(a)
+    if near.state() is not State.REAL:
+        return _NOT_RESOLVED
+    # The plane whose far border is that near border.
+    touching = float(model.focus_setting(float(near.mm), "far"))
+    if not a < touching < a + _NOT_RESOLVED:
+        return _NOT_RESOLVED
+    return Fraction(ceil((touching - a) * model.micro_image_size), model.micro_image_size)
 
 
 def _optics(model: RayModel) -> list[Figure]:

@@ -216,7 +216,7 @@ def light_field_disparity(
 
     `micro_image_size`: M in pixels, 2 or more; for even M the central view is the one below and
     right of the centre. `search`, `window`, `progress`: as in `sad_disparity`. `method`: see
-    `Method`. Result: shape (t, s).
+    `Method`. Result: shape (t, s). Raises `InputError` if M is below 2.
     """
     m = micro_image_size
     if m < 2:

@@ -65,7 +65,8 @@ def fourier_slice(
 
     `a`: focus setting, any number. `width`: width of the Kaiser-Bessel window in samples; the text
     takes 3.5. `oversampling`: samples of the spectrum for each of the pixels of a micro image, 1 or
-    more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
+    more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]). Raises
+    `InputError` if the oversampling is below 1.
     """
     if not oversampling >= 1:
         raise InputError(f"oversampling of {oversampling} is too small; use 1 or more")

@@ -84,7 +84,7 @@ class FocalStack:
         yield from self.lines(0, self.raw.shape[0])
 
     def lines(self, first: int, last: int) -> Iterator[Image]:
-        """Lines `first` to `last` - 1 of each slice."""
+        """Lines `first` to `last` - 1 of each slice, shape (last - first, columns[, 3])."""
         part = slice(first, last), slice(None)
         rows, slices = self.raw.shape[0], len(self)
         for number, a in enumerate(self.settings, 1):
@@ -183,8 +183,8 @@ def sharpness_curve(
 def peak(positions: Sequence[float] | Floats, curve: Floats) -> float:
     """Position of a curve's maximum, between samples: a parabola through the highest three.
 
-    `positions`: equally spaced positions of the samples. Result: position; that of the sample if
-    the highest one is the first or the last.
+    `positions`: equally spaced positions of the samples, shape (n,). `curve`: its values, same
+    shape. Result: position; that of the sample if the highest one is the first or the last.
     """
     places = np.asarray(positions, dtype=np.float64)
     k = int(np.argmax(curve))

@@ -46,7 +46,7 @@ class Glass(BaseModel):
     dispersion: Dispersion
 
     def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
-        """Refractive index, see `Constant.index`."""
+        """Refractive index at wavelengths in nm of any shape, see `Constant.index`."""
         return self.dispersion.index(wavelength_nm)
 
     @property

@@ -98,8 +98,9 @@ def meridional_rays(
 ) -> Rays:
     """Rays in the y-z plane.
 
-    `heights_mm`: y in mm. `slopes`: dy/dz. `z_mm`: where the heights are, in mm. Result: arguments
-    broadcast together, one ray for each element.
+    `heights_mm`: y in mm. `slopes`: dy/dz. `z_mm`: where the heights are, in mm; all of any shape.
+    Result: arguments broadcast together, one ray for each element. Raises `InputError` if one of
+    them is not finite.
     """
     y, m, z = np.broadcast_arrays(
         *(np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in (heights_mm, slopes, z_mm))

@@ -17,6 +17,8 @@ from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 
 CAMERAS = project.DATA / "cameras"
+# Lengths that are no camera's may divide to infinity.
+_MOST_PIXELS = 1e15
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 SignedLength = Annotated[float, Field(allow_inf_nan=False)]
@@ -109,7 +111,8 @@ class Camera(_Part):
     @property
     def micro_image_size(self) -> int:
         """M: the largest odd number of pixels that a micro image has, 1 or more."""
-        return max(1, int((self.pixels_per_lens - 1) // 2 * 2 + 1))
+        pixels = min(self.pixels_per_lens, _MOST_PIXELS)
+        return max(1, int((pixels - 1) // 2 * 2 + 1))
 
     def thin_lens_note(self) -> str:
         """Say that the exit pupil is assumed; empty where the camera's data have it."""

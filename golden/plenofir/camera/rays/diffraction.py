@@ -16,7 +16,8 @@ def airy_radius(
 ) -> Values:
     """Radius of the central disc of an Airy pattern (Eq. 3.35), the Rayleigh limit.
 
-    `aperture_mm`: diameter A of the aperture. Result: 1.22 f lambda / A in mm.
+    `aperture_mm`: diameter A of the aperture; like the others of any shape. Result: 1.22 f lambda /
+    A in mm, arguments broadcast together.
     """
     wavelength, f = np.asarray(wavelength_mm, float), np.asarray(focal_length_mm, float)
     return np.asarray(1.22 * f * wavelength / np.asarray(aperture_mm, float))
@@ -25,7 +26,8 @@ def airy_radius(
 def abbe_limit(wavelength_mm: npt.ArrayLike, numerical_aperture: npt.ArrayLike) -> Values:
     """Smallest resolvable image point (Eq. 2.8).
 
-    `numerical_aperture`: n sin(theta_max). Result: lambda / (2 NA) in mm.
+    `numerical_aperture`: n sin(theta_max); like `wavelength_mm` of any shape. Result: lambda /
+    (2 NA) in mm, arguments broadcast together.
     """
     return np.asarray(
         np.asarray(wavelength_mm, float) / (2 * np.asarray(numerical_aperture, float))

@@ -54,7 +54,7 @@ class FocusedCamera:
         m, camera = self.micro_image_size, self.camera
         pixels = camera.pixels_per_lens
         # From what decoding takes by itself.
-        if camera.micro_image_size <= m <= round(pixels):
+        if camera.micro_image_size <= m <= pixels + 0.5:
             return ""
         hold = "hold only if the picture has their middle pixels, as decode crops them"
         return (

@@ -176,7 +176,7 @@ class RayModel(VirtualCameras):
 
         `distance_mm`: distances from the micro lenses, any shape; inf is allowed. `border`: which
         of a plane's distances is meant: its own, or a border of its depth of field. Result: a, same
-        shape.
+        shape. Raises `InputError` if a distance is nan or -inf, or no plane lies there.
         """
         top, bottom = self._lines[border]
         distance = np.asarray(distance_mm, dtype=np.float64)

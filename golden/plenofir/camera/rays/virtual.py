@@ -107,6 +107,7 @@ class VirtualCameras(FocusedCamera):
         """Distance of an object from its disparity (Eqs. 2.5, 3.60, 3.61).
 
         Result: Z from the entrance pupil (add `entrance_pupil_mm` to count from the micro lenses).
+        Raises `InputError` if the gap is 0.
 
         Parameters
         ----------

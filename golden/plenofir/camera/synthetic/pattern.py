@@ -29,6 +29,8 @@ def regular_grid(
 ) -> Grid:
     """Grid without distortion, lens (0, 0) in the middle of an image.
 
+    Raises `InputError` if the pitch is not positive.
+
     Parameters
     ----------
     shape

@@ -90,7 +90,7 @@ def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
     """The same camera with a sensor that gives micro images another pitch.
 
     `pitch_px`: pitch of the micro images in pixels. Result: the camera with another pixel pitch,
-    which changes where its refocused planes lie.
+    which changes where its refocused planes lie. Raises `InputError` if it is not positive.
     """
     if not 0 < pitch_px < np.inf:
         raise InputError(f"a pitch of {pitch_px} pixels is not possible; it must be positive")

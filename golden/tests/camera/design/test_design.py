@@ -186,6 +186,12 @@ def test_camera_from_lengths_alone() -> None:
         (("--near", "300", "--camera", "f193-mla2", "--disparity-error", "0"), "positive number"),
         (("--near", "300", "--camera", "f193-mla2", "--plot", "a.jpg"), "must end in .svg"),
         (("--near", "300", "--camera", "f193-mla2", "--exit-pupil", "0"), "--exit-pupil: 0.0"),
+        (("--near", "300", "--camera", "f193-mla2", "--page", "--json"), "--json; the page shows"),
+        (("--near", "300", "--camera", "f193-mla2", "--port", "8080"), "--port requires --page"),
+        (("--near", "300", "--camera", "f193-mla2", "--no-browser"), "requires --page"),
+        (("--near", "300", "--camera", "f193-mla2", "--pixel", "1e-9"), "M is more than 10000"),
+        (("--near", "300", "--camera", "f193-mla2", "-M", "9" * 400), "M is more than 10000"),
+        (("--near", "300", "--camera", "f193-mla2", "-M", "1"), "2 or more"),
     ],
 )
 def test_wrong_calls(words: tuple[str, ...], text: str) -> None:
