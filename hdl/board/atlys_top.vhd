@@ -153,6 +153,8 @@ architecture rtl of atlys_top is
   -- Serialisers.
   signal in_bits   : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal out_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal out_p     : std_logic_vector(CHANNELS downto 0);
+  signal out_n     : std_logic_vector(CHANNELS downto 0);
 
   -- The constraints name these nets.
   attribute keep : string;
@@ -191,7 +193,6 @@ begin
       order       => order,
       in_ddc      => in_ddc,
       in_sda_low  => in_sda_low,
-      in_hot_plug => open,
       out_ddc     => out_ddc,
       out_ddc_low => out_ddc_low,
       uart_rx     => uart_rx,
@@ -253,8 +254,7 @@ begin
       out_words      => out_words,
       pattern_timing => PATTERN,
       settings       => settings,
-      state          => state,
-      wrong          => open
+      state          => state
     );
 
   --------------------------------------------------------------------------------------------------
@@ -365,7 +365,8 @@ begin
 
   end generate channel;
 
-  lane : for c in 0 to CHANNELS - 1 generate
+  -- The clock is sent as a word, from the same kind of serialiser, so that it leaves in step with the data.
+  lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.tmds_output
       port map (
@@ -375,23 +376,15 @@ begin
         clk       => tx_clk,
         clk_x2    => tx_clk_x2,
         reset     => tx_half_reset,
-        data_p    => out_data_p(c),
-        data_n    => out_data_n(c)
+        data_p    => out_p(c),
+        data_n    => out_n(c)
       );
 
   end generate lane;
 
-  -- The clock is sent as a word, from the same kind of serialiser, so that it leaves in step with the data.
-  clock_lane : entity work.tmds_output
-    port map (
-      word      => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
-      io_clk    => tx_io_clk,
-      io_strobe => tx_io_strobe,
-      clk       => tx_clk,
-      clk_x2    => tx_clk_x2,
-      reset     => tx_half_reset,
-      data_p    => out_clk_p,
-      data_n    => out_clk_n
-    );
+  out_data_p <= out_p(CHANNELS - 1 downto 0);
+  out_data_n <= out_n(CHANNELS - 1 downto 0);
+  out_clk_p  <= out_p(CHANNELS);
+  out_clk_n  <= out_n(CHANNELS);
 
 end architecture rtl;

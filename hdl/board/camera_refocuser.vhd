@@ -143,10 +143,7 @@ begin
       sda_low => sda_low,
       start   => start,
       busy    => setup_busy,
-      done    => setup_done,
-      fault   => open,
-      entry   => open,
-      retried => open
+      done    => setup_done
     );
 
   receiver : entity work.csi_receiver
@@ -158,22 +155,21 @@ begin
       COUNT_BITS       => COUNT_BITS
     )
     port map (
-      byte_clk        => byte_clk,
-      lane_valid      => lane_valid,
-      lane_sync       => lane_sync,
-      lane_data       => lane_data,
-      clk             => clk,
-      reset           => reset,
-      virtual_channel => "00",
-      columns         => COLUMNS_PORT,
-      rows            => ROWS_PORT,
-      m_axis_tvalid   => raw_tvalid,
-      m_axis_tready   => raw_tready,
-      m_axis_tdata    => raw_tdata,
-      m_axis_tuser    => raw_tuser,
-      m_axis_tlast    => raw_tlast,
-      fault_counts    => lane_faults,
-      fault_clear     => reset
+      byte_clk      => byte_clk,
+      lane_valid    => lane_valid,
+      lane_sync     => lane_sync,
+      lane_data     => lane_data,
+      clk           => clk,
+      reset         => reset,
+      columns       => COLUMNS_PORT,
+      rows          => ROWS_PORT,
+      m_axis_tvalid => raw_tvalid,
+      m_axis_tready => raw_tready,
+      m_axis_tdata  => raw_tdata,
+      m_axis_tuser  => raw_tuser,
+      m_axis_tlast  => raw_tlast,
+      fault_counts  => lane_faults,
+      fault_clear   => reset
     );
 
   direct : if not WITH_SENSOR generate
@@ -252,11 +248,6 @@ begin
         reset         => reset,
         in_valid      => rx_valid,
         in_data       => rx_data,
-        other_valid   => open,
-        other_data    => open,
-        s_axis_tvalid => '0',
-        s_axis_tready => open,
-        s_axis_tdata  => x"00",
         m_axis_tvalid => tx_valid,
         m_axis_tready => tx_ready,
         m_axis_tdata  => tx_data,
@@ -316,8 +307,7 @@ begin
         m_axis_tlast   => lens_tlast,
         raster_columns => lens_columns,
         raster_rows    => lens_rows,
-        error_flags    => lens_flags,
-        error_clear    => '0'
+        error_flags    => lens_flags
       );
 
   end generate sensor;
@@ -344,8 +334,6 @@ begin
       columns       => lens_columns,
       rows          => lens_rows,
       slice         => slice,
-      sweep         => '0',
-      sweep_frames  => x"00",
       s_axis_tvalid => lens_tvalid,
       s_axis_tready => lens_tready,
       s_axis_tdata  => lens_tdata,
@@ -355,10 +343,8 @@ begin
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
-      m_axis_tid    => open,
       m_axis_tlast  => m_axis_tlast,
-      error_flags   => core_flags,
-      error_clear   => '0'
+      error_flags   => core_flags
     );
 
   follow : process (clk) is

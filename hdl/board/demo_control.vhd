@@ -59,7 +59,6 @@ begin
     port map (
       clk      => clk,
       contacts => keys,
-      levels   => open,
       pressed  => pressed
     );
 

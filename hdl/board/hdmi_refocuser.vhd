@@ -136,7 +136,6 @@ begin
       video        => link,
       aligned      => aligned,
       inverted     => inverted,
-      locked       => open,
       errors       => wrong_words,
       hdmi         => hdmi,
       info         => info,

@@ -207,9 +207,6 @@ begin
       m_axis_tdata  => new_tdata,
       m_axis_tuser  => new_tuser,
       m_axis_tlast  => new_tlast,
-      frame_columns => open,
-      frame_rows    => open,
-      raw_lines     => open,
       state         => state
     );
 

@@ -32,9 +32,9 @@ entity load_port is
     other_valid : out   std_logic;
     other_data  : out   std_logic_vector(7 downto 0);
     -- Answers of command_line.
-    s_axis_tvalid : in    std_logic;
+    s_axis_tvalid : in    std_logic                    := '0';
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(7 downto 0);
+    s_axis_tdata  : in    std_logic_vector(7 downto 0) := x"00";
     -- All answers.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;

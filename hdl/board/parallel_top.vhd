@@ -106,7 +106,6 @@ begin
       INTERPOLATION_ORDER => INTERPOLATION_ORDER,
       HOLD                => HOLD,
       MAX_COLUMNS         => MAX_COLUMNS,
-      CHANNELS            => 1,
       PIXEL_BITS          => PIXEL_BITS,
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
@@ -120,8 +119,6 @@ begin
       columns       => COLUMNS_PORT,
       rows          => ROWS_PORT,
       slice         => slice,
-      sweep         => '0',
-      sweep_frames  => x"00",
       s_axis_tvalid => raw_valid,
       s_axis_tready => raw_ready,
       s_axis_tdata  => raw_data,
@@ -131,10 +128,8 @@ begin
       m_axis_tready => new_ready,
       m_axis_tdata  => new_data,
       m_axis_tuser  => new_first,
-      m_axis_tid    => open,
       m_axis_tlast  => new_last,
-      error_flags   => flags,
-      error_clear   => '0'
+      error_flags   => flags
     );
 
   -- It waits until a whole line is there, so that lines go out without gaps.

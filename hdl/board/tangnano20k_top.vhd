@@ -99,6 +99,8 @@ architecture rtl of tangnano20k_top is
   signal shown : video_t;
   signal wide  : video_t;
   signal words : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal out_p : std_logic_vector(CHANNELS downto 0);
+  signal out_n : std_logic_vector(CHANNELS downto 0);
 
   -- What the LEDs tell.
   signal following    : std_logic;
@@ -180,8 +182,6 @@ begin
       in_video     => drawn,
       out_video    => shown,
       following    => following,
-      unsupported  => open,
-      timing       => open,
       video_errors => video_errors
     );
 
@@ -208,7 +208,8 @@ begin
       tx_words => words
     );
 
-  lane : for c in 0 to CHANNELS - 1 generate
+  -- The clock goes out as a word of five ones and five zeros, so that it is in step with the data.
+  lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.serial_output
       port map (
@@ -216,22 +217,16 @@ begin
         clk_x5 => clk_x5,
         reset  => reset,
         word   => words(10 * c + 9 downto 10 * c),
-        data_p => out_data_p(c),
-        data_n => out_data_n(c)
+        data_p => out_p(c),
+        data_n => out_n(c)
       );
 
   end generate lane;
 
-  -- The clock goes out as a word of five ones and five zeros, so that it is in step with the data.
-  clock_lane : entity work.serial_output
-    port map (
-      clk    => clk,
-      clk_x5 => clk_x5,
-      reset  => reset,
-      word   => words(10 * CHANNELS + 9 downto 10 * CHANNELS),
-      data_p => out_clk_p,
-      data_n => out_clk_n
-    );
+  out_data_p <= out_p(CHANNELS - 1 downto 0);
+  out_data_n <= out_n(CHANNELS - 1 downto 0);
+  out_clk_p  <= out_p(CHANNELS);
+  out_clk_n  <= out_n(CHANNELS);
 
   collect_errors : process (clk) is
   begin

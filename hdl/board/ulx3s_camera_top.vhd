@@ -145,6 +145,7 @@ architecture rtl of ulx3s_camera_top is
   signal going      : std_logic;
   signal out_strobe : std_logic;
   signal words      : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal pins       : std_logic_vector(CHANNELS downto 0);
 
 begin
 
@@ -153,10 +154,9 @@ begin
 
   oscillator : entity work.oscillator_clocks
     port map (
-      clk_25      => clk_25,
-      control_clk => open,
-      own_clk     => own_clk,
-      locked      => own_ready
+      clk_25  => clk_25,
+      own_clk => own_clk,
+      locked  => own_ready
     );
 
   own_stopped <= not own_ready;
@@ -311,12 +311,10 @@ begin
       delay_lines     => (others => '0'),
       picture_columns => frame_columns,
       picture_rows    => frame_rows,
-      too_large       => open,
       following       => following,
       s_axis          => new_pixels,
       s_axis_tready   => new_ready,
       video           => shown,
-      running         => open,
       underflow       => underflow
     );
 
@@ -356,28 +354,23 @@ begin
       clk        => clk,
       clk_x5     => clk_x5,
       reset      => reset_x5,
-      in_strobe  => open,
       out_strobe => out_strobe
     );
 
-  lane : for c in 0 to CHANNELS - 1 generate
+  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
+  lane : for c in 0 to CHANNELS generate
 
-    output_lane : entity work.ddr_output
+    link_out : entity work.ddr_output
       port map (
         word   => words(10 * c + 9 downto 10 * c),
         clk_x5 => clk_x5,
         strobe => out_strobe,
-        data   => out_data(c)
+        data   => pins(c)
       );
 
   end generate lane;
 
-  clock_lane : entity work.ddr_output
-    port map (
-      word   => words(10 * CHANNELS + 9 downto 10 * CHANNELS),
-      clk_x5 => clk_x5,
-      strobe => out_strobe,
-      data   => out_clk
-    );
+  out_data <= pins(CHANNELS - 1 downto 0);
+  out_clk  <= pins(CHANNELS);
 
 end architecture rtl;

@@ -149,6 +149,7 @@ architecture rtl of ulx3s_top is
   signal out_strobe : std_logic;
   signal in_bits    : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal out_words  : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal pins       : std_logic_vector(CHANNELS downto 0);
 
 begin
 
@@ -342,25 +343,20 @@ begin
 
   end generate channel;
 
-  lane : for c in 0 to CHANNELS - 1 generate
+  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
+  lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.ddr_output
       port map (
         word   => out_words(10 * c + 9 downto 10 * c),
         clk_x5 => clk_x5,
         strobe => out_strobe,
-        data   => out_data(c)
+        data   => pins(c)
       );
 
   end generate lane;
 
-  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
-  clock_lane : entity work.ddr_output
-    port map (
-      word   => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
-      clk_x5 => clk_x5,
-      strobe => out_strobe,
-      data   => out_clk
-    );
+  out_data <= pins(CHANNELS - 1 downto 0);
+  out_clk  <= pins(CHANNELS);
 
 end architecture rtl;

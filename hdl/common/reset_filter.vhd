@@ -39,9 +39,6 @@ begin
   requests(0) <= request;
 
   crossing : entity work.synchroniser
-    generic map (
-      WIDTH => 1
-    )
     port map (
       clk         => clk,
       level       => requests,

@@ -54,7 +54,7 @@ entity csi_receiver is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- The virtual channel whose frames come out, and the size that they should have; kept stable.
-    virtual_channel : in    std_logic_vector(1 downto 0);
+    virtual_channel : in    std_logic_vector(1 downto 0) := "00";
     columns         : in    std_logic_vector(15 downto 0);
     rows            : in    std_logic_vector(15 downto 0);
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, the first pixel in the low bits; what stands

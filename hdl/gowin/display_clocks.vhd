@@ -49,21 +49,18 @@ begin
       DEVICE    => "GW2A-18C"
     )
     port map (
-      clkin    => clk_27,
-      clkfb    => '0',
-      reset    => '0',
-      reset_p  => '0',
-      fbdsel   => "000000",
-      idsel    => "000000",
-      odsel    => "000000",
-      dutyda   => "0000",
-      psda     => "0000",
-      fdly     => "0000",
-      clkout   => fast_clk,
-      clkoutp  => open,
-      clkoutd  => open,
-      clkoutd3 => open,
-      lock     => lock_now
+      clkin   => clk_27,
+      clkfb   => '0',
+      reset   => '0',
+      reset_p => '0',
+      fbdsel  => "000000",
+      idsel   => "000000",
+      odsel   => "000000",
+      dutyda  => "0000",
+      psda    => "0000",
+      fdly    => "0000",
+      clkout  => fast_clk,
+      lock    => lock_now
     );
 
   divider : component clkdiv

@@ -147,32 +147,15 @@ begin
 
   block_itself : component dphy
     generic map (
-      GSR                => "ENABLED",
-      AUTO_PD_EN         => "POWERED_UP",
       CFG_NUM_LANES      => lanes_text,
-      CM                 => "0b00000000",
-      CN                 => "0b00000",
-      CO                 => "0b000",
       CONT_CLK_MODE      => clock_text,
-      DESKEW_EN          => "DISABLED",
       DSI_CSI            => "CSI2_APP",
       EN_CIL             => "CIL_ENABLED",
-      HSEL               => "DISABLED",
-      LANE0_SEL          => "LANE_0",
-      LOCK_BYP           => "GATE_TXBYTECLKHS",
       MASTER_SLAVE       => "SLAVE",
       PLLCLKBYPASS       => "BYPASSED",
-      RSEL               => "0b00",
       RXCDRP             => "0b01",
-      RXDATAWIDTHHS      => "0b00",
       RXLPRP             => "0b001",
-      TEST_ENBL          => "0b000000",
-      TEST_PATTERN       => "0b00000000000000000000000000000000",
       TST                => "0b0000",
-      TXDATAWIDTHHS      => "0b00",
-      U_PRG_HS_PREPARE   => "0b00",
-      U_PRG_HS_TRAIL     => "0b000000",
-      U_PRG_HS_ZERO      => "0b000000",
       U_PRG_RXHS_SETTLE  => six_bits(settle_clocks(SYNC_MHZ, DATA_SETTLE_NS)),
       UC_PRG_RXHS_SETTLE => six_bits(settle_clocks(SYNC_MHZ, CLOCK_SETTLE_NS))
     )

@@ -89,8 +89,8 @@ entity raster_refocuser is
     -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
     -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
     slice        : in    std_logic_vector(7 downto 0);
-    sweep        : in    std_logic;
-    sweep_frames : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic                    := '0';
+    sweep_frames : in    std_logic_vector(7 downto 0) := x"00";
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
     -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
     s_axis_tvalid : in    std_logic;
@@ -108,7 +108,7 @@ entity raster_refocuser is
     -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
     -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
-    error_clear : in    std_logic
+    error_clear : in    std_logic := '0'
   );
 end entity raster_refocuser;
 
@@ -265,8 +265,7 @@ begin
         GUARD_BITS          => GUARD_BITS,
         BROADCAST_TAPS      => BROADCAST_TAPS,
         SHARPENING          => SHARPENING,
-        WEIGHT_BITS         => WEIGHT_BITS,
-        DESKEW              => false
+        WEIGHT_BITS         => WEIGHT_BITS
       )
       port map (
         clk         => clk,

@@ -44,7 +44,7 @@ entity colour_mosaic is
     m_axis_tlast  : out   std_logic;
     -- Faults of the stream that came in, set until error_clear; frame_sequencer says which.
     error_flags : out   std_logic_vector(4 downto 0);
-    error_clear : in    std_logic
+    error_clear : in    std_logic := '0'
   );
 end entity colour_mosaic;
 

@@ -83,7 +83,7 @@ entity resampler is
     -- 0 to 4 as in frame_sequencer. 5: the grid needs more lines than there are or has no lens, the frame is one line
     -- or column or more than 8192 lines, or a commit came before all registers. Set until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
-    error_clear : in    std_logic
+    error_clear : in    std_logic := '0'
   );
 end entity resampler;
 

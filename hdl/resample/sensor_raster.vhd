@@ -60,7 +60,7 @@ entity sensor_raster is
     raster_rows    : out   std_logic_vector(15 downto 0);
     -- Faults, set until error_clear; resampler says which. 0 to 4 are those of the mosaic, too.
     error_flags : out   std_logic_vector(5 downto 0);
-    error_clear : in    std_logic
+    error_clear : in    std_logic := '0'
   );
 end entity sensor_raster;
 

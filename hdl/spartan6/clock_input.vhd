@@ -45,10 +45,7 @@ begin
 
   chosen_way : component bufio2
     generic map (
-      DIVIDE        => 1,
-      DIVIDE_BYPASS => true,
-      I_INVERT      => false,
-      USE_DOUBLER   => false
+      DIVIDE_BYPASS => true
     )
     port map (
       i      => from_pins,
@@ -57,10 +54,7 @@ begin
 
   counted_way : component bufio2
     generic map (
-      DIVIDE        => 1,
-      DIVIDE_BYPASS => true,
-      I_INVERT      => false,
-      USE_DOUBLER   => false
+      DIVIDE_BYPASS => true
     )
     port map (
       i      => from_pins,

@@ -97,11 +97,7 @@ begin
       COUNTER_WRAPAROUND => "STAY_AT_LIMIT",
       DATA_RATE          => "SDR",
       DELAY_SRC          => "IDATAIN",
-      IDELAY2_VALUE      => 0,
-      IDELAY_MODE        => "NORMAL",
       IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
-      IDELAY_VALUE       => 0,
-      ODELAY_VALUE       => 0,
       SERDES_MODE        => "MASTER",
       SIM_TAPDELAY_VALUE => 50
     )
@@ -125,11 +121,7 @@ begin
       COUNTER_WRAPAROUND => "WRAPAROUND",
       DATA_RATE          => "SDR",
       DELAY_SRC          => "IDATAIN",
-      IDELAY2_VALUE      => 0,
-      IDELAY_MODE        => "NORMAL",
       IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
-      IDELAY_VALUE       => 0,
-      ODELAY_VALUE       => 0,
       SERDES_MODE        => "SLAVE",
       SIM_TAPDELAY_VALUE => 50
     )
@@ -151,7 +143,6 @@ begin
   -- RETIMED: the word changes with clkdiv alone. Word boundaries are found behind the gearbox, so nothing slips here.
   master_deserialiser : component iserdes2
     generic map (
-      BITSLIP_ENABLE => false,
       DATA_RATE      => "SDR",
       DATA_WIDTH     => 5,
       INTERFACE_TYPE => "RETIMED",
@@ -179,7 +170,6 @@ begin
   -- Its samples at the edges tell the master whether the delay is too long or too short (valid, incdec).
   slave_deserialiser : component iserdes2
     generic map (
-      BITSLIP_ENABLE => false,
       DATA_RATE      => "SDR",
       DATA_WIDTH     => 5,
       INTERFACE_TYPE => "RETIMED",

@@ -107,7 +107,6 @@ begin
         HOLD                => HOLD,
         MAX_COLUMNS         => MAX_COLUMNS,
         CHANNELS            => CHANNELS,
-        PIXEL_BITS          => 8,
         EXACT               => EXACT,
         FRACTION_BITS       => FRACTION_BITS,
         GUARD_BITS          => GUARD_BITS,
@@ -223,7 +222,6 @@ begin
         SHIFTS           => SHIFTS,
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => 3,
-        PIXEL_BITS       => 8,
         INPUT_LINES      => MICRO_IMAGE_SIZE,
         FLUSH            => false
       )
@@ -256,7 +254,6 @@ begin
         SHIFTS           => between_shifts,
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => 3,
-        PIXEL_BITS       => 8,
         CHOSEN_TOO       => true,
         FLUSH            => false
       )

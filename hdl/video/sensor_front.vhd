@@ -101,8 +101,7 @@ begin
       LENSES           => LENSES,
       MOVES            => MOVES,
       GAINS            => GAINS,
-      CHANNELS         => PIXEL_CHANNELS,
-      PIXEL_BITS       => 8
+      CHANNELS         => PIXEL_CHANNELS
     )
     port map (
       clk            => clk,
