@@ -59,6 +59,7 @@ ODD_NAMES = (
     *("\udcff.png", "deep.json", "deep.toml", ".", "*", "[", "~"),
 )
 IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", "one.png")
+IMAGES += ("row.png",)
 # Names that each option usually takes.
 NAMES: Mapping[str, tuple[str, ...]] = {
     "raster": IMAGES,
@@ -73,8 +74,8 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "port": ("grey.png", "missing"),
     "frames": ("grey.png", "*.png"),
     "folder": ("views", "mosaic.png", "field.mat", "new.mat", "hci"),
-    "scene": ("scene.toml", "rgb-480p"),
-    "camera": ("camera.toml", "f193-mla2"),
+    "scene": ("scene.toml", "rgb-480p", "lifcl40"),
+    "camera": ("camera.toml", "f193-mla2", "odd_camera.toml"),
     "prescription": ("lens.csv", "f100"),
     "a": ("a.vcd", "b.vcd"),
     "b": ("a.vcd", "b.vcd"),
@@ -96,9 +97,10 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
     "size": ("640x480", "64x40", "x", "99999x2"),
-    "what": ("5.2", "table 5.9", "figure 5.9", "fig. 6.3", "5.99"),
+    "what": ("5.2", "table 5.9", "figure 5.9", "fig. 6.3", "5.99", "5.5 5.6", "٥.٥"),
 }
 ODD_WHOLE = ("-1", "0", "1", "2", "64", "10001", str(10**9), str(10**18), str(10**30), "x", "1.5")
+ODD_WHOLE += ("9" * 400,)
 ODD_REAL = (
     *("0", "-1", "1e-320", "1e-9", "1e9", "1e300", "nan", "inf", "-inf", "1e999", "x", ""),
     *("0.5", "1", "2.5", "100", "587.6", "5000"),
@@ -118,6 +120,7 @@ def make_stock(folder: Path) -> None:
     write_png(folder / "rgb.png", rgb)
     write_png(folder / "deep.png", rng.integers(0, 65536, (23, 31), np.uint16))
     write_png(folder / "one.png", grey[:1, :1])
+    write_png(folder / "row.png", grey[:M])
     write_png(folder / "dark.png", np.zeros((90, 90), np.uint8))
     imwrite(folder / "grey.tif", grey, compression="zlib")
     PillowImage.fromarray(rgb).save(folder / "rgb.jpg")
@@ -137,6 +140,11 @@ def make_stock(folder: Path) -> None:
     _make_light_fields(folder, grey)
     shutil.copy(project.root() / "scenes" / "rgb-480p.toml", folder / "scene.toml")
     shutil.copy(CAMERAS / "f193-mla2.toml", folder / "camera.toml")
+    # Telecentric, afar and tiny, with micro images of 1601 pixels.
+    odd = 'name = "odd"\n[main_lens]\nfocal_length_mm = 1e9\nexit_pupil_mm = inf\n'
+    odd += "entrance_pupil_diameter_mm = 1e-9\n[micro_lenses]\nfocal_length_mm = 1e-6\n"
+    odd += f"pitch_mm = 0.1\n[sensor]\npixel_pitch_mm = {0.1 / 1601}\ncolumns = {10**30}\n"
+    (folder / "odd_camera.toml").write_text(odd)
     shutil.copy(project.DATA / "lenses" / "f100.csv", folder / "lens.csv")
     head = "$timescale 1ns $end\n$scope module top $end\n$var wire 1 ! clk $end\n"
     head += "$var wire 4 # x $end\n$upscope $end\n$enddefinitions $end\n"

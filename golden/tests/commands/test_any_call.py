@@ -278,7 +278,9 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("configure",): check_configure,
     ("project",): check_project,
     ("reproduce",): check_reproduce,
-    ("board", "picture"): lambda p: {f"{p['out']}/picture.{kind}" for kind in ("png", "html")},
+    ("board", "picture"): lambda p: {
+        str(Path(p["out"]) / f"picture.{kind}") for kind in ("png", "html")
+    },
     ("batch",): check_batch,
     **dict.fromkeys(
         ((name,) for name in ("distance", "baseline", "depth", "slices", "plan", "design")),

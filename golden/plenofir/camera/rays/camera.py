@@ -17,16 +17,19 @@ from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 
 CAMERAS = project.DATA / "cameras"
-# Lengths that are no camera's may divide to infinity.
-_MOST_PIXELS = 1e15
 
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-SignedLength = Annotated[float, Field(allow_inf_nan=False)]
+# Far beyond any camera, and near enough for products and quotients of lengths to be numbers.
+_SHORTEST, _LONGEST = 1e-30, 1e30
+
+Length = Annotated[float, Field(ge=_SHORTEST, le=_LONGEST)]
+SignedLength = Annotated[float, Field(ge=-_LONGEST, le=_LONGEST)]
 
 
 def _pupil_distance(value: float) -> float:
-    if value == 0 or not value > -inf:
-        raise ValueError("Input should be a number other than 0, or inf")
+    if value != inf and not _SHORTEST <= abs(value) <= _LONGEST:
+        raise ValueError(
+            f"Input should be a number other than 0, up to {_LONGEST:g} on either side, or inf"
+        )
     return value
 
 
@@ -111,8 +114,7 @@ class Camera(_Part):
     @property
     def micro_image_size(self) -> int:
         """M: the largest odd number of pixels that a micro image has, 1 or more."""
-        pixels = min(self.pixels_per_lens, _MOST_PIXELS)
-        return max(1, int((pixels - 1) // 2 * 2 + 1))
+        return max(1, int((self.pixels_per_lens - 1) // 2 * 2 + 1))
 
     def thin_lens_note(self) -> str:
         """Say that the exit pupil is assumed; empty where the camera's data have it."""

@@ -24,7 +24,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
-from math import inf
 from typing import Literal
 
 import numpy as np
@@ -39,8 +38,8 @@ Border = Literal["centre", "near", "far"]
 """The plane itself, or a border of its depth of field."""
 # With their k.
 _BORDERS: Mapping[Border, int] = {"centre": 0, "near": 1, "far": -1}
-# Beyond this the products of the coefficients would overflow.
-_LARGEST_A = 1e100
+# Beyond this the products with the coefficients would overflow.
+_LARGEST = 1e100
 # Planes are evaluated in blocks that stay in the processor's cache.
 _BLOCK = 8192
 
@@ -118,8 +117,8 @@ class RayModel(VirtualCameras):
 
     def _distances(self, a: npt.ArrayLike, border: Border) -> Distances:
         values = np.asarray(a, dtype=np.float64)
-        if not (np.abs(values) <= _LARGEST_A).all():
-            raise InputError(f"a must be a finite number up to {_LARGEST_A:g}")
+        if not (np.abs(values) <= _LARGEST).all():
+            raise InputError(f"a must be a finite number up to {_LARGEST:g}")
         top, bottom = self._lines[border]
         lens = self.camera.main_lens
         # Nothing can be placed nearer than the front vertex or, if that is not known, than the
@@ -176,12 +175,12 @@ class RayModel(VirtualCameras):
 
         `distance_mm`: distances from the micro lenses, any shape; inf is allowed. `border`: which
         of a plane's distances is meant: its own, or a border of its depth of field. Result: a, same
-        shape. Raises `InputError` if a distance is nan or -inf, or no plane lies there.
+        shape. Raises `InputError` if a distance is nan, -inf or too large, or no plane is there.
         """
         top, bottom = self._lines[border]
         distance = np.asarray(distance_mm, dtype=np.float64)
-        if np.isnan(distance).any() or (distance == -inf).any():
-            raise InputError("a distance is a number of mm, or inf")
+        if not ((np.abs(distance) <= _LARGEST) | np.isposinf(distance)).all():
+            raise InputError(f"a distance is a number of mm up to {_LARGEST:g}, or inf")
         # D(a) = d V(a) is as linear in d as in a.
         numerator = Line(-top.constant, -top.constant_low, bottom.constant, bottom.constant_low)
         denominator = Line(top.factor, top.factor_low, -bottom.factor, -bottom.factor_low)

@@ -150,11 +150,15 @@ def plot_triangulation(
     span = max(abs(d) for d in disparities) or 1.0
     curve = np.linspace(min(0.0, *disparities) - 0.2 * span, max(disparities) + 0.3 * span, 801)
     figure, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
+    seen = False
     for values, style in ((curve, "-"), (np.asarray(disparities, dtype=np.float64), "o")):
-        found = model.depth(values, gap, view=view, unit=unit)
-        axes.plot(values, found.mm + model.entrance_pupil_mm, style, color="tab:blue")
-    axes.set_yscale("log")
-    label_log_axis(axes.yaxis)
+        distances = model.depth(values, gap, view=view, unit=unit).mm + model.entrance_pupil_mm
+        axes.plot(values, distances, style, color="tab:blue")
+        seen = seen or bool((distances > 0).any())
+    # Of a camera that sees nothing real there, the axes alone.
+    if seen:
+        axes.set_yscale("log")
+        label_log_axis(axes.yaxis)
     axes.set(
         xlabel=f"disparity / {unit}, views {view} and {view + gap}",
         ylabel="distance from the micro lenses / mm",

@@ -41,9 +41,13 @@ class VirtualCameras(FocusedCamera):
     def exit_pupil_baseline(self, gap: npt.ArrayLike) -> Values:
         """Baseline B_A' between views at the exit pupil (Eq. 3.51 as a difference).
 
-        `gap`: G, views between the two cameras. Result: B_A' in mm, same shape.
+        `gap`: G, views between the two cameras. Result: B_A' in mm, same shape; infinite where the
+        exit pupil is.
         """
-        return np.asarray(gap, dtype=np.float64) * (self.pixel_slope * self.exit_pupil_mm)
+        views, step = np.asarray(gap, dtype=np.float64), self.pixel_slope * self.exit_pupil_mm
+        with np.errstate(invalid="ignore"):
+            # Also where the pupil is infinitely far away.
+            return np.where(views == 0, 0.0, views * step)
 
     @property
     def outermost_view(self) -> int | None:
@@ -121,12 +125,12 @@ class VirtualCameras(FocusedCamera):
             "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided by
             the gap, as Table 5.9 of the text counts.
         """
-        pixels = self._in_pixels(disparity, gap, unit)
-        turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
-        states = np.full(turn.shape, REAL, dtype=np.int8)
-        base = self.baseline(gap)
-        states[turn * np.sign(base) < 0] = BEYOND
         with np.errstate(divide="ignore", over="ignore"):
+            pixels = self._in_pixels(disparity, gap, unit)
+            turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
+            states = np.full(turn.shape, REAL, dtype=np.int8)
+            base = self.baseline(gap)
+            states[turn * np.sign(base) < 0] = BEYOND
             depth = base / turn
         # Farther than a double can say counts as infinity.
         states[~np.isfinite(depth)] = INFINITY

@@ -20,8 +20,13 @@ def flower_picture(columns: int, rows: int, m: int) -> Image:
     """The shipped flower with micro images of M x M pixels, over and over until it fills a screen.
 
     Of its 5 x 5 views as many are taken as M wants, evenly, the outer ones included; more than
-    five repeat some.
+    five repeat some. InputError if the screen has no room for one micro image.
     """
+    if m > min(columns, rows):
+        raise InputError(
+            f"a screen of {columns} x {rows} has no room for a micro image of M = {m}; use a "
+            "smaller M"
+        )
     flower, have = read_image(FLOWER), FLOWER_MICRO_IMAGE_SIZE
     views = np.round(np.linspace(0, have - 1, m)).astype(int)
     places = [

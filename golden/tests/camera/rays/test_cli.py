@@ -208,3 +208,26 @@ def test_report(tmp_path: Path) -> None:
         picture = f"{name}.png"
         assert picture in text
         assert (tmp_path / picture).stat().st_size > 5000
+
+
+@pytest.mark.filterwarnings("error")
+def test_plots_of_a_camera_at_the_ends_of_what_is_possible(tmp_path: Path) -> None:
+    camera = tmp_path / "odd.toml"
+    camera.write_text(
+        'name = "odd"\n[main_lens]\nfocal_length_mm = 1e9\nexit_pupil_mm = inf\n'
+        "[micro_lenses]\nfocal_length_mm = 1e-6\npitch_mm = 0.1\n[sensor]\npixel_pitch_mm = 1e-3\n"
+    )
+    plot = tmp_path / "plot.svg"
+    # A telecentric lens has no baseline at its pupil, and these disparities no real object.
+    for words in (("baseline", "--gap", "0"), ("depth", "--disparity", "-1")):
+        done = plenofir(*words, "--camera", str(camera), "--plot", str(plot))
+        assert done.returncode == 0, done.stderr
+        assert plot.read_bytes().startswith(b"<?xml")
+        plot.unlink()
+
+
+@pytest.mark.parametrize("words", [("--near", "1e200"), ("--near", "nan")])
+def test_distances_beyond_any_are_refused(words: tuple[str, ...]) -> None:
+    done = plenofir("slices", "--camera", "f193-mla2", "--far", "1e300", *words)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1

@@ -233,7 +233,7 @@ def test_cover_to_infinity():
     ("near", "far"), [(500, 400), (-1, 100), (0, 100), (5, 5), (float("nan"), 9)]
 )
 def test_bad_ranges(near, far):
-    with pytest.raises(InputError, match="no range of distances"):
+    with pytest.raises(InputError, match="not a range of distances"):
         covering_slices(model(), near, far)
 
 
