@@ -78,8 +78,13 @@ def _print(found: "Design") -> None:
 
 @app.command()
 def design(
-    near: Annotated[float, options.distance("--near", "Nearest distance that matters, in mm.")],
     camera: options.CameraIfGiven = None,
+    near: Annotated[
+        float | None,
+        options.distance(
+            "--near", "Nearest distance that matters in mm; that of the plane a = 2 if not given."
+        ),
+    ] = None,
     far: Annotated[
         float, options.distance("--far", "Farthest distance that matters in mm, or inf.")
     ] = inf,

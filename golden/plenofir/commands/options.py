@@ -267,8 +267,8 @@ def _finite(param: typer.CallbackParam, value: float | None) -> float | None:
     return value
 
 
-def _distance(param: typer.CallbackParam, value: float) -> float:
-    if isnan(value) or value == -inf:
+def _distance(param: typer.CallbackParam, value: float | None) -> float | None:
+    if value is not None and (isnan(value) or value == -inf):
         raise InputError(
             f"{value} is not a distance; give a number of mm, or inf", where=str(param.name)
         )

@@ -17,6 +17,8 @@ from plenofir.ground.errors import InputError
 # Micro images may miss each other by so much, or overlap, and are called matched.
 _MATCHED = 0.05
 _FEWEST_PIXELS = 3
+# Where the range begins if it is not given.
+_NEAR = 2.0
 # A step in a that counts as none.
 _NOT_RESOLVED = Fraction(4)
 
@@ -255,7 +257,7 @@ def _finite(value: float) -> float | None:
 
 def _directions(model: RayModel, gap: int, near_mm: float, far_mm: float) -> list[Figure]:
     """Focus, virtual cameras, and focus settings of the range."""
-    near, far = (float(model.focus_setting(d)) for d in (near_mm, far_mm))
+    near, far = (float(model.focus_setting(d)) + 0.0 for d in (near_mm, far_mm))
     step = float(resolved_step(model, (near + far) / 2))
     pupil, tilt = _finite(model.exit_pupil_mm), float(model.tilt(gap)) + 0.0
     ends = "outermost views in the pupil"
@@ -310,18 +312,30 @@ def _warnings(model: RayModel, figures: dict[str, Figure], gaps: bool, covered: 
 
 
 def design(
-    model: RayModel, near_mm: float, far_mm: float = inf, *, disparity_error_px: float = 0.1
+    model: RayModel,
+    near_mm: float | None = None,
+    far_mm: float = inf,
+    *,
+    disparity_error_px: float = 0.1,
 ) -> Design:
     """Compute every figure of a camera at once.
 
-    `model`: the camera, focused. `near_mm`, `far_mm`: the range of distances that matters; far may
-    be inf. `disparity_error_px`: how well a disparity between the outermost views can be measured,
-    in pixels of the views. Raises `InputError` if the range is empty or that error not positive.
+    `model`: the camera, focused. `near_mm`, `far_mm`: the range of distances that matters, from the
+    micro lenses; near is that of the plane a = 2 if None, far may be inf. `disparity_error_px`: how
+    well a disparity between the outermost views can be measured, in pixels of the views. Raises
+    `InputError` if the range is empty or that error not positive.
     """
     if not 0 < disparity_error_px < inf:
         raise InputError(
             f"{disparity_error_px:g}; give a positive number of pixels", where="disparity_error"
         )
+    if near_mm is None:
+        plane = model.distance(_NEAR)
+        if plane.state() is not State.REAL:
+            raise InputError(
+                f"no plane a = {_NEAR:g} lies in front of the lens; give it", where="near"
+            )
+        near_mm = float(plane.mm)
     gap = _views(model)
     cover = covering_slices(model, near_mm, far_mm)
     listed = [

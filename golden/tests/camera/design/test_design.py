@@ -163,6 +163,19 @@ def test_command_writes_all_its_forms(tmp_path: Path) -> None:
         assert part in text
 
 
+def test_the_range_begins_at_the_plane_a_2_if_not_given() -> None:
+    ran = plenofir("design", "--camera", "f193-mla2", "--json")
+    assert ran.returncode == 0, ran.stderr
+    figures_found = json.loads(ran.stdout)["figures"]
+    assert figures_found["a_near"] == pytest.approx(2)
+    assert str(figures_found["a_far"]) == "0.0"
+    # A lens that is longer than its planes are far away: none is in front of it.
+    long_lens = F193.main_lens.model_copy(update={"front_vertex_mm": 1e9})
+    model = RayModel.focused(F193.model_copy(update={"main_lens": long_lens}), inf, 13)
+    with pytest.raises(InputError, match="no plane a = 2 lies in front"):
+        design(model)
+
+
 def test_camera_from_lengths_alone() -> None:
     lengths = ("--focal-length", "50", "--lens-focal-length", "1", "--lens-pitch", "0.05")
     ran = plenofir("design", *lengths, "--pixel", "0.005", "--near", "300", "--json")
