@@ -45,7 +45,10 @@ def declaration_table(text: str, kind: str) -> list[str]:
     for row in rows:
         meaning = "" if row.comment == before else escaped(row.comment)
         before = row.comment
-        type_name, third = escaped(row.type_name), row.default or row.mode
+        type_name = escaped(row.type_name)
+        third = row.default if kind == "generic" else row.mode
+        if kind == "port" and row.default:
+            third = f"{row.mode}, default {escaped(row.default)}"
         lines.append(f"| `{row.name}` | {type_name} | {third} | {meaning} |")
     return lines
 

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- AXI4-Lite with words of 32 bits: one write and one read at a time, each as a single clock on the side of the words.
 --
--- A write's address and data are taken as they come, in any order: some masters offer the one when the other is taken.
--- An address between two words is answered with an error, and nothing is written.
+-- A write's address and data are taken in any order, because some masters offer the second only when the first is
+-- taken. An address between two words is answered with an error, and nothing is written.
 --
 -- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 2 clocks.
 -- Equation: each request that is taken is answered once, in order, with OKAY or SLVERR; an answer stays until it is

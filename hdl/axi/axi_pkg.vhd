@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What passes between registers, core and bus; what the registers of a core read as, of its generics; the width of
--- its streams. All functions are evaluated at elaboration only.
+-- The records between registers, core and bus; the values of the read-only registers, from a core's generics; the width
+-- of its streams. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;

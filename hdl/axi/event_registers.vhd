@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What has happened at a core: faults and events until they are cleared, the interrupt, counters.
+-- Records what happens at a core: faults and events until they are cleared, the interrupt, counters.
 --
--- A fault or an event that happens in the clock in which its bit is cleared stays.
+-- A fault or event in the same clock in which its bit is cleared is kept.
 --
 -- Latency: 1 clock, to the interrupt 2. Throughput: one of each kind each clock.
 -- Equation: errors = errors and not cleared or new; counts modulo 2**32.

@@ -1,9 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Lets whole frames into a core, or drops them, and tells what goes in and comes out for counters.
+-- Lets whole frames into a core or drops them, and reports what goes in and comes out to the counters.
 --
--- A frame goes in if `enable` is high at its first pixel. What belongs to no frame (of one that is not let in, of a
--- size that the core does not support, in excess of a line, between two frames) is told in `dropped`, whether it is
--- dropped here or by frame_sequencer in the core. So the lines that are told to begin to go in are those that come out.
+-- A frame goes in if `enable` is high at its first pixel. `dropped` reports transfers that belong to no frame (of a
+-- frame that was not let in, of a size that the core does not support, in excess of a line, between two frames),
+-- whether they are dropped here or by frame_sequencer in the core. So every line that is reported to go in also comes
+-- out.
 --
 -- Latency: none for the stream, 1 clock for what is told. Throughput: one transfer each clock.
 -- Equation: transfers in = those of frames + dropped.

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The registers of a core behind AXI4-Lite: what it is, what it is to do, what happened, an interrupt; and the gate by
--- which whole frames go in.
+-- The registers of a core behind AXI4-Lite: description, control, events, an interrupt; and the gate that lets whole
+-- frames in.
 --
--- registers.toml beside this file is the map; docs/registers.md has it as a table. Registers of parts that are not
--- there (PARTS), addresses beyond the map or between two words, writes to what can only be read and reads of what can
--- only be written answer with SLVERR and change nothing. A frame size that cannot be taken is told in `errors`: a
--- processor may stop at a write that is answered with SLVERR.
+-- registers.toml beside this file is the map; docs/registers.md has it as a table. SLVERR, without any effect, answers
+-- accesses to registers of parts that are not built (PARTS), to addresses beyond the map or between two words, writes
+-- to read-only registers and reads of write-only ones. A frame size that cannot be taken is reported in `errors`
+-- instead, because SLVERR may stop a processor.
 --
 -- Latency: a written register is at the ports 2 clocks after its address and data are there, load words 3.
 -- Throughput: a write and a read every 2 clocks.

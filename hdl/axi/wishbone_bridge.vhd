@@ -2,7 +2,7 @@
 -- Puts refocuser_axi, stack_axi or sensor_axi on a Wishbone bus: each cycle becomes one of AXI4-Lite.
 --
 -- Wishbone B4, standard cycles, words of 32 bits: cyc and stb stay high until ack or err answers, which is SLVERR.
--- A master may give a cycle up before that; what was begun goes on behind the bridge, and is not answered.
+-- A master may abort a cycle before that; the access behind the bridge is then completed, but not answered.
 --
 -- Latency: 2 clocks more than AXI4-Lite takes, with axi_lite_slave behind it 4 from stb to ack. Throughput: a cycle
 -- every 5 clocks then.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Digilent Atlys (XC6SLX45): HDMI in on J3, refocused HDMI out on J2.
 --
--- Here is what belongs to the board and its family: pins (constraints/atlys.ucf), clocks, serialisers.
--- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
+-- This file has what belongs to the board and its family: pins (constraints/atlys.ucf), clocks, serialisers. The rest,
+-- the same for any board, is in hdmi_control and hdmi_refocuser.
 --
 -- Clocks: clk_100 runs the control. The pixel clock is the TMDS clock of J3, or for the test pattern
 -- one made on the board; a PLL makes it and its multiples for the receiver and the video path, a second

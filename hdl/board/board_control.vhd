@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern, output, place of the text,
--- and that the errors are cleared.
+-- Settings from buttons, switches and the serial port: slice, sweep, pass-through, test pattern, output, place of the
+-- text, clearing of the errors.
 --
--- Buttons step through the slices, around both ends, and through the outputs. Switches hide the text or put it at the
--- bottom; a command does so too. A switch and a command for the same thing: it is
--- on if either is. A sweep started by the switch shows each slice for SWITCH_FRAMES frames.
+-- Buttons step through the slices, around both ends, and through the outputs. Switches and commands hide the text or
+-- put it at the bottom. If a function has a switch and a command, it is on if either is on. A sweep started by the
+-- switch shows each slice for SWITCH_FRAMES frames.
 --
 -- Latency: a few clocks. Throughput: not applicable.
 -- Equation: none.

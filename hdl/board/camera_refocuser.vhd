@@ -1,13 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A camera on one chip, with nothing of a family in it: lanes of a D-PHY in, refocused frames out.
+-- A camera on one chip, without anything specific to a family: lanes of a D-PHY in, refocused frames out.
 --
--- The sensor is set up over I2C, its CSI-2 received, mosaic and lenses made a raster of micro images (if sensor_pkg has
--- a sensor; else frames are that raster, grey), which is refocused. What the lanes bring stands in camera_pkg. The
--- lenses' calibration is built in (sensor_pkg) or comes over the serial port, as into a board with HDMI. Without one
--- no frame comes out.
+-- The sensor is set up over I2C and its CSI-2 is received. If sensor_pkg has a sensor, mosaic and lenses are resampled
+-- to a raster of micro images; else frames are that raster, grey. The raster is refocused. camera_pkg describes what
+-- the lanes bring. The calibration of the lenses is built in (sensor_pkg) or arrives over the serial port, as on a
+-- board with HDMI. Without a calibration no frame comes out.
 --
--- Nothing stores a frame. The camera does not wait; what stands behind the output may, as long as the ring of raw lines
--- and the buffers last.
+-- No frame is stored. The camera does not wait; the sink may, as long as the ring of raw lines and the buffers last.
 --
 -- Latency: see csi_receiver, sensor_raster, raster_refocuser. Throughput: one raw pixel each clock of clk, or
 --   PIXELS_PER_CLOCK without a sensor in sensor_pkg.

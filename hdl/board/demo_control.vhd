@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Control of a board that shows its own light field: the focus goes to and fro by itself, until a key stops it.
+-- Control of a board that shows a stored light field: sweeps the focus to and fro until a key stops it.
 --
 -- Latency: a key takes effect with the next frame. Throughput: not applicable.
 -- Equation: slice = 0, 1, .. SLICES - 1, SLICES - 2, .. 0, each for FRAMES frames while it goes, one on with a step.

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the parts of an HDMI board tell each other: control and video path, both in the pixel clock; control, pins and
+-- Records between the parts of an HDMI board: control and video path, both in the pixel clock; control, pins and
 -- clocks.
 
 library ieee;

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The video path of a board: TMDS bits in, refocused, TMDS words out, with nothing of a family in it.
+-- The video path of a board, without anything specific to a family: TMDS bits in, refocused, TMDS words out.
 --
--- The input is the receiver's, as full-range RGB, or the board's own: a light field that is kept on the chip
--- (stored_pkg), else a test pattern with three planes. What is shown besides the refocused slice, and whether there
--- is a text over it, stands in screen_pkg; whether the input is a sensor's raw frames, in sensor_pkg. The
--- board gives the clocks, collects ten bits a clock and serialises words.
+-- The input is that of the receiver, as full-range RGB, or the board's own: a stored light field (stored_pkg) or a test
+-- pattern with three planes. screen_pkg says which outputs there are besides the refocused slice, and whether a text is
+-- shown; sensor_pkg says whether the input is a sensor's raw frames. The board provides the clocks, collects ten bits a
+-- clock and serialises words.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.

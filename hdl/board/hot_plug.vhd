@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Tells the source that a monitor is there, a while after reset, as if it were plugged in then.
+-- Announces a monitor to the source a while after reset, as if it had just been plugged in.
 --
--- A source that was there before the board was configured, with other modes maybe, reads the EDID anew.
+-- A source that was connected before the board was configured, perhaps with other modes, then reads the EDID anew.
 --
 -- Latency: PAUSE clocks. Throughput: not applicable.
 -- Equation: present = reset is over for PAUSE clocks.

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Reads bytes from address 0 on from an I2C device, as the only master of its lines.
 --
--- Nine clocks and a stop come first: they free a data line that a device still holds from a read that
--- was broken off. A device may stretch the clock for up to STRETCH clocks. A line that stays low,
--- or a byte that is not acknowledged, ends the read with a stop; both lines are let go.
+-- Nine clocks and a stop come first; they free a data line that a device still holds from an interrupted read. A device
+-- may stretch the clock for up to STRETCH clocks. If a line stays low, or a byte is not acknowledged, the read ends
+-- with a stop and both lines are released.
 --
 -- Latency: 51 bits to the first byte. Throughput: a byte in 9 bits, a bit in 4 * QUARTER clocks and the
 --   clock line's time to rise.

@@ -1,11 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The EDID memory that sources read over the display data channel: an I2C slave at 0x50.
 --
--- A write sets the address, reads go on from it, one byte after the other. Beyond the EDID_BYTES
--- of the EDID reads give 0xFF. Both lines are taken only after FILTER equal samples; a start condition
--- begins anew from any state, so a transfer that was broken off blocks nothing; one that is broken off while the data
--- line is held low, by a source that went away, would: the line is let go when the clock line has stood still for
--- LET_GO clocks.
+-- A write sets the address, and reads continue from it, one byte after the other. Beyond the EDID_BYTES of the EDID
+-- reads give 0xFF. Both lines are taken only after FILTER equal samples. A start condition begins anew from any state,
+-- so an interrupted transfer blocks nothing. A source that goes away while the data line is held low would block it:
+-- the line is therefore released when the clock line has stood still for LET_GO clocks.
 --
 -- Latency: FILTER + 3 clocks from a falling edge of the clock line to the data line. Throughput: I2C
 --   up to 400 kHz, with clk of 100 MHz.

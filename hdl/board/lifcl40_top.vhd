@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- CrossLink-NX evaluation board (LIFCL-40): a camera at its camera connector, refocused parallel video out.
 --
--- Here is what belongs to the board and its family: pins (constraints/lifcl40.pdc), clock, D-PHY. The rest is
+-- This file has what belongs to the board and its family: pins (constraints/lifcl40.pdc), clock, D-PHY. The rest is
 -- camera_refocuser.
 --
--- Without a sensor in sensor_pkg frames are the raster of micro images already, grey, four pixels a clock: what a
--- sensor with micro images of exactly M x M pixels brings, 360 million pixels a second on four lanes of 900 Mb/s.
+-- Without a sensor in sensor_pkg, frames are already the raster of micro images, grey, four pixels a clock: those of a
+-- sensor with micro images of exactly M x M pixels, 360 million pixels a second on four lanes of 900 Mb/s.
 --
 -- Clocks: that of the lanes from the D-PHY, and clk from the device's own oscillator, 450 MHz / (CLOCK_DIVIDE + 1)
 -- within 7 %. The crossing is in csi_receiver.

@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Brings the clocks of the video path up in the right order, and again after any loss.
+-- Starts the clocks of the video path in the right order, and again after any loss.
 --
--- From the measured TMDS clock, or for the test pattern the board's own: choose the source, set both
--- PLLs for its range, release the receiver's PLL, when it has locked the transmitter's, when that
--- has locked the logic. A source that changes, a clock out of range, and a lost lock all lead back to
--- the beginning; each wait ends after TIMEOUT clocks, and is counted then. So does a TMDS clock without data: a PLL or
--- a delay line that came up wrongly gets another chance.
+-- The order, from the measured TMDS clock or for the test pattern the board's own: choose the source, set both PLLs for
+-- its range, release the receiver's PLL; when it has locked, the transmitter's PLL; when that has locked, the logic. A
+-- source that changes, a clock out of range and a lost lock lead back to the beginning. Each wait ends after TIMEOUT
+-- clocks, which is counted. A TMDS clock without data leads back too, so that a PLL or a delay line that started
+-- wrongly gets another chance.
 --
--- A TMDS clock counts when STEADY measurements in a row were in range and each differed from the one before
--- by a count at most: an open input, which may oscillate, starts nothing. The fastest one accepted is that of
--- the timing constraints.
+-- A TMDS clock is accepted when STEADY measurements in a row were in range and each differed from the one before by at
+-- most a count, so an open input, which may oscillate, starts nothing. The fastest clock accepted is that of the timing
+-- constraints.
 --
 -- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 MHz and more (high)
 -- overlap, and a clock within both does not switch back and forth.

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Brings words for the load port of a resampler into the pixel clock: first the calibration that is built in
--- (sensor_pkg), if there is one, after each reset, then those of load_port. Without a pixel clock they wait.
+-- Brings words for the load port of a resampler into the pixel clock: after each reset first the built-in calibration
+-- (sensor_pkg), if there is one, then those of load_port. Without a pixel clock they wait.
 --
 -- Latency: that of bus_crossing. Throughput: a word in two round trips.
 -- Equation: load_word = CALIBRATION(0), CALIBRATION(1), ..., then port_word.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Words for the load port of a resampler from the serial port, in front of command_line.
 --
--- A line that begins with the letter l is for this entity; all others go on to command_line, whose answers come back
--- through here. Blanks do not count. Each line is answered by one line.
+-- A line that begins with the letter l is for this entity; all others go on to command_line, whose answers return
+-- through here. Blanks do not count. Each line is answered with one line.
 --
 --   l KAAAAADDDDDDDDDD   write a word: kind, address, data, 16 hexadecimal digits
 --   l ?                  what resampler it is

@@ -1,13 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the monitor at the HDMI output says of itself: its EDID, read again and again, as there is no
--- hot-plug line.
+-- The EDID of the monitor at the HDMI output, read again and again, as there is no hot-plug line.
 --
--- Of the first block, and of a CEA-861 extension behind it, the last eight bytes are at hand as they come
--- in: enough for the header, for both bytes of a standard timing, and for size and rate of a detailed
--- timing, the first of which is the preferred mode. A mode counts as offered if its size and its rate
--- (within 1 Hz) are those of a detailed timing, or if it is one of KNOWN_MODES and stands among the
--- established timings, the standard timings, or the codes of the extension. Of an interlaced timing
--- the rows and the rate are those of fields.
+-- Of the first block, and of a CEA-861 extension behind it, the last eight bytes are available as they arrive. That is
+-- enough for the header, for both bytes of a standard timing, and for size and rate of a detailed timing, the first of
+-- which is the preferred mode. A mode counts as offered if its size and its rate (within 1 Hz) are those of a detailed
+-- timing, or if it is one of KNOWN_MODES and is among the established timings, the standard timings, or the codes of
+-- the extension. For an interlaced timing rows and rate are those of its fields.
 --
 -- Latency: a read of 256 bytes takes 50 ms at 50 kHz; PAUSE lies between two reads. Throughput: not
 --   applicable.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A camera with parallel output in, refocused parallel video out: for an evaluation board, without pins of its own.
 --
--- The camera's pixel clock runs all of it. Between its lines and frames there must be as much blanking as the refocuser
--- needs behind a frame; a pixel that it does not take is reported.
+-- The camera's pixel clock is the only clock. Lines and frames must have as much blanking as the refocuser needs behind
+-- a frame; a pixel that it cannot take is reported.
 --
 -- Latency: see raster_refocuser, and a line. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.

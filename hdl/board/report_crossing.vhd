@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Brings what the video path and the delay lines report out of the pixel clock, and counts hung delay lines.
+-- Brings the reports of the video path and of the delay lines out of the pixel clock, and counts hung delay lines.
 --
 -- Latency: that of bus_crossing. Throughput: the latest report; a change of a toggle counts if it stays that long.
 -- Equation: hung_counts = changes of hung_toggle since clear; all others as they are.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Sipeed Tang Nano 20K (GW2AR-18): a light field of its own, refocused, HDMI out. It needs nothing but a monitor.
+-- Sipeed Tang Nano 20K (GW2AR-18): a stored light field, refocused, HDMI out. It needs nothing but a monitor.
 --
--- The light field is that of stored_pkg, or the test pattern. The core takes the picture's columns alone; black ones on
--- both sides make lines of 640 pixels of them.
+-- The light field is that of stored_pkg, or the test pattern. The core takes only the picture's columns; black ones on
+-- both sides extend them to lines of 640 pixels.
 --
 -- Clocks: one, made from the oscillator, with five times of it for the serialisers; no crossings.
 --

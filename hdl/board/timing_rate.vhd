@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The frame rate of a timing: pixel clock over pixels of a frame, both with blanking.
 --
--- Only additions: the lines of a frame are added up; then the clock is added in CLOCK_STEPS steps, and each time
--- the sum has reached a frame that is taken away and counted. The sum begins half a frame below, which
--- rounds.
+-- It only adds. The lines of a frame are added up; then the clock is added in CLOCK_STEPS steps, and each time the sum
+-- has reached a frame, that is subtracted and counted. The sum begins half a frame below, which rounds the result.
 --
 -- Latency: at most 2 ** 13 + CLOCK_STEPS + 2 ** 12 + 4 clocks. Throughput: one rate at a time.
 -- Equation: rate = floor((100000 * clock + ceil(pixels / 2)) / pixels), pixels = line_length * frame_lines,

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Radiona ULX3S: a camera at the header J1 in place of HDMI in, refocused HDMI out on the board's GPDI.
 --
--- Here is what belongs to the board and its family: pins (constraints/ulx3s_camera.lpf), clocks, lanes. The rest is
--- camera_refocuser. The camera's lines and frames last as long as the screen's (its registers, camera_pkg), but for the
--- two clocks' difference, which camera_timing makes up for. The raster is shown in the middle of the screen, which
--- begins when so many raw lines have come that each line of the raster is there in time.
+-- This file has what belongs to the board and its family: pins (constraints/ulx3s_camera.lpf), clocks, lanes. The rest
+-- is camera_refocuser. The camera's lines and frames are set to last as long as the screen's (its registers,
+-- camera_pkg); camera_timing makes up for the difference between the two clocks. The raster is shown in the middle of
+-- the screen, which begins when enough raw lines have arrived that each raster line will be there in time.
 --
 -- Clocks: that of the lanes, and one of pixels made from the oscillator, with five times that for the lanes out.
 -- Crossings are in csi_receiver and word_strobe.

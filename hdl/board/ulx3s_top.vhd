@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Radiona ULX3S (LFE5U-12F, -25F, -45F, -85F): HDMI in on a GPDI PMOD, refocused HDMI out on the board's GPDI.
 --
--- Here is what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes.
--- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
+-- This file has what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes. The rest, the
+-- same for any board, is in hdmi_control and hdmi_refocuser.
 --
 -- Clocks: control_clk, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or
 -- for the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take

@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Counts what reaches each output: the sums of a picture of ones, from which border_weights has its weights.
+-- Counts the views that reach each output, by refocusing a picture of ones; border_weights makes its weights of these
+-- counts.
 --
 --   token -> moving sums of ones, a line a step -> the same, a token a step -> product of both counts
 --
--- An output's weight is the product of a count for its line and one for its place in the line, so each dimension needs
--- one moving sum instead of a picture. These are the stages of the moving sums themselves, fed with ones: they have no
--- cases of their own at the ends of lines and frames, for short ones, between two that follow each other or where the
--- slice changes, whatever the engine behind it is.
+-- The weight of an output is the product of a count for its line and one for its place in the line, so each dimension
+-- needs one moving sum instead of a picture. These are the stages of the moving sums themselves, fed with ones.
+-- Therefore ends of lines and frames, short ones, those that follow each other and changes of the slice need no cases
+-- of their own, whatever the engine is.
 --
 -- Latency: total_delay lines, as many tokens (with several pixels total_lane_delay) and border_latency clocks.
 -- Throughput: one token each clock, in lines and frames that are longer than these delays; empty tokens and lines make

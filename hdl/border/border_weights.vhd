@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the sums of an engine are divided by so that a picture does not get darker towards its border.
+-- The weights by which the sums of an engine are divided, so that a picture does not get darker towards its border.
 --
--- It stands beside an engine. Tokens pass through it to the engine, which get there late enough for the weights to
--- meet the sums.
+-- It stands beside an engine. Tokens pass through it on their way to the engine, delayed so that the weights meet the
+-- sums.
 --
 -- Latency: tokens wait border_wait clocks; weights come with the sums of the same pixels, ENGINE_CLOCKS behind the
 --   tokens that the engine gets. Throughput: as border_counts.

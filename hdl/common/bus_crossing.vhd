@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings a value of many bits from one clock into another, all bits of the same moment.
 --
--- The source takes a copy and tells the destination with a toggling bit. The destination takes the copy and answers
--- with a toggling bit of its own. Either clock may stop; the value then stays as it is.
+-- The source takes a copy and announces it by a toggling bit. The destination takes the copy and acknowledges it by a
+-- toggling bit of its own. Either clock may stop; the value then stays as it is.
 --
 -- Latency: 3 clocks of source_clk and 3 of destination_clk, at most twice that.
 -- Throughput: one value for each round trip; values in between are not seen.

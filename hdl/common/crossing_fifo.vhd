@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- First-in first-out buffer from one clock into another, first word falls through.
 --
--- Each side sees the other one's pointer late, so it takes the buffer for fuller, or emptier, than it is. There is no
--- reset: the reading side can drop what is in the buffer, while either clock may stand still.
+-- Each side sees the other side's pointer late, so it takes the buffer to be fuller, or emptier, than it is, which is
+-- safe. There is no reset: the reading side can drop the content, even while either clock stands still.
 --
 -- Latency: a word is offered 4 to 5 clocks of read_clk after it was written. Throughput: one word each clock.
 -- Equation: the n-th word out is the n-th word in.

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
 --
--- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the
--- words are divided into blocks that need no multiplexer: some of the same size, then smaller ones for what is
--- left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. Blocks always read and
--- their registers have neither enable nor reset, so that they fit the block RAM's own output registers.
+-- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the words
+-- are divided into blocks that need no multiplexer: some of the same size, then smaller ones for the rest. Of all such
+-- divisions it is the one with the fewest block RAMs, then the fewest blocks. Blocks always read, and their registers
+-- have neither enable nor reset, so that they fit the block RAM's own output registers.
 --
 -- Latency: read data are valid READ_LATENCY clocks after the address. 2: those of the blocks and their registers;
 --   3: also a register behind the multiplexer.

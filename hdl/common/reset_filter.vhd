@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Makes a quiet reset of what comes and goes: a button that bounces, a lock signal with short gaps.
+-- Makes a steady reset from a request that comes and goes: a button that bounces, a lock signal with short gaps.
 --
 -- Latency: ASSERT_CLOCKS from the request, RELEASE_CLOCKS from its end, and three of the synchroniser. Throughput: not
 -- applicable.

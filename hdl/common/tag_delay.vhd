@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Delays side information by a number of enabled clocks.
+-- Delays a tag (bits that accompany data) by a number of enabled clocks.
 --
 -- Latency: LENGTH enabled clocks (0: a wire). Throughput: one tag each clock.
 -- Equation: delayed(t) = tag(t - LENGTH), t counting enabled clocks.

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Counts down to 0 and says so by a register, so that a decision needs no comparison.
+-- Counts down to 0. A register says whether it has got there, so that a decision needs no comparison.
 --
 -- Latency: 1 clock. Throughput: one step each clock.
 -- Equation: left = start where load, left - 1 where step and left > 0; due = left > 0.

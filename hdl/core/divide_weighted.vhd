@@ -1,13 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Correctly rounded division of sums by a weight that may change with each of them, a bit of the quotient a clock.
+-- Correctly rounded division of sums by weights that may change at each clock, one bit of the quotient in each pipeline
+-- stage.
 --
--- The quotient is floor(n / weight) with n = value + floor(weight / 2). What n has above its lowest QUOTIENT_BITS bits
--- is less than the weight, and the first remainder. Each clock doubles the remainder, takes in the next bit of n and
--- subtracts the weight, or adds it where the remainder is negative; it stays from -weight to weight - 1, and a bit of
--- the quotient is 1 where it does not become negative. That is exact for any weight, without a table, a
+-- The quotient is floor(n / weight) with n = value + floor(weight / 2). The bits of n above its lowest QUOTIENT_BITS
+-- are less than the weight; they are the first remainder. Each stage doubles the remainder, appends the next bit of n
+-- and subtracts the weight, or adds it if the remainder is negative. The remainder stays within -weight and weight - 1,
+-- and a bit of the quotient is 1 where it is not negative. This is exact for any weight, without a table, a
 -- multiplication or a correction.
 --
--- A weight of 0 says that nothing arrived: the value is 0 then, and so is the quotient.
+-- A weight of 0 means that no view reaches the pixel: the value is 0 then, and so is the quotient.
 --
 -- Latency: QUOTIENT_BITS + 1 clocks. Throughput: one value of all lanes each clock.
 -- Equation: quotient = floor(value / weight + 1/2) for 0 <= value <= weight * (2**QUOTIENT_BITS - 1).

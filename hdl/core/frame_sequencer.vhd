@@ -11,8 +11,8 @@
 -- without a gap need neither.
 --
 -- Faults of the stream raise error flags, and the tokens stay well formed. A line that ends early is filled up with
--- zeros. The excess of a long line is dropped. A frame that starts early cuts the one before it short at a whole
--- line. Pixels between frames are dropped, and hold back nothing of the frame before.
+-- zeros. The excess of a long line is dropped. A frame that starts early ends the one before it at a whole line. Pixels
+-- between frames are dropped and do not hold back the frame before.
 --
 -- Latency: 1 clock. Throughput: one token each clock while credit = '1'.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the engine.
 --
--- All lines of a band but the last are stored; while they come in, the engine gets empty tokens. With the line that
--- completes the band it gets a pixel of each row. The last band of a frame may lack rows, and so do flush lines:
--- those rows are zeros and no image lines.
+-- All lines of a band except the last are stored; meanwhile the engine gets empty tokens. With the line that completes
+-- the band it gets a pixel of each row at once. Rows that the last band of a frame lacks, and those of flush lines, are
+-- zeros and no image lines.
 --
 -- Latency: 2 clocks (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
 -- Equation: row r of the band at column k = pixel k of the r-th line since the last band.

@@ -2,7 +2,7 @@
 -- Turns bands of parallel rows back into a raster: row buffers behind the engine.
 --
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A row without an image
--- line leaves one word that says so. It is passed over at the end of the line before it.
+-- line puts a single word into its FIFO, which is skipped at the end of the line before it.
 --
 -- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock, behind a stall
 --   of the sink, too.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What frame_sequencer has to push out of the filters, and how long a band or a frame has to wait.
+-- Tells frame_sequencer what it still has to push out of the filters, and how long a band or a frame has to wait.
 --
--- All that it says comes from registers, because the sequencer's decision is the longest path of the stream and has no
--- time for comparisons.
+-- All outputs are registers, because the sequencer's decision is the longest path of the stream and leaves no time for
+-- comparisons.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
 -- Equation: see countdown; a frame counts as incomplete until its bands are a multiple of BAND_MODULUS.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Chooses the slice of the next frame: the one asked for, or the one that a sweep has reached.
 --
--- A sweep goes through the set, some frames for each slice, and begins again after the last slice. It starts from the
--- slice of the last frame. Slices beyond the set give its last one.
+-- A sweep goes through the set, some frames for each slice, and starts again after the last slice. It begins with the
+-- slice of the last frame. Numbers beyond the set mean its last slice.
 --
 -- Latency: 0 clocks from slice, 1 clock from frame_start. Throughput: one frame each clock.
 -- Equation: selected = min(slice, SLICES-1); in a sweep (first + floor(frame / sweep_frames)) mod SLICES.

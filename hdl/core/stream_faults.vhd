@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Tells what is wrong with the stream that frame_sequencer takes, and which of its pixels are in excess.
+-- Detects faults of the stream that frame_sequencer takes, and marks excess pixels.
 --
--- A line that is too short is filled up, so it is known at its early end. Of one that is too long it is known at the
--- last pixel that is wanted; what follows is the excess, up to the end of the line or the next frame.
+-- A short line is detected at its early end. A long line is detected at its last wanted pixel; what follows is excess,
+-- up to the end of the line or the next frame.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
 -- Equation: see error_flags of frame_sequencer.

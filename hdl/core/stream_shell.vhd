@@ -1,11 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- All of a core but its engine: video stream in, tokens to the engine, results from it, video stream out.
+-- Everything of a core except its engine: video stream in, tokens to the engine, results from it, video stream out.
 --
 -- Input FIFO -> frame sequencer -> row gather -> engine -> row scatter. With PARALLEL_ROWS = 1 the gather is a wire and
--- the scatter a FIFO. With more, the gather stores lines until it has as many; the scatter puts them in order again.
+-- the scatter a FIFO. With more, the gather stores lines until a band is complete, and the scatter puts the rows of the
+-- results in order.
 --
--- The sequencer decides each clock whether the engine gets a token, so no enable reaches it: the output has room for
--- what all tokens under way yield. When nothing follows, the rest of the frame is pushed out by empty tokens and lines.
+-- At each clock the sequencer decides whether the engine gets a token. It hands out only as many as the output FIFO has
+-- room for, so the engine never stalls and needs no clock enable. When nothing follows a frame, empty tokens and lines
+-- push its last lines out.
 --
 -- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
 -- Throughput: one token each clock.

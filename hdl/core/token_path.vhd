@@ -1,9 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The way of tokens beside the pixels of a stage: what says when goes by clocks, what says which pixel goes by steps.
+-- Delays the tokens of a stage as the stage delays their pixels.
 --
--- A stage answers a token with the output of DELAY steps before, LATENCY clocks later. In a row stage every token is a
--- step, so all that is said of a pixel is DELAY steps late, but whether there is a token is not. In a column stage a
--- line is a step: its pixels stay at their place in the line, and what is said of the line is DELAY lines late.
+-- A stage answers a token, LATENCY clocks later, with the output that belongs to the token DELAY steps before. So
+-- strobe is delayed by clocks alone, and all fields that describe a pixel by DELAY steps more. In a row stage every
+-- token is a step. In a column stage a line is a step: the fields of a pixel keep their place in the line, and the
+-- fields of the line are delayed by DELAY lines.
 --
 -- Latency: LATENCY clocks, for what goes by steps DELAY steps more. Throughput: one token each clock.
 -- Equation: out_token(t + LATENCY).strobe = token(t).strobe; the other fields are those of DELAY steps before.

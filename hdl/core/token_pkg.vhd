@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What passes between the stream shell and an engine, and from stage to stage in it: tokens in, results out. Pixels
--- travel beside them, as their width is that of a generic.
+-- The records that pass between stream shell and engine, and from stage to stage of an engine: tokens in, results out.
+-- Pixels are separate signals, as their width depends on generics.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Packets of MIPI CSI-2: their types, the code of their headers, their checksum, how raw pixels lie in bytes, and what
--- is told of a stream.
+-- Packets of MIPI CSI-2: their types, the code of their headers, their checksum, the packing of raw pixels into bytes,
+-- and the record of what is reported about a stream.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,19 +1,21 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Receives a camera's MIPI CSI-2: from the bytes of a D-PHY's lanes to raw frames.
 --
--- Lanes are lined up (lane_merge), packets found and checked (packet_parser), pixels unpacked (raw_unpacker) and
--- brought into the core's clock (word_sender, crossing_fifo, pixel_stream). A camera does not wait, so nothing in front
--- of the buffer does; nothing stores a line. A fault is told, by a counter, and each packet and each frame begins anew:
+-- Lanes are aligned (lane_merge), packets found and checked (packet_parser), pixels unpacked (raw_unpacker) and brought
+-- into the core's clock (word_sender, crossing_fifo, pixel_stream). A camera does not wait, so nothing in front of the
+-- buffer does, and no line is stored. Counters report faults, and each packet and each frame begins anew:
 --
--- - Headers are corrected, or their packet is left out. Payloads go out as they come; a checksum that is wrong is told
+-- - Headers are corrected, or their packet is left out. Payloads go out as they arrive; a wrong checksum is reported
+-- behind them.
 --   behind them.
--- - A line that is cut short ends early, a lost one is missing, one sent twice is there twice. The cores fill up and
+-- - A line that is cut short ends early, a lost one is missing, and one that is sent twice comes out twice. The cores
+-- fill in and cut off (frame_sequencer).
 --   cut off what does not fit (frame_sequencer).
 -- - Lines between a frame's end and the next one's start are left out.
 -- - Pixels that are not taken in time end their frame.
 --
--- There is no reset in byte_clk. Where the camera stops it between packets, what is under way stays until it goes on.
--- A reset drops pixels up to the next frame's first one.
+-- There is no reset in byte_clk. If the camera stops it between packets, data under way stay until it continues. A
+-- reset drops pixels up to the first one of the next frame.
 --
 -- Latency: from the last lane's byte to a pixel about 12 clocks of byte_clk and 5 of clk.
 -- Throughput: LANES bytes each clock of byte_clk, PIXELS_PER_CLOCK pixels each clock of clk; the buffer makes up for

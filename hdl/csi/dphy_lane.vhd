@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A data lane of a D-PHY behind a device's deserialiser: finds bursts, and in them the bytes.
 --
--- A lane at rest has both lines high (LP-11). It goes to high speed by LP-01 and LP-00; both lines then stay below what
--- the receivers for low power take for high. When the lines have settled, the bits are searched for the sync sequence
--- 00011101, which says where bytes begin. A burst ends with the next LP-11. LP-10 begins something else, which is
--- passed over. A lane's clock may stand still while the lane is at rest.
+-- A lane at rest has both lines high (LP-11). It goes to high speed by LP-01 and LP-00; both lines then stay below the
+-- threshold of the low-power receivers. When the lines have settled, the bits are searched for the sync sequence
+-- 00011101, which marks the boundary of bytes. A burst ends with the next LP-11. LP-10 begins another mode, which is
+-- skipped. A lane's clock may stand still while the lane is at rest.
 --
 -- Latency: 3 clocks from the bits of a byte; 2 to 3 from a level. Throughput: a byte each clock.
 -- Equation: data(n) = bits 8n to 8n + 7 behind the sync sequence, the first one in bit 0.

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Lines the bytes of a burst up that come on several lanes, each lane late by clocks of its own.
+-- Aligns the bytes of a burst that arrive on several lanes, each lane late by its own number of clocks.
 --
--- Each lane's last bytes are kept. In the clock in which the last lane has seen its sync, the place of each lane's sync
--- among them says by how much it is early; so it stays for this burst. Nothing else is remembered of a burst, and the
--- next one begins anew, whatever became of this one.
+-- The last bytes of each lane are stored. At the clock at which the last lane has seen its sync, the place of each
+-- lane's sync among its bytes shows by how much it is early; this holds for the burst. Nothing else of a burst is
+-- remembered, so the next one begins anew, whatever happened to this one.
 --
 -- Latency: 2 clocks behind the last lane. Throughput: a byte of each lane each clock.
 -- Equation: word(n) = the n-th bytes of all lanes behind their syncs, if these come within MAX_SKEW clocks.

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Finds packets in bursts, and in them frames and lines of raw pixels.
 --
--- A burst begins with a packet's header; what stands behind the packet is filler. The header's bit errors are corrected
--- or found, payloads are checked, those of other types and virtual channels too. Lines come out as their bytes come in:
--- whether a line is sound is known when it has left. Lines count between a frame's start and its end.
+-- A burst begins with the header of a packet; what follows the packet is filler. Bit errors of the header are corrected
+-- or detected, and payloads are checked, those of other types and virtual channels too. Bytes of lines leave as they
+-- arrive, so it is known only afterwards whether a line was sound. Lines count between a frame's start and its end.
 --
--- What comes out of one clock has this order: a line ends, a frame ends, a frame starts; a byte comes first or last of
--- all, as a clock has either bytes or the start of a frame.
+-- The outputs of one clock have this order: a line ends, a frame ends, a frame starts. A byte comes before or after all
+-- of these, as a clock has either bytes or the start of a frame.
 --
 -- Latency: 5 clocks. Throughput: LANES bytes each clock.
 -- Equation: payload(n) = burst(4 + n), n < word count, of packets of type raw_kind(PIXEL_BITS) on the virtual channel.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the bytes of a line to words of pixels.
 --
--- Bytes are put behind those that wait; when they make a word, it leaves. What waits at a line's end leaves as a word
--- with fewer pixels; bytes that make no whole unit of pixels are dropped.
+-- Bytes are appended to those that wait; when they fill a word, it leaves. At the end of a line the rest leaves as a
+-- word with fewer pixels; bytes that do not fill a unit of pixels are dropped.
 --
 -- Latency: 1 clock from the byte that completes a word, 2 from a line's end. Throughput: LANES bytes each clock.
 -- Equation: RAW8: pixel(n) = byte(n); RAW10: pixel(4k + i) = byte(5k + i) * 4 + bits 2i+1..2i of byte(5k + 4); RAW12:

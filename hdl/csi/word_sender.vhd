@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Writes words of pixels, and what is told of the stream, into a buffer, in their order.
+-- Writes words of pixels, and the marks of lines and frames, into a buffer in their order.
 --
 -- A word waits until it is known whether it is its line's last one. When the buffer has one place left, the line ends
 -- there, and the rest of the frame is dropped: what has been written stays well formed.

@@ -1,14 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Depth between slices: where the parabola through the sharpest slice of a micro image and its neighbours is highest.
+-- Depth between slices: the vertex of the parabola through the sharpness of the sharpest slice of a micro image and its
+-- two neighbours.
 --
--- The sharpness falls to the slices before and behind, which lie l and r apart from it. By a parabola the vertex lies
--- between the middles of these two intervals, in the ratio of the slopes. It is told in 256ths of the way from one
--- middle to the other, so index and fraction are one number that grows with depth. Beside it the curvature says how
--- sure that is. The first slice, the last one and micro images without a slice of their own have no such place: they
--- have the middle, with a confidence of 0.
+-- The neighbours are l and r away from the sharpest slice. The vertex lies between the middles of these two intervals
+-- and divides the way from one middle to the other in the ratio of the slopes. It is given in 256ths of that way, so
+-- index and fraction together are one number that grows with depth. The curvature of the parabola gives the confidence.
+-- The first slice, the last one and micro images that took another slice by vote have no vertex: they get the middle,
+-- with a confidence of 0.
 --
--- A division is a chain of subtractions, a bit a clock, so that it follows the scan, a micro image each clock. With
--- votes the results wait, as their rows do.
+-- The division is a chain of subtractions, one bit in each pipeline stage, so that it keeps up with the scan, one micro
+-- image at each clock. With votes the results wait, as their rows do.
 --
 -- Latency: VOTE_RADIUS rows and larger(FRACTION_LATENCY, vote_latency) clocks. Throughput: one micro image each clock.
 -- Equation: fraction = min(255, floor(256 p / (p + q))), p = r (most - prior), q = l (most - behind);

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
--- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is found and all of
--- its pixels are taken from there. Beside this picture the depth between slices may go, and the slice that a frame has
--- chosen. When nothing follows, the core pushes the rest of the frame out by itself, in lines up to a multiple of M;
--- what comes meanwhile waits in the source.
+-- A stream shell around sharpness_index. It finds the slice of largest local sharpness for each micro image and takes
+-- all of its pixels from there. The output may also have the depth between slices, and the pixel of a slice that was
+-- chosen for the frame. When nothing follows, the core pushes the rest of the frame out by itself, in lines up to a
+-- multiple of M; a frame that arrives meanwhile waits in the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: one pixel of all slices each clock.

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Micro images without texture take the slice of their neighbours.
 --
--- A micro image has texture where its sharpest slice is CONFIDENCE sharper than its dullest one; it keeps its slice.
--- The others take the slice that most of those with texture have in a window of (2 VOTE_RADIUS + 1) x
--- (2 VOTE_RADIUS + 1) micro images, the first of equal ones. Where there is none, a micro image takes what the one
--- above it has got, in a frame's first row the one to the left.
+-- A micro image has texture if its sharpest slice is CONFIDENCE sharper than its least sharp one; then it keeps its
+-- slice. The others take the slice that most of those with texture have in a window of (2 VOTE_RADIUS + 1) x (2
+-- VOTE_RADIUS + 1) micro images, the first of equal ones. If the window has none, a micro image takes the slice of the
+-- one above it, in a frame's first row of the one to the left.
 --
 -- Rows come in scans, a micro image each clock; a memory holds the slices of the rows of the window. A scan votes on
 -- the row VOTE_RADIUS rows before its own.

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Where a pixel lies in its micro image, and whether that belongs to the picture.
+-- The place of a pixel in its micro image, and whether that belongs to the picture.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
 -- Equation: lens = column / M, lens_first, lens_last = (column mod M = 0, M - 1), row_first, row_last = (line mod M =

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Sharpness of a slice around each micro image: absolute Laplacians between micro images, added over a window.
 --
--- A scan goes over the sums of a complete row of micro images, the newest; Laplacians are those of the row before it,
--- and the window's middle lies RADIUS rows further back. Behind the last micro image the scan goes on for 1 + RADIUS
--- clocks. Rows beyond the frame count as nothing; right of the last micro image the sum read stays its own.
+-- A scan goes over the sums of a complete row of micro images, the newest. Laplacians are those of the row before it,
+-- and the middle of the window is RADIUS rows further back. After the last micro image the scan continues for 1 +
+-- RADIUS clocks. Rows beyond the frame count as zero; right of the last micro image the last sum is repeated.
 --
 -- Latency: SHARPNESS_LATENCY clocks from a sum to the sharpness of the micro image 1 + RADIUS before it.
 -- Throughput: one micro image each clock.

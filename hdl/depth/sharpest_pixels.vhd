@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The picture made of the sharpest slices: the pixels of a stack wait until the index of their micro image is known.
 --
--- The pixels go round in a ring of lines and leave it when the index of their row of micro images has been written;
--- then they are picked by it. Beside it go its depth between slices and the pixel of a slice that the frame has chosen.
+-- The pixels wait in a ring of lines until the index of their row of micro images has been written, and are then
+-- selected by it. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
 --
 -- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one pixel of all slices each clock.
 -- Equation: out_data = data(index of its micro image), out_chosen = data(slice), RING_LINES lines before.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The sharpest slice of a micro image, and how sharp those are that say how sure that is.
+-- The sharpest slice of a micro image, and the sharpness values from which the confidence follows.
 --
--- One comparison a clock, slice after slice, instead of a tree of them in one. Of equally sharp slices the first
--- counts. With SHIFTS the slices are weighed before they are compared.
+-- One comparison in each pipeline stage, slice after slice, instead of a tree of comparisons at one clock. Of equally
+-- sharp slices the first counts. With SHIFTS the slices are weighted before they are compared.
 --
 -- Latency: SLICES - 1 clocks, 1 more with SHIFTS. Throughput: one micro image each clock.
 -- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with SHIFTS, else 1.

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The slice of a focal stack in which each micro image is sharpest, and the picture made of those slices.
 --
--- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums); when the last line of a row of micro
--- images is in, a scan over the row's sums judges (lens_sharpness) the row RADIUS + 1 rows further back and finds its
--- indices; its first line then goes on. Of equally sharp slices the first counts. With VOTE_RADIUS micro images
--- without texture take their neighbours' slice (index_vote), and it all comes so many rows later. With SHIFTS the
--- depth between slices is found too (depth_fraction), while they vote.
+-- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums). When the last line of a row of micro
+-- images has arrived, a scan over the row's sums computes the sharpness (lens_sharpness) of the row RADIUS + 1 rows
+-- further back and finds its indices; then the first line of that row leaves. Of equally sharp slices the first counts.
+-- With VOTE_RADIUS micro images without texture take their neighbours' slice (index_vote), which delays everything by
+-- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes.
 --
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock, in lines
 --   of 8 + RADIUS tokens (with votes index_latency) at least and frames of a multiple of M lines; empty tokens and

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Widths and clocks of the depth index of a focal stack.
 --
--- Sharpness is judged between micro lenses: the luma of each micro image is summed over its pixels, and around each
+-- Sharpness is computed between micro images: the luma of each micro image is summed over its pixels, and around each
 -- sum the absolute Laplacians of a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images are added.
 
 library ieee;

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Input of one TMDS channel: delay line and the search of its delay, two bits a clock, ten bits a word.
 --
--- The pins' differential receiver is the port's, by its I/O standard (constraints). While the delay is searched for no
--- bits go out, as words that come through in between would look like a picture.
+-- The I/O standard of the port (constraints) makes its pins a differential receiver. While the delay is being searched
+-- for no bits go out, because words that arrive during the search would look like a picture.
 --
 -- Latency: 3 to 4 clocks of clk. Throughput: ten bits each clock of clk.
 -- Equation: bits = ten bits in a row while tracking, else 0.

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Output of one TMDS lane: ten bits a word, two bits a clock.
 --
--- The pins' complementary driver is the port's, by its I/O standard (constraints).
+-- The I/O standard of the port (constraints) gives its pins a complementary driver.
 --
--- No register has a reset, which at clk_x5 would be the slowest path: without the mark the last word goes on, at
--- first 0.
+-- No register has a reset, because at clk_x5 it would be the slowest path. Without the mark the last word is repeated,
+-- at first 0.
 --
 -- Latency: about 1 clock of clk. Throughput: ten bits each clock of clk.
 -- Equation: the bits of word, one each half clock of clk_x5.

@@ -1,19 +1,20 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Finds the delay at which one channel's bits are sampled in their middle, and watches it.
+-- Finds the delay at which the bits of a channel are sampled in their middle, and watches it.
 --
--- All delays are tried, STEP taps apart. Where a bit ends, the bits of a word move on by one place; where it is unsure
--- which bit is taken, no run of equal control tokens comes through. So: the longest interval of delays at which runs
--- lie at one place is (as much as the delay line reaches of) one bit, and its middle is taken.
+-- All delays are tried, STEP taps apart. Where one bit ends and the next begins, the bits of a word move by one place;
+-- where it is uncertain which bit is sampled, no run of equal control tokens arrives. The longest interval of delays at
+-- which runs lie at one place is therefore one bit (or as much of it as the delay line covers), and its middle is used.
 --
--- A control token is seen without knowing where words begin: read around a circle its ten bits change eight times, and
--- the two places without a change, neighbours or next but one, tell where it begins. Data words change less often, and
--- bits of two words do not repeat.
+-- A control token is recognised without knowing word boundaries: read around a circle its ten bits change eight times,
+-- and the two places without a change, which are neighbours or next but one, show where it begins. Data words change
+-- less often, and bits of two words do not repeat.
 --
--- When a run lies elsewhere later, the delay has slipped or a line has lost it; when none is seen for TIMEOUT clocks
--- there is no signal: in both cases it searches anew. So it does when ERROR_LIMIT words were wrong that no encoder
--- sends: the bit's middle has drifted away, with the temperature maybe, and runs of tokens still come through. Where
--- that does not help it is not tried again for ERROR_WINDOW clocks. While it does not search it moves nothing. A search
--- that saw nothing at its first delay is done once more before it counts: the signal may have come in its middle.
+-- A new search begins when a run is found at another place later (the delay has slipped, or the lock was lost), when
+-- none is found for TIMEOUT clocks (no signal), or after ERROR_LIMIT words that no encoder sends: then the bit's middle
+-- has drifted away, with the temperature for example, although runs of tokens still arrive. If that search does not
+-- help, the last cause counts again only after ERROR_WINDOW clocks. Between searches the delay does not move. A search
+-- that found nothing at its first delay is repeated before it counts, because the signal may have appeared during the
+-- search.
 --
 -- Latency: for each tried delay, RUNS runs of tokens, or TIMEOUT clocks without one. Throughput: one word each clock.
 -- Equation: taps = middle of the longest interval of delays with one place of the tokens.

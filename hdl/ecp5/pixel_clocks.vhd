@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The clocks of the video path: pixel clock and five times that, two bits of a lane each.
 --
--- The source is the TMDS clock lane or a clock made on the board. The choice changes only while the PLL is in reset,
--- so plain logic makes it, which a lane that stands still cannot hold up.
+-- The source is the TMDS clock lane or a clock made on the board. The choice changes only while the PLL is in reset. It
+-- is made by plain logic, which works even if the lane stands still.
 --
 -- The PLL's ratios are fixed when the FPGA is configured. The VCO, 5 * BIT_DIVIDE times the pixel clock, must lie
 -- within 400 and 800 MHz (FPGA-TN-02200): pixel clocks of 80 / BIT_DIVIDE to 160 / BIT_DIVIDE MHz.

@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A camera's lanes into an ECP5, which has no D-PHY: pins with deserialisers, and a dphy_lane for each lane.
 --
--- Each line goes to two pins: to one of a differential pair (LVDS with its resistor of 100 ohms) for high speed, and to
--- one with 1.2 V levels for low power. With the resistor always there, the lines of LP-01 come no further apart than
--- it lets them, so nothing depends on that state: bursts begin with LP-11, then LP-00. The clock lane runs ahead of
--- them and behind their ends, so its own levels are not looked at; it may stand still in between.
+-- Each line goes to two pins: one of a differential pair (LVDS with a 100 ohm termination) for high speed, and one with
+-- 1.2 V levels for low power. As the termination is always on, the two lines of LP-01 differ less than they should, so
+-- nothing depends on that state: bursts are recognised by LP-11 followed by LP-00. The clock lane starts before the
+-- data lanes and stops after them, so its low-power levels are not used; it may stand still between bursts.
 --
--- The clock lane goes to an edge clock (its pins must be able to), half of that is bits_clk, with four bits of a lane;
--- half of that again, made by a register, is byte_clk. A byte changes half a period ahead of the edge that takes it.
--- Lanes come centred to their clock; DELAYG makes up for the clock's way. For the slowest ECP5 Lattice gives 624 Mb/s
+-- The clock lane goes to an edge clock (its pins must be able to). Half of that is bits_clk, with four bits of a lane;
+-- half of that again, made by a register, is byte_clk. A byte changes half a period before the edge that takes it.
+-- Lanes arrive centred to their clock; DELAYG compensates the clock's way. For the slowest ECP5 Lattice gives 624 Mb/s
 -- (GDDRX2, FPGA-DS-02012, as remembered): see docs/resampling.md.
 --
 -- Latency: 2 to 3 clocks of byte_clk and those of dphy_lane. Throughput: a byte of each lane each clock of byte_clk.

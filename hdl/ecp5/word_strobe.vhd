@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Tells the fast side of a lane when to hand a word to the slow side or take one from it.
+-- Says at which clock the fast side of a lane hands a word to the slow side or takes one from it.
 --
--- One clock of clk_x5 in five is marked, at a place that is found once after reset, by a bit that toggles with clk, and
--- kept then: a word that changes with the clock behind the mark keeps two or three clocks of clk_x5 away from each
--- edge of clk, whichever side of an edge the bit was caught at.
+-- One clock of clk_x5 in five is marked. Its place is found once after reset, by a bit that toggles with clk, and is
+-- then kept. A word that changes with the clock after the mark is two or three clocks of clk_x5 away from each edge of
+-- clk, on whichever side of an edge the bit was caught.
 --
 -- Latency: about 10 clocks of clk_x5 after reset, 20 for the lanes out. Throughput: a mark each clock of clk.
 -- Equation: both strobes have the period of clk, at the same place.

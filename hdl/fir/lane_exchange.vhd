@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Hands the pixels of N skewed rows to N column modules, and those of N modules back to the rows.
+-- Distributes the pixels of N skewed rows to N column modules, and those of N modules back to the rows.
 --
 -- Rows that are skewed by one token each reach a column one after the other. The pixels of column k all belong to
--- module k mod N. Row r works on the column that row 0 had r tokens before, and module m takes the row that
--- module 0 took m tokens before. Let c be the pixel counter of row 0 and module 0. Then module m takes from row
--- c(m tokens ago), which are the demultiplexers of the thesis, and row r takes from module c(r tokens ago). Both
+-- module k mod N. Row r works on the column that row 0 had r tokens before, and module m takes the row that module 0
+-- took m tokens before. Let c be the pixel counter of row 0 and module 0. Then module m takes its pixel from row c(m
+-- tokens ago), which are the demultiplexers of the thesis, and row r takes its sum from module c(r tokens ago). Both
 -- are the same circuit.
 --
 -- Latency: 0 clocks. Throughput: one word of each lane each clock.

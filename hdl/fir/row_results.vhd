@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The way back from the column modules of fir_array to rows of results.
 --
--- Module m gives the sums of its columns, row after row, one token after module m - 1. Multiplexers put the rows
--- together again; each comes one token after the row above it. The side information of columns is delayed along
--- with the rows, and each row keeps the side information of its line through the band.
+-- Module m outputs the sums of its columns, row after row, one token after module m - 1. Multiplexers put the rows
+-- together again; each is one token later than the row above it. The fields of a column are delayed with the rows, and
+-- each row keeps the fields of its line for the whole band.
 --
 -- Latency: row r comes r tokens later, with DESKEW all rows N - 1 tokens later. Throughput: one word of sums of each
 --   row each clock.

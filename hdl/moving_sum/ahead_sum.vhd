@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The sum of those pixels of a line that are in the moving sum before its outputs begin.
+-- The sum of output 0 of the next line, collected while the line before is still under way.
 --
 -- Latency: LATENCY clocks, more than bits_for(PIXELS_PER_CLOCK - 1) + 1. Throughput: one token each clock.
 -- Equation: sum = the chosen pixels of all tokens since the one with fresh.

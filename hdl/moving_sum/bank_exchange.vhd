@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Words of the banks to the places of the outputs that take them, by slice.
+-- Moves the words of the banks to the places of the outputs that add them; the order depends on the slice.
 --
--- What enters with the outputs of a place comes from a bank that depends on the slice alone (sum_lanes_pkg). Over all
--- slices a place needs few banks, and the slice chooses among these.
+-- The pixel that an output adds comes from a bank that depends on the output's place and the slice alone
+-- (sum_lanes_pkg). Over all slices a place needs only a few banks, and the slice selects one of these.
 --
 -- Latency: 1 clock, none with one slice. Throughput: one word of each bank each clock.
 -- Equation: exchanged word r = words_in word entering_bank(slice, r).

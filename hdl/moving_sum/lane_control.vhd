@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Control of a moving sum with several pixels a token: where tokens lie in the banks, and where lines begin.
+-- Control of a moving sum with several pixels a token: where tokens are in the banks, and where lines begin.
 --
--- Two lines may be under way: pixels of the newer one come in while the last outputs of the older one go out. The place
--- of a token counts in its line modulo the banks, the row counts on from line to line, as each line begins in a
--- row of its own. Lines must be lane_delay + 1 tokens apart at least.
+-- Two lines may be under way: pixels of the newer one arrive while the last outputs of the older one leave. A token's
+-- place in its line is counted modulo the banks. Rows of the banks are counted from line to line, as each line begins
+-- in a new row. Lines must begin at least lane_delay + 1 tokens apart.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
 -- Equation: see sum_lanes_pkg.

@@ -4,8 +4,8 @@
 --   data -> banks of pixels -> differences -> prefix sums -> out_data
 --        -> sum ahead of the line --------------^
 --
--- What moving_sum_stage does with one pixel a token, bit for bit. Pixels behind a line's last one must be zero; what
--- comes out behind it has no meaning. Lines must begin lane_delay + 1 tokens apart at least.
+-- The results are those of moving_sum_stage, which takes one pixel a token, bit for bit. Pixels behind the end of a
+-- line must be zero, and the outputs behind it have no meaning. Lines must begin at least lane_delay + 1 tokens apart.
 --
 -- Latency: lane_delay tokens and lane_stage_latency clocks. Throughput: one token each clock.
 -- Equation: see sum_lanes_pkg.

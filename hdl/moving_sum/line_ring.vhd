@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last lines of a frame: which of their pixels enter the moving sum, and which leave it.
+-- The last lines of a frame. Gives the pixels that enter the moving sum of a column, and those that leave it.
 --
--- Each phase (line mod M) has a ring of lines, only as long as its ages say. A ring's lines lie in two banks in
--- turn, so that the line that enters and the one that leaves, neighbours in the ring, are read at the same time; the
--- rings follow each other in the banks without a gap. Frames may have any number of lines: the rings go on where they
--- are, and the places from which a frame's first outputs take their lines are counted from where it began.
+-- Each phase (line mod M) has a ring of lines, only as long as its ages need. The lines of a ring alternate between two
+-- banks, so the line that enters and the one that leaves, which are neighbours in the ring, are read at the same time.
+-- The rings lie one behind the other in the banks, without a gap. Frames may have any number of lines: rings continue
+-- from frame to frame, and the first outputs of a frame find their lines by the place where the frame began.
 --
--- Clocks are counted from the token that begins a line; the numbers are part of the names.
+-- Names of signals end in the number of clocks since the token that begins a line.
 --
 -- Latency: 8 clocks from a token to the pixels that enter and leave. Throughput: one token each clock, a new line 4
 --   clocks after the last one at the earliest.

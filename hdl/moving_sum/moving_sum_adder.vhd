@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The moving sums of the pixels of a token: running sums, first sums and held results.
+-- Adds up the pixels of tokens: running sums, first sums and held results.
 --
--- While a line (for columns: a frame) comes in, the sum that belongs to its output 0 is gathered beside the
--- running one, which still is that of the line before; it takes its place when output 0 is due. The result of a
--- group of equal outputs is held. Rows keep each of these in a register, columns in a word for each column.
+-- While a line (for columns: a frame) arrives, the running sum still belongs to the line before. So the sum of output 0
+-- of the new line is collected beside it, and replaces it when output 0 is due. The result of a group of equal outputs
+-- is held. Rows keep each of these in a register, columns in a word for each column.
 --
 -- Latency: 3 clocks. Throughput: one token each clock; the same column comes again PARTIAL_SUM_LOOP clocks later at
 --   the earliest.

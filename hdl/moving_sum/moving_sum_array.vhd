@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The second engine: the refocusing filters of a raster scan as re-orderings and moving sums.
 --
--- It takes and gives what fir_array does with one row at once, bit for bit, and needs an adder or
--- two for each sum, whatever M and a' are, and column memories of pixels instead of partial sums. With exact
--- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
--- round between rows and columns, so there rows are first.
+-- Its ports and results are those of fir_array with one row at a time, bit for bit. It needs only an adder or two for
+-- each sum, whatever M and a' are, and its column memories hold pixels instead of partial sums. With exact arithmetic
+-- columns come first, so that the memory holds the input pixels; stored products round between the passes, in the order
+-- that defines them, rows first.
 --
--- A token may hold several neighbouring pixels. To columns they are channels of one that is wider, and a line is
--- shorter by as much; in rows they mix (lane_stage). Pixels of a line's last token that lie behind the line count as
+-- A token may hold several neighbouring pixels. For columns they are channels of one wider pixel, and lines are shorter
+-- accordingly; for rows they interact (lane_stage). In the last token of a line, pixels behind the line's end count as
 -- zero and come out as zero.
 --
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening may follow.

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Control of a moving sum: which pixels enter and leave it, and where lines begin.
 --
--- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last
--- outputs of the older one go out. A line begins with its first step and ends with its last live one; what
--- came before or later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
--- output 0 is gathered beside (to_first), and taken over when output 0 is due (take): so lines follow
--- each other without a gap. Lines must be output_delay + 1 steps apart at least.
+-- Two lines (for columns: frames) may be under way: pixels of the newer one arrive while the last outputs of the older
+-- one leave. A line begins with its first step and ends with its last live one. Pixels before or behind it count as
+-- zero, which the control knows from their ages. While a line arrives, the sum of its output 0 is collected separately
+-- (to_first) and taken over when output 0 is due (take), so lines follow each other without a gap. Lines must begin at
+-- least output_delay + 1 steps apart.
 --
 -- Latency: 3 clocks after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.

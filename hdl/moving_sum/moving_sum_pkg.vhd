@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the entities of the moving sums have in common: commands, tables by slice and phase, lines in memory, clocks.
+-- Types and constants that the entities of the moving sums share: commands, tables by slice and phase, lines in memory,
+-- clock counts.
 --
--- All functions are evaluated at elaboration only, but table_row, which is wires.
+-- All functions are evaluated at elaboration only, except table_row, which is a multiplexer.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -4,10 +4,9 @@
 --   data -> stored product -> ring of pixels (rows) or lines (columns) -> adder -> rounding -> out_data
 --                                    control (which pixels, when)
 --
--- The pixels themselves are kept until they have left the sum, each phase (index mod M) for only as long
--- as its age says; the sum takes one pixel in and gives one back at each step, whatever M and a' are.
--- Of rows a token is a step; of columns (COLUMNS) a line is one. With DEPTH = 1 a line of columns has one pixel, that
--- of its first token.
+-- Pixels are kept until they have left the sum, those of each phase (index mod M) only as long as their age needs. At
+-- each step one pixel enters the sum and one leaves it, whatever M and a' are. For rows a step is a token; for columns
+-- (COLUMNS) it is a line. With DEPTH = 1 a line of columns has one pixel, that of its first token.
 --
 -- Lines (for columns: frames) must begin output_delay + 1 steps apart, frames as many lines as they have, rounded up
 -- to a multiple of M; with ANY_ROWS least_frame lines, or as many as they have. The sequencer appends empty ones.

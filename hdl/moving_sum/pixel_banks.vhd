@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last pixels of a line, several a token: what P neighbouring outputs take in less what they give back.
+-- The last pixels of a line, several a token: gives, for P neighbouring outputs, the pixel that each adds minus the
+-- pixel that it subtracts.
 --
 --   pixels -> rotation -> banks, read twice -> difference -> bank_exchange -> rotation -> differences
 --
--- A token's pixels go to banks of their own, and what enters with the outputs of a token comes from banks of its own
--- (sum_lanes_pkg). Pixels that leave lie M before, in other banks at fixed distance. What lies outside the line counts
--- as zero.
+-- The pixels of a token go to different banks, and so do the pixels that the outputs of a token add (sum_lanes_pkg).
+-- The pixels to subtract lie M before, in other banks at a fixed distance. Pixels outside the line count as zero.
 --
 -- Latency: 5 clocks from the inputs to the differences, 6 with several slices. Throughput: one token each clock.
 -- Equation: difference j = x(e(o + j)) - x(e(o + j) - M), o the first output of the token.

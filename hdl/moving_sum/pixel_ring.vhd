@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last pixels of a line: which of them enter the moving sum, and which leave it.
+-- The last pixels of a line. Gives the pixel that enters the moving sum of a row, and the one that leaves it.
 --
 -- A ring of words, read twice: every token is a step, so that ages count back from the place that is written.
 --

@@ -1,8 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Running sums of several differences a token: prefix sums, and the sum behind the token before as the carry.
+-- The moving sums of the outputs of a token: prefix sums of their differences, on top of the last sum of the token
+-- before (the carry).
 --
--- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of
--- 2 ** (l - 1) places below it. Only the carry is a loop, of one addition.
+-- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of 2 ** (l
+-- - 1) places below it. Only the carry forms a loop, with one addition in it.
 --
 -- Latency: bits_for(PIXELS_PER_CLOCK - 1) + 1 clocks, and 1 more with HOLDING. Throughput: one token each clock.
 -- Equation: sum j = carry + difference 0 + .. + difference j; the carry is the last sum of the token before, or with

@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The moving sum of a row for P neighbouring outputs at once: what each of them takes in, and where that lies.
+-- The moving sum of a row for P neighbouring outputs at once: the pixels that each adds and subtracts, and their
+-- places.
 --
--- Output o takes in pixel e(o) = o + entering_offset(o mod M) and gives back e(o) - M (sum_schedule_pkg), so the P
--- outputs of a token are the sum behind the token before plus the prefix sums of d(o) = x(e(o)) - x(e(o) - M).
+-- Output o adds pixel e(o) = o + entering_offset(o mod M) and subtracts pixel e(o) - M (sum_schedule_pkg). So the P
+-- outputs of a token are the last sum of the token before plus the prefix sums of d(o) = x(e(o)) - x(e(o) - M).
 --
--- Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank i mod B, row i / B. P
--- neighbouring pixels lie in different banks, and so do those that enter with P neighbouring outputs, as
--- e(o + M) = e(o) + M. What enters with output o comes from the bank that belongs to o mod B (its place).
+-- Pixels are stored in B banks, where B is the smallest multiple of M that is not less than P: pixel i in bank i mod B,
+-- row i / B. P neighbouring pixels lie in different banks, and so do the pixels that P neighbouring outputs add,
+-- because e(o + M) = e(o) + M. The pixel that output o adds comes from the bank that belongs to o mod B (its place).
 --
 -- All functions are evaluated at elaboration only.
 

@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A camera's lanes into CrossLink-NX: its hard D-PHY as receiver, and what makes csi_receiver's lanes of it.
+-- Lanes of a camera into a CrossLink-NX: its hard D-PHY as receiver, and the logic that makes csi_receiver's lanes of
+-- its outputs.
 --
 -- The block follows the lines from low power to high speed, waits until they have settled, finds the sync sequence and
--- aligns the bytes. It tells a sync a clock ahead of the first byte behind it, as a public design has it that received
--- a camera with this block (gatecat/litex-nexus-mipi), from which these parameters are, too; the times to settle are
--- those that Lattice's own receiver takes (115 and 150 ns; the standard has 85 ns + 6 bits to 145 ns + 10 bits for
--- data). Its pads have no place to choose. Lattice gives a lane 2.5 Gb/s (FPGA-DS-02049); the byte clock, an eighth
--- of that, is what limits: see docs/resampling.md.
+-- aligns the bytes. It reports a sync one clock before the first byte behind it. This and the parameters are from a
+-- public design that received a camera with this block (gatecat/litex-nexus-mipi). The times to settle are those of
+-- Lattice's own receiver (115 and 150 ns; the standard has 85 ns + 6 bits to 145 ns + 10 bits for data). The block's
+-- pads are fixed. Lattice gives a lane 2.5 Gb/s (FPGA-DS-02049), but the byte clock, an eighth of that, is the limit:
+-- see docs/resampling.md.
 --
 -- Latency: that of the block and 2 clocks of byte_clk. Throughput: a byte of each lane each clock of byte_clk.
 -- Equation: as dphy_lane.

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A line of pixels of a character of the overlay: the texts' characters and the font in ROMs made at elaboration.
+-- One line of pixels of a character of the overlay. The texts and the font are in ROMs, made at elaboration.
 --
 -- Latency: 2 clocks from the character; the errors 1 clock. Throughput: one line each clock.
 -- Equation: line = FONT[character, row], the character that of TEXTS, LABELS and ERROR_TEXT one behind the other, or a

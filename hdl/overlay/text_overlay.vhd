@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A line of text over the picture, below it a ruler of the slices, each with a label.
+-- Writes a line of text over the picture, and below it a ruler of the slices, each with a label.
 --
--- The text is that of the slice on show, or of what else is shown; behind it stand the errors, if there are any. The
--- ruler has a field for each slice: the one on show is white; while depth is shown the fields have the colours of the
--- slices, and so are its legend. Below the overlay the picture is a quarter as bright.
+-- The text is that of the current slice or output, followed by the errors, if there are any. The ruler has a field for
+-- each slice. The current one is white; while depth is shown the fields have the colours of the slices and serve as its
+-- legend. Under the overlay the picture is a quarter as bright.
 --
--- Where a frame begins is told by its vertical sync; place and errors are taken over there.
+-- The vertical sync says where a frame begins; place and errors are updated there.
 --
 -- Latency: OVERLAY_LATENCY clocks, syncs and all. Throughput: one pixel each clock.
 -- Equation: out = 255 where a glyph or the ruler is white, the ruler's colour, in / 4 (rounded down) elsewhere in the

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
 --
--- A stream shell around stack_array. The slices share the column memory, which holds pixels of the input, and the
--- delay; each has moving sums of its own. Arithmetic is exact.
+-- A stream shell around stack_array. The slices share one column memory, which holds pixels of the input, and one
+-- delay; each has its own moving sums. Arithmetic is exact.
 --
 -- Lines may follow each other without a gap, and so may frames of a multiple of M lines. When nothing follows, the core
--- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that comes meanwhile waits
--- in the input FIFO, which holds INPUT_LINES lines: with M a source that cannot wait is never refused.
--- Stalls on either side lose and repeat nothing.
+-- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that arrives meanwhile waits in
+-- the input FIFO, which holds INPUT_LINES lines; with M lines a source that cannot wait never has to. Stalls on either
+-- side lose and repeat nothing.
 --
 -- Latency: D * (columns + 1) + 7 + stack_array_latency clocks from the first pixel in to the first pixel out
 --   when nothing stalls and lines have D + 1 pixels, D = output_delay; with BORDER_NORMALISED normalised_latency for

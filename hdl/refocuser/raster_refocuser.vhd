@@ -41,64 +41,65 @@ entity raster_refocuser is
   generic (
     -- M: pixels a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The set of a' = a * M from which a slice is chosen, in pixels, with blanks in between.
+    -- The focus settings, as a' = a * M in pixels with blanks in between: the slices that can be chosen while video
+    -- runs.
     SHIFTS : string;
-    -- Whether the picture stays put while focus is stepped.
+    -- Whether the picture stays in place while the focus changes.
     CENTRED : boolean := true;
-    -- 0: nearest neighbour, 1: linear, n: n moving sums more in each dimension.
+    -- 0: nearest neighbour, 1: linear, n: B-spline of order n, by n more moving sums in each dimension.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- For sets of integer a: M taps less, and each output held for a micro image.
+    -- For integer a only: compute one output for each micro image and hold it, which saves M taps.
     HOLD : boolean := false;
-    -- Rows that are filtered at once.
+    -- Rows filtered at once (iota in the thesis).
     PARALLEL_ROWS : positive range 1 to 64 := 1;
-    -- Moving sums with exact arithmetic only: neighbouring pixels of a line that come together, 1, 2, 4, 8, 16 or 32.
+    -- Neighbouring pixels of a line at each clock: 1, 2, 4, 8, 16 or 32. Above 1 for moving sums with exact arithmetic
+    -- only.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
-    -- Longest line in pixels; line buffers and input FIFO hold as many.
+    -- Longest line in pixels; line buffers and input FIFO are as long.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
-    -- Width of a channel; stored products take up to 16 - GUARD_BITS.
+    -- Bits of a channel; with stored products up to 16 - GUARD_BITS.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Exact sums and one division at the end, or stored products.
+    -- true: exact sums and one division at the end; false: stored products.
     EXACT : boolean := true;
-    -- Stored products only: fraction bits of the products, at least GUARD_BITS.
+    -- Stored products only: fraction bits of the products; not less than GUARD_BITS.
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- "fir" (fir_array), the default because it takes frames and lines of any size without a pause; or "moving_sum"
-    -- (moving_sum_array), which is smaller: the planner nearly always takes it.
+    -- "fir" (fir_array) takes frames and lines of any size without a pause; "moving_sum" (moving_sum_array) is smaller,
+    -- so the planner nearly always takes it.
     ENGINE : string := "fir";
-    -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
+    -- Moving sums only: take frames whose rows are no multiple of M without a pause, too.
     ANY_ROWS : boolean := false;
-    -- Exact arithmetic, one row at a time: the weight of each slice's taps in 64ths, 0 to 16, such as "4 0 4" (see
-    -- lens_sharpener). Without one above 0 there is no sharpener.
+    -- Sharpening (lens_sharpener): the weight of each slice's taps in 64ths, 0 to 16, such as "4 0 4". Without a weight
+    -- above 0 it is not built. Exact arithmetic, one row at a time.
     SHARPENING : string := "";
-    -- Exact arithmetic, one row at a time, without sharpening: whether near the border of the picture, where not all
-    -- views reach, sums are divided by the number of those that do; else by M * M everywhere, as if the others were
-    -- black.
+    -- Near the border some views are missing. true: divide by the number of the others; false: divide by M * M, as if
+    -- the missing ones were black. true needs exact arithmetic, one row at a time, no sharpening.
     BORDER_NORMALISED : boolean := false;
-    -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
+    -- Taps that one latch of the broadcast net drives; 0: no latches, one register drives all taps.
     BROADCAST_TAPS : natural := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Frame size, read with the first pixel of a frame.
+    -- Frame size, read with the first pixel of a frame; steady until the frame has come out.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
-    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
+    -- Slice of the next frame, as a number in the set from 0; numbers beyond the set mean its last slice. With sweep
+    -- all slices in turn, each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic                    := '0';
     sweep_frames : in    std_logic_vector(7 downto 0) := x"00";
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
-    -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
+    -- of tdata. In the last beat of a line, pixels behind the line's end count as zero and come out as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tid = slice of the frame that comes out.
+    -- The same; tid = slice of the output frame.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What the tops need to know of their engines. All functions are evaluated at elaboration only.
+-- Latencies and limits of the engines, for the top levels. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;

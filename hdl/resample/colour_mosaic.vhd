@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Three channels from the frames of a sensor with a colour filter mosaic.
 --
--- A stream shell around mosaic_engine. In a frame of a single line or column the other filters are not there, and its
--- pixels stand for theirs. When nothing follows, the last line of a frame is pushed out by a line of its own; a frame
--- that begins meanwhile waits in the source, for a line at most.
+-- A stream shell around mosaic_engine. A frame of a single line or column lacks the other filters, so its pixels stand
+-- for them. When nothing follows, an extra line pushes the last line of a frame out; a frame that begins meanwhile
+-- waits in the source, for a line at most.
 --
 -- Latency: a line, a pixel and 12 clocks when nothing stalls. Throughput: one pixel each clock.
 -- Equation: as mosaic_engine.

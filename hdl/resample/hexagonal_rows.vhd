@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Makes the rows of a hexagonal grid rectangular: each micro image of the raster lies between two lenses of its row.
 --
--- The lenses of even and of odd number lie in memories of their own, two in each, so the same pixel of two neighbours
--- is read in one clock while the lenses behind them come in.
+-- Even and odd lenses are stored in separate memories, two of each, so the same pixel of two neighbours is read in one
+-- clock while the next lenses arrive.
 --
 -- Latency: 2 M + 7 clocks from the first pixel of a line. Throughput: one pixel out each clock.
 -- Equation: p = place + n STEP; pixel(n) = floor(((1 - w) value(floor(p)) + w value(floor(p) + 1)) / 2**GUARD_BITS +

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Takes calibrations from the load port, and gives each frame the registers of its own: those of the newest one that
--- was committed before the frame began.
+-- Takes calibrations from the load port. Each frame gets the registers of the newest one that was committed before the
+-- frame began.
 --
 -- A memory of three banks holds the newest calibration, that of the frame that began last, and the words that are being
--- written: they never touch what a frame has or will have. So a load that is broken off changes nothing, and one that
--- is committed takes the place of one that no frame has had yet.
+-- written, so a write never touches what a frame uses or will use. A load that is interrupted therefore changes
+-- nothing, and a committed one replaces one that no frame has used yet.
 --
--- A commit without new words repeats the one before and changes nothing. One behind some words only is a fault, and
--- waits for those that are missing. What was written outlives a reset.
+-- A commit without new words repeats the one before and changes nothing. A commit after only some of the words is a
+-- fault and waits for the missing ones. Words that were written survive a reset.
 --
 -- Latency: REGISTER_COUNT + 1 clocks from copy to copied. Throughput: a word each clock.
 -- Equation: registers = the bank `used`, word by word, while copy = '1'.

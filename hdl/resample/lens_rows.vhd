@@ -1,11 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Goes through the lines of the raster, line v of all lenses of a row of lenses after the other, and offers each as
--- soon as the raw lines that it needs are in. At the beginning of a frame it copies the registers of its grid.
+-- Goes through the lines of the raster (for each row of lenses, line v of all its lenses, v after v) and offers each as
+-- soon as the raw lines that it needs have arrived. At the beginning of a frame it copies the registers of the grid.
 --
 -- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
--- the borders, y the position of its first lens. From the first that this line or a later one needs on, raw lines are
--- kept. A frame is given up, with a fault, if its grid needs more lines than there are or has no lens, or if the frame
--- has a single line or column, or more than 8192 lines. So is the rest of a frame that was cut short.
+-- the borders, where y is the position of its first lens. Raw lines are kept from the first one that this or a later
+-- line needs. A frame is abandoned, with a fault, if its grid needs more lines than the ring has or has no lens, or if
+-- the frame has a single line or column, or more than 8192 lines. The rest of a frame that was cut short is abandoned
+-- too.
 --
 -- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to
 --   line.

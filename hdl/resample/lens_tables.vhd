@@ -1,5 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What differs from lens to lens, and inside a micro image: moves from the even grid, and gains.
+-- The tables of corrections: for each lens its move from the even grid and its gain, and a gain for each pixel of a
+-- micro image.
 --
 -- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves
 -- along x and y (WEIGHT_BITS + 2 bits each, signed), if there are moves. A word of the profile is a gain.

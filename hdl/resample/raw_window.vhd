@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Ring of raw lines: a pixel in each clock, and out of it the four pixels around a position in each clock.
+-- Ring of raw lines: takes one pixel at each clock, and gives the four pixels around a position at each clock.
 --
--- Lines of even and of odd number, columns of even and of odd number lie in memories of their own: of two neighbouring
--- lines and of two neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond
--- the borders of the sensor lines and columns are mirrored at the first and the last one.
+-- Even and odd lines, and even and odd columns, are stored in separate memories. Of two neighbouring lines and two
+-- neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond the borders of the
+-- sensor, lines and columns are mirrored at the first and the last one.
 --
--- A line's place in the ring follows from its age: how many pairs of lines it is behind the one that is being written.
+-- The place of a line in the ring follows from its age: the number of pairs of lines since it was written.
 --
 -- Latency: WINDOW_LATENCY clocks. Throughput: one pixel in and four pixels out each clock.
 -- Equation: pixel_yx = raw(mirrored(floor(position_y) + y), mirrored(floor(position_x) + x)), y and x 0 or 1.

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Numbers the lines of the raw frames that go into the ring of lines, and tells when there is room for one more.
+-- Numbers the lines of the raw frames that go into the ring of lines, and says when there is room for another line.
 --
--- Lines are numbered on and on, over resets too. A line may be overwritten when the reader has said that it needs only
--- lines from `keep` on. A new frame waits, with the number of its first line, until the reader has finished the one
--- before and takes it; meanwhile its lines go into the ring as far as there is room.
+-- Lines are numbered without end, even over resets. A line may be overwritten when the reader needs only lines from
+-- `keep` on. A new frame, with the number of its first line, waits until the reader has finished the one before and
+-- takes it; meanwhile its lines go into the ring as far as there is room.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
 -- Equation: room = (number of the next pixel's line) - keep < LINES, keep the first line of a frame that waits if the

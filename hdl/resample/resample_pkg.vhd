@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Numbers of the resampler: positions, lines, registers, what passes between its parts.
+-- Types and constants of the resampler: positions, lines, registers, and the records between its parts.
 
 library ieee;
 use ieee.std_logic_1164.all;

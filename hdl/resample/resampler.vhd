@@ -1,18 +1,19 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the raw raster of the sensor to the raster of micro images of M x M pixels, without a frame memory.
 --
--- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs are in, a walk along its lenses
--- reads four pixels around each position in each clock. Positions are sums of registers in fixed point; the weights of
--- the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses drift over the lines:
--- the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
+-- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs have arrived, the resampler goes
+-- along its lenses and reads four pixels around each position at each clock. Positions are sums of registers in fixed
+-- point; the weights of the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses
+-- drift over the lines: the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the
+-- sensor's borders.
 --
--- The output frame has a size of its own: M times the lenses. The registers of the grid and the tables are written
--- through the load port; the grid takes effect with the frame that follows a commit, the tables at once. A load that
--- is not committed changes no grid, and a newer one takes the place of one that no frame has used (lens_registers).
+-- The output frame has its own size: M times the number of lenses. The registers of the grid and the tables are written
+-- through the load port. The grid takes effect with the first frame after a commit, the tables at once. A load that is
+-- not committed changes no grid, and a newer one replaces one that no frame has used (lens_registers).
 --
--- Faults of the stream are repaired as in frame_sequencer. Of a frame that is cut short the lines come out whose raw
--- lines were all there, whole. At a line of the raster that needs more raw lines than the ring has the frame ends, with
--- a flag: the lines before it have come out.
+-- Faults of the stream are repaired as in frame_sequencer. If a frame is cut short, those raster lines come out, whole,
+-- for which all raw lines have arrived. If a raster line needs more raw lines than the ring has, the frame ends there
+-- with a flag; the lines before it have come out.
 --
 -- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more,
 --   when nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.

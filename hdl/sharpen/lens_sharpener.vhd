@@ -1,11 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Sharpens refocused sums with taps a lens apart: between integer a the operator blurs, and this takes it back.
+-- Sharpens refocused sums with three taps, one micro lens apart, which removes the blur that the operator adds between
+-- integer a.
 --
--- It stands behind the sums of an engine and in front of their division, so that both together round once. Columns
--- come first, as their memory then holds the sums as they are. A tap outside the picture counts as the pixel itself.
+-- It stands between the sums of an engine and their division, so that the result is rounded only once. Columns come
+-- first, as their memory then holds the sums as they are. A tap outside the picture counts as the pixel itself.
 --
--- What the division has to be given is the sharpened sum, rounded to a whole number so that the quotient is that of the
--- exact one: round(n / (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
+-- The division gets the sharpened sum, rounded to a whole number in such a way that the quotient is that of the exact
+-- sum: round(n / (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
 --
 -- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each
 --   clock; the same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The taps of sharpening along columns: each sum with those of the lines M above and M below.
 --
--- The memory holds for each column, and each line number modulo M, the sums of the last two lines: a word that is read
--- goes back moved on by one. So the last 2 M lines are kept, and both taps come with one word.
+-- The memory holds, for each column and each line number modulo M, the sums of the last two lines; a word that is read
+-- is written back shifted by one line. So the last 2 M lines are kept, and one word has both taps.
 --
 -- Lines may follow each other without a gap, and frames too: each line remembers whether the one M above it is in its
 -- frame.

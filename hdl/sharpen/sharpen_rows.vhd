@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The taps of sharpening along rows: each value with those M pixels to its left and to its right, and back to sums.
+-- The taps of sharpening along rows: each value with those M pixels to its left and right. The result is a sum again.
 --
 -- Tokens may have several pixels of a line. The neighbours of lane i are in the lanes (i + M) and (i - M) modulo
 -- PIXELS_PER_CLOCK, always as many tokens later and earlier.

@@ -8,8 +8,7 @@
 -- and again, as temperature moves the half bit, and each calibration allows one step (XAPP1064, UG381). A
 -- calibration is asked for during one clock, with no delay line busy and no step in the QUIET clocks before.
 --
--- A delay line that does not answer within TIMEOUT clocks is reset and calibrated anew: nothing waits
--- for ever.
+-- A delay line that does not answer within TIMEOUT clocks is reset and calibrated anew, so that no wait is endless.
 --
 -- Latency: FILTER edges from a deviation to a step. Throughput: one step for each INTERVAL clocks.
 -- Equation: the delay moves by +1 or -1 when a counter that goes up with each late edge and down with

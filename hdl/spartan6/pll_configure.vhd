@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Writes a setting into a PLL through its reconfiguration port.
 --
--- Each register is read, its masked bits are replaced, and it is written back (XAPP879). A port that
--- does not answer within TIMEOUT clocks is given up: done comes anyway, and the PLL's missing lock
--- tells.
+-- Each register is read, its masked bits are replaced, and it is written back (XAPP879). If a port does not answer
+-- within TIMEOUT clocks, done comes all the same, and the PLL's missing lock shows the failure.
 --
 -- Latency: about 10 clocks for each register. Throughput: one setting at a time.
 -- Equation: register = (register and not mask) or setting.

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The moving sums of one slice of a focal stack over columns.
 --
--- Of the column memory that the slices share it picks the pixel that enters the sum and the one that leaves it; their
+-- From the column memory that all slices share it takes the pixel that enters the sum and the one that leaves it; their
 -- places depend on the phase alone.
 --
 -- Latency: 7 clocks from a token to its sum, output_delay lines. Throughput: one token each clock; the same

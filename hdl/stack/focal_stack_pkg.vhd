@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Where the slices of a focal stack find their pixels in the column memory that they share.
+-- The places in the shared column memory at which the slices of a focal stack find their pixels.
 --
--- The lines of each phase form a shift register: each line that comes in moves those of its phase one
--- place on. With frames a multiple of M lines apart, every M-th line is of a phase, so a pixel of a given age has a
--- place that never changes. Ages are those of sum_schedule_pkg. All functions are evaluated at elaboration only.
+-- The lines of each phase form a shift register: each line that arrives moves those of its phase by one place. With
+-- frames a multiple of M lines apart, every M-th line is of a phase, so the place of a pixel of a given age never
+-- changes. Ages are those of sum_schedule_pkg. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;

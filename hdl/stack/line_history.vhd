@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The column memory of a focal stack: the lines of each phase as a shift register of pixels.
 --
--- One word for each column and phase holds the pixels of the phase's last lines. A line that comes in is
--- written with the word that was read, moved one place on. All words of a column are read at once, so any number of
--- slices finds its pixels there, and the column is the only address.
+-- One word for each column and phase holds the pixels of the phase's last lines. When a line arrives, the word that was
+-- read is written back, moved by one place, with the new pixel in front. All words of a column are read at once, so any
+-- number of slices find their pixels there, and the column is the only address.
 --
 -- Latency: 2 clocks. Throughput: one column each clock; the same one again 3 clocks later at the earliest.
 -- Equation: history(phase) = history(phase) moved one place on & pixel.

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The arithmetic of a focal stack: all slices of each pixel, from one column memory.
 --
--- Columns come first, so that the memory holds the pixels as they come and the slices share it. Behind it each slice
--- has moving sums of its own, over columns and then over rows, and one division at the end.
+-- Columns come first, so that the memory holds the input pixels and all slices share it. Behind it each slice has its
+-- own moving sums, over columns and then over rows, and one division at the end.
 --
--- A token may hold several neighbouring pixels. To columns they are channels of one that is wider; in rows each slice
--- has a lane_stage of its own, as sums over columns differ from slice to slice. Pixels of a line's last token that lie
--- behind the line count as zero and come out as zero.
+-- A token may hold several neighbouring pixels. For columns they are channels of one wider pixel; for rows each slice
+-- has its own lane_stage, as sums over columns differ from slice to slice. In the last token of a line, pixels behind
+-- the line's end count as zero and come out as zero.
 --
 -- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay; with several pixels a token D lines,
 --   D' tokens and these clocks, D' = lane_delay. Throughput: one token of all slices each clock, in lines of D + 1

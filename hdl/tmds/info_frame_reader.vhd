@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Reads the packets of data islands: checks all, keeps what the AVI InfoFrame tells of the picture.
+-- Reads the packets of data islands: checks all of them, and keeps what the AVI InfoFrame says about the picture.
 --
--- The check bits of header and subpackets run along with the bits; behind a whole packet all of them are 0. An
--- InfoFrame's bytes add up to 0. An AVI InfoFrame that passes both replaces what is kept.
+-- The check bits of header and subpackets are computed along with the bits; after a whole packet all of them must be 0.
+-- The bytes of an InfoFrame add up to 0. An AVI InfoFrame that passes both checks replaces the one that is kept.
 --
 -- Latency: 2 clocks behind the last word of a packet. Throughput: a word each clock.
 -- Equation: HDMI 1.4, sections 5.2.3.4 and 5.2.3.5; CEA-861-D, section 6.4. RGB without a word about its

@@ -1,11 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Finds channels whose pair has both wires swapped, and puts their words right.
+-- Finds channels whose pair has its wires swapped, and inverts their words.
 --
--- A swapped pair brings every word inverted. The four control tokens are then each other's (00 and 01, 10 and 11), so
--- words are found as ever, and an inverted data word is one that an encoder sends, too. What tells: behind the first
--- tokens of a blanking channels 1 and 2 carry 00 (DVI 1.0: their control bits are 0; HDMI 1.4, section 5.2.1.1: all
--- but the preamble, of 8 words); RUN tokens 01 in a row are 00 inverted. Channel 0 carries the syncs, in any
--- polarity. It counts as inverted where both others are: a connector the wrong way round swaps all of its pairs.
+-- A swapped pair delivers every word inverted. Of the four control tokens, 00 and 01 become each other, and so do 10
+-- and 11, so words are found as usual; and an inverted data word is one that an encoder may send. The polarity shows in
+-- the first tokens of a blanking, where channels 1 and 2 carry 00 (DVI 1.0: their control bits are 0; HDMI 1.4, section
+-- 5.2.1.1: all but the preamble, of 8 words): RUN tokens 01 in a row are 00 inverted. Channel 0 carries the syncs, in
+-- any polarity. It counts as inverted if both others are, because a connector the wrong way round swaps all of its
+-- pairs.
 --
 -- Latency: no clock for the words; a run of tokens until a polarity is known, which then holds. Throughput: one word
 --   of each channel each clock.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the deserialised bits of three channels to pixels and syncs.
 --
--- Word alignment -> polarity -> deskew -> decoders -> periods. Of an HDMI source's data islands the
--- syncs are kept and the AVI InfoFrame is read.
+-- Word alignment -> polarity -> deskew -> decoders -> periods. From data islands of an HDMI source the syncs are kept
+-- and the AVI InfoFrame is read.
 --
 -- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; HDMI 1.4, section 5.

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Finds where words begin in a channel's bits, by its control tokens, and keeps looking.
+-- Finds the word boundaries in a channel's bits by its control tokens, and keeps watching them.
 --
--- All ten word phases are watched at the same time. RUN tokens in a row at one phase decide for it,
--- at any time, also when another one was chosen before. Data words cannot imitate that: they have
--- too few transitions, and words across two neighbours do so for one word at most. When no run has
--- been seen for TIMEOUT words the channel counts as not aligned, and looks on.
+-- All ten word phases are watched at the same time. RUN tokens in a row at one phase select it, at any time, even if
+-- another one was selected before. Data words cannot imitate a run: they have too few transitions, and bits of two
+-- neighbouring words do so for one word at most. After TIMEOUT words without a run the channel counts as not aligned,
+-- and the search goes on.
 --
 -- Latency: 3 clocks at phase 0; a whole run later a new phase is used. Throughput: one word each clock.
 -- Equation: word(t) = ten bits from bit 10 t + phase on.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Black columns on either side of a picture: lines that are longer than a core takes.
+-- Adds black columns on either side of a picture, for lines that are longer than a core takes.
 --
--- The video in has the picture's columns alone; its syncs are those of the longer lines. Its horizontal blanking must
--- be longer than both sides.
+-- The input video has the picture's columns alone, but the syncs of the longer lines. Its horizontal blanking must be
+-- longer than both sides.
 --
 -- Latency: COLUMNS + 2 clocks. Throughput: one pixel each clock.
 -- Equation: line out = COLUMNS black pixels, line in, COLUMNS black pixels.

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Timing of a screen that waits for a camera's frames: lines are those of a video mode, always; frames have as many
--- blank lines as the camera takes longer or shorter.
+-- Timing of a screen that follows a camera: lines are always those of a video mode; frames have more or fewer blank
+-- lines, as the camera needs.
 --
--- A camera's clock is its own, so its frames are a little longer or shorter than those of a mode. A frame begins with
--- the first whole line behind `due`, wherever the one before is, or behind a frame without one, LATE_LINES later than
--- the mode has it. So the screen's horizontal timing never changes, its vertical blanking by a line now and then, and
--- without a camera it goes on. The camera's first frame cuts the one that is on the screen.
+-- A camera has its own clock, so its frames are a little longer or shorter than those of a mode. A frame begins with
+-- the first whole line after `due`, wherever the one before is; without `due`, LATE_LINES later than in the mode. So
+-- the horizontal timing of the screen never changes, its vertical blanking varies by a line now and then, and without a
+-- camera it goes on. The camera's first frame cuts off the one on the screen.
 --
 -- Latency: up to a line from due to the frame. Throughput: one place each clock.
 -- Equation: frame n begins at the first end of a line with due since frame n - 1 began.

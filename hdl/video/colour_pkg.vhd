@@ -1,6 +1,7 @@
 -- Coefficients of full_range_rgb; built by scripts/build_hdl.py.
 --
--- Ways to full-range RGB: RGB, YCbCr of BT.709, of BT.601; of each the full and the limited range.
+-- Conversions to full-range RGB: from RGB, YCbCr of BT.709 and YCbCr of BT.601, each with full
+-- and with limited range.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A small synthetic light field as video, to see refocusing without any source.
+-- A small synthetic light field as video, which shows refocusing without any source.
 --
--- Three upright bands, each a chequered plane at a depth of its own: its shift a' is the one at which the
--- refocuser shows it sharp, while it blurs the others. Pixel u of micro image j sees the plane at
--- M * j + u * a', in both dimensions.
+-- Three upright bands, each a chequered plane at its own depth. Its shift a' is the one at which the refocuser shows it
+-- sharp; other bands are blurred then. Pixel u of micro image j sees the plane at M * j + u * a', in both dimensions.
 --
 -- Latency: 2 clocks from the raster. Throughput: one pixel each clock.
 -- Equation: pixel(x, y) is light where bit CELL of (M j + u a') and of (M i + v a') differ, x = M j + u,

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What a board shows without a source: the light field that is kept on the chip (stored_pkg), else a test pattern with
--- three planes.
+-- The picture that a board shows without a source: the stored light field (stored_pkg), or a test pattern with three
+-- planes.
 --
 -- Latency: 4 clocks from the raster, of the pattern 2. Throughput: one pixel each clock.
 -- Equation: see stored_light_field, light_field_pattern.

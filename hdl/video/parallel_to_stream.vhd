@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Parallel video of a camera (frame valid, line valid, data with a pixel clock) as a stream.
 --
--- A pixel waits until it is known whether another one of its line follows. Lines outside of frames are left out. It
--- follows the camera through resets: who begins to take pixels in the middle of a frame gets the rest of it without a
--- first pixel.
+-- A pixel waits until it is known whether another one of its line follows. Lines outside of frames are left out. The
+-- state follows the camera through resets, so a sink that begins in the middle of a frame gets the rest of it without a
+-- start of frame.
 --
 -- Latency: 2 clocks; a pixel waits for the next one of its line, or for the end of the line.
 -- Throughput: one pixel each clock.

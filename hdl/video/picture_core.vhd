@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From a stream of raw pixels to the stream of the picture that is shown: refocused, in focus everywhere, or depth.
 --
--- With the refocused slice alone it is a raster_refocuser. With other outputs it is a focal stack and its depth
--- index, and each frame that leaves is one of: the slice chosen, the sharpest slice of each micro image, or the
--- colour of that slice or of the depth between slices. The slice is chosen with a frame's first pixel in; the output
--- with its first pixel out. Such a core does not push the rest of a frame out by itself: the next one does, and frames
--- have a multiple of M lines, with black ones below the picture that do not come out.
+-- If only the refocused slice is shown, this is a raster_refocuser. With other outputs it is a focal stack with its
+-- depth index, and each output frame is one of: the chosen slice, the sharpest slice of each micro image, or the colour
+-- of that slice or of the depth between slices. The slice is chosen with a frame's first input pixel, the output with
+-- its first output pixel. Such a core does not push the rest of a frame out by itself, but the next frame does. Its
+-- frames have a multiple of M lines, with black lines below the picture that do not come out.
 --
 -- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
 -- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS; with

@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Tells whether a source's picture arrives as it was made, by a marked first line, and says so in the picture.
+-- Checks by a marked first line whether a source's picture arrives as it was made, and shows the result in the picture.
 --
--- A marked line has another colour at each place (MARK_STEPS, MARK_BEGINS): equal to the last bit, the picture was
--- neither scaled nor moved, and no colour was changed. Nearly equal (all channels within NEAR) in most places: colours
--- were changed (range, gamma, colour management). Otherwise there are no marks, or a scaler spoilt them.
+-- A marked line has another colour at each place (MARK_STEPS, MARK_BEGINS). If it is equal to the last bit, the picture
+-- was neither scaled nor moved, and no colour was changed. If it is nearly equal (all channels within NEAR) in most
+-- places, colours were changed (range, gamma, colour management). Otherwise there are no marks, or a scaler has spoilt
+-- them.
 --
--- Into the pictures that go out it draws a bar over the first LINES lines, which the marks have spoilt: green for
--- equal, red for nearly equal; without marks they stay as they are.
+-- In the output a bar covers the first LINES lines, which the marks have spoilt: green for equal, red for nearly equal.
+-- Without marks the lines stay as they are.
 --
 -- Latency: 1 clock from shown_video to out_video; marks are known at the end of the first line. Throughput: one pixel
 -- each clock.

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What picture_core can show, and how far it is behind. All functions are evaluated at elaboration only.
+-- The outputs of picture_core and their delays. All functions are evaluated at elaboration only.
 --
--- The outputs that can be chosen are a text with a letter for each: r the refocused slice, a the picture in focus
--- everywhere, d the depth in false colours, m the micro images as they go into the core.
+-- The outputs to choose from are a text with a letter for each: r is the refocused slice, a the picture that is all in
+-- focus, d the depth in false colours, m the micro images as they go into the core.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,20 +1,19 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Video in, refocused video out: the same timing, later by the latency of the refocuser.
+-- Video in, refocused video out with the same timing, delayed by the latency of the refocuser.
 --
 -- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> output. No frame is stored: the
--- output's syncs are made anew from the measured timing, as much later as the pixels are. With
--- pass_through, or where the timing cannot be followed (lines too long), the input goes to the
--- output as it is. What can be shown stands in screen_pkg, whether a sensor's raw frames come in, in sensor_pkg.
+-- output's syncs are generated from the measured timing, delayed as much as the pixels. With pass_through, or if the
+-- timing cannot be followed (lines too long), the input goes to the output unchanged. screen_pkg says which outputs
+-- there are, sensor_pkg whether the input is a sensor's raw frames.
 --
--- Blanking. The refocuser pushes the last lines of a frame out by itself in the vertical blanking,
--- or with the first lines of the next frame where the blanking is shorter than D lines. What
--- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
--- horizontal blanking. A focal stack gets black lines in the blanking instead.
+-- Blanking. The refocuser pushes the last lines of a frame out by itself in the vertical blanking, or with the first
+-- lines of the next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO
+-- (a line), which empties again in the horizontal blanking. A focal stack gets black lines in the blanking instead.
 --
--- Sensor. With a sensor frames of its size are its raw frames, grey or a mosaic in red, or RGB. Their raster of micro
--- images, or what is refocused of it, is smaller and shown in the middle, with black around; see sensor_front. When
--- another output is chosen or the raster gets another size, all begins again with the next frame. Outputs: refocused
--- and micro images.
+-- Sensor. With a sensor, frames of its size are raw frames: grey, a mosaic in red, or RGB. The raster of micro images,
+-- or the picture refocused from it, is smaller and is shown in the middle with black around it (sensor_front). When
+-- another output is chosen or the raster changes its size, everything begins again with the next frame. Outputs are the
+-- refocused picture and the micro images.
 --
 -- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
 --   refocuser (in general picture_delay_lines lines and picture_delay_pixels + 5 pixels), the same for all slices and

@@ -1,5 +1,5 @@
--- What the screen shows besides the refocused slice, and the text over it; built by
--- scripts/build_hdl.py from plenofir.fpga.screen.board_screen.
+-- The outputs that the screen shows besides the refocused slice, and the text over them;
+-- built by scripts/build_hdl.py from plenofir.fpga.screen.board_screen.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,18 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What stands in front of a core that is shown on a screen when a sensor's raw frames come in: sensor_raster, and how
--- far the output lags.
+-- In front of a core whose picture is shown on a screen: makes the raster of a sensor's raw frames (sensor_raster), and
+-- computes how far the output is delayed.
 --
--- The lines of the raster come out in the course of a whole raw frame, and are shown without gaps. So the first ones
--- wait: line i goes on at raw line `spare` + sensor_delay_lines + i, spare the lines that the raster has fewer than the
--- raw frame. What waits, waits in the ring of the resampler. In the middle of the frame the raster begins at line
--- spare / 2, so the output lags by the rest, and by the lines of the core.
+-- The raster lines are computed during a whole raw frame but shown without gaps, so the first ones have to wait: line i
+-- goes on at raw line `spare` + sensor_delay_lines + i, where `spare` is the number of lines that the raster lacks.
+-- They wait as raw lines, in the ring of the resampler. The raster begins at line spare / 2 of the output, in the
+-- middle of the frame, so the output is delayed by the rest, and by the lines of the core.
 --
 -- Micro images wait for the output, which does not take a frame before its place comes. A core would take the first
--- lines of a frame sooner, and they would stand in the way of the zeros that push the last lines of the frame before
--- out of it. So a frame goes on to a core when its first line is due: what is between two frames is blanking for it.
+-- lines of a frame sooner, and they would block the zeros that push the last lines of the frame before out of it. So a
+-- frame goes on to a core when its first line is due; for the core the time between two frames is blanking.
 --
--- Another size of the raster, and micro images in the place of refocused ones, make another lag: then all begins again
--- with the next frame. A calibration that is loaded keeps its effect.
+-- Another size of the raster, and micro images instead of refocused ones, change the delay; then everything begins
+-- again with the next frame. A loaded calibration stays in effect.
 --
 -- Latency: see sensor_raster. Throughput: one pixel each clock.
 -- Equation: lag = spare - floor(spare / 2) + sensor_delay_lines + CORE_LINES (micro images: without CORE_LINES).

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The light field of stored_pkg as video, to see refocusing without any source.
+-- The light field of stored_pkg as video, which shows refocusing without any source.
 --
--- It stands in the middle of the frame, at a place where a micro image of the frame begins, with black around; what
--- is larger than the frame is cut at the right and at the bottom. A memory holds a word for each micro image: two
--- colours, and which of them each pixel has.
+-- It is in the middle of the frame, at a place where a micro image of the frame begins, with black around it. If it is
+-- larger than the frame it is cut off at the right and at the bottom. A memory holds a word for each micro image: two
+-- colours, and a bit for each pixel that selects one of them.
 --
 -- Latency: 4 clocks from the raster. Throughput: one pixel each clock.
 -- Equation: pixel(x, y) = colour b of micro image (i, j), b its bit M v + u, x = left + M j + u, y = top + M i + v.

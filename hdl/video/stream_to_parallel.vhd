@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A stream as parallel video: frame valid, line valid without gaps, data.
 --
--- A line goes out when all of it is there. A frame ends with ROWS lines, with the next start of frame, or when it has
--- waited STALL clocks for a line, so that frames cut short stay apart; what comes behind its end and ahead of the next
--- start of frame is left out. A line ends with tlast, with its pixel MAX_COLUMNS (what comes up to tlast is left out),
--- or, as far as it came, with a start of frame.
+-- A line goes out when all of it has arrived. A frame ends after ROWS lines, with the next start of frame, or when it
+-- has waited STALL clocks for a line, so that frames that are cut short stay apart. Pixels between this end and the
+-- next start of frame are left out. A line ends with tlast, with its pixel MAX_COLUMNS (the rest up to tlast is left
+-- out), or, incomplete, with a start of frame.
 --
 -- Latency: a line and about 6 clocks. Throughput: one pixel each clock, less GAP clocks for each line.
 -- Equation: a pixel for each clock of line_valid, in the order of the stream.

@@ -1,16 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Shows an AXI4-Stream of pixels under the timing of the video that it was made from.
+-- Shows an AXI4-Stream of pixels with the timing of the video that it was made from.
 --
--- A second raster generator repeats the input's timing, started once each frame when the input is
--- delay_lines lines and DELAY_PIXELS pixels behind the beginning of its frame: so the output lags by
--- the latency of what lies between, syncs and all, and no frame is stored. Where the generator is in
--- step already, the start changes nothing. When the input is lost, the generator goes on by itself and
--- shows black, so that a monitor need not search again.
+-- A second raster generator repeats the input's timing. It is started once each frame, when the input is delay_lines
+-- lines and DELAY_PIXELS pixels behind the beginning of its frame. So the output is delayed by the latency of the core
+-- in between, syncs included, and no frame is stored. If the generator is in step already, the start changes nothing.
+-- When the input is lost, the generator goes on and shows black, so that a monitor need not search again.
 --
--- Pixels are taken while the raster is active; in the blanking the stream waits. A frame
--- that does not begin where it should (after a fault) is dropped up to the next start of frame.
--- With WINDOW the stream's frames are smaller than the video's, and shown in the middle with black around them; one
--- that is larger is dropped.
+-- Pixels are taken while the raster is active; in the blanking the stream waits. A frame that does not begin where it
+-- should (after a fault) is dropped up to the next start of frame. With WINDOW the stream's frames are smaller than the
+-- video's and shown in the middle with black around them; a larger one is dropped.
 --
 -- Latency: 1 clock from the generator to the outputs, with WINDOW 2. Throughput: one pixel each clock.
 -- Equation: output position(t) = input position(t) - delay_lines lines - DELAY_PIXELS - 2 (3) pixels.

@@ -1,10 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Measures the timing of incoming video: sizes, blanking, places and polarities of the syncs.
 --
--- Data enable gives the lines, also a counter that runs on through the vertical blanking; a change of
--- vertical sync since the last active pixel tells the first line of a frame. The levels of the
--- syncs just before an active line are their idle levels. A timing is stable when two frames in a
--- row had it, and no line of them was irregular.
+-- Lines are counted by data enable, and in the vertical blanking by a counter of the line length. A change of vertical
+-- sync since the last active pixel marks the first line of a frame. The levels of the syncs just before an active line
+-- are their idle levels. A timing is stable when two frames in a row had it, and no line of them was irregular.
 --
 -- Latency: 1 clock to frame_start; a timing is known with the first pixel of the next frame.
 -- Throughput: one pixel each clock.

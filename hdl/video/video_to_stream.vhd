@@ -1,18 +1,19 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Follows incoming video and makes an AXI4-Stream of its active pixels.
 --
--- Once the measured timing is stable, a raster generator of the same timing is started with a
--- frame, and from then on frames the stream, pixel by pixel in step with the input. So a data
--- enable that a bit error tears cannot tear a line: the pixel is black, the raster stays. When two
--- frames in a row begin elsewhere, or another timing has become stable, the generator is stopped, and
--- started again with the next frame of a stable timing. Streams so begin with a whole frame.
+-- Once the measured timing is stable, a raster generator of the same timing is started with a frame. From then on it
+-- defines the frames of the stream, pixel by pixel in step with the input. So a bit error in data enable makes a pixel
+-- black but does not move the raster. When two frames in a row begin elsewhere, or another timing has become stable,
+-- the generator is stopped, and started again with the next frame of a stable timing. A stream therefore begins with a
+-- whole frame.
 --
 -- A timing is followed if its lines have MAX_COLUMNS pixels at most, if its frames and lines are longer
 -- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
 -- `unsupported` is set. With ONLY_COLUMNS and ONLY_ROWS frames of this size alone are followed.
 --
--- With ROW_MODULUS above 1 frames of the stream have as many lines as fit into a frame with its blanking, down to a
--- multiple of ROW_MODULUS: behind the picture come black lines, for cores whose frames begin a multiple of lines apart.
+-- With ROW_MODULUS above 1, for cores whose frames begin a multiple of lines apart, the frames of the stream have as
+-- many lines as fit into a frame with its blanking, rounded down to a multiple of ROW_MODULUS: black lines follow the
+-- picture.
 --
 -- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
 --   loses a pixel and sets overflow for a clock.

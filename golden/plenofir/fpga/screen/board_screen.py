@@ -120,8 +120,8 @@ def screen_package(screen: Screen | None = None) -> str:
     if overlay is not None:
         written |= {name: text for name, text in overlay.generics().items() if name in written}
     lines = [
-        "-- What the screen shows besides the refocused slice, and the text over it; built by",
-        "-- scripts/build_hdl.py from plenofir.fpga.screen.board_screen.",
+        "-- The outputs that the screen shows besides the refocused slice, and the text over them;",
+        "-- built by scripts/build_hdl.py from plenofir.fpga.screen.board_screen.",
         "",
         "library ieee;",
         "use ieee.std_logic_1164.all;",
