@@ -1,6 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The moving sum of a row for P neighbouring outputs at once: the pixels that each adds and subtracts, and their
--- places.
+-- The moving sum of a row for P neighbouring outputs at once: the pixels that each adds and subtracts, and their banks.
 --
 -- Output o adds pixel e(o) = o + entering_offset(o mod M) and subtracts pixel e(o) - M (sum_schedule_pkg). So the P
 -- outputs of a token are the last sum of the token before plus the prefix sums of d(o) = x(e(o)) - x(e(o) - M).
@@ -27,7 +26,7 @@ package sum_lanes_pkg is
   -- The most tokens of several pixels by which a row stage delays.
   constant MOST_LANE_DELAY : positive := 4096;
 
-  -- Stops elaboration, by a message that begins with a name, if rows of several pixels a token cannot be built; else
+  -- Stops elaboration, with a message that begins with a name, if rows of several pixels a token cannot be built; else
   -- true.
   function takes_lanes (
     name     : string;
