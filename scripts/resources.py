@@ -41,15 +41,8 @@ import numpy as np
 from scipy.optimize import nnls
 
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import gowin
-from plenofir.fpga.bitstream.nextpnr import (
-    build,
-    load_builds,
-    record_name,
-    save_builds,
-)
-from plenofir.fpga.bitstream.top_level import board_generics
-from plenofir.fpga.boards import BOARDS, board_of
+from plenofir.fpga.bitstream.nextpnr import load_builds, record_name, save_builds
+from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -84,7 +77,8 @@ from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground import project
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import board_packages, clock_range_of, configure
+from plenofir.plan.board_build import build_scene
+from plenofir.plan.configure import configure
 from plenofir.plan.figures import (
     ARRAY,
     CORE,
@@ -335,20 +329,13 @@ def place_self_test() -> Placed:
 
 def record_build(plan: Plan) -> None:
     """Make the bitstream of a board with open tools and record its report."""
-    board = board_of(plan.device)
-    assert board is not None
     folder = BITSTREAMS / plan.scene
-    generics, packages = board_generics(plan.core, board.top), board_packages(plan)
-    if board.flow == "gowin":
-        result = gowin.build(board, plan.device, generics, folder, lambda *_: None, packages)
-    else:
-        clocks = clock_range_of(plan)
-        result = build(board, plan.device, generics, clocks, folder, lambda *_: None, packages)
+    result = build_scene(plan, folder, lambda *_: None)
     name = record_name(plan.scene, plan.device, load_scene(plan.scene).scene.build.device)
     save_builds(dict(sorted({**load_builds(), name: result}.items())))
     for clock in result.timing:
         print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")
-    print(f"bitstream: {folder / board.bitstream}", flush=True)
+    print(f"bitstream: {folder / BOARDS[result.board].bitstream}", flush=True)
 
 
 def pixels(words: Sequence[str]) -> None:

@@ -9,7 +9,7 @@
 -- The clock lane goes to an edge clock (its pins must be able to). Half of that is bits_clk, with four bits of a lane;
 -- half of that again, made by a register, is byte_clk. A byte changes half a period before the edge that takes it.
 -- Lanes arrive centred to their clock; DELAYG compensates the clock's way. For the slowest ECP5 Lattice gives 624 Mb/s
--- (GDDRX2, FPGA-DS-02012, as remembered): see docs/resampling.md.
+-- (GDDRX2, FPGA-DS-02012) at the left and right banks: see docs/resampling.md.
 --
 -- Latency: 2 to 3 clocks of byte_clk and those of dphy_lane. Throughput: a byte of each lane each clock of byte_clk.
 -- Equation: as dphy_lane.

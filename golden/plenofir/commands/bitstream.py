@@ -15,6 +15,7 @@ from plenofir.ground.errors import InputError
 if TYPE_CHECKING:
     from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.bitstream.open_build import NextpnrReport
+    from plenofir.fpga.bitstream.steps import Progress
     from plenofir.fpga.boards import Board
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.plan import Plan
@@ -135,77 +136,32 @@ def checked_core(
     return core
 
 
-def build_with_nextpnr(
+def build_core(
     board: "Board",
     device: str,
     generics: "dict[str, top_level.Value]",
-    plan: "Plan | None",
     out: Path,
+    progress: "Progress",
     *,
     beyond: bool = False,
 ) -> "NextpnrReport":
-    """Build for a board with an ECP5: the range of pixel clocks is that of the scene's mode."""
-    from plenofir.fpga.bitstream import nextpnr
-    from plenofir.plan.configure import board_packages, clock_range_of
+    """Build with open tools what options mean, without a scene."""
+    from plenofir.fpga.bitstream import gowin, nextpnr, nexus
 
-    packages: dict[str, str] = {}
-    clocks, camera = 0, None
-    if plan is not None and plan.camera is not None:
-        packages = board_packages(plan)
-        camera = nextpnr.CameraClocks(plan.camera.lane_mbits / 2, plan.camera.clock_mhz)
-    elif plan is not None:
-        clocks, packages = clock_range_of(plan), board_packages(plan)
-    else:
-        core = checked_core(board, device, generics)
-        if board.modes:
-            # The slowest mode that has such lines.
-            fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
-            modes = fit or board.modes[:1]
-            widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
-            clocks = board.clock_range(widest)
-    with told_steps("bitstream") as show:
-        return nextpnr.build(
-            board, device, generics, clocks, out, show, packages, beyond=beyond, camera=camera
-        )
-
-
-def build_with_gowin(
-    board: "Board",
-    device: str,
-    generics: "dict[str, top_level.Value]",
-    plan: "Plan | None",
-    out: Path,
-) -> "NextpnrReport":
-    """Build for a board with a GW2A, which has one mode."""
-    from plenofir.fpga.bitstream import gowin
-    from plenofir.plan.configure import board_packages
-
-    packages = {} if plan is None else board_packages(plan)
-    if plan is None:
-        checked_core(board, device, generics)
-    with told_steps("bitstream") as show:
-        return gowin.build(board, device, generics, out, show, packages)
-
-
-def build_with_nexus(
-    board: "Board",
-    device: str,
-    generics: "dict[str, top_level.Value]",
-    plan: "Plan | None",
-    out: Path,
-) -> "NextpnrReport":
-    """Build for a board with a CrossLink-NX: a scene's camera, or one whose frames are rasters."""
-    from plenofir.fpga.bitstream import nexus
-    from plenofir.plan.configure import board_packages
-
-    if plan is None or plan.camera is None:
-        checked_core(board, device, generics)
-        packages, wanted = dict[str, str](), nexus.OWN_CLOCKS
-    else:
-        packages = board_packages(plan)
-        wanted = {"clk": plan.camera.wanted_mhz, "byte_clk": plan.camera.byte_mhz}
-    with told_steps("bitstream") as show:
-        return nexus.build(board, device, generics, wanted, out, show, packages)
+    core = checked_core(board, device, generics)
+    if board.flow == "gowin":
+        return gowin.build(board, device, generics, out, progress)
+    if board.flow == "nexus":
+        # A camera whose frames are rasters.
+        return nexus.build(board, device, generics, nexus.OWN_CLOCKS, out, progress)
+    clocks = 0
+    if board.modes:
+        # The slowest mode that has such lines.
+        fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
+        modes = fit or board.modes[:1]
+        widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
+        clocks = board.clock_range(widest)
+    return nextpnr.build(board, device, generics, clocks, out, progress, beyond=beyond)
 
 
 @app.command()
@@ -247,6 +203,7 @@ def build(
     from plenofir.fpga.bitstream import ise as tools
     from plenofir.fpga.boards import BOARDS
     from plenofir.fpga.hdmi.edid import describe_edid
+    from plenofir.plan.board_build import build_scene
     from plenofir.plan.configure import board_packages, scene_generics
 
     given = {
@@ -262,17 +219,15 @@ def build(
     plan = None if scene is None else scene_plan(scene, board, device)
     target, part = chosen_board(board, device, plan)
     generics = board_generics(given) if plan is None else scene_generics(plan)
-    if target.flow == "nextpnr":
-        built = build_with_nextpnr(
-            target, part, generics, plan, Path(out), beyond=beyond_data_sheet
-        )
+    if target.flow != "ise":
+        with told_steps("bitstream") as show:
+            if plan is not None:
+                built = build_scene(plan, Path(out), show, beyond=beyond_data_sheet)
+            else:
+                built = build_core(
+                    target, part, generics, Path(out), show, beyond=beyond_data_sheet
+                )
         _print_nextpnr(built, out)
-        return
-    if target.flow == "gowin":
-        _print_nextpnr(build_with_gowin(target, part, generics, plan, Path(out)), out)
-        return
-    if target.flow == "nexus":
-        _print_nextpnr(build_with_nexus(target, part, generics, plan, Path(out)), out)
         return
     edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
     packages = {} if plan is None else board_packages(plan)

@@ -153,6 +153,14 @@ def print_plan(plan: "Plan") -> None:
             f"in and out on the board, blanking of {plan.blanking[0]} pixels and "
             f"{plan.blanking[1]} lines",
         )
+    if (camera := plan.camera) is not None:
+        slow, fast = camera.clock_mhz, camera.wanted_mhz
+        clock = f"{slow:g} MHz" if slow == fast else f"{slow:g} to {fast:g} MHz"
+        print_line(
+            "camera",
+            f"{camera.board.lanes} lanes of {camera.lane_mbits:g} Mb/s, their bytes at "
+            f"{camera.byte_mhz:g} MHz; the core's clock is {clock}, {camera.needed_mhz:.4g} needed",
+        )
     if plan.edid is not None:
         print_line("edid", f"the scene's own: {describe_edid(bytes.fromhex(plan.edid))}")
     for part in plan.slices:

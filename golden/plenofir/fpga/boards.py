@@ -24,7 +24,8 @@ class CameraInput:
     """A board's lanes for a camera with MIPI CSI-2."""
 
     top: str  # top level with a camera; `constraints` of its name if it has other pins
-    lane_mbits: float  # what a lane may bring by the data sheet
+    lane_mbits: float  # what a lane may bring by the data sheet (docs/resampling.md)
+    out_bits: int = 0  # of its parallel video; 0 with a screen
     # What its screen shows of a camera; None: parallel video, with the frames' own timing.
     screen: VideoMode | None = None
     screen_mhz: float = 0  # pixel clock that it has for that
@@ -125,7 +126,7 @@ BOARDS: dict[str, Board] = {
             flow="nexus",
             top="lifcl40_top",
             library="lifcl",
-            camera=CameraInput(top="lifcl40_top", lane_mbits=2500),
+            camera=CameraInput(top="lifcl40_top", lane_mbits=2500, out_bits=40),
             scene="lifcl40",
         ),
         Board(

@@ -149,6 +149,8 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
     if plan.camera is not None:
         divide = plan.camera.clock_divide
         own = {"CLOCK_DIVIDE": divide} if divide else {}
+        # A sensor's rows stand in sensor_pkg.
+        own |= {"ROWS": plan.rows} if plan.sensor is None else {}
         return top_level.camera_generics(core, top) | own
     if plan.sensor is not None:
         # Channels and the raster's lines stand in sensor_pkg.
@@ -160,6 +162,8 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
 def board_packages(plan: Plan) -> dict[str, str]:
     """VHDL packages of a scene with video in and out in place of its board's own: name to text."""
     packages = {}
+    if plan.camera is not None:
+        packages[CAMERA_PACKAGE] = camera_package(plan.camera.board)
     if plan.edid is not None:
         packages[EDID_PACKAGE] = edid_package(bytes.fromhex(plan.edid))
     if plan.sensor is not None:
@@ -167,8 +171,6 @@ def board_packages(plan: Plan) -> dict[str, str]:
         packages[SENSOR_PACKAGE] = sensor_package(plan.sensor.board_sensor(late))
         if plan.camera is None:
             packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
-        else:
-            packages[CAMERA_PACKAGE] = camera_package(plan.camera.board)
     elif plan.screen != Screen():
         packages[SCREEN_PACKAGE] = screen_package(plan.screen)
     if plan.stored is not None:

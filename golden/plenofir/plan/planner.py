@@ -22,8 +22,9 @@ from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
-from plenofir.plan.sensor.board_camera import PlannedCamera, planned_camera
+from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
+from plenofir.plan.sensor.camera_estimate import camera_usage
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
@@ -188,19 +189,17 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
 
 def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> str:
     """Why a core on a device does not keep the scene's frame rate; empty if it does."""
-    frame, pixels = loaded.scene.frame, core.pixels_per_clock
-    if loaded.scene.build.path == "video" or frame.rate_hz is None:
-        return ""
+    frame, pixels, lanes = loaded.scene.frame, core.pixels_per_clock, loaded.scene.lanes
     needed, kept = _clock(loaded, core, None)[0], device.clock_mhz(pixels)
-    assert needed is not None
-    if needed <= kept:
+    if loaded.scene.build.path == "video" or needed is None or needed <= kept:
         return ""
     each = "a pixel" if pixels == 1 else f"{pixels} pixels"
     known = f"cores keep {kept:g} MHz" if kept else "no clock is known for so many"
-    return (
-        f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz needs {needed:.4g} MHz at {each} "
-        f"a clock; on the {device.name.upper()} {known}"
-    )
+    size = f"{frame.columns} x {frame.rows}"
+    what = size if frame.rate_hz is None else f"{size} at {frame.rate_hz:g} Hz"
+    if lanes is not None and needed == lanes.pixels_mhz(frame.bits) / pixels:
+        what = f"{lanes.number} x {lanes.mbits:g} Mb/s of {frame.bits} bits"
+    return f"{what} needs {needed:.4g} MHz at {each} a clock; on the {device.name.upper()} {known}"
 
 
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
@@ -309,6 +308,8 @@ def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usag
         usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     if loaded.scene.build.path == "video":
         usage += VIDEO_USAGES[device.family] + overlay_usage(shown.overlay, device.family)
+    if (camera := _camera(loaded, core)) is not None:
+        usage += camera_usage(camera, core, device.family)
     return usage + stored_usage(loaded.stored, device.family)
 
 
@@ -343,7 +344,10 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
 
 def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
     """What could keep a frame rate that a device does not keep."""
+    camera = loaded.scene.build.path == "camera"
     for device in DEVICES.values():
+        if camera and ((board := board_of(device.name)) is None or board.camera is None):
+            continue
         other = _with_pixels(loaded, core, device)
         fits = not device.assumed and not device.overflow(_needs(other, loaded, device))
         if fits and not _too_slow(loaded, other, device):
@@ -403,21 +407,27 @@ def _clock(
         clocks = frame.columns * frame.rows
     if loaded.sensor is not None:
         clocks = max(clocks, loaded.sensor.columns * loaded.sensor.rows)
-    return (None if rate is None else clocks * rate / 1e6), clocks
+    needed = None if rate is None else clocks * rate / 1e6
+    if (lanes := loaded.scene.lanes) is not None:
+        # As they come while a line comes: no buffer keeps a line.
+        needed = max(needed or 0, lanes.pixels_mhz(frame.bits) / core.pixels_per_clock)
+    return needed, clocks
 
 
-def _camera(
-    loaded: LoadedScene, core: CoreConfiguration, clock_mhz: float | None
-) -> PlannedCamera | None:
+def _camera(loaded: LoadedScene, core: CoreConfiguration) -> PlannedCamera | None:
     """The camera of a scene whose board has its lanes."""
-    if loaded.scene.build.path != "camera":
+    scene = loaded.scene
+    if scene.build.path != "camera":
         return None
-    board, sensor = board_of(loaded.scene.build.device), loaded.scene.sensor
+    board, rate = board_of(scene.build.device), scene.frame.rate_hz
+    needed, _ = _clock(loaded, core, None)
     assert board is not None
-    assert sensor is not None
-    return planned_camera(
-        sensor, core, board, loaded.scene.frame.rate_hz, clock_mhz, where=f"{loaded.path}: sensor"
-    )
+    if scene.lanes is not None:
+        assert needed is not None
+        where = f"{loaded.path}: lanes"
+        return lanes_camera(scene.lanes, loaded.registers, core, board, rate, needed, where=where)
+    assert scene.sensor is not None
+    return sensor_camera(scene.sensor, core, board, rate, needed, where=f"{loaded.path}: sensor")
 
 
 def make_plan(loaded: LoadedScene) -> Plan:
@@ -452,6 +462,9 @@ def make_plan(loaded: LoadedScene) -> Plan:
         lag += (video_rows - rows + 1) // 2
     full = full_core(core)
     engines, reason = _engine_choice(loaded, core, device)
+    camera = _camera(loaded, core)
+    if camera is not None:
+        camera.check_clock(where=str(loaded.path))
     return Plan(
         scene=scene.name,
         path=scene.build.path,
@@ -500,7 +513,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
             else device.amounts(stored_usage(loaded.stored, device.family))
         ),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
-        camera=_camera(loaded, core, clock_mhz),
+        camera=camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
         notes=_notes(model),
     )

@@ -17,16 +17,19 @@ from plenofir.fpga.core.configuration import (
     MAX_ROWS,
 )
 from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS, PixelsPerClock
+from plenofir.fpga.csi import RAW_BITS
 from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, device_name
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.stored import StoredLightField
+from plenofir.fpga.sensors import Entry
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.scene_stored import SceneStored, load_stored
+from plenofir.plan.sensor.scene_lanes import SceneLanes, load_registers
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus import Border
 from plenofir.refocus.sharpening import WEIGHT_ADVICE, check_sharpen, sharpening_units
@@ -118,7 +121,7 @@ class SceneBuild(_Part):
     # at the device's clock; above 1 for moving sums with exact arithmetic.
     pixels_per_clock: Literal["auto"] | PixelsPerClock = "auto"
     # "core": the streams of the raster core; "video": video in and out; "camera": a camera's lanes
-    # in (sensor.input = "csi"), video out.
+    # in (sensor.input = "csi", or lanes), video out.
     path: Literal["core", "video", "camera"] = "core"
     device: str = DEFAULT_DEVICE  # what it must fit
     # "auto": the one that fits; of two, the one whose scarcest resource is used less.
@@ -168,7 +171,7 @@ class SceneBuild(_Part):
                 + " or ".join(map(repr, engines_with("pixels_per_clock"))),
             ),
             (many and stored, "pixels_per_clock above 1 needs arithmetic = 'exact'"),
-            (many and video, "path = 'video' needs pixels_per_clock = 1"),
+            (many and self.path == "video", "path = 'video' needs pixels_per_clock = 1"),
         )
         return self
 
@@ -186,6 +189,8 @@ class Scene(_Part):
     # What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
+    # A camera whose frames are the raster already.
+    lanes: SceneLanes | None = None
     # Light field that the chip keeps, in place of the test pattern.
     stored: SceneStored | None = None
 
@@ -198,9 +203,16 @@ class Scene(_Part):
         boards = ", ".join(
             f"{d} ({b.title})" for b in BOARDS.values() if b.modes for d in b.devices
         )
-        cameras = ", ".join(
-            f"{d} ({b.title})" for b in BOARDS.values() if b.camera for d in b.devices
+        cameras, parallel = (
+            ", ".join(
+                f"{d} ({b.title})"
+                for b in BOARDS.values()
+                if b.camera is not None and (b.camera.out_bits or not out)
+                for d in b.devices
+            )
+            for out in (False, True)
         )
+        lanes, shown = self.lanes is not None, bool(board and board.camera and board.camera.screen)
         stack = self.screen is not None and self.screen.needs_stack
         _refuse_first(
             (self.screen is not None and not video, "screen needs build.path = 'video'"),
@@ -249,12 +261,22 @@ class Scene(_Part):
             (not video and build.edid is not None, "build.edid needs build.path = 'video'"),
             (self.stored is not None and not video, "stored needs build.path = 'video'"),
             (
-                camera != (sensor is not None and sensor.input == "csi"),
-                "build.path = 'camera' and sensor.input = 'csi' need each other",
+                camera != (lanes or (sensor is not None and sensor.input == "csi")),
+                "build.path = 'camera' and sensor.input = 'csi', or lanes, need each other",
+            ),
+            (lanes and sensor is not None, "lanes bring the raster; leave the sensor out"),
+            (lanes and frame.colour != "grey", "lanes need frame.colour = 'grey'"),
+            (
+                lanes and frame.bits not in RAW_BITS,
+                f"lanes need frame.bits of {', '.join(map(str, RAW_BITS))}",
             ),
             (
                 camera and (board is None or board.camera is None),
                 f"build.path = 'camera' needs build.device of a board with a camera: {cameras}",
+            ),
+            (
+                lanes and shown,
+                f"lanes need build.device of a board with parallel video: {parallel}",
             ),
             (camera and build.parallel_rows > 1, "build.path = 'camera' needs parallel_rows = 1"),
             (
@@ -276,6 +298,7 @@ class LoadedScene(BaseModel):
     shifts: tuple[int, ...] | None  # a' of the slices that it names
     edid: bytes | None = None  # that it names, checked
     sensor: SensorChip | None = None  # what makes the raster of its sensor's raw frames
+    registers: tuple[Entry, ...] = ()  # of its lanes' sensor
     shown: Screen = Screen()  # what its board shows, once its slices are known
     stored: StoredLightField | None = None  # that its board keeps
 
@@ -326,10 +349,13 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         board = board_of(device_name(device))
         has_video = board is not None and _takes(board, content.get("frame", {}))
         has_camera = board is not None and board.camera is not None
+        if "lanes" in content:
+            has_camera = board is not None and bool(board.camera and board.camera.out_bits)
         if not (has_camera if build.get("path") == "camera" else has_video):
             build = {**build, "path": "core"}
             build.pop("edid", None)
             content.pop("stored", None)
+            content.pop("lanes", None)
             # A text is the board's; other outputs than the refocused one are another core.
             if _text_alone(content.get("screen")):
                 content.pop("screen")
@@ -364,6 +390,11 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
+    registers: tuple[Entry, ...] = ()
+    if scene.lanes is not None and scene.lanes.registers is not None:
+        registers = load_registers(
+            file.parent / scene.lanes.registers, where=f"{file}: lanes.registers"
+        )
     stored = None
     if scene.stored is not None:
         stored = load_stored(scene.stored, scene.camera.micro_image_size, file)
@@ -374,6 +405,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         shifts=shifts,
         edid=edid,
         sensor=chip,
+        registers=registers,
         stored=stored,
     )
 

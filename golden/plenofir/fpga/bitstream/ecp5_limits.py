@@ -3,8 +3,9 @@
 
 Timing analysis says how fast the fabric's paths are, not what clock network, lane registers and
 output buffers are specified for. The numbers are those of FPGA-DS-02012 for grade 6: output buffers
-(table 3.21) and lanes as public projects quote edition 1.9, the clock network (table 3.22) as
-remembered. The data sheet itself could not be read when this was written: check them there.
+(table 3.21) and lanes (GDDRX1 500 Mb/s, GDDRX2 624 Mb/s) as public projects quote edition 1.9, the
+clock network (table 3.22) as remembered. The data sheet itself could not be read when this was
+written: check them there.
 """
 
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plenofir.fpga.bitstream.netlist_names import keep_name, name_nets
+from plenofir.fpga.bitstream.netlist_names import name_nets
 from plenofir.ground.errors import ToolError
 
 SLOW, FAST = "clk", "clk_x5"
@@ -65,14 +65,20 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
         cells, nets = module["cells"], module["netnames"]
         if other := {n for n, cell in cells.items() if cell["type"] == "EHXPLLL"} - named:
             raise ToolError(f"PLL {min(other)} is none of {', '.join(sorted(named))}")
-        name_nets(module, _CLOCK_NETS)
-        keep_name(module, "byte_clk")
+        name_nets(module, {**_CLOCK_NETS, "byte_clk": _divided_clock(cells)})
         for cell in cells.values():
             if cell["type"] == "EHXPLLL":
                 cell["attributes"].update({name: str(word) for name, word in PLL_WORDS.items()})
         if device is not None and "source_clk" in nets:
             _place_clock(cells, nets["source_clk"]["bits"][0], CLOCK_PLACES[device])
     netlist.write_text(json.dumps(content))
+
+
+def _divided_clock(cells: dict[str, Any]) -> tuple[str, str]:
+    """Cell and port of a clock that a flip-flop makes: that of the bytes of a camera's lanes."""
+    registers = {name: c["connections"] for name, c in cells.items() if c["type"] == "TRELLIS_FF"}
+    clocks = {ports["CLK"][0] for ports in registers.values()}
+    return next((name for name, ports in registers.items() if ports["Q"][0] in clocks), ""), "Q"
 
 
 def _place_clock(cells: dict[str, Any], source: int, places: ClockPlaces) -> None:

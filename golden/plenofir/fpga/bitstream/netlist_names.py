@@ -18,12 +18,3 @@ def name_nets(module: dict[str, Any], nets: Mapping[str, tuple[str, str]]) -> No
             for other in [other for other, net in known.items() if net["bits"] == bits]:
                 del known[other]
             known[name] = {"hide_name": 0, "bits": bits, "attributes": {}}
-
-
-def keep_name(module: dict[str, Any], name: str) -> None:
-    """Take all other names from a net that has this one, if there is such a net."""
-    known = module["netnames"]
-    if name in known:
-        bits = known[name]["bits"]
-        for other in [o for o, net in known.items() if net["bits"] == bits and o != name]:
-            del known[other]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import floor
 
 from plenofir.fpga.bitstream.nexus import OSCILLATOR_MHZ, OSCILLATOR_TOLERANCE
-from plenofir.fpga.boards import Board
+from plenofir.fpga.boards import Board, CameraInput
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.csi import settle_clocks
 from plenofir.fpga.sensors import (
@@ -19,6 +19,7 @@ from plenofir.fpga.sensors import (
 )
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_sensor import sensor_delay_lines
+from plenofir.plan.sensor.scene_lanes import SceneLanes
 from plenofir.plan.sensor.scene_sensor import SceneSensor
 
 CAMERA_PACKAGE = "camera_pkg"
@@ -85,16 +86,28 @@ class PlannedCamera:
 
     board: BoardCamera
     lane_mbits: float  # a lane's rate
-    frames_per_second: float
+    frames_per_second: float | None
+    needed_mhz: float  # that the core needs of its clock
     # What the core's clock is at least, and what it is built for: the oscillator may be faster.
     clock_mhz: float
     wanted_mhz: float
     clock_divide: int  # generic CLOCK_DIVIDE of a board whose own oscillator makes the clock
+    raster: bool  # mosaic and lenses are resampled, with a port for calibrations
+    parallel: bool  # parallel video goes out
 
     @property
     def byte_mhz(self) -> float:
         """The lanes' clock."""
         return self.lane_mbits / 8
+
+    def check_clock(self, *, where: str) -> None:
+        """Refuse a core that no clock of the board is fast enough for."""
+        if self.needed_mhz > self.clock_mhz:
+            raise InputError(
+                f"lines need {self.needed_mhz:.4g} MHz; the board has {self.clock_mhz:.4g} MHz; "
+                "use smaller frames",
+                where=where,
+            )
 
 
 # An IMX219 brings two lanes.
@@ -119,7 +132,17 @@ def _screen_mode(sensor: SceneSensor, board: Board, *, where: str) -> SensorMode
     )
 
 
-def planned_camera(
+def _clock(board: CameraInput, needed: float) -> tuple[int, float, float]:
+    """CLOCK_DIVIDE, and what a board's clock is at least and at most, for a need in MHz."""
+    if board.screen is not None:
+        return 0, board.screen_mhz, board.screen_mhz
+    # By 2 at least: the top level takes no smaller CLOCK_DIVIDE than 1.
+    divide = max(floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1, 1)
+    clock = OSCILLATOR_MHZ / (divide + 1)
+    return divide, clock / OSCILLATOR_TOLERANCE, clock * OSCILLATOR_TOLERANCE
+
+
+def sensor_camera(
     sensor: SceneSensor,
     core: CoreConfiguration,
     board: Board,
@@ -128,9 +151,9 @@ def planned_camera(
     *,
     where: str,
 ) -> PlannedCamera:
-    """Camera of a scene on a board, for a core that needs a clock.
+    """Camera of a scene's sensor on a board, for a core that needs a clock.
 
-    InputError if the sensor has no such frames, or no clock of the board keeps up.
+    InputError if the sensor has no such frames.
     """
     found = board.camera
     assert found is not None
@@ -144,20 +167,7 @@ def planned_camera(
         mode = imx219_mode(sensor.columns, sensor.rows, frame_lines=lines)
     lane = max(mbits for mbits in IMX219_LANE_MBITS if mbits <= found.lane_mbits)
     needed = max(mode.line_rate / 1e6, clock_mhz or 0)
-    if found.screen is None:
-        # By 2 at least: the top level takes no smaller CLOCK_DIVIDE than 1.
-        divide = max(floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1, 1)
-        at_least = OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / (divide + 1)
-        wanted = OSCILLATOR_MHZ * OSCILLATOR_TOLERANCE / (divide + 1)
-    else:
-        divide, at_least = 0, found.screen_mhz
-        wanted = at_least
-    if needed > at_least:
-        raise InputError(
-            f"lines of {mode.columns} pixels need {needed:.4g} MHz; the board has "
-            f"{at_least:.4g} MHz; use smaller frames",
-            where=where,
-        )
+    divide, at_least, wanted = _clock(found, needed)
     exposure = sensor.exposure_lines or mode.frame_lines // 2
     return PlannedCamera(
         board=BoardCamera(
@@ -184,7 +194,60 @@ def planned_camera(
         ),
         lane_mbits=lane,
         frames_per_second=round(mode.frames_per_second, 2),
+        needed_mhz=needed,
         clock_mhz=round(at_least, 2),
         wanted_mhz=round(wanted, 2),
         clock_divide=divide,
+        raster=True,
+        parallel=found.screen is None,
+    )
+
+
+def lanes_camera(
+    lanes: SceneLanes,
+    registers: tuple[Entry, ...],
+    core: CoreConfiguration,
+    board: Board,
+    rate_hz: float | None,
+    needed_mhz: float,
+    *,
+    where: str,
+) -> PlannedCamera:
+    """Camera of a scene's lanes on a board, for a core that needs a clock.
+
+    InputError for lanes that the board's D-PHY is too slow for, or more bits than it gives out.
+    """
+    found = board.camera
+    assert found is not None
+    if lanes.mbits > found.lane_mbits:
+        raise InputError(
+            f"a lane brings {lanes.mbits:g} Mb/s; the {board.title} takes {found.lane_mbits:g}",
+            where=f"{where}.mbits",
+        )
+    width = core.pixels_per_clock * core.pixel_bits
+    if width > found.out_bits:
+        raise InputError(
+            f"{core.pixels_per_clock} pixels of {core.pixel_bits} bits a clock do not fit the "
+            f"{found.out_bits} bits that the {board.title} gives out; use slower lanes, or fewer "
+            "bits",
+            where=where,
+        )
+    divide, at_least, wanted = _clock(found, needed_mhz)
+    plain = BoardCamera()
+    return PlannedCamera(
+        board=BoardCamera(
+            lanes=lanes.number,
+            bits=core.pixel_bits,
+            settle=settle_clocks(lanes.mbits),
+            address=lanes.address,
+            registers=registers or plain.registers,
+        ),
+        lane_mbits=lanes.mbits,
+        frames_per_second=rate_hz,
+        needed_mhz=needed_mhz,
+        clock_mhz=round(at_least, 2),
+        wanted_mhz=round(wanted, 2),
+        clock_divide=divide,
+        raster=False,
+        parallel=True,
     )

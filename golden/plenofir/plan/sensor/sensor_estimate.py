@@ -85,10 +85,10 @@ def sensor_usage(
     Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
     percent on a Spartan-6; within a third on an ECP5.
     """
-    # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each, on
-    # an ECP5 it adds. By a power of two it is a shift.
+    # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each, for
+    # Nexus one alone. By a power of two it is a shift.
     m = core.micro_image_size
-    sizes = 2 * (family in ("spartan6", "series7") and m & (m - 1) != 0)
+    sizes = {"spartan6": 2, "series7": 2, "ecp5": 2, "nexus": 1}.get(family, 0) * (m & (m - 1) != 0)
     return usage_of_parts(
         "sensor",
         sensor_structure(core, mosaic=mosaic),

@@ -17,7 +17,8 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure, scene_generics
-from plenofir.plan.sensor.board_camera import planned_camera
+from plenofir.plan.sensor.board_camera import sensor_camera
+from plenofir.plan.sensor.scene_lanes import load_registers
 
 OpenTools = Callable[..., dict[str, Any]]
 BOARD = BOARDS["lifcl40"]
@@ -164,7 +165,12 @@ SCENE = Path(BOARD.constraints.parents[1] / "scenes" / "lifcl40.toml")
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("columns = 640\nrows = 480", "columns = 1640\nrows = 1232", "too small: it needs"),
+        # Its large memories (LRAM) are not used.
+        (
+            "columns = 640\nrows = 480",
+            "columns = 1640\nrows = 1232",
+            r"the LIFCL-40 is too small: it needs 1\d\d of 84 EBR \(18 Kbit\); use fewer slices",
+        ),
         ("columns = 640", "columns = 650", "has no mode of 650 x 480"),
         ('input = "csi"', 'input = "frames"', "need each other"),
         ('device = "lifcl-40"', 'device = "gw2ar-18"', "needs build.device of a board with a cam"),
@@ -188,8 +194,9 @@ def test_a_core_faster_than_the_oscillator_is_refused() -> None:
     core, sensor = make_plan(loaded).core, loaded.scene.sensor
     assert sensor is not None
     for needed in (250.0, 500.0):
+        camera = sensor_camera(sensor, core, BOARD, None, needed, where="sensor")
         with pytest.raises(InputError, match=f"need {needed:g} MHz; the board has 210.3 MHz"):
-            planned_camera(sensor, core, BOARD, None, needed, where="sensor")
+            camera.check_clock(where="sensor")
 
 
 def test_the_ulx3s_shows_one_size(tmp_path: Path) -> None:
@@ -206,3 +213,95 @@ def test_a_core_that_is_too_large_is_refused(tmp_path: Path) -> None:
     done = plenofir("bitstream", "build", *arguments, "--max-columns", "4096")
     assert (done.returncode, done.stdout) == (2, "")
     assert "the LIFCL-40 is too small" in done.stderr
+
+
+LANES = SCENE.with_name("lifcl40-360.toml")
+
+
+def lanes_scene(folder: Path, *changes: tuple[str, str]) -> Path:
+    """The scene of four lanes, changed."""
+    text = LANES.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    file = folder / "scene.toml"
+    file.write_text(text)
+    return file
+
+
+def test_four_lanes_whose_frames_are_the_raster(tmp_path: Path) -> None:
+    """The clock follows the lanes while a line comes, not the mean over frames."""
+    (tmp_path / "registers.txt").write_text("# name\n\n0x0100 0x00  # off\nPause 7\n0x3012 255\n")
+    file = lanes_scene(
+        tmp_path, ("mbits = 900.0", 'mbits = 900.0\nregisters = "registers.txt"\naddress = 0x36')
+    )
+    plan = make_plan(load_scene(file))
+    assert plan.camera is not None
+    assert plan.sensor is None
+    assert (plan.core.pixels_per_clock, plan.core.channels, plan.core.pixel_bits) == (4, 1, 10)
+    assert plan.camera.needed_mhz == plan.clock_mhz == 90
+    assert plan.camera.needed_mhz <= plan.camera.clock_mhz <= plan.camera.wanted_mhz
+    generics = scene_generics(plan)
+    assert (generics["ROWS"], generics["MAX_COLUMNS"], generics["PIXELS_PER_CLOCK"]) == (
+        1200,
+        1920,
+        4,
+    )
+    configure(plan, tmp_path / "out")
+    package = (tmp_path / "out" / "camera_pkg.vhd").read_text()
+    assert "constant CAMERA_LANES    : natural := 4;" in package
+    assert 'std_logic_vector(6 downto 0) := "0110110"' in package
+    assert '"010000ffff073012ff"' in package
+    slower = lanes_scene(tmp_path, ("mbits = 900.0", "mbits = 300.0"), ("120.0", "10.0"))
+    assert make_plan(load_scene(slower)).core.pixels_per_clock == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            [("mbits = 900.0", "mbits = 2501.0")],
+            "a lane brings 2501 Mb/s; .* takes 2500",
+        ),
+        ([("bits = 10", "bits = 12")], "4 pixels of 12 bits a clock do not fit the 40 bits"),
+        ([("bits = 10", "bits = 9")], "lanes need frame.bits of 8, 10, 12"),
+        ([('"grey"', '"rgb"')], "lanes need frame.colour = 'grey'"),
+        (
+            [("lifcl-40", "lfe5u-85f")],
+            "lanes need build.device of a board with parallel video: lifc",
+        ),
+        ([('"camera"', '"core"')], "or lanes, need each other"),
+        ([("mbits = 900.0", "mbits = 2400.0")], "16 pixels of 10 bits a clock do not fit"),
+        (
+            [("1920", "4000"), ("120.0", "10.0"), ("= 5", "= 13"), ("/5", "/13")],
+            r"too small: it needs \d+ of 84 EBR",
+        ),
+        (
+            [("mbits = 900.0", 'mbits = 900.0\nregisters = "none.txt"')],
+            "lanes.registers: .*none.txt cannot be read",
+        ),
+    ],
+)
+def test_lanes_that_no_board_takes_are_refused(
+    tmp_path: Path, changes: list[tuple[str, str]], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        make_plan(load_scene(lanes_scene(tmp_path, *changes)))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("# nothing", "has 0 registers, not 1 to 4095"),
+        ("0x0100 0x01\n" * 4096, "has 4096 registers"),
+        ("0x0100 0x01\n0x0100 0x0100", "line 2: '0x0100 0x0100' is no register"),
+        ("pause 256", "line 1: 'pause 256' is no register"),
+        ("0xffff 1", "line 1: '0xffff 1' is no register"),
+        ("0100 01", "line 1: '0100 01' is no register"),
+    ],
+)
+def test_lists_that_are_no_registers_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "registers.txt"
+    file.write_text(text)
+    with pytest.raises(InputError, match=message):
+        load_registers(file, where="lanes.registers")

@@ -179,3 +179,19 @@ def test_netlist_for_nextpnr(tmp_path: Path) -> None:
     file.write_text(json.dumps(netlist(choices=2)))
     with pytest.raises(ToolError, match="2 look-up tables choose"):
         prepare_netlist(file, "lfe5u-45f")
+
+
+def test_the_clock_of_a_camera_s_bytes_has_its_name(tmp_path: Path) -> None:
+    """It is made by a flip-flop, which Yosys names as it likes."""
+
+    def register(clock: int, output: int) -> dict[str, Any]:
+        ports = {"CLK": [clock], "DI": [9], "Q": [output]}
+        return {"type": "TRELLIS_FF", "connections": ports, "attributes": {}}
+
+    cells = {"half": register(2, 3), "byte": register(3, 4), "bit": register(2, 5)}
+    names = {"lanes.n214_q": {"bits": [3]}, "camera.clk": {"bits": [3]}, "bit": {"bits": [5]}}
+    file = tmp_path / "top.json"
+    file.write_text(json.dumps({"modules": {"top": {"cells": cells, "netnames": names}}}))
+    prepare_netlist(file)
+    found = json.loads(file.read_text())["modules"]["top"]["netnames"]
+    assert {name: net["bits"] for name, net in found.items()} == {"byte_clk": [3], "bit": [5]}
