@@ -80,9 +80,10 @@ architecture rtl of lens_samples is
   signal pixel_11 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal weight_y : unsigned(WEIGHT_BITS - 1 downto 0);
   signal weight_x : unsigned(WEIGHT_BITS - 1 downto 0);
-  -- The gain is known with the move, and needed after the interpolation.
+  -- The gain is known with the move, and needed after the interpolation. It begins with one: where nothing else
+  -- follows, it is a constant.
   signal gain    : unsigned(GAIN_WIDTH - 1 downto 0);
-  signal gain_at : gains_t := (others => (others => '0'));
+  signal gain_at : gains_t := (others => to_unsigned(2 ** GAIN_BITS, GAIN_WIDTH));
   -- What goes with a value.
   signal valid_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal first_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
