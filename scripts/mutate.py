@@ -40,6 +40,7 @@ from mutant_proof import proved_circuits
 from mutant_tests import CHAIN, RASTER, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir.fpga import hdl
+from plenofir.fpga.simulate.chain import bench_around
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.ground import project
 
@@ -53,12 +54,10 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     """Whether all sources analyse."""
     simulator = find_simulator("ghdl")
     folder.mkdir()
-    bench = project.root() / "tb" / "file_bench"
-    tops = [bench / "board_atlys.vhd", bench / "hdmi_bench.vhd"]
     try:
         models = simulator.analysis(hdl.model_sources(), library="unisim", board=True)
         simulator.run(models, folder)
-        simulator.run(simulator.analysis([*sources, *tops], board=True), folder)
+        simulator.run(simulator.analysis([*sources, *bench_around()], board=True), folder)
     except SimulationError:
         return False
     return True

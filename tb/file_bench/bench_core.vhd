@@ -127,8 +127,7 @@ begin
         m_axis_tuser  => m_axis_tuser,
         m_axis_tid    => m_axis_tid,
         m_axis_tlast  => m_axis_tlast,
-        error_flags   => error_flags,
-        error_clear   => '0'
+        error_flags   => error_flags
       );
 
     m_axis_depth  <= (others => '0');

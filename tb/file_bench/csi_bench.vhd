@@ -15,6 +15,7 @@ use std.textio.all;
 
 library work;
 use work.math_pkg.all;
+use work.bench_pkg.all;
 
 entity csi_bench is
   generic (
@@ -78,8 +79,6 @@ architecture test of csi_bench is
   -- Bits of a count of faults.
   constant COUNT_BITS : positive := 16;
 
-  type words_t is file of integer;
-
   signal clk           : std_logic                                := '0';
   signal byte_clk      : std_logic                                := '0';
   signal reset         : std_logic                                := '1';
@@ -96,10 +95,7 @@ architecture test of csi_bench is
   signal lane_valid    : std_logic_vector(LANES - 1 downto 0)     := (others => '0');
   signal lane_sync     : std_logic_vector(LANES - 1 downto 0)     := (others => '0');
   signal lane_data     : std_logic_vector(8 * LANES - 1 downto 0) := (others => '0');
-  signal load_write    : std_logic                                := '0';
-  signal load_kind     : std_logic_vector(1 downto 0)             := "00";
-  signal load_address  : std_logic_vector(19 downto 0)            := (others => '0');
-  signal load_data     : std_logic_vector(39 downto 0)            := (others => '0');
+  signal load          : bench_load_t                             := NO_BENCH_LOAD;
   signal raw_tvalid    : std_logic;
   signal raw_tready    : std_logic;
   signal raw_tdata     : std_logic_vector(RAW_BITS - 1 downto 0);
@@ -119,24 +115,6 @@ architecture test of csi_bench is
   signal fault_counts  : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
   signal sensor_flags  : std_logic_vector(5 downto 0);
   signal error_flags   : std_logic_vector(4 downto 0);
-
-  -- A line "name value".
-
-  procedure write_count (
-    file counts : text;
-    name        : in string;
-    value       : in natural
-  ) is
-
-    variable text_line : line;
-
-  begin
-
-    write(text_line, name & " ");
-    write(text_line, value);
-    writeline(counts, text_line);
-
-  end procedure write_count;
 
 begin
 
@@ -159,22 +137,21 @@ begin
       COUNT_BITS => COUNT_BITS
     )
     port map (
-      byte_clk        => byte_clk,
-      lane_valid      => lane_valid,
-      lane_sync       => lane_sync,
-      lane_data       => lane_data,
-      clk             => clk,
-      reset           => reset,
-      virtual_channel => "00",
-      columns         => raw_columns_p,
-      rows            => raw_rows_p,
-      m_axis_tvalid   => raw_tvalid,
-      m_axis_tready   => raw_tready,
-      m_axis_tdata    => raw_tdata,
-      m_axis_tuser    => raw_tuser,
-      m_axis_tlast    => raw_tlast,
-      fault_counts    => fault_counts,
-      fault_clear     => '0'
+      byte_clk      => byte_clk,
+      lane_valid    => lane_valid,
+      lane_sync     => lane_sync,
+      lane_data     => lane_data,
+      clk           => clk,
+      reset         => reset,
+      columns       => raw_columns_p,
+      rows          => raw_rows_p,
+      m_axis_tvalid => raw_tvalid,
+      m_axis_tready => raw_tready,
+      m_axis_tdata  => raw_tdata,
+      m_axis_tuser  => raw_tuser,
+      m_axis_tlast  => raw_tlast,
+      fault_counts  => fault_counts,
+      fault_clear   => '0'
     );
 
   sensor : entity work.sensor_raster
@@ -195,29 +172,26 @@ begin
       GAIN_BITS        => GAIN_BITS
     )
     port map (
-      clk            => clk,
-      reset          => reset,
-      columns        => raw_columns_p,
-      rows           => raw_rows_p,
-      red_place      => red_port,
-      load_write     => load_write,
-      load_kind      => load_kind,
-      load_address   => load_address,
-      load_data      => load_data,
-      s_axis_tvalid  => raw_tvalid,
-      s_axis_tready  => raw_tready,
-      s_axis_tdata   => raw_tdata,
-      s_axis_tuser   => raw_tuser,
-      s_axis_tlast   => raw_tlast,
-      m_axis_tvalid  => raster_tvalid,
-      m_axis_tready  => raster_tready,
-      m_axis_tdata   => raster_tdata,
-      m_axis_tuser   => raster_tuser,
-      m_axis_tlast   => raster_tlast,
-      raster_columns => open,
-      raster_rows    => open,
-      error_flags    => sensor_flags,
-      error_clear    => '0'
+      clk           => clk,
+      reset         => reset,
+      columns       => raw_columns_p,
+      rows          => raw_rows_p,
+      red_place     => red_port,
+      load_write    => load.write,
+      load_kind     => load.kind,
+      load_address  => load.address,
+      load_data     => load.data,
+      s_axis_tvalid => raw_tvalid,
+      s_axis_tready => raw_tready,
+      s_axis_tdata  => raw_tdata,
+      s_axis_tuser  => raw_tuser,
+      s_axis_tlast  => raw_tlast,
+      m_axis_tvalid => raster_tvalid,
+      m_axis_tready => raster_tready,
+      m_axis_tdata  => raster_tdata,
+      m_axis_tuser  => raster_tuser,
+      m_axis_tlast  => raster_tlast,
+      error_flags   => sensor_flags
     );
 
   widen : process (raster_tdata) is
@@ -270,11 +244,6 @@ begin
       s_axis_tdata  => s_axis_tdata,
       s_axis_tuser  => raster_tuser,
       s_axis_tlast  => raster_tlast,
-      slices_tvalid => open,
-      slices_tready => open,
-      slices_tdata  => open,
-      slices_tuser  => open,
-      slices_tlast  => open,
       m_axis_tvalid => m_axis_tvalid,
       m_axis_tready => '1',
       m_axis_tdata  => m_axis_tdata,
@@ -325,7 +294,6 @@ begin
     file output_file : words_t open write_mode is "output.bin";
     file clocks_file : text open write_mode is "clocks.txt";
 
-    variable word           : integer;
     variable words          : natural := 0;
     variable received       : natural := 0;
     variable accepted       : natural := 0;
@@ -350,18 +318,10 @@ begin
         idle := 0;
       end if;
 
-      load_write <= '0';
+      load.write <= '0';
       if words < LOADS then
-        read(loads_file, word);
-        load_kind               <= std_logic_vector(to_unsigned(word, 2));
-        read(loads_file, word);
-        load_address            <= std_logic_vector(to_unsigned(word, 20));
-        read(loads_file, word);
-        load_data(19 downto 0)  <= std_logic_vector(to_unsigned(word, 20));
-        read(loads_file, word);
-        load_data(39 downto 20) <= std_logic_vector(to_unsigned(word, 20));
-        load_write              <= '1';
-        words                   := words + 1;
+        read_load(loads_file, load);
+        words := words + 1;
       else
         loaded <= true;
       end if;
@@ -375,16 +335,8 @@ begin
         if received = 0 then
           first_out := clock;
         end if;
-
-        for c in 0 to CHANNELS - 1 loop
-
-          word := to_integer(unsigned(m_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
-          write(output_file, word);
-
-        end loop;
-
-        if (m_axis_tlast = '1') /= (received mod COLUMNS = COLUMNS - 1) or
-           (m_axis_tuser = "1") /= (received mod FRAME_PIXELS = 0) then
+        write_values(output_file, PIXEL_BITS, m_axis_tdata);
+        if m_axis_tlast /= ends_line(received, COLUMNS) or m_axis_tuser /= starts_frame(received, FRAME_PIXELS) then
           framing_errors := framing_errors + 1;
         end if;
         slice := to_integer(unsigned(m_axis_tid));

@@ -21,6 +21,7 @@ use std.textio.all;
 
 library work;
 use work.math_pkg.all;
+use work.bench_pkg.all;
 use work.refocus_pkg.all;
 
 entity file_bench is
@@ -74,10 +75,6 @@ architecture test of file_bench is
   -- Clocks without a pixel on either side after which the core counts as hung; lines wait in a stack.
   constant IDLE_LIMIT : positive := 100000 + choose(STACK, 100 * MICRO_IMAGE_SIZE * MAX_COLUMNS, 0);
 
-  type words_t is file of integer;
-
-  subtype random_t is natural range 0 to 65535;
-
   signal clk           : std_logic                                          := '0';
   signal reset         : std_logic                                          := '1';
   signal running       : boolean                                            := true;
@@ -103,61 +100,6 @@ architecture test of file_bench is
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(4 downto 0);
 
-  -- Whether a clock stalls: a linear congruential generator, high bits.
-
-  procedure draw (
-    variable random : inout random_t;
-    variable stall  : out boolean
-  ) is
-
-    variable drawn : random_t;
-
-  begin
-
-    drawn  := (random * 25173 + 13849) mod 65536;
-    stall  := (drawn / 64) * 100 < STALL_PERCENT * 1024;
-    random := drawn;
-
-  end procedure draw;
-
-  -- A line "name value".
-
-  procedure write_count (
-    file counts : text;
-    name        : in string;
-    value       : in natural
-  ) is
-
-    variable text_line : line;
-
-  begin
-
-    write(text_line, name & " ");
-    write(text_line, value);
-    writeline(counts, text_line);
-
-  end procedure write_count;
-
-  -- The channels of one pixel or of several.
-
-  procedure write_pixels (
-    file words : words_t;
-    data       : in std_logic_vector
-  ) is
-
-    variable word : integer;
-
-  begin
-
-    for c in 0 to data'length / PIXEL_BITS - 1 loop
-
-      word := to_integer(unsigned(data((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
-      write(words, word);
-
-    end loop;
-
-  end procedure write_pixels;
-
   -- Whether the marks of the number-th token are wrong.
 
   function misframed (
@@ -167,7 +109,7 @@ architecture test of file_bench is
   ) return boolean is
   begin
 
-    return (last = '1') /= (number mod LINE_TOKENS = LINE_TOKENS - 1) or (user = "1") /= (number mod FRAME_TOKENS = 0);
+    return last /= ends_line(number, LINE_TOKENS) or user /= starts_frame(number, FRAME_TOKENS);
 
   end function misframed;
 
@@ -250,8 +192,6 @@ begin
     file slices_file : words_t;
     file clocks_file : text open write_mode is "clocks.txt";
 
-    variable word           : integer;
-    variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
     variable random         : random_t := SEED mod 65536;
     variable stall          : boolean;
     variable offered        : natural  := 0;
@@ -289,33 +229,18 @@ begin
       end if;
 
       -- Offer the next one.
-      draw(random, stall);
+      draw(random, stall, STALL_PERCENT);
       if offered = accepted and offered < TOKENS and not stall then
-
-        for c in 0 to VALUES - 1 loop
-
-          read(input_file, word);
-          pixel := std_logic_vector(to_unsigned(word, PIXEL_BITS));
-
-          s_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= pixel;
-
-        end loop;
-
+        read_values(input_file, PIXEL_BITS, s_axis_tdata);
         s_axis_tvalid <= '1';
-        s_axis_tlast  <= '0';
-        s_axis_tuser  <= "0";
-        if offered mod LINE_TOKENS = LINE_TOKENS - 1 then
-          s_axis_tlast <= '1';
-        end if;
-        if offered mod FRAME_TOKENS = 0 then
-          s_axis_tuser <= "1";
-        end if;
-        offered := offered + 1;
+        s_axis_tlast  <= ends_line(offered, LINE_TOKENS);
+        s_axis_tuser  <= starts_frame(offered, FRAME_TOKENS);
+        offered       := offered + 1;
       end if;
 
       -- The slices of a pixel came out.
       if slices_tvalid = '1' and slices_tready = '1' then
-        write_pixels(slices_file, slices_tdata);
+        write_values(slices_file, PIXEL_BITS, slices_tdata);
         if misframed(stacked, slices_tuser, slices_tlast) then
           framing_errors := framing_errors + 1;
         end if;
@@ -328,7 +253,7 @@ begin
         if received = 0 then
           first_out := clock;
         end if;
-        write_pixels(output_file, m_axis_tdata);
+        write_values(output_file, PIXEL_BITS, m_axis_tdata);
         slice := to_integer(unsigned(m_axis_tid));
         if STACK then
           write(output_file, slice);
@@ -345,7 +270,7 @@ begin
         idle     := 0;
       end if;
 
-      draw(random, stall);
+      draw(random, stall, STALL_PERCENT);
       if stall then
         m_axis_tready <= '0';
       else

@@ -16,6 +16,7 @@ use std.textio.all;
 
 library work;
 use work.math_pkg.all;
+use work.bench_pkg.all;
 
 entity sensor_bench is
   generic (
@@ -59,20 +60,13 @@ architecture test of sensor_bench is
   constant SILENCE    : positive := 64;
   constant IDLE_LIMIT : positive := 100000;
 
-  type words_t is file of integer;
-
-  subtype random_t is natural range 0 to 65535;
-
   signal clk           : std_logic                                               := '0';
   signal reset         : std_logic                                               := '1';
   signal running       : boolean                                                 := true;
   signal columns_port  : std_logic_vector(15 downto 0);
   signal rows_port     : std_logic_vector(15 downto 0);
   signal red_port      : std_logic_vector(1 downto 0);
-  signal load_write    : std_logic                                               := '0';
-  signal load_kind     : std_logic_vector(1 downto 0)                            := "00";
-  signal load_address  : std_logic_vector(19 downto 0)                           := (others => '0');
-  signal load_data     : std_logic_vector(39 downto 0)                           := (others => '0');
+  signal load          : bench_load_t                                            := NO_BENCH_LOAD;
   signal s_axis_tvalid : std_logic                                               := '0';
   signal s_axis_tready : std_logic;
   signal s_axis_tdata  : std_logic_vector(IN_CHANNELS * PIXEL_BITS - 1 downto 0) := (others => '0');
@@ -84,41 +78,6 @@ architecture test of sensor_bench is
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(5 downto 0);
-
-  -- Whether a clock stalls: a linear congruential generator, high bits.
-
-  procedure draw (
-    variable random : inout random_t;
-    variable stall  : out boolean
-  ) is
-
-    variable drawn : random_t;
-
-  begin
-
-    drawn  := (random * 25173 + 13849) mod 65536;
-    stall  := (drawn / 64) * 100 < STALL_PERCENT * 1024;
-    random := drawn;
-
-  end procedure draw;
-
-  -- A line "name value".
-
-  procedure write_count (
-    file counts : text;
-    name        : in string;
-    value       : in natural
-  ) is
-
-    variable text_line : line;
-
-  begin
-
-    write(text_line, name & " ");
-    write(text_line, value);
-    writeline(counts, text_line);
-
-  end procedure write_count;
 
 begin
 
@@ -152,10 +111,10 @@ begin
       columns       => columns_port,
       rows          => rows_port,
       red_place     => red_port,
-      load_write    => load_write,
-      load_kind     => load_kind,
-      load_address  => load_address,
-      load_data     => load_data,
+      load_write    => load.write,
+      load_kind     => load.kind,
+      load_address  => load.address,
+      load_data     => load.data,
       s_axis_tvalid => s_axis_tvalid,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
@@ -166,8 +125,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tlast  => m_axis_tlast,
-      error_flags   => error_flags,
-      error_clear   => '0'
+      error_flags   => error_flags
     );
 
   bench : process (clk) is
@@ -177,8 +135,6 @@ begin
     file output_file : words_t open write_mode is "output.bin";
     file clocks_file : text open write_mode is "clocks.txt";
 
-    variable word           : integer;
-    variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
     variable random         : random_t := SEED mod 65536;
     variable stall          : boolean;
     variable loaded         : natural  := 0;
@@ -201,19 +157,11 @@ begin
       idle  := idle + 1;
 
       -- First everything is loaded.
-      load_write <= '0';
+      load.write <= '0';
       if loaded < LOADS then
-        read(loads_file, word);
-        load_kind               <= std_logic_vector(to_unsigned(word, 2));
-        read(loads_file, word);
-        load_address            <= std_logic_vector(to_unsigned(word, 20));
-        read(loads_file, word);
-        load_data(19 downto 0)  <= std_logic_vector(to_unsigned(word, 20));
-        read(loads_file, word);
-        load_data(39 downto 20) <= std_logic_vector(to_unsigned(word, 20));
-        load_write              <= '1';
-        loaded                  := loaded + 1;
-        idle                    := 0;
+        read_load(loads_file, load);
+        loaded := loaded + 1;
+        idle   := 0;
       end if;
 
       if s_axis_tvalid = '1' then
@@ -230,44 +178,21 @@ begin
         end if;
       end if;
 
-      draw(random, stall);
+      draw(random, stall, STALL_PERCENT);
       if loaded = LOADS and offered = accepted and offered < PIXELS and not stall then
-
-        for c in 0 to IN_CHANNELS - 1 loop
-
-          read(input_file, word);
-          pixel := std_logic_vector(to_unsigned(word, PIXEL_BITS));
-
-          s_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= pixel;
-
-        end loop;
-
+        read_values(input_file, PIXEL_BITS, s_axis_tdata);
         s_axis_tvalid <= '1';
-        s_axis_tlast  <= '0';
-        s_axis_tuser  <= "0";
-        if offered mod COLUMNS = COLUMNS - 1 then
-          s_axis_tlast <= '1';
-        end if;
-        if offered mod FRAME_PIXELS = 0 then
-          s_axis_tuser <= "1";
-        end if;
-        offered := offered + 1;
+        s_axis_tlast  <= ends_line(offered, COLUMNS);
+        s_axis_tuser  <= starts_frame(offered, FRAME_PIXELS);
+        offered       := offered + 1;
       end if;
 
       if m_axis_tvalid = '1' and m_axis_tready = '1' then
         if received = 0 then
           first_out := clock;
         end if;
-
-        for c in 0 to CHANNELS - 1 loop
-
-          word := to_integer(unsigned(m_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
-          write(output_file, word);
-
-        end loop;
-
-        if (m_axis_tlast = '1') /= (received mod OUT_COLUMNS = OUT_COLUMNS - 1) or
-           (m_axis_tuser = "1") /= (received mod OUT_FRAME = 0) then
+        write_values(output_file, PIXEL_BITS, m_axis_tdata);
+        if m_axis_tlast /= ends_line(received, OUT_COLUMNS) or m_axis_tuser /= starts_frame(received, OUT_FRAME) then
           framing_errors := framing_errors + 1;
         end if;
         received := received + 1;
@@ -275,7 +200,7 @@ begin
         idle     := 0;
       end if;
 
-      draw(random, stall);
+      draw(random, stall, STALL_PERCENT);
       if stall then
         m_axis_tready <= '0';
       else

@@ -145,8 +145,13 @@ def range_of(board: Board, mode: VideoMode) -> int:
 
 def chain_sources(board: str = DEFAULT_BOARD) -> list[Path]:
     """VHDL files of the bench and a board, in order of analysis."""
+    return [*hdl.board_sources(board), *bench_around(board)]
+
+
+def bench_around(board: str = DEFAULT_BOARD) -> list[Path]:
+    """VHDL files of the bench alone."""
     bench = project.root() / "tb" / "file_bench"
-    return [*hdl.board_sources(board), bench / f"board_{board}.vhd", bench / f"{TOP}.vhd"]
+    return [bench / f"{name}.vhd" for name in ("board_under_test", f"board_{board}", TOP)]
 
 
 @dataclass(frozen=True)

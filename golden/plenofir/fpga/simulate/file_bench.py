@@ -115,9 +115,13 @@ class FileBench:
             numbers = map(str, (*widths, *sizes.values()))
             seconds = simulator.timed_run([str(program), *numbers], directory, poll)
         else:
-            bench = project.root() / "tb" / "file_bench" / f"{self.top}.vhd"
             seconds = simulator.simulate(
-                *([*self.core_sources, bench], self.top, {**generics, **sizes}, directory),
+                *(
+                    [*self.core_sources, *bench_sources(self.top)],
+                    self.top,
+                    {**generics, **sizes},
+                    directory,
+                ),
                 built=built,
                 waves=waves,
                 wave_signals=wave_signals,
@@ -125,6 +129,12 @@ class FileBench:
             )
         lines = (directory / "clocks.txt").read_text().splitlines()
         return [(name, int(value)) for name, value in map(str.split, lines)], seconds
+
+
+def bench_sources(top: str) -> list[Path]:
+    """VHDL files of a file bench besides what it moves frames through, in order of analysis."""
+    folder = project.root() / "tb" / "file_bench"
+    return [folder / "bench_pkg.vhd", folder / f"{top}.vhd"]
 
 
 def check_counts(counts: Mapping[str, int], tokens: int) -> None:

@@ -8,12 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from plenofir.fpga.csi import LANES, RAW_BITS, frame_packets, lane_clocks
-from plenofir.fpga.simulate.file_bench import BenchResult, core_generics, core_sources, output_poll
+from plenofir.fpga.simulate.file_bench import (
+    BenchResult,
+    bench_sources,
+    core_generics,
+    core_sources,
+    output_poll,
+)
 from plenofir.fpga.simulate.report import CsiReport, Report
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Simulation
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
-from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
@@ -120,7 +125,7 @@ class CsiSimulation(Simulation):
         ours = {k: v for k, v in frame.resampler.generics().items() if k != "CHANNELS"}
         red = frame.red_place
         seconds = simulator.simulate(
-            [*core_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"],
+            [*core_sources(), *bench_sources(TOP)],
             TOP,
             {
                 **{_RENAMED.get(name, name): value for name, value in ours.items()},
