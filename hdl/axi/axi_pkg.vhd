@@ -87,12 +87,13 @@ package axi_pkg is
     bits : positive
   ) return positive;
 
-  -- Bits of a pixel that stack_axi gives: all slices, or those of depth_index.
+  -- Bits of the pixels that stack_axi gives at once: all slices, or those of depth_index.
   function stack_output_bits (
     depth_index : boolean;
     shifts      : string;
     channels    : positive;
-    pixel_bits  : positive
+    pixel_bits  : positive;
+    pixels      : positive
   ) return positive;
 
   -- Of the stream that has them.
@@ -100,7 +101,8 @@ package axi_pkg is
     depth_index : boolean;
     shifts      : string;
     channels    : positive;
-    pixel_bits  : positive
+    pixel_bits  : positive;
+    pixels      : positive
   ) return positive;
 
   -- The word of the register `geometry`.
@@ -206,12 +208,13 @@ package body axi_pkg is
     depth_index : boolean;
     shifts      : string;
     channels    : positive;
-    pixel_bits  : positive
+    pixel_bits  : positive;
+    pixels      : positive
   ) return positive is
   begin
 
-    return choose(depth_index, index_word_bits(channels, pixel_bits, "", false),
-                  slice_count(shifts) * channels * pixel_bits);
+    return pixels * choose(depth_index, index_word_bits(channels, pixel_bits, "", false),
+                           slice_count(shifts) * channels * pixel_bits);
 
   end function stack_output_bits;
 
@@ -219,11 +222,12 @@ package body axi_pkg is
     depth_index : boolean;
     shifts      : string;
     channels    : positive;
-    pixel_bits  : positive
+    pixel_bits  : positive;
+    pixels      : positive
   ) return positive is
   begin
 
-    return stream_bits(stack_output_bits(depth_index, shifts, channels, pixel_bits));
+    return stream_bits(stack_output_bits(depth_index, shifts, channels, pixel_bits, pixels));
 
   end function stack_stream_bits;
 

@@ -5,7 +5,7 @@
 -- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
 -- written their size and enabled the core (docs/registers.md).
 --
--- Latency: of the stream that of its parts. Throughput: one pixel of all channels and slices each clock.
+-- Latency: of the stream that of its parts. Throughput: PIXELS_PER_CLOCK pixels of all channels and slices each clock.
 -- Equation: as its parts.
 
 library ieee;
@@ -29,7 +29,8 @@ entity stack_axi is
     PIXEL_BITS        : positive range 1 to 16   := 8;
     INPUT_LINES       : positive range 1 to 128  := 1;
     BORDER_NORMALISED : boolean                  := false;
-    -- Whether a depth index follows; its generics.
+    PIXELS_PER_CLOCK  : positive range 1 to 32   := 1;
+    -- Whether a depth index follows, with PIXELS_PER_CLOCK of MICRO_IMAGE_SIZE at most; its generics.
     DEPTH_INDEX : boolean                       := false;
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
@@ -64,14 +65,15 @@ entity stack_axi is
     -- of tdata.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(stream_bits(CHANNELS * PIXEL_BITS) - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The same; tdata: the slices of a pixel, the first in the low bits. With DEPTH_INDEX the pixel in focus, above it
-    -- 8 bits of the index of its slice, counted from 0.
+    -- 8 bits of the index of its slice, counted from 0. Then those of the next pixel.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(stack_stream_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(stack_stream_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS,
+                                                             PIXELS_PER_CLOCK) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic
   );
@@ -81,9 +83,10 @@ architecture rtl of stack_axi is
 
   -- All slices of a pixel go side by side from stack to index.
   constant SLICES     : positive := slice_count(SHIFTS);
-  constant IN_BITS    : positive := CHANNELS * PIXEL_BITS;
+  constant P          : positive := PIXELS_PER_CLOCK;
+  constant IN_BITS    : positive := P * CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * IN_BITS;
-  constant OUT_BITS   : positive := stack_output_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS);
+  constant OUT_BITS   : positive := stack_output_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS, P);
 
   -- The bus, and what software orders.
   signal bus_request : bus_request_t;
@@ -144,7 +147,7 @@ begin
   registers : entity work.refocuser_registers
     generic map (
       PARTS      => 2 ** PARTS_STACK + choose(DEPTH_INDEX, 2 ** PARTS_DEPTH_INDEX, 0),
-      GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, SLICES, CHANNELS, PIXEL_BITS, 1),
+      GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, SLICES, CHANNELS, PIXEL_BITS, P),
       LIMITS     => limits_word(MAX_COLUMNS, 1),
       ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0, BORDER_NORMALISED),
       SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS),
@@ -176,7 +179,8 @@ begin
       CHANNELS          => CHANNELS,
       PIXEL_BITS        => PIXEL_BITS,
       INPUT_LINES       => INPUT_LINES,
-      BORDER_NORMALISED => BORDER_NORMALISED
+      BORDER_NORMALISED => BORDER_NORMALISED,
+      PIXELS_PER_CLOCK  => P
     )
     port map (
       clk           => clk,
@@ -217,6 +221,7 @@ begin
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
         MAX_COLUMNS      => MAX_COLUMNS,
+        PIXELS_PER_CLOCK => P,
         CHANNELS         => CHANNELS,
         PIXEL_BITS       => PIXEL_BITS
       )

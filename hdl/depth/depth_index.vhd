@@ -7,7 +7,7 @@
 -- multiple of M; a frame that arrives meanwhile waits in the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
--- Throughput: one pixel of all slices each clock.
+-- Throughput: PIXELS_PER_CLOCK pixels of all slices each clock.
 -- Equation: as sharpness_index.
 
 library ieee;
@@ -35,6 +35,8 @@ entity depth_index is
     SHIFTS : string := "";
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    -- As focal_stack's, M at most: neighbouring pixels of a line that come and go together.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
@@ -59,18 +61,19 @@ entity depth_index is
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
-    -- AXI4-Stream video, as focal_stack's m_axis.
+    -- AXI4-Stream video, as focal_stack's m_axis; what stands behind a line's last pixel counts as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0; above that, with
     -- SHIFTS, 8 bits of the place between slices and 8 of its confidence (depth_fraction); above that, with CHOSEN_TOO,
-    -- the pixel of the slice tid.
+    -- the pixel of the slice tid. Then all of it for the next pixel; zeros behind a line's last one.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO) - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS,
+                                                                                  CHOSEN_TOO) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
@@ -84,26 +87,24 @@ end entity depth_index;
 architecture rtl of depth_index is
 
   constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
   constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
 
   constant BETWEEN : boolean := SHIFTS'length > 0;
 
-  constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
-  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
-  constant OUT_BITS   : positive := index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO);
+  constant P        : positive := PIXELS_PER_CLOCK;
+  constant IN_BITS  : positive := P * SLICES * CHANNELS * PIXEL_BITS;
+  constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO);
+  constant CLOCKS   : positive := index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P);
 
-  signal order       : frame_order_t;
-  signal s_marks     : marks_t;
-  signal m_marks     : marks_t;
-  signal token       : token_t;
-  signal token_data  : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal results     : results_t(0 to 0);
-  signal found_index : unsigned(bits_for(SLICES - 1) - 1 downto 0);
-  signal found_depth : depth_t;
-  signal found_data  : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal chosen_data : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal found_word  : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal order      : frame_order_t;
+  signal s_marks    : marks_t;
+  signal m_marks    : marks_t;
+  signal token      : token_t;
+  signal token_data : std_logic_vector(IN_BITS - 1 downto 0);
+  signal line_end   : std_logic_vector(P - 1 downto 0);
+  signal results    : results_t(0 to 0);
+  signal found_data : std_logic_vector(OUT_BITS - 1 downto 0);
 
 begin
 
@@ -116,16 +117,17 @@ begin
 
   shell : entity work.stream_shell
     generic map (
-      MAX_COLUMNS    => MAX_COLUMNS,
-      IN_BITS        => STACK_BITS,
-      OUT_BITS       => OUT_BITS,
-      SLICES         => choose(CHOSEN_TOO, SLICES, 0),
-      INPUT_PIXELS   => 0,
-      ROW_DELAY      => 0,
-      COLUMN_DELAY   => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
-      ENGINE_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN) + 4,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => P,
+      IN_BITS          => IN_BITS,
+      OUT_BITS         => OUT_BITS,
+      SLICES           => choose(CHOSEN_TOO, SLICES, 0),
+      INPUT_PIXELS     => 0,
+      ROW_DELAY        => 0,
+      COLUMN_DELAY     => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
+      ENGINE_LATENCY   => CLOCKS + 4,
       -- A scan with all its votes ends before the next one.
-      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN)),
+      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, CLOCKS),
       MIN_BANDS    => 1,
       BAND_MODULUS => MICRO_IMAGE_SIZE,
       KEEP_MODULUS => true
@@ -145,8 +147,9 @@ begin
       error_clear   => error_clear,
       token         => token,
       token_data    => token_data,
+      line_end      => line_end,
       results       => results,
-      result_data   => found_word
+      result_data   => found_data
     );
 
   -- It judges a row of micro images when it is complete, so pixels wait in it and not in the shell: the source is
@@ -160,7 +163,9 @@ begin
       VOTE_RADIUS      => VOTE_RADIUS,
       SHIFTS           => SHIFTS,
       CROPPED          => not FLUSH,
+      CHOSEN_TOO       => CHOSEN_TOO,
       MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => P,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => PIXEL_BITS
     )
@@ -170,22 +175,9 @@ begin
       rows       => picture_rows,
       token      => token,
       token_data => token_data,
+      line_end   => line_end,
       result     => results(0),
-      out_index  => found_index,
-      out_depth  => found_depth,
-      out_data   => found_data,
-      out_chosen => chosen_data
+      out_data   => found_data
     );
-
-  found_word(DATA_BITS + 7 downto 0) <= std_logic_vector(resize(found_index, 8)) & found_data;
-
-  depth_beside : if BETWEEN generate
-    found_word(DATA_BITS + 23 downto DATA_BITS + 8) <= found_depth.confidence & found_depth.fraction;
-  end generate depth_beside;
-
-  -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
-  chosen_beside : if CHOSEN_TOO generate
-    found_word(OUT_BITS - 1 downto OUT_BITS - DATA_BITS) <= chosen_data;
-  end generate chosen_beside;
 
 end architecture rtl;

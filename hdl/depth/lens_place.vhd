@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The place of a pixel in its micro image, and whether that belongs to the picture.
+-- The places of a token's pixels in their micro images, and whether those belong to the picture.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
--- Equation: lens = column / M, lens_first, lens_last = (column mod M = 0, M - 1), row_first, row_last = (line mod M =
---   0, M - 1), column and line counted from the first token of a line and of a frame.
+-- Equation: lens = column / M, ahead = (column / M > lens of the token's first pixel), row_first, row_last = (line mod
+--   M = 0, M - 1), column and line counted from the first pixel of a line and of a frame.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -18,6 +18,8 @@ entity lens_place is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive range 2 to 128;
+    -- Pixels of a token, M at most.
+    PIXELS_PER_CLOCK : positive range 1 to 32;
     -- Micro images in the longest line.
     LENSES : positive;
     -- Whether frames may have lines below the picture, see rows.
@@ -30,20 +32,25 @@ entity lens_place is
     reset : in    std_logic;
     -- Lines of the picture: those below it are none. With CROPPED alone.
     rows : in    std_logic_vector(15 downto 0);
-    -- A token, and the slices of its pixel.
+    -- A token, and the slices of its pixels; the pixels that a line's last token has.
     token      : in    token_t;
-    token_data : in    std_logic_vector(STACK_BITS - 1 downto 0);
-    -- The token, image only inside the picture; its place; its slices, 0 below the picture.
+    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * STACK_BITS - 1 downto 0);
+    line_end   : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- The token, image only inside the picture; its place; its slices, 0 below the picture and behind a line.
     placed : out   token_t;
     place  : out   lens_place_t;
-    data   : out   std_logic_vector(STACK_BITS - 1 downto 0)
+    data   : out   std_logic_vector(PIXELS_PER_CLOCK * STACK_BITS - 1 downto 0);
+    -- The pixels of the line that lie in the micro image behind that of the first one.
+    ahead : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0)
   );
 end entity lens_place;
 
 architecture rtl of lens_place is
 
   constant M : positive := MICRO_IMAGE_SIZE;
+  constant P : positive := PIXELS_PER_CLOCK;
 
+  -- Column and micro image are those of the first pixel.
   signal token_1      : token_t;
   signal column_phase : natural range 0 to M - 1                    := 0;
   signal line_phase   : natural range 0 to M - 1                    := 0;
@@ -88,14 +95,15 @@ begin
             place.row_live   <= in_picture;
             place.row_starts <= in_picture and token.frame_first;
           end if;
-        elsif column_phase = M - 1 then
-          column_phase <= 0;
+        elsif column_phase >= M - P then
+          -- P is at most M, so a token never ends two of them.
+          column_phase <= column_phase - (M - P);
           lens_now     <= lens_now + 1;
         else
-          column_phase <= column_phase + 1;
+          column_phase <= column_phase + P;
         end if;
         token_1.image <= in_picture;
-        data          <= token_data;
+        data          <= in_line(token_data, STACK_BITS, token, line_end);
         -- Zeros below the picture, so that what stands there has no sharpness.
         if CROPPED and in_picture = '0' then
           data <= (others => '0');
@@ -110,7 +118,7 @@ begin
 
   place.lens_first <= '1' when column_phase = 0 else
                       '0';
-  place.lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
+  place.lens_last  <= '1' when column_phase >= M - P or token_1.line_last = '1' else
                       '0';
   place.row_first  <= '1' when line_phase = 0 else
                       '0';
@@ -119,5 +127,33 @@ begin
 
   placed     <= token_1;
   place.lens <= resize(lens_now, 12);
+
+  find_ahead : process (token_1, line_end, column_phase, lens_now) is
+
+    variable is_ahead : std_logic;
+    variable any      : std_logic;
+
+  begin
+
+    -- The first pixel is in its own one.
+    any      := '0';
+    ahead(0) <= '0';
+
+    for j in 1 to P - 1 loop
+
+      is_ahead := to_logic(column_phase >= M - j and (token_1.line_last = '0' or line_end(j) = '1'));
+      any      := any or is_ahead;
+      ahead(j) <= is_ahead;
+
+    end loop;
+
+    place.tail      <= token_1.line_last and any;
+    place.last_lens <= resize(lens_now, 12);
+
+    if any = '1' then
+      place.last_lens <= resize(lens_now, 12) + 1;
+    end if;
+
+  end process find_ahead;
 
 end architecture rtl;

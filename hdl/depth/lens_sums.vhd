@@ -2,10 +2,11 @@
 -- Luma of each micro image of a slice, summed over its pixels.
 --
 -- A register sums the pixels of a line, a memory the lines; with the last line of a row of micro images the sums go to
--- a memory of their own, where they stay until the next row is complete.
+-- a memory of their own, where they stay until the next row is complete. Of several pixels a clock some may begin the
+-- next micro image: they are summed apart, and go on in the register.
 --
--- Latency: 4 clocks from the last pixel of a micro image until its sum can be read; reading takes 2.
--- Throughput: one pixel each clock.
+-- Latency: lens_sum_latency - 2 clocks from the last pixel of a micro image until its sum can be read; reading takes 2.
+-- Throughput: one token each clock.
 -- Equation: sum = sum of the luma of M x M pixels; of RGB R + 2 G + B.
 
 library ieee;
@@ -20,8 +21,13 @@ entity lens_sums is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
+    -- Pixels of a token, M at most.
+    PIXELS_PER_CLOCK : positive range 1 to 32;
     -- Micro images of the longest line.
     LENSES : positive;
+    -- Slices of the stack, and the one that is summed.
+    SLICES : positive;
+    SLICE  : natural;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3;
     -- Width of a channel.
@@ -29,9 +35,10 @@ entity lens_sums is
   );
   port (
     clk : in    std_logic;
-    -- A pixel, and its place.
+    -- A token's place, those of its pixels that lie in the next micro image, its slices, 0 behind a line's last pixel.
     place : in    lens_place_t;
-    data  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    ahead : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    data  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     -- Address of the sum, and 2 clocks later the sum.
     read_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     sum       : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
@@ -42,81 +49,171 @@ architecture rtl of lens_sums is
 
   constant SUM_BITS     : positive := lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS);
   constant ADDRESS_BITS : positive := bits_for(LENSES - 1);
+  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
   constant LUMA_BITS    : positive := PIXEL_BITS + choose(CHANNELS = 1, 0, 2);
+  -- Of the pixels of a token.
+  constant PART_BITS : positive := LUMA_BITS + bits_for(PIXELS_PER_CLOCK) - 1;
 
   subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
 
+  -- Of a pixel of the token, in the slice.
   function luma_of (
-    pixel : std_logic_vector
+    stack  : std_logic_vector;
+    number : natural
   ) return unsigned is
 
+    constant LOW : natural := (number * SLICES + SLICE) * DATA_BITS;
+
+    variable own  : std_logic_vector(DATA_BITS - 1 downto 0);
     variable luma : unsigned(LUMA_BITS - 1 downto 0);
 
   begin
 
-    luma := resize(unsigned(pixel(PIXEL_BITS - 1 downto 0)), LUMA_BITS);
+    own  := stack(LOW + DATA_BITS - 1 downto LOW);
+    luma := resize(unsigned(own(PIXEL_BITS - 1 downto 0)), LUMA_BITS);
 
     if CHANNELS = 3 then
-      luma := luma + shift_left(resize(unsigned(pixel(2 * PIXEL_BITS - 1 downto PIXEL_BITS)), LUMA_BITS), 1) +
-              resize(unsigned(pixel(pixel'high downto pixel'high - PIXEL_BITS + 1)), LUMA_BITS);
+      luma := luma + shift_left(resize(unsigned(own(2 * PIXEL_BITS - 1 downto PIXEL_BITS)), LUMA_BITS), 1) +
+              resize(unsigned(own(own'high downto own'high - PIXEL_BITS + 1)), LUMA_BITS);
     end if;
 
     return luma;
 
   end function luma_of;
 
-  -- Clocks behind a pixel are part of the names. 1: its brightness; 2: the line of the micro image so far; 3: with
-  -- the lines above, at the last pixel of the line.
-  signal luma_1      : unsigned(LUMA_BITS - 1 downto 0)        := (others => '0');
-  signal active_1    : std_logic                               := '0';
-  signal first_1     : std_logic                               := '0';
-  signal ends_1      : std_logic                               := '0';
-  signal ends_2      : std_logic                               := '0';
-  signal ends_3      : std_logic                               := '0';
-  signal final_3     : std_logic;
-  signal row_first_1 : std_logic                               := '0';
-  signal row_first_2 : std_logic                               := '0';
-  signal row_last_1  : std_logic                               := '0';
-  signal row_last_2  : std_logic                               := '0';
-  signal row_last_3  : std_logic                               := '0';
-  signal lens_1      : address_t                               := (others => '0');
-  signal lens_2      : address_t                               := (others => '0');
-  signal lens_3      : address_t                               := (others => '0');
-  signal line_2      : unsigned(SUM_BITS - 1 downto 0)         := (others => '0');
+  -- The value, or nothing.
+  function where_set (
+    condition : std_logic;
+    value     : unsigned
+  ) return unsigned is
+  begin
+
+    if condition = '1' then
+      return value;
+    end if;
+
+    return to_unsigned(0, value'length);
+
+  end function where_set;
+
+  -- Clocks behind a token are part of the names. 1: its place, brightness of its own micro image and of the next one.
+  signal place_1 : lens_place_t;
+  signal own_1   : unsigned(PART_BITS - 1 downto 0) := (others => '0');
+  signal next_1  : unsigned(PART_BITS - 1 downto 0) := (others => '0');
+  signal lens_1  : address_t;
+  -- 2: the line of the micro image so far, that of the one that goes on, the lines above; a tail is to come.
+  signal line_2      : unsigned(SUM_BITS - 1 downto 0) := (others => '0');
+  signal rest_2      : unsigned(SUM_BITS - 1 downto 0) := (others => '0');
   signal above_2     : std_logic_vector(SUM_BITS - 1 downto 0);
-  signal sum_3       : std_logic_vector(SUM_BITS - 1 downto 0) := (others => '0');
+  signal lens_2      : address_t                       := (others => '0');
+  signal ends_2      : std_logic                       := '0';
+  signal tail_2      : std_logic                       := '0';
+  signal row_first_2 : std_logic                       := '0';
+  signal row_last_2  : std_logic                       := '0';
+  -- 3: with the lines above, at the last pixel of the line.
+  signal sum_3      : std_logic_vector(SUM_BITS - 1 downto 0) := (others => '0');
+  signal lens_3     : address_t                               := (others => '0');
+  signal ends_3     : std_logic                               := '0';
+  signal row_last_3 : std_logic                               := '0';
+  signal final_3    : std_logic;
 
 begin
 
+  -- Brightness first, so that one sum serves three channels.
+  one_pixel : if PIXELS_PER_CLOCK = 1 generate
+
+    find_luma : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        place_1 <= place;
+        own_1   <= luma_of(data, 0);
+      end if;
+
+    end process find_luma;
+
+  end generate one_pixel;
+
+  several_pixels : if PIXELS_PER_CLOCK > 1 generate
+
+    type lumas_t is array (0 to PIXELS_PER_CLOCK - 1) of unsigned(LUMA_BITS - 1 downto 0);
+
+    signal place_0 : lens_place_t;
+    signal ahead_0 : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0) := (others => '0');
+    signal lumas_0 : lumas_t                                         := (others => (others => '0'));
+
+  begin
+
+    add_pixels : process (clk) is
+
+      variable own    : unsigned(PART_BITS - 1 downto 0);
+      variable behind : unsigned(PART_BITS - 1 downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+        place_0 <= place;
+        ahead_0 <= ahead;
+        place_1 <= place_0;
+        own     := (others => '0');
+        behind  := (others => '0');
+
+        for j in 0 to PIXELS_PER_CLOCK - 1 loop
+
+          lumas_0(j) <= luma_of(data, j);
+          own        := own + where_set(not ahead_0(j), lumas_0(j));
+          behind     := behind + where_set(ahead_0(j), lumas_0(j));
+
+        end loop;
+
+        own_1  <= own;
+        next_1 <= behind;
+      end if;
+
+    end process add_pixels;
+
+  end generate several_pixels;
+
+  lens_1 <= lens_2 + 1 when tail_2 = '1' else
+            place_1.lens(ADDRESS_BITS - 1 downto 0);
+
   add : process (clk) is
+
+    variable so_far : unsigned(SUM_BITS - 1 downto 0);
+
   begin
 
     if rising_edge(clk) then
-      -- Brightness first, so that one sum serves three channels.
-      luma_1      <= luma_of(data);
-      active_1    <= place.active;
-      first_1     <= place.lens_first;
-      ends_1      <= place.active and place.lens_last;
-      ends_2      <= ends_1;
-      ends_3      <= ends_2;
-      row_first_1 <= place.row_first;
-      row_first_2 <= row_first_1;
-      row_last_1  <= place.row_last;
-      row_last_2  <= row_last_1;
-      row_last_3  <= row_last_2;
-      lens_1      <= place.lens(ADDRESS_BITS - 1 downto 0);
-      lens_2      <= lens_1;
-      lens_3      <= lens_2;
-
-      -- Only pixels count; between two of them the sum of the line stands still.
-      if active_1 = '1' then
-        if first_1 = '1' then
-          line_2 <= resize(luma_1, SUM_BITS);
-        else
-          line_2 <= line_2 + luma_1;
-        end if;
+      so_far := resize(own_1, SUM_BITS);
+      if place_1.lens_first = '0' then
+        so_far := rest_2 + own_1;
       end if;
 
+      -- Only pixels count; between two of them the sum of the line stands still.
+      if place_1.active = '1' then
+        line_2 <= so_far;
+        rest_2 <= so_far;
+        if PIXELS_PER_CLOCK > 1 and place_1.lens_last = '1' then
+          rest_2 <= resize(next_1, SUM_BITS);
+        end if;
+      end if;
+      lens_2      <= lens_1;
+      ends_2      <= place_1.active and place_1.lens_last;
+      tail_2      <= place_1.active and place_1.tail;
+      row_first_2 <= place_1.row_first;
+      row_last_2  <= place_1.row_last;
+      -- The micro image that a line's last token begins and ends comes a clock behind the one that it ends. The next
+      -- token is the first one of a line then, which ends none.
+      if tail_2 = '1' then
+        line_2      <= rest_2;
+        ends_2      <= '1';
+        row_first_2 <= row_first_2;
+        row_last_2  <= row_last_2;
+      end if;
+
+      lens_3     <= lens_2;
+      ends_3     <= ends_2;
+      row_last_3 <= row_last_2;
       -- The first line of a micro image starts its sum: the memory need not be cleared.
       if row_first_2 = '1' then
         sum_3 <= std_logic_vector(line_2);

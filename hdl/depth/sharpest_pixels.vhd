@@ -4,8 +4,11 @@
 -- The pixels wait in a ring of lines until the index of their row of micro images has been written, and are then
 -- selected by it. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
 --
--- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one pixel of all slices each clock.
--- Equation: out_data = data(index of its micro image), out_chosen = data(slice), RING_LINES lines before.
+-- The pixels of a token lie in one micro image or in two of which the first is that of the token before: what was read
+-- for that one is kept, so one read a token is enough.
+--
+-- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one token of all slices each clock.
+-- Equation: of each pixel, RING_LINES lines before: its data(index of its micro image), that index, data(slice).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,65 +23,74 @@ entity sharpest_pixels is
   generic (
     -- Slices of the stack.
     SLICES : positive;
-    -- Longest line in pixels.
-    MAX_COLUMNS : positive;
+    -- Pixels of a token, M at most, and tokens of the longest line.
+    PIXELS_PER_CLOCK : positive range 1 to 32;
+    MAX_TOKENS       : positive;
     -- Micro images of the longest line.
     LENSES : positive;
     -- Lines from a pixel to the first one that is judged with the index of its micro image.
     RING_LINES : positive;
     -- Clocks from the last token of a row of micro images until the index of the first one is written.
     INDEX_LATENCY : positive;
-    -- Whether a depth between slices goes with an index.
-    BETWEEN : boolean;
+    -- Whether a depth between slices goes with an index, and the pixel of the slice that the frame has chosen.
+    BETWEEN    : boolean;
+    CHOSEN_TOO : boolean;
     -- Width of a pixel, all channels.
     PIXEL_BITS : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A pixel, its place, and its slices, the first in the low bits.
-    token : in    token_t;
-    place : in    lens_place_t;
-    data  : in    std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
+    -- A token, its place, those of its pixels that lie in the next micro image, and its slices: those of the first
+    -- pixel in the low bits, the first slice lowest. The pixels that a line's last token has.
+    token    : in    token_t;
+    place    : in    lens_place_t;
+    ahead    : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    data     : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * PIXEL_BITS - 1 downto 0);
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- Marks the index of a micro image, which one it is, its index, and its depth.
     index_write : in    std_logic;
     index_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     index       : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
     index_depth : in    depth_t;
-    -- A pixel of the picture, with the slice that its frame has chosen.
+    -- Pixels of the picture, with the slice that their frame has chosen.
     result : out   result_t;
-    -- The sharpest slice, its depth and its pixel; the pixel of the chosen slice.
-    out_index  : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_depth  : out   depth_t;
-    out_data   : out   std_logic_vector(PIXEL_BITS - 1 downto 0);
-    out_chosen : out   std_logic_vector(PIXEL_BITS - 1 downto 0)
+    -- Of each pixel, from the low bits: that of its sharpest slice, the index, the depth, the pixel of the chosen
+    -- slice. Zeros behind a line's last one.
+    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO) - 1 downto 0)
   );
 end entity sharpest_pixels;
 
 architecture rtl of sharpest_pixels is
 
+  constant P          : positive := PIXELS_PER_CLOCK;
   constant LENS_BITS  : positive := bits_for(LENSES - 1);
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
-  constant STACK_BITS : positive := SLICES * PIXEL_BITS;
+  constant STACK_BITS : positive := P * SLICES * PIXEL_BITS;
   -- An index, and its depth above it.
   constant FOUND_BITS : positive := INDEX_BITS + choose(BETWEEN, 2 * FRACTION_BITS, 0);
-  constant RING_WORDS : positive := RING_LINES * MAX_COLUMNS;
+  constant WORD_BITS  : positive := pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO);
+  constant RING_WORDS : positive := RING_LINES * MAX_TOKENS;
   constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
 
   -- Clocks that a pixel waits in front of the ring.
-  constant AHEAD : positive := INDEX_LATENCY - 2;
+  constant IN_FRONT : positive := INDEX_LATENCY - 2;
   -- Behind it: the ring's address, its word and the choice.
   constant BEHIND : positive := 3;
 
   type lenses_t is array (natural range <>) of unsigned(LENS_BITS - 1 downto 0);
 
+  type parts_t is array (natural range <>) of std_logic_vector(P - 1 downto 0);
+
   type stacks_t is array (natural range <>) of std_logic_vector(STACK_BITS - 1 downto 0);
 
   -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the
-  -- ring until the index is known.
-  signal token_at : tokens_t(1 to AHEAD + 1) := (others => NO_TOKEN);
-  signal lens_at  : lenses_t(1 to AHEAD + 2) := (others => (others => '0'));
-  signal data_at  : stacks_t(1 to AHEAD + 1) := (others => (others => '0'));
+  -- ring until the index is known. Of a token's micro images the last one is looked up; first_at marks the pixels that
+  -- lie in the one before it.
+  signal token_at : tokens_t(1 to IN_FRONT + 1) := (others => NO_TOKEN);
+  signal lens_at  : lenses_t(1 to IN_FRONT + 2) := (others => (others => '0'));
+  signal first_at : parts_t(1 to IN_FRONT + 3)  := (others => (others => '0'));
+  signal data_at  : stacks_t(1 to IN_FRONT + 1) := (others => (others => '0'));
   signal new_line : std_logic;
   -- First word of the line in the ring that is written and read, and the word of the pixel. Each word is read just
   -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
@@ -88,6 +100,7 @@ architecture rtl of sharpest_pixels is
   signal delayed    : std_logic_vector(STACK_BITS - 1 downto 0);
   signal index_word : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_read : std_logic_vector(FOUND_BITS - 1 downto 0);
+  signal index_kept : std_logic_vector(FOUND_BITS - 1 downto 0) := (others => '0');
 
   -- What is said of a line waits in lines as its pixels do. Of the pixel that leaves: what is said of its line, and
   -- what is said of the pixel that enters at its place.
@@ -96,25 +109,42 @@ architecture rtl of sharpest_pixels is
 
 begin
 
-  new_line <= token_at(AHEAD).strobe and token_at(AHEAD).line_first;
+  new_line <= token_at(IN_FRONT).strobe and token_at(IN_FRONT).line_first;
 
   wait_for_scan : process (clk) is
+
+    variable any : std_logic;
+
   begin
 
     if rising_edge(clk) then
       -- strobe says from here on that there is a pixel: empty tokens have no place in the ring.
       token_at(1)        <= token;
       token_at(1).strobe <= place.active;
-      lens_at(1)         <= place.lens(LENS_BITS - 1 downto 0);
+      lens_at(1)         <= place.last_lens(LENS_BITS - 1 downto 0);
       data_at(1)         <= data;
+      any                := '0';
 
-      token_at(2 to AHEAD + 1) <= token_at(1 to AHEAD);
-      lens_at(2 to AHEAD + 2)  <= lens_at(1 to AHEAD + 1);
-      data_at(2 to AHEAD + 1)  <= data_at(1 to AHEAD);
+      for j in 1 to P - 1 loop
+
+        any := any or ahead(j);
+
+      end loop;
+
+      for j in 0 to P - 1 loop
+
+        first_at(1)(j) <= any and not ahead(j);
+
+      end loop;
+
+      token_at(2 to IN_FRONT + 1) <= token_at(1 to IN_FRONT);
+      lens_at(2 to IN_FRONT + 2)  <= lens_at(1 to IN_FRONT + 1);
+      first_at(2 to IN_FRONT + 3) <= first_at(1 to IN_FRONT + 2);
+      data_at(2 to IN_FRONT + 1)  <= data_at(1 to IN_FRONT);
 
       if reset = '1' then
 
-        for i in 1 to AHEAD loop
+        for i in 1 to IN_FRONT loop
 
           token_at(i).strobe <= '0';
 
@@ -131,16 +161,16 @@ begin
     if rising_edge(clk) then
       if new_line = '1' then
         -- What is said of a line is written once a line, and read RING_LINES lines later.
-        line_at(1)                   <= token_at(AHEAD);
+        line_at(1)                   <= token_at(IN_FRONT);
         line_at(2 to RING_LINES + 1) <= line_at(1 to RING_LINES);
       end if;
 
       -- The pixel that leaves has the column of the one that enters, as both are at the same word of their lines; so
       -- what is said of the place in the line is that of the one that enters.
       result_at(1)            <= line_at(RING_LINES + 1);
-      result_at(1).strobe     <= token_at(AHEAD + 1).strobe;
-      result_at(1).line_first <= token_at(AHEAD + 1).line_first;
-      result_at(1).line_last  <= token_at(AHEAD + 1).line_last;
+      result_at(1).strobe     <= token_at(IN_FRONT + 1).strobe;
+      result_at(1).line_first <= token_at(IN_FRONT + 1).line_first;
+      result_at(1).line_last  <= token_at(IN_FRONT + 1).line_last;
       result_at(2 to BEHIND)  <= result_at(1 to BEHIND - 1);
 
       if reset = '1' then
@@ -167,15 +197,15 @@ begin
 
     if rising_edge(clk) then
       if new_line = '1' then
-        if ring_line = (RING_LINES - 1) * MAX_COLUMNS then
+        if ring_line = (RING_LINES - 1) * MAX_TOKENS then
           ring_line <= (others => '0');
           ring_word <= (others => '0');
         else
-          ring_line <= ring_line + MAX_COLUMNS;
-          ring_word <= ring_line + MAX_COLUMNS;
+          ring_line <= ring_line + MAX_TOKENS;
+          ring_word <= ring_line + MAX_TOKENS;
         end if;
-      -- No line is longer than MAX_COLUMNS, so a line never runs into the next one's words.
-      elsif token_at(AHEAD).strobe = '1' then
+      -- No line is longer than MAX_TOKENS, so a line never runs into the next one's words.
+      elsif token_at(IN_FRONT).strobe = '1' then
         ring_word <= ring_word + 1;
       end if;
       if reset = '1' then
@@ -194,9 +224,9 @@ begin
     )
     port map (
       clk           => clk,
-      write_enable  => token_at(AHEAD + 1).strobe,
+      write_enable  => token_at(IN_FRONT + 1).strobe,
       write_address => ring_word,
-      write_data    => data_at(AHEAD + 1),
+      write_data    => data_at(IN_FRONT + 1),
       read_address  => ring_word,
       read_data     => delayed
     );
@@ -216,57 +246,92 @@ begin
       write_enable  => index_write,
       write_address => index_lens,
       write_data    => index_word,
-      read_address  => lens_at(AHEAD + 2),
+      read_address  => lens_at(IN_FRONT + 2),
       read_data     => index_read
     );
 
-  without_depth : if not BETWEEN generate
-    out_depth <= NO_DEPTH;
-  end generate without_depth;
-
-  with_depth : if BETWEEN generate
+  depth_beside : if BETWEEN generate
     index_word(FOUND_BITS - 1 downto INDEX_BITS) <= index_depth.confidence & index_depth.fraction;
+  end generate depth_beside;
 
-    tell_depth : process (clk) is
-    begin
-
-      if rising_edge(clk) then
-        out_depth.fraction   <= index_read(INDEX_BITS + FRACTION_BITS - 1 downto INDEX_BITS);
-        out_depth.confidence <= index_read(FOUND_BITS - 1 downto INDEX_BITS + FRACTION_BITS);
-      end if;
-
-    end process tell_depth;
-
-  end generate with_depth;
-
-  pick : process (clk) is
-
-    variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
-    variable chosen   : natural range 0 to 2 ** INDEX_BITS - 1;
-
+  keep : process (clk) is
   begin
 
     if rising_edge(clk) then
-      sharpest   := to_integer(unsigned(index_read(INDEX_BITS - 1 downto 0)));
-      chosen     := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
-      out_index  <= unsigned(index_read(INDEX_BITS - 1 downto 0));
-      out_data   <= delayed(PIXEL_BITS - 1 downto 0);
-      out_chosen <= delayed(PIXEL_BITS - 1 downto 0);
-
-      for s in 1 to SLICES - 1 loop
-
-        if sharpest = s then
-          out_data <= delayed((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
-        end if;
-        if chosen = s then
-          out_chosen <= delayed((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
-        end if;
-
-      end loop;
-
+      if result_at(BEHIND - 1).strobe = '1' then
+        index_kept <= index_read;
+      end if;
     end if;
 
-  end process pick;
+  end process keep;
+
+  pixel : for j in 0 to P - 1 generate
+
+    constant LOW : natural := j * WORD_BITS;
+
+    -- What was found of its micro image; its slices.
+    signal found  : std_logic_vector(FOUND_BITS - 1 downto 0);
+    signal stack  : std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
+    signal beyond : std_logic;
+    -- Picked from the slices.
+    signal picked : std_logic_vector(PIXEL_BITS - 1 downto 0);
+    signal chosen : std_logic_vector(PIXEL_BITS - 1 downto 0);
+    signal told   : std_logic_vector(FOUND_BITS - 1 downto 0);
+
+  begin
+
+    found  <= index_kept when first_at(IN_FRONT + 3)(j) = '1' else
+              index_read;
+    stack  <= delayed((j + 1) * SLICES * PIXEL_BITS - 1 downto j * SLICES * PIXEL_BITS);
+    beyond <= result_at(BEHIND - 1).line_last and not line_end(j);
+
+    pick : process (clk) is
+
+      variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
+      variable wanted   : natural range 0 to 2 ** INDEX_BITS - 1;
+
+    begin
+
+      if rising_edge(clk) then
+        sharpest := to_integer(unsigned(found(INDEX_BITS - 1 downto 0)));
+        wanted   := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
+        told     <= found;
+        -- The pixels themselves are 0 there.
+        if beyond = '1' then
+          told <= (others => '0');
+        end if;
+        picked <= stack(PIXEL_BITS - 1 downto 0);
+        chosen <= stack(PIXEL_BITS - 1 downto 0);
+
+        for s in 1 to SLICES - 1 loop
+
+          if sharpest = s then
+            picked <= stack((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
+          end if;
+          if wanted = s then
+            chosen <= stack((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
+          end if;
+
+        end loop;
+
+      end if;
+
+    end process pick;
+
+    out_data(LOW + PIXEL_BITS + 7 downto LOW) <= std_logic_vector(resize(unsigned(told(INDEX_BITS - 1 downto 0)), 8)) &
+                                                 picked;
+
+    with_depth : if BETWEEN generate
+      out_data(LOW + PIXEL_BITS + 7 + 2 * FRACTION_BITS downto LOW + PIXEL_BITS + 8) <= told(FOUND_BITS - 1 downto
+                                                                                             INDEX_BITS);
+    end generate with_depth;
+
+    -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
+    with_chosen : if CHOSEN_TOO generate
+      out_data(LOW + WORD_BITS - 1 downto LOW + WORD_BITS - PIXEL_BITS) <= chosen;
+    end generate with_chosen;
+
+  end generate pixel;
 
   result.valid <= result_at(BEHIND).strobe and result_at(BEHIND).image;
   result.skip  <= '0';

@@ -7,7 +7,9 @@
 -- With VOTE_RADIUS micro images without texture take their neighbours' slice (index_vote), which delays everything by
 -- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes.
 --
--- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock, in lines
+-- Of several pixels a clock each lies in one of two micro images at most; the scan keeps up with them.
+--
+-- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock, in lines
 --   of 8 + RADIUS tokens (with votes index_latency) at least and frames of a multiple of M lines; empty tokens and
 --   lines make up for it.
 -- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
@@ -37,8 +39,12 @@ entity sharpness_index is
     SHIFTS : string := "";
     -- Whether frames may have lines below the picture, see rows.
     CROPPED : boolean := false;
+    -- Whether the pixel of the slice that its frame has chosen goes beside.
+    CHOSEN_TOO : boolean := false;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
+    -- Neighbouring pixels of a line that come and go together: 1, 2, 4, 8, 16 or 32, M at most.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
@@ -49,29 +55,29 @@ entity sharpness_index is
     reset : in    std_logic;
     -- Lines of the picture: those below it are none. With CROPPED alone.
     rows : in    std_logic_vector(15 downto 0);
-    -- A token, and the slices of its pixel, the first in the low bits.
+    -- A token, and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest.
     token      : in    token_t;
-    token_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- A pixel of the picture.
+    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The pixels that a line's last token has; the same while a frame is under way.
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- Pixels of the picture.
     result : out   result_t;
-    -- Its slice, its depth and the pixel.
-    out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_depth : out   depth_t;
-    out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The pixel of the slice that its frame has chosen.
-    out_chosen : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+    -- As depth_index.
+    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO) - 1
+                                      downto 0)
   );
 end entity sharpness_index;
 
 architecture rtl of sharpness_index is
 
   constant REFUSED  : boolean := not takes_index("sharpness_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
   constant NO_ORDER : boolean := not takes_between("sharpness_index", SHIFTS, SLICES);
 
   constant BETWEEN : boolean := SHIFTS'length > 0;
 
   constant M          : positive := MICRO_IMAGE_SIZE;
+  constant P          : positive := PIXELS_PER_CLOCK;
   constant LENSES     : positive := lens_count(MAX_COLUMNS, M);
   constant PLACE_BITS : positive := bits_for(LENSES - 1);
   constant SUM_BITS   : positive := lens_bits(M, CHANNELS, PIXEL_BITS);
@@ -79,12 +85,12 @@ architecture rtl of sharpness_index is
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * DATA_BITS;
-  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false) + choose(BETWEEN, 1, 0);
+  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY : positive := 5 + RADIUS;
   -- From the last pixel of a row to the scan over its sums, which follow it as fast.
-  constant SUMMED        : positive := LENS_SUM_LATENCY - 3;
-  constant JUDGING_DELAY : positive := JUDGED - LENS_SUM_LATENCY + 2;
+  constant SUMMED        : positive := lens_sum_latency(P) - 3;
+  constant JUDGING_DELAY : positive := JUDGED - SUMMED - 1;
   -- The oldest row of which it counts whether it begins a frame.
   constant OLDEST : positive := larger(2 * RADIUS + 1, RADIUS + 1 + 2 * VOTE_RADIUS);
 
@@ -101,7 +107,8 @@ architecture rtl of sharpness_index is
   -- A token, with the counts of its place.
   signal placed : token_t;
   signal place  : lens_place_t;
-  signal data   : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal ahead  : std_logic_vector(P - 1 downto 0);
+  signal data   : std_logic_vector(P * STACK_BITS - 1 downto 0);
 
   -- The scan.
   -- With the last pixel of a row of micro images a scan over its sums begins, one micro image a clock. It is as long
@@ -155,6 +162,7 @@ begin
   place_token : entity work.lens_place
     generic map (
       MICRO_IMAGE_SIZE => M,
+      PIXELS_PER_CLOCK => P,
       LENSES           => LENSES,
       CROPPED          => CROPPED,
       STACK_BITS       => STACK_BITS
@@ -165,9 +173,11 @@ begin
       rows       => rows,
       token      => token,
       token_data => token_data,
+      line_end   => line_end,
       placed     => placed,
       place      => place,
-      data       => data
+      data       => data,
+      ahead      => ahead
     );
 
   --------------------------------------------------------------------------------------------------
@@ -182,7 +192,7 @@ begin
       complete_at(1 to SUMMED) <= complete_at(0 to SUMMED - 1);
       -- Kept until the scan begins: by then the next row may have begun and the place says something else.
       if complete_at(0) = '1' then
-        complete_lens  <= place.lens(PLACE_BITS - 1 downto 0);
+        complete_lens  <= place.last_lens(PLACE_BITS - 1 downto 0);
         complete_live  <= place.row_live;
         complete_start <= place.row_starts;
       end if;
@@ -269,14 +279,18 @@ begin
     sums : entity work.lens_sums
       generic map (
         MICRO_IMAGE_SIZE => M,
+        PIXELS_PER_CLOCK => P,
         LENSES           => LENSES,
+        SLICES           => SLICES,
+        SLICE            => s,
         CHANNELS         => CHANNELS,
         PIXEL_BITS       => PIXEL_BITS
       )
       port map (
         clk       => clk,
         place     => place,
-        data      => data((s + 1) * DATA_BITS - 1 downto s * DATA_BITS),
+        ahead     => ahead,
+        data      => data,
         read_lens => scan_lens,
         sum       => sum
       );
@@ -457,29 +471,30 @@ begin
 
   pixels : entity work.sharpest_pixels
     generic map (
-      SLICES        => SLICES,
-      MAX_COLUMNS   => MAX_COLUMNS,
-      LENSES        => LENSES,
-      RING_LINES    => sharpness_delay(M, RADIUS, VOTE_RADIUS),
-      INDEX_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN),
-      BETWEEN       => BETWEEN,
-      PIXEL_BITS    => DATA_BITS
+      SLICES           => SLICES,
+      PIXELS_PER_CLOCK => P,
+      MAX_TOKENS       => divide_up(MAX_COLUMNS, P),
+      LENSES           => LENSES,
+      RING_LINES       => sharpness_delay(M, RADIUS, VOTE_RADIUS),
+      INDEX_LATENCY    => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P),
+      BETWEEN          => BETWEEN,
+      CHOSEN_TOO       => CHOSEN_TOO,
+      PIXEL_BITS       => DATA_BITS
     )
     port map (
       clk         => clk,
       reset       => reset,
       token       => placed,
       place       => place,
+      ahead       => ahead,
       data        => data,
+      line_end    => line_end,
       index_write => index_write,
       index_lens  => index_lens,
       index       => index,
       index_depth => index_depth,
       result      => result,
-      out_index   => out_index,
-      out_depth   => out_depth,
-      out_data    => out_data,
-      out_chosen  => out_chosen
+      out_data    => out_data
     );
 
 end architecture rtl;

@@ -14,17 +14,20 @@ use work.refocus_pkg.all;
 
 package sharpness_pkg is
 
-  -- Where a pixel lies in the micro images of a picture.
+  -- Where a token's pixels lie in the micro images of a picture: in one, or in two of which the token ends the first.
   type lens_place_t is record
-    -- A pixel is here.
+    -- Pixels are here.
     active : std_logic;
-    -- Its micro image in the line, of 4096 at most: 8192 columns, M = 2.
-    lens : unsigned(11 downto 0);
-    -- It is in that one's first or last column, first or last line.
+    -- Micro images of the first pixel and of the last one in the line, of 4096 at most: 8192 columns, M = 2.
+    lens      : unsigned(11 downto 0);
+    last_lens : unsigned(11 downto 0);
+    -- The first pixel begins its micro image; one ends here; besides that, the line's last one begins and ends here.
     lens_first : std_logic;
     lens_last  : std_logic;
-    row_first  : std_logic;
-    row_last   : std_logic;
+    tail       : std_logic;
+    -- The line is the first or the last one of its micro images.
+    row_first : std_logic;
+    row_last  : std_logic;
     -- The row of micro images is of the picture, and the first one.
     row_live   : std_logic;
     row_starts : std_logic;
@@ -50,6 +53,7 @@ package sharpness_pkg is
     radius           : natural;
     vote_radius      : natural;
     max_columns      : positive;
+    pixels           : positive;
     channels         : positive;
     pixel_bits       : positive
   ) return boolean;
@@ -113,7 +117,9 @@ package sharpness_pkg is
   ) return positive;
 
   -- Clocks from the last token of a row of micro images to its line sums, read from memory.
-  constant LENS_SUM_LATENCY : positive := 6;
+  function lens_sum_latency (
+    pixels : positive
+  ) return positive;
 
   -- Clocks from a line sum to the sharpness of the micro image 1 + radius before it.
   constant SHARPNESS_LATENCY : positive := 5;
@@ -132,11 +138,18 @@ package sharpness_pkg is
     slices      : positive;
     radius      : natural;
     vote_radius : natural;
-    between     : boolean
+    between     : boolean;
+    pixels      : positive
   ) return positive;
 
-  -- A pixel, its index, its depth between slices if there are SHIFTS, and the pixel of a chosen slice, if it goes
-  -- beside.
+  -- A pixel, its index, its depth between slices, if there is one, and the pixel of a chosen slice, if it goes beside.
+  function pixel_word_bits (
+    data_bits  : positive;
+    between    : boolean;
+    chosen_too : boolean
+  ) return positive;
+
+  -- The same; depth if there are SHIFTS.
   function index_word_bits (
     channels   : positive;
     pixel_bits : positive;
@@ -155,6 +168,7 @@ package body sharpness_pkg is
     radius           : natural;
     vote_radius      : natural;
     max_columns      : positive;
+    pixels           : positive;
     channels         : positive;
     pixel_bits       : positive
   ) return boolean is
@@ -172,13 +186,19 @@ package body sharpness_pkg is
       report name & ": MAX_COLUMNS must be at most 8192"
       severity failure;
 
+    assert pixels <= micro_image_size and
+           (pixels = 1 or pixels = 2 or pixels = 4 or pixels = 8 or pixels = 16 or pixels = 32)
+      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32 and at most MICRO_IMAGE_SIZE, " &
+             "as one micro image is judged each clock"
+      severity failure;
+
     -- Of all slices: lines of pixels that wait; of a micro image what judges it.
     stack     := slices * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
     lens_word := slices * (4 * lens_bits(micro_image_size, channels, pixel_bits) +
                            2 * radius * row_sharpness_bits(micro_image_size, channels, pixel_bits, radius)) +
                  (2 * vote_radius + 1) * (bits_for(slices - 1) + 1);
 
-    assert stack <= MOST_LINE_BITS / max_columns and
+    assert stack * pixels <= MOST_LINE_BITS / divide_up(max_columns, pixels) and
            lens_word <= MOST_LINE_BITS / lens_count(max_columns, micro_image_size)
       report name & ": SLICES, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of memory: " &
              "take fewer columns or slices"
@@ -318,6 +338,16 @@ package body sharpness_pkg is
 
   end function sharpness_delay;
 
+  function lens_sum_latency (
+    pixels : positive
+  ) return positive is
+  begin
+
+    -- Several pixels are added in a clock of their own.
+    return choose(pixels = 1, 6, 7);
+
+  end function lens_sum_latency;
+
   function vote_latency (
     slices      : positive;
     vote_radius : natural
@@ -332,16 +362,29 @@ package body sharpness_pkg is
     slices      : positive;
     radius      : natural;
     vote_radius : natural;
-    between     : boolean
+    between     : boolean;
+    pixels      : positive
   ) return positive is
   begin
 
     -- For depth between slices they are weighed, a clock; it is found while they vote.
-    return LENS_SUM_LATENCY + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
+    return lens_sum_latency(pixels) + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
            choose(between, 1 + larger(vote_latency(slices, vote_radius), FRACTION_LATENCY),
                   vote_latency(slices, vote_radius));
 
   end function index_latency;
+
+  function pixel_word_bits (
+    data_bits  : positive;
+    between    : boolean;
+    chosen_too : boolean
+  ) return positive is
+  begin
+
+    -- The index has a byte whatever the number of slices, so that software reads it alike.
+    return choose(chosen_too, 2, 1) * data_bits + 8 + choose(between, 2 * FRACTION_BITS, 0);
+
+  end function pixel_word_bits;
 
   function index_word_bits (
     channels   : positive;
@@ -351,8 +394,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- The index has a byte whatever the number of slices, so that software reads it alike.
-    return choose(chosen_too, 2, 1) * channels * pixel_bits + 8 + choose(shifts'length > 0, 2 * FRACTION_BITS, 0);
+    return pixel_word_bits(channels * pixel_bits, shifts'length > 0, chosen_too);
 
   end function index_word_bits;
 

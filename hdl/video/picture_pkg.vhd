@@ -256,7 +256,7 @@ package body picture_pkg is
         severity failure;
 
       fits := takes_stack(name, GEOMETRY, 1, max_columns, 3, 8) and
-              takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 3, 8);
+              takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 1, 3, 8);
 
       assert is_hex(colours) and
              (colours'length = 6 * shades(shifts, colours) * GEOMETRY.slices or
@@ -334,7 +334,7 @@ package body picture_pkg is
 
     if needs_stack(outputs) then
       return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency(GEOMETRY, 1) +
-             index_latency(slice_count(shifts), radius, vote_radius, between);
+             index_latency(slice_count(shifts), radius, vote_radius, between, 1);
     end if;
 
     return total_delay(GEOMETRY, order) + STREAM_LATENCY +

@@ -226,16 +226,17 @@ async def stack(dut: Any) -> None:
     for _ in range(2):
         sent = make_frame("random", rows, columns, want.channels, want.pixel_bits, bench.rng)
         bench.frames.clear()
-        await bench.send(core, frame_beats(sent, want.pixel_bits))
+        await bench.send(core, frame_beats(sent, want.pixel_bits, want.pixels_per_clock))
         slices = want.golden(sent)
         if index:
             found = DepthIndexConfiguration.model_validate(index).golden(np.stack(list(slices)))
             m = want.micro_image_size
-            places = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns].astype(int)
-            wanted = (places << want.pixel_bits | found.image.astype(int)).ravel().tolist()
+            places = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns].astype(np.uint32)
+            words, bits = places << want.pixel_bits | found.image, want.pixel_bits + 8
         else:
-            wanted = bench.packed(np.dstack(list(slices)), want.pixel_bits)
-        assert [beat.data for beat in bench.frames[0]] == wanted
+            words, bits = np.dstack(list(slices)), want.pixel_bits
+        wanted = frame_beats(words, bits, want.pixels_per_clock)
+        assert [beat.data for beat in bench.frames[0]] == [beat.data for beat in wanted]
     if index:
         assert core.description.details["sharpness.radius"] == index["radius"]
 

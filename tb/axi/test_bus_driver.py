@@ -22,6 +22,8 @@ REFOCUSER = CoreConfiguration(micro_image_size=3, shifts=(2, -1, 0), max_columns
 # That of the sessions in docs/registers.md.
 SESSION = CoreConfiguration(micro_image_size=5, shifts=(-3, -1, 0, 2), max_columns=20)
 STACK = CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=14, engine=StackEngine())
+# With the index behind it two pixels a clock.
+JUDGED = STACK.model_copy(update={"engine": StackEngine(pixels_per_clock=2)})
 INDEX = DepthIndexConfiguration(micro_image_size=3, slices=2, max_columns=14)
 WISHBONE = {
     "MICRO_IMAGE_SIZE": 3,
@@ -52,7 +54,11 @@ def test_driver(library: str) -> None:
     for package in ("cocotbext.axi", "cocotbext.wishbone", "cocotbpynq"):
         pytest.importorskip(package, reason=f"{package} is missing: scripts/setup.sh tests")
     stack = {"kind": "stack_axi", "core": STACK.model_dump(mode="json")}
-    generics = {k: v for k, v in STACK.generics().items() if k not in ("INPUT_LINES", "FLUSH")}
+    judged = {
+        "kind": "stack_axi",
+        "core": JUDGED.model_dump(mode="json"),
+        "index": INDEX.model_dump(mode="json"),
+    }
     index = {"DEPTH_INDEX": True, "RADIUS": INDEX.radius}
     grids = [regular_grid(SHAPE, 6.3, rotation_degrees=degrees) for degrees in (0.7, -0.4)]
     calibrations = [calibration_of_grid(grid, SHAPE) for grid in grids]
@@ -74,13 +80,8 @@ def test_driver(library: str) -> None:
             Case("refocuser_axi", "axi.driver_bench", REFOCUSER.generics(), with_library),
             Case("refocuser_wishbone", "axi.driver_bench", WISHBONE, {**refocuser, **on_wishbone}),
             Case("refocuser_wishbone", "axi.wishbone_bench", WISHBONE, {"accesses": 500}),
-            Case("stack_axi", "axi.driver_bench", generics, stack),
-            Case(
-                "stack_axi",
-                "axi.driver_bench",
-                {**generics, **index},
-                {**stack, "index": INDEX.model_dump(mode="json")},
-            ),
+            Case("stack_axi", "axi.driver_bench", STACK.generics(), stack),
+            Case("stack_axi", "axi.driver_bench", {**JUDGED.generics(), **index}, judged),
             Case("refocuser_axi", "axi.session_bench", SESSION.generics(), session),
             Case("sensor_axi", "axi.driver_bench", chip.generics(), sensor),
         ]

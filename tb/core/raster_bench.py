@@ -51,8 +51,7 @@ class Bench:
         self.channels = self.core.channels
         if KIND == "depth_index":
             self.channels *= self.core.slices
-        # A depth index takes one pixel of all slices at a time.
-        self.pixels = 1 if KIND == "depth_index" else self.core.pixels_per_clock
+        self.pixels = self.core.pixels_per_clock
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)

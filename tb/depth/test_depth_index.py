@@ -79,7 +79,28 @@ def test_index_and_picture() -> None:
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
     ]
-    cases = [*drawn(cases, 4), random_options(0)]
+    # Several pixels a clock: a line's last token begins and ends a micro image; M and P alike.
+    several: list[dict] = [
+        {
+            "micro_image_size": 5,
+            "slices": 3,
+            "max_columns": 62,
+            "pixels_per_clock": 4,
+            "channels": 3,
+            "shifts": (-3, 0, 1),
+        },
+        {
+            "micro_image_size": 3,
+            "slices": 2,
+            "max_columns": 49,
+            "pixels_per_clock": 2,
+            "radius": 0,
+            "confidence": 900,
+            "vote_radius": 1,
+        },
+        {"micro_image_size": 4, "slices": 2, "max_columns": 45, "pixels_per_clock": 4},
+    ]
+    cases = [*drawn(cases, 4), *drawn(several, 1), random_options(0)]
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
     resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
     run_cases([*map(index_case, cases), index_case(resets, resets=24)], long=True)
@@ -95,9 +116,30 @@ def test_more_indices_and_pictures() -> None:
     )
 
 
+@pytest.mark.slow
+def test_several_pixels_a_clock() -> None:
+    run_indices(
+        {"micro_image_size": 9, "slices": 2, "max_columns": 118, "pixels_per_clock": 8},
+        {"micro_image_size": 8, "slices": 1, "max_columns": 97, "pixels_per_clock": 8},
+        {
+            "micro_image_size": 2,
+            "slices": 4,
+            "max_columns": 71,
+            "pixels_per_clock": 2,
+            "channels": 3,
+            "pixel_bits": 16,
+            "confidence": 3000,
+            "vote_radius": 2,
+            "shifts": (4, 1, 0, -3),
+        },
+        {"micro_image_size": 7, "slices": 3, "max_columns": 60, "pixels_per_clock": 4, "radius": 2},
+    )
+
+
 def random_options(number: int) -> dict[str, Any]:
     rng = random.Random(draw_seed() + number)
     m = rng.choice([2, 2, 3, 4, 5, 6])
+    pixels = rng.choice([p for p in (1, 1, 2, 4) if p <= m])
     radius = rng.randint(0, 3)
     slices = rng.randint(1, 6)
     shifts = sorted(rng.sample(range(-9, 10), slices)) if rng.random() < 0.5 else []
@@ -110,10 +152,11 @@ def random_options(number: int) -> dict[str, Any]:
         "confidence": rng.choice([0, 2000, 1 << rng.randint(10, 20)]),
         "channels": rng.choice([1, 1, 3]),
         "pixel_bits": rng.choice([8, 8, 16]),
+        "pixels_per_clock": pixels,
     }
     # Lines that are taken without a pause, and shorter ones.
     shortest = DepthIndexConfiguration(**options, max_columns=1).band_steps(1)
-    options["max_columns"] = max(2 * m, shortest) + rng.randint(0, 4 * m)
+    options["max_columns"] = max(2 * m, shortest * pixels) + rng.randint(0, 4 * m)
     print(options)
     return options
 

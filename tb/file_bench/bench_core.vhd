@@ -55,17 +55,18 @@ entity bench_core is
     -- The slices of a stack on their way to the depth index, to look at; nothing with other engines.
     slices_tvalid : out   std_logic;
     slices_tready : out   std_logic;
-    slices_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    slices_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     slices_tuser  : out   std_logic_vector(0 downto 0);
     slices_tlast  : out   std_logic;
-    -- tid: slice of the frame; of a stack, which is all in focus here, the slice of the pixel, and its depth between
+    -- tid: slice of the frame. Of a stack, which is all in focus here, the slice of each pixel, and its depth between
     -- slices, fraction in the low bits (0 without).
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
-    m_axis_depth  : out   std_logic_vector(15 downto 0);
+    m_axis_index  : out   std_logic_vector(PIXELS_PER_CLOCK * 8 - 1 downto 0);
+    m_axis_depth  : out   std_logic_vector(PIXELS_PER_CLOCK * 16 - 1 downto 0);
     m_axis_tlast  : out   std_logic;
     -- Faults of the stream, see raster_refocuser; never cleared.
     error_flags : out   std_logic_vector(4 downto 0)
@@ -130,6 +131,7 @@ begin
         error_flags   => error_flags
       );
 
+    m_axis_index  <= (others => '0');
     m_axis_depth  <= (others => '0');
     slices_tvalid <= '0';
     slices_tready <= '0';
@@ -152,12 +154,15 @@ begin
 
     end function index_shifts;
 
+    constant DATA_BITS : positive := CHANNELS * PIXEL_BITS;
+    constant WORD_BITS : positive := index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false);
+
     signal valid        : std_logic;
     signal ready        : std_logic;
-    signal data         : std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    signal data         : std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * DATA_BITS - 1 downto 0);
     signal user         : std_logic_vector(0 downto 0);
     signal last         : std_logic;
-    signal found        : std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false) - 1 downto 0);
+    signal found        : std_logic_vector(PIXELS_PER_CLOCK * WORD_BITS - 1 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
     signal index_errors : std_logic_vector(4 downto 0);
 
@@ -172,7 +177,8 @@ begin
         CHANNELS          => CHANNELS,
         PIXEL_BITS        => PIXEL_BITS,
         INPUT_LINES       => INPUT_LINES,
-        BORDER_NORMALISED => BORDER_NORMALISED
+        BORDER_NORMALISED => BORDER_NORMALISED,
+        PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK
       )
       port map (
         clk           => clk,
@@ -202,6 +208,7 @@ begin
         VOTE_RADIUS      => VOTE_RADIUS,
         SHIFTS           => index_shifts,
         MAX_COLUMNS      => MAX_COLUMNS,
+        PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
         CHANNELS         => CHANNELS,
         PIXEL_BITS       => PIXEL_BITS
       )
@@ -229,21 +236,33 @@ begin
         error_clear   => '0'
       );
 
-    depth_between : if BETWEEN_SLICES generate
-      m_axis_depth <= found(found'high downto found'high - 15);
-    end generate depth_between;
+    each_pixel : for j in 0 to PIXELS_PER_CLOCK - 1 generate
 
-    slices_alone : if not BETWEEN_SLICES generate
-      m_axis_depth <= (others => '0');
-    end generate slices_alone;
+      signal word : std_logic_vector(WORD_BITS - 1 downto 0);
+
+    begin
+
+      word <= found((j + 1) * WORD_BITS - 1 downto j * WORD_BITS);
+
+      m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= word(DATA_BITS - 1 downto 0);
+      m_axis_index((j + 1) * 8 - 1 downto j * 8)                 <= word(DATA_BITS + 7 downto DATA_BITS);
+
+      depth_between : if BETWEEN_SLICES generate
+        m_axis_depth((j + 1) * 16 - 1 downto j * 16) <= word(WORD_BITS - 1 downto WORD_BITS - 16);
+      end generate depth_between;
+
+      slices_alone : if not BETWEEN_SLICES generate
+        m_axis_depth((j + 1) * 16 - 1 downto j * 16) <= (others => '0');
+      end generate slices_alone;
+
+    end generate each_pixel;
 
     slices_tvalid <= valid;
     slices_tready <= ready;
     slices_tdata  <= data;
     slices_tuser  <= user;
     slices_tlast  <= last;
-    m_axis_tdata  <= found(CHANNELS * PIXEL_BITS - 1 downto 0);
-    m_axis_tid    <= found(CHANNELS * PIXEL_BITS + 7 downto CHANNELS * PIXEL_BITS);
+    m_axis_tid    <= (others => '0');
     error_flags   <= stack_errors or index_errors;
 
   end generate stack_and_index;

@@ -149,7 +149,7 @@ int main(int argc, char** argv) {
         idle++;
         const bool taken = core.s_axis_tvalid && core.s_axis_tready;
         if (core.slices_tvalid && core.slices_tready) {
-            write_fields(slices_file, core.slices_tdata, slices * channels, pixel_bits);
+            write_fields(slices_file, core.slices_tdata, slices * values, pixel_bits);
             framing_errors += misframed(stacked, core.slices_tuser, core.slices_tlast);
             stacked++;
             idle = 0;
@@ -158,8 +158,8 @@ int main(int argc, char** argv) {
             if (received == 0) first_out = clock;
             write_fields(output, core.m_axis_tdata, values, pixel_bits);
             if (stack) {
-                write_fields(output, core.m_axis_tid, 1, 8);
-                write_fields(output, core.m_axis_depth, 1, 16);
+                write_fields(output, core.m_axis_index, together, 8);
+                write_fields(output, core.m_axis_depth, together, 16);
             } else if (received % frame == 0) {
                 frame_slice = core.m_axis_tid;
                 counts << "slice " << frame_slice << '\n';

@@ -3,8 +3,8 @@
 --
 -- Reads input.bin in the working directory and writes output.bin: 32-bit little-endian words, one for each channel of
 -- each pixel, raster order; with several pixels a clock, lines end with whatever fills up the last token. A stack
--- gives two files instead: slices.bin, all slices of a pixel one after another, and found.bin, the pixel that is all in
--- focus, then its slice. Then clocks.txt: one "name value" pair a line.
+-- gives two files instead: slices.bin, all slices of a pixel one after another, and found.bin, the pixels of a token
+-- that are all in focus, then their slices, then their depths. Then clocks.txt: one "name value" pair a line.
 --
 -- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of the set is used.
 -- "slice" lines in clocks.txt tell the slice of each frame that came out.
@@ -88,7 +88,7 @@ architecture test of file_bench is
   signal s_axis_tlast  : std_logic                                          := '0';
   signal slices_tvalid : std_logic;
   signal slices_tready : std_logic;
-  signal slices_tdata  : std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+  signal slices_tdata  : std_logic_vector(SLICES * VALUES * PIXEL_BITS - 1 downto 0);
   signal slices_tuser  : std_logic_vector(0 downto 0);
   signal slices_tlast  : std_logic;
   signal m_axis_tvalid : std_logic;
@@ -96,7 +96,8 @@ architecture test of file_bench is
   signal m_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tid    : std_logic_vector(7 downto 0);
-  signal m_axis_depth  : std_logic_vector(15 downto 0);
+  signal m_axis_index  : std_logic_vector(PIXELS_PER_CLOCK * 8 - 1 downto 0);
+  signal m_axis_depth  : std_logic_vector(PIXELS_PER_CLOCK * 16 - 1 downto 0);
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(4 downto 0);
 
@@ -180,6 +181,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
+      m_axis_index  => m_axis_index,
       m_axis_depth  => m_axis_depth,
       m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags
@@ -256,8 +258,8 @@ begin
         write_values(output_file, PIXEL_BITS, m_axis_tdata);
         slice := to_integer(unsigned(m_axis_tid));
         if STACK then
-          write(output_file, slice);
-          write(output_file, to_integer(unsigned(m_axis_depth)));
+          write_values(output_file, 8, m_axis_index);
+          write_values(output_file, 16, m_axis_depth);
         elsif received mod FRAME_TOKENS = 0 then
           frame_slice := slice;
           write_count(clocks_file, "slice", slice);

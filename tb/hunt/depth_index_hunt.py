@@ -15,6 +15,11 @@ FAULTS = [
     ("index_vote.vhd", "if middle_at(FINAL)(0) = '1' then", "if false then", 13),
     ("depth_fraction.vhd", "WEIGHT_BEHIND(to_integer(index_1))",
      "WEIGHT_BEFORE(to_integer(index_1))"),
+    # Several pixels a clock: a line's last micro image that one token begins and ends.
+    ("lens_place.vhd", "place.tail      <= token_1.line_last and any;", "place.tail      <= '0';",
+     20),
+    ("sharpest_pixels.vhd", "index_kept when first_at(IN_FRONT + 3)(j) = '1'",
+     "index_kept when false", 9),
 ]  # fmt: skip
 
 
@@ -42,6 +47,8 @@ def draw(rng: random.Random) -> dict[str, Any]:
         if rng.random() < 0.5:
             shifts.reverse()
         generics["SHIFTS"] = " ".join(map(str, shifts))
+    generics["PIXELS_PER_CLOCK"] = pixels = rng.choice([p for p in (1, 1, 2, 4) if p <= m])
+    generics["MAX_COLUMNS"] += rng.choice([0, 3 * m]) * (pixels - 1)
     return {"generics": generics}
 
 
@@ -70,7 +77,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         size=size,
         channels=g["SLICES"] * g["CHANNELS"],
         bits=g["PIXEL_BITS"],
-        pixels=1,
+        pixels=g["PIXELS_PER_CLOCK"],
         slices=g["SLICES"] if g["CHOSEN_TOO"] else 0,
         limit=limit,
         held=held,

@@ -7,7 +7,8 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum_engine import MovingSumEngine, PixelsPerClock
+from plenofir.fpga.core.engine import PixelsPerClock
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 

@@ -155,6 +155,10 @@ REFUSED: list[Case] = [
         (entity, DEPTH, {"CHANNELS": 2}, "CHANNELS")
         for entity in ("depth_index", "sharpness_index")
     ),
+    *(
+        (entity, DEPTH, {"PIXELS_PER_CLOCK": pixels}, "PIXELS_PER_CLOCK")
+        for entity, pixels in zip(INDICES, (8, 3), strict=True)
+    ),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
     ("sharpness_index", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(
@@ -310,6 +314,7 @@ def draw_index(rng: random.Random) -> DepthIndexConfiguration:
         radius=rng.randint(0, 8),
         vote_radius=rng.randint(0, 4),
         max_columns=int(2 ** rng.uniform(0, 13)),
+        pixels_per_clock=rng.choice((1, 1, *PIXELS_PER_CLOCK)),
         channels=rng.choice([1, 3, 3, 2]),
         pixel_bits=rng.randint(1, 16),
     )

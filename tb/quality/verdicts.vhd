@@ -84,20 +84,21 @@ entity index_verdict is
   generic (
     MICRO_IMAGE_SIZE : natural;
     MAX_COLUMNS      : natural;
+    PIXELS_PER_CLOCK : natural := 1;
     CHANNELS         : natural;
     PIXEL_BITS       : natural;
     SLICES           : natural;
     RADIUS           : natural;
     CONFIDENCE       : natural;
     VOTE_RADIUS      : natural;
-    SHIFTS           : string := ""
+    SHIFTS           : string  := ""
   );
 end entity index_verdict;
 
 architecture rtl of index_verdict is
 
   constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
   constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
 
 begin

@@ -42,7 +42,8 @@ def plenofir(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str])
     return command
 
 
-def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
+@pytest.mark.parametrize("pixels", [1, pytest.param(4, marks=pytest.mark.slow)])
+def test_crop_of_a_light_field(tmp_path: Path, plenofir, pixels: int) -> None:
     # Where three of the planes meet, and lines that are no multiple of M.
     raw = read_image(project.DATA / "planes_5x5.png")[100:143, 300:352].copy()
     write_png(tmp_path / "raw.png", raw)
@@ -61,7 +62,7 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
             "--radius",
             "2",
         ),
-        *("--out", str(out)),
+        *("--pixels", str(pixels), "--out", str(out)),
     )
     assert code == 0, errors
     slices = np.stack([refocus(raw, 5, a) for a in SLICES])
@@ -79,7 +80,8 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     report = json.loads((out / "report.json").read_text())
     assert report["mismatches"] == 0
     assert report["pixels_compared"] == 6 * 43 * 52
-    assert report["clocks_per_pixel"] == 1
+    assert report["pixels_per_clock"] == pixels
+    assert report["clocks_per_pixel"] == 1 / pixels
     counted = np.bincount(want.index.ravel(), minlength=3)
     assert report["micro_images_of_slice"] == counted.tolist()
 
@@ -113,6 +115,7 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
         (("-a", "1/2 0"), "--a: 1/2 is not on the grid of M = 5"),
         (("-a", "0 1", "--radius", "9"), "--radius: '9' must be less than or equal to 8"),
         (("-a", "0 1", "-M", "1"), "--micro-image: M = 1 is too small"),
+        (("-a", "0 1", "-M", "3", "--pixels", "4"), "--pixels: a depth index judges"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -78,7 +78,7 @@ _FIELDS = {
 _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("parallel_rows", "engine", engines_with("parallel_rows")),
     ("any_rows", "engine", engines_with("any_rows")),
-    ("pixels", "engine", engines_with("pixels_per_clock")),
+    ("pixels", "engine", (*engines_with("pixels_per_clock"), "stack")),
     ("pixels", "arith", ("exact",)),
     ("radius", "engine", ("stack",)),
     ("interpolation", "engine", SLICE_ENGINE_NAMES),

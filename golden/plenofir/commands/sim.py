@@ -98,7 +98,7 @@ def sim(
         options.Pixels,
         typer.Option(
             help="Neighbouring pixels taken at each clock; above 1 the engine is "
-            f"{engines_with('pixels_per_clock')[0]}."
+            f"{engines_with('pixels_per_clock')[0]}, if it is not stack."
         ),
     ] = "1",
     interpolation: options.Interpolation = "nearest",
@@ -259,7 +259,7 @@ def _engine(
     from plenofir.fpga.core.stack_engine import StackEngine
 
     if kind == "stack":
-        return StackEngine()
+        return StackEngine.model_validate({"pixels_per_clock": int(pixels)})
     given = {
         "parallel_rows": parallel_rows,
         "any_rows": any_rows,

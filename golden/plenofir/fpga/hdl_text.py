@@ -31,13 +31,14 @@ def declarations(text: str, kind: str) -> list[Declaration]:
     """Read the generic or port clause ("generic", "port") of an entity.
 
     A comment beside a declaration explains it alone; one above explains all that follow, up to the
-    next comment above or an empty line.
+    next comment above or an empty line. A long one goes on in lines that stand further in.
     """
     clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
+    body = re.sub(r"\n {5,}", " ", clause[1]) if clause else ""
     found: list[Declaration] = []
     above: list[str] = []
     complete = False
-    for line in clause[1].splitlines() if clause else []:
+    for line in body.splitlines():
         code, _, beside = (part.strip() for part in line.partition("--"))
         if not code:
             above = [] if complete or not beside else above

@@ -171,7 +171,10 @@ class SceneBuild(_Part):
                 + " or ".join(map(repr, engines_with("pixels_per_clock"))),
             ),
             (many and stored, "pixels_per_clock above 1 needs arithmetic = 'exact'"),
-            (many and self.path == "video", "path = 'video' needs pixels_per_clock = 1"),
+            (
+                many and self.path == "video",
+                "path = 'video' needs pixels_per_clock = 1, as TMDS brings one pixel each clock",
+            ),
         )
         return self
 

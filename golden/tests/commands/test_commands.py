@@ -191,7 +191,6 @@ COMBINATIONS = [
     ({"RADIUS": "2", "ENGINE": "moving_sum"}, "RADIUS", "ENGINE=moving_sum"),
     ({"ENGINE": "fir", "ANY_ROWS": "1"}, "ANY_ROWS", "ENGINE=fir"),
     ({"ANY_ROWS": "1"}, "ANY_ROWS", "ENGINE=fir"),
-    ({"STACK": "0 1", "PIXELS": "4"}, "PIXELS", "STACK"),
     ({"ENGINE": "fir", "PIXELS": "4"}, "PIXELS", "ENGINE=fir"),
     ({"PIXELS": "4", "ARITH": "stored"}, "PIXELS", "ARITH=stored"),
     ({"PIXELS": "4", "IOTA": "2"}, "IOTA", "ENGINE=moving_sum"),

@@ -84,14 +84,19 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
 
 
 def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
-    """Words of the picture: pixel of the index, index, depth, pixel of the chosen slice."""
+    """Words of the picture: pixel of the index, index, depth, pixel of the chosen slice.
+
+    Neighbouring pixels together, with zeros behind a line's last one.
+    """
     rows, columns, _ = raw.shape
     m, channels, bits = g["MICRO_IMAGE_SIZE"], g["CHANNELS"], g["PIXEL_BITS"]
     slices = np.moveaxis(raw.reshape(rows, columns, g["SLICES"], channels), 2, 0)
     index, *depth = (part.repeat(m, 0).repeat(m, 1)[:rows, :columns] for part in indices(slices, g))
+    together = g["PIXELS_PER_CLOCK"]
+    width = (2 if g["CHOSEN_TOO"] else 1) * channels * bits + 8 * (1 + len(depth))
     lines = []
     for y in range(rows):
-        line = []
+        line = [0] * -(-columns // together)
         for x in range(columns):
             fields = [*slices[index[y, x], y, x]]
             word = sum(int(v) << (n * bits) for n, v in enumerate(fields))
@@ -102,6 +107,6 @@ def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
             if g["CHOSEN_TOO"]:
                 beside = sum(int(v) << (n * bits) for n, v in enumerate(slices[chosen, y, x]))
                 word |= beside << above
-            line.append(word)
+            line[x // together] |= word << x % together * width
         lines.append(line)
     return lines

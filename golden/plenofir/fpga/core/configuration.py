@@ -9,7 +9,7 @@ from pydantic import Field
 
 from plenofir.fpga.core.border import check_border, scaler_clocks, weights_clocks
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
-from plenofir.fpga.core.engine import Generics, Raster
+from plenofir.fpga.core.engine import Generics, PixelsPerClock, Raster
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BITS
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
@@ -54,7 +54,7 @@ class CoreConfiguration(Raster):
         return self.engine.rows_at_once
 
     @property
-    def pixels_per_clock(self) -> int:
+    def pixels_per_clock(self) -> PixelsPerClock:
         """Neighbouring pixels of a line that come together."""
         return self.engine.pixels_at_once
 

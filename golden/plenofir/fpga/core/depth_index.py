@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.core.engine import Generics, PixelsPerClock
 from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -36,6 +36,7 @@ class DepthIndexConfiguration(BaseModel):
     confidence: Annotated[int, Field(ge=0, le=MAX_CONFIDENCE)] = 0
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 0
     max_columns: Annotated[int, Field(ge=1, le=8192)]  # largest line length in pixels
+    pixels_per_clock: PixelsPerClock = 1  # neighbours in a line that come together, M at most
     channels: Annotated[int, Field(ge=1, le=3)] = 1  # 1 (grey) or 3 (RGB)
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
     # The slices' a', if there is to be depth between them.
@@ -52,7 +53,8 @@ class DepthIndexConfiguration(BaseModel):
         waits = self.vote_radius + self.slices + 5 if self.vote_radius else 0
         if self.shifts:
             waits = 1 + max(waits, _FRACTION_CLOCKS)
-        return 11 + self.radius + self.slices + waits
+        several = self.pixels_per_clock > 1
+        return 11 + several + self.radius + self.slices + waits
 
     @property
     def lens_bits(self) -> int:
@@ -69,7 +71,8 @@ class DepthIndexConfiguration(BaseModel):
     def memory_bits(self) -> tuple[int, int]:
         """Bits of the lines in which the slices' pixels wait, and of all that is judged."""
         m, slices = self.micro_image_size, self.slices
-        waiting = self.delay * self.max_columns * slices * self.channels * self.pixel_bits
+        pixels = self.line_tokens(self.max_columns) * self.pixels_per_clock
+        waiting = self.delay * pixels * slices * self.channels * self.pixel_bits
         lens, row = self.lens_bits, self.row_bits
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
@@ -82,6 +85,12 @@ class DepthIndexConfiguration(BaseModel):
         """Refuse what the entity refuses."""
         if self.channels == 2:
             raise InputError("2 channels have no luma; use 1 or 3", where="channels")
+        if self.pixels_per_clock > self.micro_image_size:
+            raise InputError(
+                f"a depth index judges one micro image each clock, so it takes at most M pixels a "
+                f"clock (M = {self.micro_image_size}), not {self.pixels_per_clock}",
+                where="pixels_per_clock",
+            )
         if self.shifts and not (len(self.shifts) == self.slices and has_order(self.shifts)):
             raise InputError(
                 f"depth between slices needs a' of each of {self.slices}, going up or down",
@@ -96,9 +105,14 @@ class DepthIndexConfiguration(BaseModel):
                 where="slices",
             )
 
+    def line_tokens(self, columns: int) -> int:
+        """Clocks in which the pixels of a line come."""
+        return -(-columns // self.pixels_per_clock)
+
     def band_steps(self, columns: int) -> int:
         """Clocks from the beginning of a line to that of the next one at the earliest."""
-        return max(columns, self.index_latency if self.vote_radius else 8 + self.radius)
+        least = self.index_latency if self.vote_radius else 8 + self.radius
+        return max(self.line_tokens(columns), least)
 
     def frame_lines(self, rows: int) -> int:
         """Lines from the beginning of a frame to that of the next one at the earliest."""
@@ -106,7 +120,9 @@ class DepthIndexConfiguration(BaseModel):
 
     def full_rate(self, columns: int, rows: int) -> bool:
         """Whether frames of a size need no blanking."""
-        return self.band_steps(columns) == columns and self.frame_lines(rows) == rows
+        return (
+            self.band_steps(columns) == self.line_tokens(columns) and self.frame_lines(rows) == rows
+        )
 
     def latency_clocks(self, columns: int, rows: int, frames: int = 1) -> int:
         """Clocks from the first pixel taken to the first one offered, when nothing stalls."""
@@ -126,6 +142,8 @@ class DepthIndexConfiguration(BaseModel):
 
     def generics(self) -> Generics:
         """Generics of the entity ``depth_index``."""
-        fields = self.model_dump(exclude={"shifts"})
+        # One pixel a clock is what entities have by default.
+        own = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
+        fields = self.model_dump(exclude=own)
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})

@@ -161,7 +161,7 @@ class Engine(BaseModel, ABC):
         return 1
 
     @property
-    def pixels_at_once(self) -> int:
+    def pixels_at_once(self) -> PixelsPerClock:
         """Neighbouring pixels of a line that come together."""
         return 1
 

@@ -71,7 +71,7 @@ class MovingSumEngine(SliceEngine):
         return self.WAVES if self.pixels_per_clock == 1 else _LANE_WAVES
 
     @property
-    def pixels_at_once(self) -> int:
+    def pixels_at_once(self) -> PixelsPerClock:
         return self.pixels_per_clock
 
     def lanes(self, raster: Raster, number: int = 0) -> LaneLayout:

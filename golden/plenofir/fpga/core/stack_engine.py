@@ -35,7 +35,7 @@ class StackEngine(Engine):
         return "moving sums, all slices in one pass"
 
     @property
-    def pixels_at_once(self) -> int:
+    def pixels_at_once(self) -> PixelsPerClock:
         return self.pixels_per_clock
 
     def lanes(self, raster: Raster) -> tuple[LaneLayout, ...]:

@@ -46,6 +46,7 @@ class Screen:
             confidence=self.confidence,
             vote_radius=self.vote_radius,
             max_columns=core.max_columns,
+            pixels_per_clock=core.pixels_per_clock,
             channels=core.channels,
             pixel_bits=core.pixel_bits,
             shifts=core.shifts if self.between else (),

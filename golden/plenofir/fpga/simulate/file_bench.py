@@ -211,7 +211,7 @@ def run_bench(
     # What stands behind a line's last pixel must not count.
     filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
     filled.astype("<i4").tofile(directory / "input.bin")
-    # A stack's pixel is followed by its slice and its depth between slices.
+    # A stack's pixels of a clock are followed by their slices and their depths between slices.
     words = core.channels + 2 * stack
     slices = len(core.shifts) if stack else 0
     pairs, seconds = FileBench(TOP, CORE, core_sources()).run(
@@ -237,7 +237,10 @@ def run_bench(
     )
     counts = dict(pairs)
     check_counts(counts, count * rows * tokens)
-    found = np.fromfile(output, "<i4").reshape(count, rows, tokens * together, words)
+    values = np.fromfile(output, "<i4").reshape(count, rows, tokens, words * together)
+    parts = np.split(values, [core.channels * together, (core.channels + 1) * together], axis=3)
+    lines = [part.reshape(count, rows, tokens * together, -1) for part in parts[: 1 + 2 * stack]]
+    found = np.concatenate(lines, axis=3)
     if found[:, :, columns:].any():
         raise SimulationError("what comes out behind a line's last pixel is not zero")
     found = found[:, :, :columns]
@@ -245,8 +248,8 @@ def run_bench(
     if stack:
         found_index = found[..., -2].astype(np.uint8)
         found_depth = found[..., -1].astype(np.uint16)
-        shape = (count, rows, columns, len(core.shifts), *frames.shape[3:])
-        pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)
+        shape = (count, rows, tokens * together, len(core.shifts), *frames.shape[3:])
+        pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)[:, :, :columns]
         stacks = np.ascontiguousarray(np.moveaxis(pixels, 3, 1).astype(frames.dtype))
     return BenchResult(
         frames=found[..., : core.channels].reshape(frames.shape).astype(frames.dtype),
