@@ -40,7 +40,7 @@ class Scene:
     """A sensor's frame, what the board is built for, and the raster by the model."""
 
     raw: np.ndarray
-    sensor: BoardSensor
+    sensor: BoardSensor | None  # None: the frame is the raster
     core: CoreConfiguration
     raster: np.ndarray
 
@@ -92,10 +92,9 @@ def simulate(
     benches = [files / "dphy_camera.vhd", files / f"{bench}.vhd"]
     row = BOARDS[board]
     assert row.camera is not None
-    packages = {
-        SENSOR_PACKAGE: sensor_package(what.sensor),
-        CAMERA_PACKAGE: camera_package(camera),
-    }
+    packages = {CAMERA_PACKAGE: camera_package(camera)}
+    if what.sensor is not None:
+        packages[SENSOR_PACKAGE] = sensor_package(what.sensor)
     text = "".join(path.read_text() for path in benches)
     sources = needed_sources(text, bench, hdl.board_sources(board))
     own = {k: v for k, v in camera_generics(what.core, row.camera.top).items()}
@@ -147,6 +146,42 @@ def test_lifcl40_from_the_wires(
     wanted = what.core.golden(what.raster)[number]
     for frame in got:
         assert np.array_equal(frame, wanted)
+
+
+@pytest.mark.slow
+def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None:
+    """Frames that are the raster already, 360 million pixels a second while a line comes."""
+    bits, frames, mbits, shape = 10, 2, 900, (30, 40)
+    seed = draw_seed()
+    print(f"seed {seed}")
+    raw = np.random.default_rng(seed).integers(0, 1 << bits, shape, np.uint16)
+    engine = MovingSumEngine(pixels_per_clock=4)
+    core = CoreConfiguration(
+        micro_image_size=5, shifts=(2, -2), max_columns=shape[1], pixel_bits=bits, engine=engine
+    )
+    sent = [frame_packets(raw, bits, number=frame + 1) for frame in range(frames)]
+    # A line in 1.5 us; between frames what the core wants for its last lines.
+    line, blank = 1500 * mbits // 1000, 16
+    packets = [packet for packets in sent for packet in packets]
+    starts = [(1 + n + blank * (n // len(sent[0]))) * line for n in range(len(packets))]
+    wire_words(packets, starts=starts).tofile(tmp_path / "input.bin")
+    simulate(
+        tmp_path,
+        "lifcl40",
+        "lifcl40_bench",
+        Scene(raw, None, core, raw),
+        BoardCamera(lanes=4, bits=bits, settle=settle_clocks(mbits)),
+        ROWS=shape[0],
+        SLICE=1,
+        BIT_PS=2 * round(5e5 / mbits),
+        CONTINUOUS=False,
+        SKEW=2,
+        PIXELS=frames * raw.size,
+    )
+    words = np.fromfile(tmp_path / "output.bin", "<i4")
+    assert (words < 0).sum() == frames
+    for frame in words[words >= 0].reshape(frames, *shape):
+        assert np.array_equal(frame, core.golden(raw)[1])
 
 
 @pytest.mark.slow

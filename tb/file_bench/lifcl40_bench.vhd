@@ -26,6 +26,7 @@ entity lifcl40_bench is
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string;
     PIXELS_PER_CLOCK    : positive := 1;
+    ROWS                : positive := 480;
     CLOCK_DIVIDE        : positive := 3;
     SLICE               : natural;
     BIT_PS              : positive;
@@ -95,6 +96,7 @@ begin
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+      ROWS                => ROWS,
       CLOCK_DIVIDE        => CLOCK_DIVIDE,
       MILLISECOND         => 1000
     )
@@ -134,8 +136,14 @@ begin
       end if;
       valid := frame_valid;
       if line_valid = '1' then
-        write(output_file, to_integer(unsigned(data(WIDTH - 1 downto 0))));
-        received := received + 1;
+
+        for p in 0 to PIXELS_PER_CLOCK - 1 loop
+
+          write(output_file, to_integer(unsigned(data((p + 1) * WIDTH - 1 downto p * WIDTH))));
+
+        end loop;
+
+        received := received + PIXELS_PER_CLOCK;
         idle     := 0;
       end if;
       if not sent then
