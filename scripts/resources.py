@@ -20,6 +20,8 @@ full places for ECP5 what data/ecp5.json lacks of the shipped scenes' cores and 
 nets places the row filters of plenofir_studies.systolic that their file lacks for ECP5.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
+spread places the core of video-m11 ten times for a device with given numbers of pixels a clock,
+  for data/spreads.json.
 fit writes the engines' weights (data/weights.json), fitted to what is recorded: for ECP5 placed
   cores, else what Yosys counts; names of families.
 energy sends pictures through the netlists of plenofir_studies.energy that data/energy.json lacks;
@@ -357,6 +359,18 @@ def pixels(words: Sequence[str]) -> None:
         many_pixels.save_placed({**known, number: placed})
 
 
+def spread(words: Sequence[str]) -> None:
+    """Write the file of repeated placements: a device, then numbers of pixels a clock."""
+    check_tools()
+    if not words or not all(word.isdecimal() for word in words[1:]):
+        raise InputError("give a device, then numbers of pixels a clock")
+    device, *numbers = words
+    for number in numbers:
+        with tempfile.TemporaryDirectory() as folder:
+            for fmax in many_pixels.place_again(device, int(number), Path(folder)):
+                print(f"{device}, {number} pixels a clock: {fmax} MHz", flush=True)
+
+
 def nets(names: Sequence[str]) -> None:
     """Write the file of row filters with different broadcast nets, after each filter."""
     check_tools()
@@ -484,6 +498,7 @@ COMMANDS = {
     "full": place_full,
     "nets": nets,
     "pixels": pixels,
+    "spread": spread,
     "fit": fit,
     "energy": energies,
 }

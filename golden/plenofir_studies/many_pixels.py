@@ -5,19 +5,29 @@
 """
 
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
 
+from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.synthesis.ecp5 import PACKAGE, Placed
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, Placed, make_netlist, place
+from plenofir.fpga.synthesis.placers import PLACERS, route_core, synthesise_core
 from plenofir.fpga.synthesis.records import save_records
+from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
+from plenofir.plan.figures import CORE
 from plenofir_studies import DATA
-from plenofir_studies.report_parts import table_of
+from plenofir_studies.report_parts import Columns, table_of
 
 SCENE = "video-m11"
 FILE = DATA / "pixels.json"
+SPREADS = DATA / "spreads.json"
+PLACEMENTS = 10
 DEVICE, GRADE = "85k", 6
 LARGE_PACKAGE = "CABGA756"
 # Pins of it (Lattice FPGA-DS-02012).
@@ -40,6 +50,93 @@ def save_placed(placed: dict[int, Placed]) -> None:
 def package(pixels: int) -> str:
     """Package of the device, for nextpnr, with the pins that a core of P pixels a clock has."""
     return PACKAGE if pixels <= 8 else LARGE_PACKAGE
+
+
+Spreads = dict[str, dict[str, list[float]]]
+"""Device to pixels a clock to MHz of each placement."""
+
+
+def load_spreads() -> Spreads:
+    """Read the clocks of repeated placements."""
+    content: Spreads = json.loads(SPREADS.read_text()) if SPREADS.exists() else {}
+    return content
+
+
+def place_again(device: str, pixels: int, folder: Path) -> Iterator[float]:
+    """Clocks in MHz of a core of P pixels a clock, placed for the seeds that are not recorded.
+
+    One netlist is placed and routed `PLACEMENTS` times; each clock is recorded when it is known.
+    """
+    if device not in {*NAMES, *PLACERS} or pixels not in PIXELS_PER_CLOCK:
+        raise InputError(
+            f"{device} with {pixels} pixels a clock cannot be placed; give one of "
+            f"{', '.join([*NAMES, *PLACERS])}, and one of {PIXELS_PER_CLOCK} pixels"
+        )
+    core = scene_core(make_plan(load_scene(SCENE)), pixels)
+    sources, generics, family = hdl.hdl_sources(), core.generics(), DEVICES[device].family
+    done = len(load_spreads().get(device, {}).get(str(pixels), ()))
+    if device in PLACERS:
+        synthesise_core(device, family, sources, CORE, generics, folder)
+    else:
+        few = pixels > WITH_PINS
+        netlist = make_netlist(sources, CORE, generics, folder, behind_few_pins=few)
+    for seed in range(done + 1, PLACEMENTS + 1):
+        if device in PLACERS:
+            fmax = route_core(device, family, folder, seed=seed).fmax_mhz
+        else:
+            fmax = place(
+                netlist,
+                speed_grade=GRADE,
+                device=NAMES[device],
+                package=package(pixels),
+                seed=seed,
+            ).fmax_mhz
+        spreads = load_spreads()
+        spreads.setdefault(device, {}).setdefault(str(pixels), []).append(fmax)
+        save_records(SPREADS, spreads, levels=2)
+        yield fmax
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Clocks of one core in several placements, MHz."""
+
+    device: str
+    pixels: int  # P
+    clocks: Sequence[float]
+
+    @property
+    def million_pixels(self) -> float:
+        """Million pixels a second at the median clock."""
+        return self.pixels * median(self.clocks)
+
+
+def spread_lines() -> list[str]:
+    """Write the section of repeated placements."""
+    found = [
+        Spread(device, int(pixels), clocks)
+        for device, cores in load_spreads().items()
+        for pixels, clocks in sorted(cores.items(), key=lambda item: int(item[0]))
+    ]
+    columns: Columns = {
+        "device": lambda s: f"{s.device.upper()}",
+        "P": "{.pixels}",
+        "placements": lambda s: str(len(s.clocks)),
+        "least MHz": lambda s: f"{min(s.clocks):g}",
+        "median MHz": lambda s: f"{median(s.clocks):.1f}",
+        "most MHz": lambda s: f"{max(s.clocks):g}",
+        "million pixels/s at the median": lambda s: f"{s.million_pixels:.0f}",
+    }
+    return [
+        "### Spread of the clock",
+        "",
+        "nextpnr starts from random places, so the same netlist reaches another clock with another "
+        f"seed. `scripts/resources.py spread DEVICE P` places the core of `{SCENE}` with the seeds "
+        f"1 to {PLACEMENTS} (ECP5 in grade {GRADE}, LIFCL-40 in grade 9 behind a shift register). "
+        "A change of a design is better or worse where it moves the median by more than this.",
+        "",
+        *table_of(found, columns),
+    ]
 
 
 @dataclass(frozen=True)
@@ -138,5 +235,7 @@ def page() -> str:
         "words and shorter lines; where lines are shorter than a block RAM is deep, it is not "
         "full. [The benchmark of the thesis](../thesis.md#the-benchmark-of-the-thesis) has the "
         "clocks of one frame, beside software.",
+        "",
+        *spread_lines(),
     ]
     return "\n".join(lines) + "\n"

@@ -1,18 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many pixels a clock: what was placed keeps what the planner counts on, and the goals."""
 
+from statistics import median
+
 import pytest
 
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.estimate import estimate, memories
 from plenofir.plan import load_scene, make_plan
-from plenofir_studies.many_pixels import SCENE, load_placed, rows, scene_core
+from plenofir_studies.many_pixels import (
+    PLACEMENTS,
+    SCENE,
+    load_placed,
+    load_spreads,
+    rows,
+    scene_core,
+)
 
 
 def test_placed_cores_keep_the_clocks_of_the_planner() -> None:
     device = DEVICES["lfe5u-85f"]
     for pixels, placed in load_placed().items():
         assert placed.fmax_mhz >= device.clock_mhz(pixels), pixels
+
+
+def test_most_placements_reach_the_clock_of_the_planner() -> None:
+    for name, cores in load_spreads().items():
+        for pixels, clocks in cores.items():
+            assert len(clocks) == PLACEMENTS
+            assert median(clocks) >= DEVICES[name].clock_mhz(int(pixels)), (name, pixels)
 
 
 def test_estimates_of_an_ecp5_against_placed_cores() -> None:

@@ -55,6 +55,11 @@ def ecp5_tool(name: str) -> str:
     return shutil.which(name, path=str(Path(sys.executable).parent)) or name
 
 
+def seed_option(seed: int | None) -> list[str]:
+    """Option of nextpnr for the draw of the first places."""
+    return [] if seed is None else ["--seed", str(seed)]
+
+
 def make_netlist(
     sources: Sequence[Path],
     top: str,
@@ -95,12 +100,14 @@ def place(
     package: str = PACKAGE,
     goal_mhz: float = 150,
     constraints: Path | None = None,
+    seed: int | None = None,
 ) -> Placed:
     """Place and route a netlist of Yosys; results are written beside it.
 
     Speed grades are 6 (slowest) to 8; the device is ``"45k"``, ``"85k"``, or the smaller one that
-    has the block RAMs. `constraints` is an LPF file; any pins if None. ToolError if it fails, for
-    instance because the design is too large.
+    has the block RAMs. `constraints` is an LPF file; any pins if None. The placer begins at random
+    places, drawn from the seed (nextpnr's own if None). ToolError if it fails, for instance
+    because the design is too large.
     """
     check_tools()
     if device is None:
@@ -127,6 +134,7 @@ def place(
             f"{netlist.stem}.config",
             "--freq",
             str(goal_mhz),
+            *seed_option(seed),
             *pins,
             "--timing-allow-fail",
             "--report",

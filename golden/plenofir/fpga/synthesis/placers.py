@@ -16,11 +16,14 @@ from typing import Any
 from plenofir.fpga.constraints import Constraints, Language
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
+from plenofir.fpga.synthesis.ecp5 import seed_option
 from plenofir.fpga.synthesis.few_pins import NAME, three_pins
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
+
+_NETLIST = "netlist.json"
 
 # nextpnr-nexus does not reach the global clocks from every pin; the oscillator drives them. It
 # takes no ldc_create_clock, so the clock to aim at is an option, and wants a place for every pin.
@@ -160,15 +163,29 @@ def place_core(
     top: str,
     generics: Generics,
     directory: Path,
-    *,
-    goal_mhz: float = 200,
 ) -> PlacedCore:
     """Synthesise a core for a device, place, route, and pack a bitstream, in a folder."""
+    synthesise_core(name, family, sources, top, generics, directory)
+    placed = route_core(name, family, directory)
+    placer = PLACERS[name]
+    run_tool([tool_command(placer.pack[0]), *placer.pack[1:]], directory / "pack.log")
+    return placed
+
+
+def synthesise_core(
+    name: str,
+    family: Family,
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    directory: Path,
+) -> None:
+    """Make the netlist of a core for a device, behind three pins, in a folder."""
     placer = check_placer(name)
     verilog = write_verilog(sources, top, generics, directory)
     text = verilog.read_text()
     verilog.write_text("\n".join([text, three_pins(text, top), *[_OSCILLATOR] * placer.clocked]))
-    wrapped, netlist = "clocked" if placer.clocked else NAME, directory / "netlist.json"
+    wrapped, netlist = "clocked" if placer.clocked else NAME, directory / _NETLIST
     command = FAMILIES[family].synthesis.replace("-noclkbuf", "")
     pads = "-iopad" if family == "nexus" else ""
     run_yosys(
@@ -182,19 +199,28 @@ def place_core(
     )
     if family == "nexus":
         open_carries(netlist)
+
+
+def route_core(
+    name: str, family: Family, directory: Path, *, seed: int | None = None, goal_mhz: float = 200
+) -> PlacedCore:
+    """Place and route the netlist that `synthesise_core` made in a folder; its clock and amounts.
+
+    The placer begins at random places, drawn from the seed; nextpnr's own seed if None.
+    """
+    placer = check_placer(name)
     # YoWASP's tools see nothing outside of the folder that they run in: all names are in it.
     file, language, constraints = placer.pins
     (directory / file).write_text(constraints.text(language))
     run_tool(
         [
-            *(tool_command(placer.tool), "--device", placer.part, "--json", netlist.name),
+            *(tool_command(placer.tool), "--device", placer.part, "--json", _NETLIST),
             *(*placer.options, "--freq", str(goal_mhz), "--timing-allow-fail"),
-            *("--report", "report.json"),
+            *(*seed_option(seed), "--report", "report.json"),
         ],
         directory / "nextpnr.log",
     )
     report = json.loads((directory / "report.json").read_text())
-    run_tool([tool_command(placer.pack[0]), *placer.pack[1:]], directory / "pack.log")
     used = report["utilization"]
     amounts = tuple(
         sum(used[kind]["used"] for kind in kinds if kind in used) for kinds in REPORTED[family]
