@@ -57,7 +57,9 @@ def run_tool(
             raise
     if done.returncode != 0:
         lines = log.read_text(errors="replace").splitlines()
-        wrong = [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
+        # Of a failed assertion the line with the reason, not the one that says that it failed.
+        reasons = [line for line in lines if "(assertion failure)" in line]
+        wrong = reasons or [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
         raise ToolError(
             f"{Path(command[0]).name} failed with status {done.returncode}:\n" + "\n".join(wrong)
         )
