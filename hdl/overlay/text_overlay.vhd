@@ -34,7 +34,8 @@ entity text_overlay is
     -- A label for each slice, of LABEL_COLUMNS characters.
     LABELS        : string;
     LABEL_COLUMNS : positive range 2 to 16;
-    -- A colour for each slice, six hexadecimal digits (red, green, blue); none if depth is never shown.
+    -- Colours for each slice, six hexadecimal digits each (red, green, blue), of which the one in the middle is
+    -- shown; none if depth is never shown.
     COLOURS : string := ""
   );
   port (
@@ -84,8 +85,9 @@ architecture rtl of text_overlay is
                                              "text_overlay: TEXTS must be SLICES + 3 times TEXT_COLUMNS letters");
   constant NO_LABELS  : boolean := not takes(LABELS'length = SLICES * LABEL_COLUMNS and has_glyphs(LABELS),
                                              "text_overlay: LABELS must be SLICES times LABEL_COLUMNS letters");
-  constant NO_COLOURS : boolean := not takes((COLOURS'length = 0 or COLOURS'length = 6 * SLICES) and is_hex(COLOURS),
-                                             "text_overlay: COLOURS must be six digits, 0 to 9, a to f, a slice");
+  constant NO_COLOURS : boolean := not takes(COLOURS'length mod (6 * SLICES) = 0 and is_hex(COLOURS),
+                                             "text_overlay: COLOURS must be six digits, 0 to 9, a to f, a slice, or" &
+                                             " several colours a slice");
 
   constant ENTRIES     : positive := SLICES + 3;
   constant COLUMNS     : positive := overlay_columns(SLICES, TEXT_COLUMNS, LABEL_COLUMNS);
@@ -118,17 +120,20 @@ architecture rtl of text_overlay is
 
   function make_colours return colours_t is
 
-    variable made : colours_t;
+    constant SHADES : natural := COLOURS'length / (6 * SLICES);
+    variable digit  : natural;
+    variable made   : colours_t;
 
   begin
 
     made := (others => (others => '0'));
 
-    if COLOURS'length >= 6 * SLICES then
+    if SHADES > 0 then
 
       for i in 0 to SLICES - 1 loop
 
-        made(i) := hex_byte(COLOURS, 6 * i + 4) & hex_byte(COLOURS, 6 * i + 2) & hex_byte(COLOURS, 6 * i);
+        digit   := 6 * (i * SHADES + SHADES / 2);
+        made(i) := hex_byte(COLOURS, digit + 4) & hex_byte(COLOURS, digit + 2) & hex_byte(COLOURS, digit);
 
       end loop;
 

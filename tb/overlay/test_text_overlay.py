@@ -6,16 +6,28 @@ from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import shrunken
 
 
-def case(texts: tuple[str, ...], labels: tuple[str, ...], columns: int, rows: int = 50) -> Case:
+def case(
+    texts: tuple[str, ...],
+    labels: tuple[str, ...],
+    columns: int,
+    rows: int = 50,
+    shades: int = 1,
+) -> Case:
+    """Pictures with texts over them; with several shades of a slice it shows the middle one."""
     colours = tuple(
         ((40 * i + 9) % 256, (200 - 30 * i) % 256, 70 * i % 256) for i in range(len(labels))
     )
     overlay = Overlay(texts, labels, colours)
     mode = shrunken("overlay", h_active=columns, v_active=rows)
+    every = "".join(
+        bytes(colour if shade == shades // 2 else (shade, 1, 2)).hex()
+        for colour in colours
+        for shade in range(shades)
+    )
     return Case(
         "text_overlay",
         "overlay.overlay_bench",
-        overlay.generics(),
+        {**overlay.generics(), "COLOURS": every},
         {"texts": texts, "labels": labels, "colours": colours, "mode": mode.model_dump()},
     )
 
@@ -25,7 +37,7 @@ WIDE = case(("a = 0", "a = 4/5  1.02 m", "all", "depth~", "input"), ("1.02 m", "
 
 def test_texts_rulers_and_errors() -> None:
     # The second one is cut at the right edge, and as high as the picture.
-    cut = case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48)
+    cut = case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48, shades=8)
     # Labels that no line of a picture has room for.
     many = case(tuple("x" for _ in range(67)), tuple(f"{n:7}" for n in range(64)), 30, 44)
     run_cases([WIDE, cut, many])

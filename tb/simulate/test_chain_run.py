@@ -14,7 +14,7 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
-from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.first_light import FLOWER
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
 from plenofir.fpga.simulate.report import ScreenReport
@@ -87,10 +87,11 @@ def run_screen(
     write_png(path, raw)
     engine = StackEngine(input_lines=m)
     core = core_for_image(path, "hdmi", micro_image_size=m, shifts=shifts, engine=engine)
-    colours = slice_colours(shifts)
+    shades = SHADES if screen.get("between") else 1
+    colours = slice_colours(shifts, shades)
     shown = Screen(
         **{"outputs": "rad", "colours": colours, **screen},
-        overlay=scene_overlay(shifts, m, None, colours),
+        overlay=scene_overlay(shifts, m, None, colours[shades // 2 :: shades]),
     )
     what = Run(
         raw=path,
@@ -112,7 +113,8 @@ def run_screen(
 
 @pytest.mark.drawn(2, "chain runs")
 def test_depth_and_its_text_through_serial_bits(tmp_path: Path) -> None:
-    report = run_screen(tmp_path, {"outputs": "d", "radius": 0}, (16, 24), 2, (0, 1), "atlys")
+    screen = {"outputs": "d", "radius": 0, "between": True}
+    report = run_screen(tmp_path, screen, (16, 24), 2, (0, 1, 2), "atlys")
     assert [(part.output, part.text) for part in report.shown] == [
         ("depth", 0),
         ("depth", 1),
@@ -123,7 +125,7 @@ def test_depth_and_its_text_through_serial_bits(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("board", ["atlys", "ulx3s"])
 def test_all_outputs_through_serial_bits(tmp_path: Path, board: str) -> None:
-    screen = {"confidence": 1944, "vote_radius": 1}
+    screen = {"confidence": 1944, "vote_radius": 1, "between": board == "ulx3s"}
     report = run_screen(tmp_path, screen, (44, 66), 3, (-1, 0, 2), board)
     assert len(report.slices) == 3
     assert len(report.shown) == 6

@@ -204,10 +204,12 @@ def screen_of(
             f"{len(shifts)} of M = {micro_image_size}",
             where=f"{where}: screen.output",
         )
-    colours = slice_colours(shifts) if "depth" in part.output else ()
+    shades = SHADES if part.between_slices else 1
+    colours = slice_colours(shifts, shades) if "depth" in part.output else ()
     overlay = None
     if part.overlay:
-        overlay = scene_overlay(shifts, micro_image_size, model, colours)
+        # Of a slice's shades the legend has the one in the middle.
+        overlay = scene_overlay(shifts, micro_image_size, model, colours[shades // 2 :: shades])
         if any(needed > there for needed, there in zip(overlay.size, size, strict=True)):
             raise InputError(
                 f"a text of {overlay.size[1]} x {overlay.size[0]} pixels does not fit on a "
@@ -229,7 +231,7 @@ def screen_of(
         radius=part.radius,
         confidence=confidence if part.vote_radius else 0,
         vote_radius=part.vote_radius,
-        colours=slice_colours(shifts, SHADES) if part.between_slices else colours,
+        colours=colours,
         between=part.between_slices,
         overlay=overlay,
     )

@@ -104,7 +104,9 @@ def test_depth_is_coloured_between_slices(tmp_path: Path) -> None:
     assert (len(plain.screen.colours), len(plan.screen.colours)) == (4, 32)
     # Those of a slice lie around its own; beyond the ends there is no more.
     assert plan.screen.colours[:5] == plan.screen.colours[:1] * 4 + plan.screen.colours[4:5]
-    assert plan.screen.overlay == plain.screen.overlay
+    # The legend has colours of the depth picture.
+    assert plan.screen.overlay.texts == plain.screen.overlay.texts
+    assert plan.screen.overlay.colours == plan.screen.colours[4::8]
     assert plan.screen.index(plan.core).shifts == plan.core.shifts
     (package,) = (f for f in configure(plan, tmp_path / "out") if f.stem == "screen_pkg")
     assert bytes(plan.screen.colours[-1]).hex() in package.read_text()

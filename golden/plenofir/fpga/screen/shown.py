@@ -93,7 +93,8 @@ def golden_frame(
         if kind == "depth":
             colour = found.index.astype(int)
             if found.fraction is not None:
-                colour = SHADES * colour + found.fraction * SHADES // (1 << FRACTION_BITS)
+                fraction = found.fraction.astype(int)
+                colour = SHADES * colour + fraction * SHADES // (1 << FRACTION_BITS)
             index = colour.repeat(m, 0).repeat(m, 1)
             rows, columns = slices.shape[1:3]
             picture = np.array(screen.colours, np.uint8)[index[:rows, :columns]]
