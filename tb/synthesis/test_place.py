@@ -23,13 +23,7 @@ VIDEO_720P, VIDEO_1080P = 74.25, 148.5
 
 
 # Scenes with a sensor are too large for the ECP5.
-# One build is not recorded yet: the table on the page of boards lacks it.
-NOT_RECORDED = ("flower-480p",)
-SCENES = [
-    file
-    for file in scene_files()
-    if load_scene(file).sensor is None and file.stem not in NOT_RECORDED
-]
+SCENES = [file for file in scene_files() if load_scene(file).sensor is None]
 
 
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
