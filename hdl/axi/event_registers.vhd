@@ -65,7 +65,7 @@ begin
         new_happened(INTERRUPT_STATUS_ERROR) := '1';
       end if;
 
-      -- New ones come last, so that none is lost in the clock that clears it.
+      -- New events are set last, so that none is lost at the clock that clears it.
       held_errors   <= (held_errors and not clear_errors) or new_errors;
       held_happened <= (held_happened and not clear_happened) or new_happened;
 
@@ -77,7 +77,7 @@ begin
 
       end loop;
 
-      -- A level and not a pulse: it stays until software has cleared what it saw, or masks it.
+      -- A level, not a pulse: it stays until software has cleared what it saw, or masks it.
       interrupt <= '0';
       if unsigned(held_happened and mask) /= 0 then
         interrupt <= '1';

@@ -55,7 +55,7 @@ architecture rtl of frame_gate is
   signal transfer  : std_logic;
   signal size_good : std_logic;
 
-  -- A frame is under way; what comes is the excess of a line; the next pixel's place.
+  -- A frame is under way; pixels are the excess of a line; place of the next pixel.
   signal frame_open : std_logic             := '0';
   signal excess     : std_logic             := '0';
   signal column     : unsigned(13 downto 0) := (others => '0');
@@ -66,7 +66,7 @@ begin
   lets        <= enable when s_axis_marks.tuser = "1" else
                  let_in;
   core_tvalid <= s_axis_marks.tvalid and lets;
-  -- What is not let in is taken and dropped, or a source that cannot wait would stand still for ever.
+  -- Frames that are not let in are taken and dropped; otherwise a source that cannot wait would stall for ever.
   ready         <= core_tready or not lets;
   s_axis_tready <= ready;
   transfer      <= s_axis_marks.tvalid and ready;
@@ -99,7 +99,7 @@ begin
         at_row    := (others => '0');
       end if;
 
-      -- A pixel that waits is looked at once, when it is taken.
+      -- A pixel that waits counts once, when it is taken.
       if transfer = '1' then
         if s_axis_marks.tuser = "1" then
           let_in     <= lets;

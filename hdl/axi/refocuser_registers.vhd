@@ -80,7 +80,7 @@ architecture rtl of refocuser_registers is
   constant READS  : registers_t := present_registers(PARTS, READABLE);
   constant WRITES : registers_t := present_registers(PARTS, WRITABLE);
 
-  -- What slice_shift reads as, by slices.
+  -- The value of slice_shift, for each slice.
   constant SLICES : natural := slice_count(SHIFTS);
 
   subtype slice_words_t is words_t(0 to larger(SLICES, 1) - 1);
@@ -133,12 +133,12 @@ architecture rtl of refocuser_registers is
   signal read_data     : word_t;
   signal read_refused  : std_logic;
 
-  -- Which register is written in this clock, with what, as far as its bytes are written.
+  -- The register that is written at this clock, its value, and the bytes that are written.
   signal written : registers_t;
   signal ones    : word_t;
   signal whole   : std_logic;
 
-  -- What all registers read as, and those that keep what was written.
+  -- The values of all registers for reading, and the registers that keep a written value.
   signal words       : words_t(0 to REGISTERS_TOTAL - 1);
   signal kept_words  : words_t(0 to REGISTERS_TOTAL - 1) := (others => (others => '0'));
   signal slice_word  : word_t;
@@ -148,7 +148,7 @@ architecture rtl of refocuser_registers is
   signal enabled     : std_logic;
   signal frame_size  : word_t;
 
-  -- What happens at the core, and what has happened.
+  -- Events at the core at this clock, and those that are recorded.
   signal busy      : std_logic;
   signal traffic   : traffic_t;
   signal out_slice : std_logic_vector(7 downto 0) := (others => '0');
@@ -221,13 +221,12 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- Which register.
+  -- The register that is addressed.
 
   decode : process (write, write_place, write_bytes, write_data, read_place, words) is
   begin
 
-    -- Refused unless some register says otherwise: holes of the map and parts that are not there need no case of
-    -- their own.
+    -- Refused unless a register accepts it, so holes of the map and parts that are not built need no case of their own.
     write_refused <= '1';
     written       <= (others => '0');
     read_refused  <= '1';
@@ -264,7 +263,7 @@ begin
            '0';
 
   --------------------------------------------------------------------------------------------------
-  -- What the registers read as.
+  -- The values for reading.
 
   words(AT_IDENTIFICATION)   <= IDENTIFICATION_WORD;
   words(AT_VERSION)          <= VERSION_WORD;
@@ -313,7 +312,7 @@ begin
   end process show_slice;
 
   --------------------------------------------------------------------------------------------------
-  -- What was written.
+  -- The written values.
 
   restarts   <= reset or restart_now;
   enabled    <= kept_words(AT_CONTROL)(CONTROL_ENABLE);
@@ -353,7 +352,8 @@ begin
 
       end loop;
 
-      -- A new size restarts the core: what it holds is of the old one, and half a frame of each would come out.
+      -- A new size restarts the core, because its content belongs to the old size, and half a frame of each size would
+      -- come out.
       restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
 
       if reset = '1' then
@@ -365,7 +365,7 @@ begin
   end process keep;
 
   --------------------------------------------------------------------------------------------------
-  -- What happened.
+  -- Events.
 
   refused <= (written(AT_FRAME_SIZE) and not size_good) or
              ((written(AT_LOAD_PLACE) or written(AT_LOAD_WORD)) and not whole) or
@@ -394,7 +394,7 @@ begin
       counts         => counts
     );
 
-  -- A refused write is an error like those of the stream: software that does not read back learns of it.
+  -- A refused write sets an error, like faults of the stream, so software that does not read back learns of it.
   new_errors     <= refused & faults;
   clear_errors   <= ones(6 downto 0) when written(AT_ERRORS) = '1' else
                     (others => '0');
@@ -405,7 +405,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- On offer is enough: software wants to know which slice comes next as much as which one came.
+      -- A pixel on offer is enough: software wants to know which slice comes next as well as which one came.
       if m_axis_watched.tvalid = '1' then
         out_slice <= m_axis_watched.tid;
       end if;

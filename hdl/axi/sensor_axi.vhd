@@ -83,18 +83,18 @@ architecture rtl of sensor_axi is
   constant IN_BITS  : positive := choose(MOSAIC, 1, CHANNELS) * PIXEL_BITS;
   constant OUT_BITS : positive := CHANNELS * PIXEL_BITS;
 
-  -- The bus, and what software orders.
+  -- The bus, and the settings from software.
   signal bus_request : bus_request_t;
   signal bus_answer  : bus_answer_t;
   signal orders      : orders_t;
-  -- What the registers watch and count: the streams without their data, and the faults.
+  -- Observed by the registers: the streams without their data, and the faults.
   signal s_marks     : marks_t;
   signal watched     : watched_t;
   signal load        : load_t;
   signal faults      : std_logic_vector(5 downto 0);
   signal core_tvalid : std_logic;
   signal core_tready : std_logic;
-  -- The stream that goes out, which is read here too: VHDL-93 reads no outputs.
+  -- Copy of the output stream, because it is read here too and VHDL-93 cannot read outputs.
   signal out_tvalid     : std_logic;
   signal out_tdata      : std_logic_vector(OUT_BITS - 1 downto 0);
   signal out_tuser      : std_logic_vector(0 downto 0);
@@ -130,7 +130,7 @@ begin
   s_axi_ctrl_rresp   <= bus_answer.rresp;
   s_axi_ctrl_rvalid  <= bus_answer.rvalid;
 
-  -- Both streams are counted at the ports. What enters goes through the registers, which drop it until the core runs.
+  -- Both streams are counted at the ports. The input passes through the registers, which drop it until the core runs.
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 
@@ -208,7 +208,7 @@ begin
   m_axis_tuser  <= out_tuser;
   m_axis_tlast  <= out_tlast;
 
-  -- AXI4-Stream has whole bytes; what fills them up is zero, so that a reader may take words as they are.
+  -- AXI4-Stream has whole bytes; the fill bits are zero, so that a reader may take words as they are.
   pad : process (out_tdata) is
   begin
 

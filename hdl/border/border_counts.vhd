@@ -65,7 +65,7 @@ architecture rtl of border_counts is
 
   type across_counts_t is array (natural range 0 to PASSES) of std_logic_vector(P * COUNT_BITS - 1 downto 0);
 
-  -- In front of each pass, and behind the last. Along lines each token takes the count of its line with it.
+  -- Signals in front of each pass, and behind the last. Along lines each token carries the count of its line.
   signal line_token : tokens_t(0 to PASSES);
   signal down       : down_counts_t;
   signal row_token  : tokens_t(0 to PASSES);
@@ -95,7 +95,7 @@ begin
         SHIFTS           => STAGE_SHIFTS,
         CENTRED          => CENTRED,
         FIXED_SLICE      => choose(i = 0, FIXED_SLICE, - 1),
-        -- A line counts as one: what its first token brings.
+        -- Each line counts as one, which its first token carries.
         COLUMNS     => true,
         LANES       => 1,
         DATA_BITS   => IN_BITS,
@@ -138,7 +138,7 @@ begin
 
     lane : for j in 0 to P - 1 generate
 
-      -- What lies behind a line's last pixel is none.
+      -- Pixels behind a line's end do not count.
       counts((j + 1) * IN_BITS - 1 downto j * IN_BITS) <= across(i)(j * COUNT_BITS + IN_BITS - 1 downto j * COUNT_BITS)
                                                           when row_token(i).line_last = '0' or line_end(j) = '1' else
                                                           (others => '0');
@@ -213,7 +213,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The count of its line came along with the token; that of its place is what came out of the last pass.
+      -- The token carries the count of its line; the output of the last pass is the count of its place.
       of_line := unsigned(row_down(PASSES));
 
       for j in 0 to P - 1 loop

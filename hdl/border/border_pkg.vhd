@@ -97,7 +97,7 @@ package body border_pkg is
   ) return natural is
   begin
 
-    -- Negative if the engine is the slower one; then the weights wait.
+    -- Negative if the engine is slower than the weights; then the weights wait.
     return larger(border_latency(geometry, order, pixels) - sum_clocks, 0);
 
   end function border_wait;
@@ -116,7 +116,7 @@ package body border_pkg is
       return clocks;
     end if;
 
-    -- The sums' own division falls away; the slower of sums and weights decides.
+    -- The division by a constant is not built, so the slower of sums and weights sets the latency.
     return larger(clocks - DIVIDE_LATENCY, border_latency(geometry, order, pixels)) + scaler_latency(true, pixel_bits);
 
   end function normalised_latency;

@@ -104,7 +104,7 @@ begin
       delayed => weights
     );
 
-  -- An engine of many clocks is slower than the weights: then these wait (BEHIND), not the tokens.
+  -- If the engine is slower than the weights, these wait (BEHIND); otherwise the tokens wait (AHEAD).
   pass : if AHEAD = 0 generate
     engine_token <= token;
     engine_data  <= token_data;

@@ -41,7 +41,7 @@ architecture rtl of axis_fifo is
   -- differ by 2**ADDRESS_BITS mean full.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
-  -- The word of the RAM that is written next, and read next; words in between.
+  -- Address of the RAM's next word to write, and to read; number of words in between.
   signal write_pointer : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
   signal stored        : pointer_t;

@@ -28,8 +28,8 @@ end entity bus_crossing;
 
 architecture rtl of bus_crossing is
 
-  -- The copy that stands still until the answer has come, so its bits may be taken in the other clock at any moment;
-  -- and what was taken.
+  -- The copy is steady until it is acknowledged, so the other clock may take its bits at any moment; and the value that
+  -- it took.
   signal crossing_data : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal taken_data    : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   -- Toggles: a difference says that a copy waits, no difference that it was taken. Levels cannot be missed, whichever

@@ -88,7 +88,7 @@ architecture rtl of crossing_fifo is
   signal read_arrived  : gray_t;
   signal taken         : pointer_t := (others => '0');
   signal used          : pointer_t;
-  -- There is no place; one at most.
+  -- No free place; at most one free place.
   signal no_place  : std_logic := '0';
   signal one_place : std_logic := '0';
   signal on_offer  : std_logic := '0';
@@ -115,7 +115,7 @@ begin
       write_gray <= to_gray(write_pointer);
       taken      <= from_gray(read_arrived);
 
-      -- Of the next clock: with a word that is written in this one, or without.
+      -- State after this clock: with the word that is written now, or without.
       no_place  <= to_logic(used >= WORDS) or (write_enable and to_logic(used >= WORDS - 1));
       one_place <= to_logic(used >= WORDS - 1) or (write_enable and to_logic(used >= WORDS - 2));
     end if;

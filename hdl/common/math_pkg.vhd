@@ -88,7 +88,7 @@ package body math_pkg is
 
   begin
 
-    -- 0 takes a bit as well: a vector without one is no signal in every tool.
+    -- 0 takes a bit as well, because some tools do not take a vector without elements as a signal.
     remaining := max_value / 2;
     bits      := 1;
 
@@ -151,7 +151,7 @@ package body math_pkg is
       return 0;
     end if;
 
-    -- And not (value + divisor - 1) / divisor, which may exceed an integer.
+    -- Not (value + divisor - 1) / divisor, which may exceed an integer.
     return (value - 1) / divisor + 1;
 
   end function divide_up;

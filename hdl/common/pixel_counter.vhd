@@ -36,7 +36,7 @@ begin
 
   many : if MODULUS > 1 generate
 
-    -- Of this token, and of the one before; a restart holds at once, without a clock of delay.
+    -- Count of this token, and of the one before. A restart holds at once, without a clock of delay.
     signal count_now : natural range 0 to larger(MODULUS - 1, 1);
     signal count_d1  : natural range 0 to larger(MODULUS - 1, 1) := 0;
 

@@ -190,7 +190,7 @@ architecture rtl of ram_blocks is
   type words_t is array (natural range 0 to BLOCKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
   signal block_words : words_t;
-  -- The blocks whose words these are.
+  -- The blocks to which the read words belong.
   signal chosen : std_logic_vector(0 to BLOCKS - 1);
   signal word   : std_logic_vector(WIDTH - 1 downto 0);
 

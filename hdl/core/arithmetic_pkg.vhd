@@ -134,7 +134,7 @@ package body arithmetic_pkg is
       report name & ": GUARD_BITS exceeds FRACTION_BITS"
       severity failure;
 
-    -- Its table has a word for each value, and block RAM for 2**16 words is where a table stops being cheap.
+    -- The table has a word for each value; beyond 2**16 words it would take too much block RAM.
     assert arithmetic.exact or arithmetic.pixel_bits + arithmetic.guard_bits <= 16
       report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
       severity failure;
@@ -166,7 +166,7 @@ package body arithmetic_pkg is
       report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
       severity failure;
 
-    -- The sharpener subtracts neighbours a lens away, whose sums near the border are of another weight.
+    -- The sharpener subtracts neighbours one lens away, and near the border their sums have other weights.
     assert not normalised or not sharpened
       report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
       severity failure;
@@ -199,10 +199,10 @@ package body arithmetic_pkg is
   ) return positive is
   begin
 
-    -- Exact sums grow with each pass, and so does the width of what it takes in.
+    -- Exact sums grow with each pass, and so does the width of a pass's input.
     if arithmetic.exact then
       return bits_for(product_max(arithmetic, pass));
-    -- Guard bits are the intermediate image's alone: pixels come in without, and go out without.
+    -- Only the intermediate image has guard bits; pixels come in and go out without.
     elsif pass = 0 or pass = 2 * arithmetic.passes then
       return arithmetic.pixel_bits;
     end if;
@@ -299,7 +299,7 @@ package body arithmetic_pkg is
 
     weight := 1;
 
-    -- Ports have this width, and so what takes_arithmetic refuses must not exceed an integer.
+    -- Ports have this width, so even for arithmetic that takes_arithmetic refuses it must not exceed an integer.
     for i in 1 to 8 loop
 
       if i <= 2 * (order + 1) and weight <= integer'high / micro_image_size then

@@ -176,7 +176,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Three clocks: the addition, the multiplication in the registers of its block, and what is kept of it.
+      -- Three clocks: the addition, the multiplication in its block's registers, and the shifted product.
       numerator <= resize(unsigned(value), NUMERATOR_BITS) + HALF;
       product   <= numerator * FACTOR;
       quotient  <= std_logic_vector(resize(shift_right(product, EXPONENT), QUOTIENT_BITS));

@@ -50,7 +50,7 @@ architecture rtl of divide_weighted is
 
   subtype remainder_t is signed(WEIGHT_BITS downto 0);
 
-  -- Bits of the numerator that are to come, and behind them those of the quotient so far.
+  -- Bits of the numerator still to come, followed by the quotient bits so far.
   subtype word_t is unsigned(QUOTIENT_BITS - 1 downto 0);
 
   type weights_t is array (0 to QUOTIENT_BITS) of weight_t;
@@ -59,7 +59,7 @@ architecture rtl of divide_weighted is
 
   type words_t is array (0 to QUOTIENT_BITS) of word_t;
 
-  -- Twice the remainder and a bit of the numerator, less the weight, or where the remainder is negative with it.
+  -- Twice the remainder and a bit of the numerator, minus the weight; plus the weight where the remainder is negative.
   function next_remainder (
     remainder : remainder_t;
     next_bit  : std_logic;
@@ -75,7 +75,7 @@ architecture rtl of divide_weighted is
     taken := not remainder(WEIGHT_BITS);
     term  := signed('0' & divisor);
 
-    -- The complement and a carry, which the lowest bits make.
+    -- Subtraction adds the complement and a carry into the lowest bit.
     if taken = '1' then
       term := not term;
     end if;
@@ -86,7 +86,7 @@ architecture rtl of divide_weighted is
 
   end function next_remainder;
 
-  -- By clocks behind the numerator.
+  -- Indexed by clocks since the numerator.
   signal weight_at : weights_t := (others => (others => '0'));
 
 begin
@@ -96,11 +96,11 @@ begin
 
     if rising_edge(clk) then
       weight_at(0) <= unsigned(weight);
-      -- Where nothing arrived 0 / 1 is 0.
+      -- Where no view arrived, 0 / 1 gives 0.
       if unsigned(weight) = 0 then
         weight_at(0)(0) <= '1';
       end if;
-      -- The weight goes along with its number from digit to digit.
+      -- Each stage passes the weight on with its number.
       weight_at(1 to QUOTIENT_BITS) <= weight_at(0 to QUOTIENT_BITS - 1);
     end if;
 
@@ -125,7 +125,7 @@ begin
         numerator := resize(unsigned(values((i + 1) * VALUE_BITS - 1 downto i * VALUE_BITS)), NUMERATOR_BITS) +
                      shift_right(unsigned(weight), 1);
 
-        -- A value is below its weight times 2**QUOTIENT_BITS, so its high bits are a remainder already.
+        -- A value is below its weight times 2**QUOTIENT_BITS, so its high bits are already a remainder.
         remainder_at(0) <= signed('0' & numerator(NUMERATOR_BITS - 1 downto QUOTIENT_BITS));
         word_at(0)      <= numerator(QUOTIENT_BITS - 1 downto 0);
 
@@ -134,7 +134,7 @@ begin
           remainder       := next_remainder(remainder_at(k - 1), word_at(k - 1)(QUOTIENT_BITS - 1), weight_at(k - 1));
           remainder_at(k) <= remainder;
           word_at(k)      <= shift_left(word_at(k - 1), 1);
-          -- The digit is the sign of the remainder; a negative one is made good by the next step instead of restored.
+          -- The digit is the sign of the remainder. A negative remainder is not restored; the next step adds instead.
           word_at(k)(0) <= not remainder(WEIGHT_BITS);
 
         end loop;

@@ -85,11 +85,11 @@ architecture rtl of frame_sequencer is
   -- accept: pixels of the stream; fill: zeros up to the end of a broken line; flush: a flush line.
   type state_t is (accept, fill, flush);
 
-  -- What this clock sends to the stages.
+  -- The token that is sent at this clock.
   type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
-  -- Bits of a place among the pixels of a clock.
+  -- Bits of a pixel's place within a token.
   constant PLACE_BITS : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
   -- Of a column, and of MIN_STEPS to compare it with.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
@@ -98,7 +98,8 @@ architecture rtl of frame_sequencer is
   signal send         : send_t;
   signal take         : std_logic;
   signal starts_frame : std_logic;
-  -- A pixel of the stream, one that fills a line up, or one of a flush line; of these the first two; one of the stream.
+  -- sends_pixel: a pixel of the stream, one that fills a line up, or one of a flush line; sends_image: one of the
+  -- first two; takes_pixel: one of the stream.
   signal sends_pixel  : std_logic;
   signal sends_image  : std_logic;
   signal takes_pixel  : std_logic;
@@ -110,13 +111,13 @@ architecture rtl of frame_sequencer is
 
   signal state : state_t := accept;
 
-  -- A frame is under way; what is on offer is the excess of a long line; it belongs to no frame.
+  -- A frame is under way; the pixel on offer is the excess of a long line, or belongs to no frame.
   signal frame_open : std_logic := '0';
   signal excess     : std_logic;
   signal stray      : std_logic;
 
-  -- Size of the frame: as the ports say, as this clock needs it, and as it is kept. Kept too are the slice of the
-  -- frame and whether the line is its last one.
+  -- Size of the frame: at the ports, as this clock needs it, and as stored. The slice of the frame is stored too, and
+  -- whether the line is its last one.
   signal size_supported  : std_logic;
   signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
@@ -137,7 +138,7 @@ architecture rtl of frame_sequencer is
   signal band_row     : natural range 0 to PARALLEL_ROWS   := 0;
   signal first_band   : std_logic                          := '0';
 
-  -- Whether the line on hand completes a band, or the first line of a new frame, or what this clock sends.
+  -- Whether the current line, the first line of a new frame, or the token of this clock completes a band.
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
   signal band_token      : std_logic;
@@ -157,7 +158,7 @@ architecture rtl of frame_sequencer is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- What is on offer, and what has to be waited for.
+  -- The pixel on offer, and the reasons to wait.
 
   -- PIXELS_PER_CLOCK is a power of two, so the last token of a line is found by cutting bits off: no division.
   new_last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
@@ -179,8 +180,8 @@ begin
                     (s_axis_tuser = '1' and frame_open = '0' and size_supported = '0') else
            '0';
 
-  -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it. A stray pixel is
-  -- dropped, and what has to be flushed is flushed as if there were none.
+  -- The decision: `take` takes the pixel on offer, `send` says which token is sent. A stray pixel is dropped without
+  -- delaying a flush.
   decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, stray, credit, drained, bands_due,
                     tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band, completes_first) is
   begin
@@ -250,10 +251,9 @@ begin
   frame_start   <= starts_frame;
 
   --------------------------------------------------------------------------------------------------
-  -- What the decision means.
+  -- What follows from the decision.
 
-  -- From here on the decision is one of few bits, each made of `send` alone, so that what depends on it stays
-  -- shallow.
+  -- The decision has few bits, and what depends on it uses `send` alone, so that the logic stays shallow.
   any_step    <= '0' when send = nothing else
                  '1';
   empty_step  <= '1' when send = empty else
@@ -326,7 +326,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The end of a line comes before all else, as a line of one pixel is also one that begins.
+      -- The end of a line is handled first, as a line of one pixel ends with the token that begins it.
       if sends_pixel = '1' and line_ends = '1' then
         state <= accept;
       elsif send = flush_pixel then
@@ -360,8 +360,8 @@ begin
           at_last_row <= to_logic(row + 1 = row_end);
         end if;
       end if;
-      -- What was sent of the broken frame stays valid: its line is filled up, its band too, and only then the new
-      -- frame begins.
+      -- The tokens already sent of the broken frame stay valid: its line and its band are filled up, and only then the
+      -- new frame begins.
       if frame_broken = '1' then
         frame_open <= '0';
         if at_first = '1' then
@@ -416,7 +416,7 @@ begin
   starts_flush <= '1' when send = flush_pixel and at_first = '1' and band_row = 0 else
                   '0';
 
-  -- What a short line lacks of MIN_STEPS, or of a multiple of PARALLEL_ROWS.
+  -- Tokens that a short line lacks to MIN_STEPS, or to a multiple of PARALLEL_ROWS.
   steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0)) when column < MIN_STEPS - 1 else
                    LAST_BAND_ROW - column_count;
   lacks_steps   <= '1' when column < MIN_STEPS - 1 or column_count /= LAST_BAND_ROW else
@@ -475,7 +475,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Of the token only strobe has a reset: without it the other fields do not count.
+      -- Only strobe has a reset, because the other fields are valid only while strobe = '1'.
       token.strobe      <= any_step and not reset;
       token.pixel       <= sends_pixel;
       token.line_first  <= sends_pixel and at_first;

@@ -193,7 +193,7 @@ package body refocus_pkg is
         end if;
         digits    := true;
         magnitude := 10 * magnitude + digit;
-        -- With each digit, so that no number exceeds an integer.
+        -- Checked at each digit, so that no number exceeds an integer.
         if (negative and -magnitude < least) or (not negative and magnitude > most) then
           return false;
         end if;

@@ -52,7 +52,7 @@ architecture rtl of result_scaler is
 
 begin
 
-  -- Stored products divide by M in their tables; what is left after the last pass is a pixel.
+  -- Stored products are divided by M in their tables, so the sums of the last pass are pixels already.
   stored_products : if not EXACT generate
     scaled <= result;
     pixels <= sums;
@@ -62,7 +62,7 @@ begin
 
     constant LATENCY : positive := scaler_latency(WEIGHT_BITS > 0, PIXEL_BITS);
 
-    -- One flag of a result is cleared, with which its other marks count: shift registers of LUTs have no reset.
+    -- The reset clears only the flag that validates all others: shift registers of LUTs have no reset.
     signal result_at : results_t(0 to LATENCY)   := (others => NO_RESULT);
     signal used_at   : std_logic_vector(0 to LATENCY) := (others => '0');
 

@@ -64,8 +64,8 @@ begin
 
   begin
 
-    -- The column is counted here again, as flush lines and filled-up lines have as many columns as any other, and the
-    -- token carries none.
+    -- The column is counted here, because the token carries none; flush lines and filled-up lines have as many columns
+    -- as others.
     column <= (others => '0') when token.line_first = '1' else
               column_d1 + 1;
 

@@ -77,14 +77,14 @@ architecture rtl of row_scatter is
   signal entries  : entries_t;
   signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  -- Room for what is under way, and that nothing is left, of each row; registered, as the sequencer decides with
-  -- them.
+  -- For each row: whether there is room for the tokens under way, and whether it is empty; registered, as the sequencer
+  -- decides with them.
   signal has_credit : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal is_drained : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal entry      : entry_t;
   signal offered    : std_logic;
   signal taken      : std_logic;
-  -- Rows that are passed over in this clock, and the one that comes behind them.
+  -- Rows that are skipped at this clock, and the row that comes next.
   signal passed   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal row_then : natural range 0 to PARALLEL_ROWS;
 
@@ -98,7 +98,7 @@ begin
 
   begin
 
-    -- A raster needs no word for a line that is none: nothing waits for it.
+    -- A raster needs no word for a missing line, because nothing waits for it.
     write <= results(r).valid when PARALLEL_ROWS = 1 else
              results(r).valid or results(r).skip;
 
@@ -175,8 +175,8 @@ begin
 
     passed <= (others => '0');
     place  := row;
-    -- With the last pixel of a line all rows without a line that follow are passed over in the same clock, so that
-    -- they cost none.
+    -- With the last pixel of a line, all following rows without a line are skipped at the same clock, so that they cost
+    -- none.
     going := taken and (entry(LAST_BIT) or entry(WIDTH));
 
     for i in 1 to PARALLEL_ROWS loop

@@ -57,10 +57,10 @@ architecture rtl of sequencer_waits is
   constant SOME_BANDS  : std_logic := to_logic(COLUMN_FLUSH > 0);
   constant MORE_BANDS  : std_logic := to_logic(MIN_BANDS > 1);
 
-  -- A band that is not a frame's first one ends; one that counts modulo BAND_MODULUS does.
+  -- A band ends that is not the first of its frame; a band counts modulo BAND_MODULUS.
   signal later_band  : std_logic;
   signal counts_band : std_logic;
-  -- The frame has too few bands yet, or no multiple of BAND_MODULUS.
+  -- The frame has too few bands so far, or no multiple of BAND_MODULUS.
   signal frame_short : std_logic;
   signal frame_odd   : std_logic                       := '0';
   signal band_phase  : natural range 0 to BAND_MODULUS := 0;
@@ -82,7 +82,7 @@ begin
       due   => tokens_due
     );
 
-  -- Flush lines load nothing: what they leave in the column filters is zero and need not come out.
+  -- Flush lines load nothing: they leave zeros in the column filters, which need not come out.
   bands_to_flush : entity work.countdown
     generic map (
       MOST => COLUMN_FLUSH
@@ -97,8 +97,8 @@ begin
       due   => bands_due
     );
 
-  -- Counted from the end of a band, when it is known how many tokens it had, instead of from its beginning: so the
-  -- count is nearly always zero and the next band need not wait for a comparison.
+  -- Counted from the end of a band, when its number of tokens is known, instead of from its beginning. The count is
+  -- then nearly always zero, and the next band need not wait for a comparison.
   steps_to_wait : entity work.countdown
     generic map (
       MOST => MIN_STEPS

@@ -40,15 +40,14 @@ architecture rtl of slice_select is
 
   constant LAST : slice_t := to_unsigned(SLICES - 1, SLICE_BITS);
 
-  -- The slice of the port, within the set; the one whose turn it is in a sweep, and its frames so far.
+  -- The slice of the port, limited to the set; the slice whose turn it is in a sweep, and its frames so far.
   signal asked  : slice_t;
   signal swept  : slice_t              := (others => '0');
   signal frames : unsigned(7 downto 0) := (others => '0');
 
 begin
 
-  -- Software may write any byte; the last slice stands for those that are none, so that no index beyond a table ever
-  -- exists.
+  -- Software may write any byte. Numbers beyond the set mean the last slice, so no index exceeds a table.
   asked <= LAST when unsigned(slice) >= SLICES else
            unsigned(slice(SLICE_BITS - 1 downto 0));
 
@@ -59,7 +58,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- All changes wait for a frame: a slice holds through it, whatever the ports do meanwhile.
+      -- Changes wait for the next frame, so a slice is constant within a frame.
       if frame_start = '1' then
         frames <= (others => '0');
         -- A sweep that is switched on goes on from what was shown last, without a jump.

@@ -43,7 +43,7 @@ architecture rtl of stream_faults is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  -- A frame began since the reset: before, the stream may be in the middle of one, which is no fault.
+  -- A frame has begun since the reset. Before, the stream may be in the middle of one, which is no fault.
   signal synchronised : std_logic := '0';
   signal in_excess    : std_logic := '0';
 
@@ -55,7 +55,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- First, so that a fault in the clock of error_clear is not lost.
+      -- Cleared first, so that a fault at the same clock is not lost.
       if error_clear = '1' then
         error_flags <= (others => '0');
       end if;
@@ -77,7 +77,7 @@ begin
         end if;
         if frame_broken = '1' then
           error_flags(FRAME_EARLY) <= '1';
-        -- Taken, but not as a pixel of a frame: only a size that cannot be built keeps a start of frame out.
+        -- The pixel is taken but belongs to no frame. A start of frame does so only if the frame size is not supported.
         elsif take = '1' and s_axis_tuser = '1' then
           error_flags(FRAME_SIZE) <= '1';
         elsif take = '1' and synchronised = '1' and in_excess = '0' then

@@ -42,8 +42,8 @@ end entity token_path;
 
 architecture rtl of token_path is
 
-  -- The memory of steps moves on behind two registers: its enable drives many flip-flops, and so has a clock to reach
-  -- them. One step more than DELAY makes up for the register that it is itself.
+  -- The memory of steps is moved two registers later: its enable drives many flip-flops and so has a clock to reach
+  -- them. One step more than DELAY compensates for the register that the memory itself is.
   constant AHEAD  : positive := 2;
   constant STEPS  : positive := AHEAD + DELAY + 1;
   constant BEHIND : natural  := LATENCY - AHEAD - 1;
@@ -51,14 +51,14 @@ architecture rtl of token_path is
 
   type tags_t is array (natural range <>) of std_logic_vector(TAG_BITS - 1 downto 0);
 
-  -- What goes by clocks.
+  -- Delayed by clocks.
   signal strobe_at     : std_logic_vector(0 to LATENCY) := (others => '0');
   signal pixel_at      : std_logic_vector(0 to LATENCY) := (others => '0');
   signal line_first_at : std_logic_vector(0 to LATENCY) := (others => '0');
   signal line_last_at  : std_logic_vector(0 to LATENCY) := (others => '0');
   signal step_at       : std_logic_vector(0 to AHEAD)   := (others => '0');
 
-  -- What goes by steps. Whole tokens, as fields that nobody reads cost nothing.
+  -- Delayed by steps. Whole tokens, because synthesis drops fields that nobody reads.
   signal token_at : tokens_t(1 to LAST) := (others => NO_TOKEN);
   signal tag_at   : tags_t(1 to LAST)   := (others => (others => '0'));
 
@@ -92,7 +92,7 @@ begin
 
       end loop;
 
-      -- Of a token one field is cleared that the others count with: shift registers of LUTs have no reset.
+      -- The reset clears only the field that validates all others: shift registers of LUTs have no reset.
       if reset = '1' then
         strobe_at(1 to LATENCY) <= (others => '0');
         step_at(1 to AHEAD)     <= (others => '0');

@@ -63,8 +63,8 @@ architecture rtl of depth_fraction is
 
   type factors_t is array (natural range 0 to 2 ** INDEX_BITS - 1) of positive;
 
-  -- Steps between slices, by slice: that to the one behind it, which weighs the slope before it, and the other way
-  -- round. Without what both have in common: even steps weigh nothing.
+  -- Steps between slices, by slice: the step to the next slice, which weights the slope before, and the other way
+  -- round. Common factors are removed, so even steps need no multiplication.
   function factors (
     to_behind : boolean
   ) return factors_t is
@@ -137,7 +137,7 @@ architecture rtl of depth_fraction is
   signal rest_at     : wholes_t    := (others => (others => '0'));
   signal whole_at    : wholes_t    := (others => (others => '0'));
   signal fraction_at : fractions_t := (others => (others => '0'));
-  -- What comes of the micro image, and of the one VOTE_RADIUS rows before.
+  -- The values of the micro image, and of the one VOTE_RADIUS rows before.
   signal found  : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal middle : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal late   : std_logic_vector(DEPTH_BITS - 1 downto 0);
@@ -167,7 +167,7 @@ begin
       sure_3 <= std_logic_vector(resize(curve, FRACTION_BITS));
       if curve > 2 ** FRACTION_BITS - 1 then
         sure_3 <= (others => '1');
-      -- 0 says that there is no place: one that is hardly known has one all the same.
+      -- 0 means that there is no vertex; one that is uncertain gets at least 1.
       elsif curve = 0 then
         sure_3(0) <= '1';
       end if;

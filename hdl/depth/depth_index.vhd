@@ -152,8 +152,8 @@ begin
       result_data   => found_data
     );
 
-  -- It judges a row of micro images when it is complete, so pixels wait in it and not in the shell: the source is
-  -- slowed down by nothing but lines that are too short.
+  -- A row of micro images is judged when it is complete, so pixels wait inside and not in the shell. Only lines that
+  -- are too short slow the source down.
   find : entity work.sharpness_index
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,

@@ -86,8 +86,8 @@ architecture rtl of index_vote is
 
   type best_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
-  -- The micro image that is judged, and that it is one, so many clocks behind it: 3 with the rows above it, FINAL with
-  -- its votes.
+  -- The index of the micro image and whether there is one, by clocks: at 3 with the rows above it, at FINAL with its
+  -- votes.
   signal lens_at   : lenses_t                                  := (others => (others => '0'));
   signal active_at : std_logic_vector(0 to FINAL)              := (others => '0');
   signal entry_1   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
@@ -102,7 +102,7 @@ architecture rtl of index_vote is
   signal votes      : most_t;
   signal most_votes : most_t;
   signal best       : best_t;
-  -- What the micro image above was given, for one without votes.
+  -- The slice of the micro image above, for one without votes.
   signal above         : std_logic_vector(INDEX_BITS - 1 downto 0);
   signal result_write  : std_logic                         := '0';
   signal result_lens   : unsigned(LENS_BITS - 1 downto 0)  := (others => '0');
@@ -132,7 +132,7 @@ begin
   lens_at(0)   <= lens;
   active_at(0) <= active;
 
-  -- The micro image on its way, for all that comes a fixed number of clocks behind it.
+  -- The place of the micro image, delayed for everything that is used a fixed number of clocks later.
   follow : process (clk) is
   begin
 
@@ -279,7 +279,7 @@ begin
       write_enable  => result_write,
       write_address => result_lens,
       write_data    => result_vector,
-      -- 2 clocks before it is wanted: the memory's latency.
+      -- 2 clocks before use, the memory's latency.
       read_address => lens_at(FINAL - 2),
       read_data    => above
     );

@@ -74,7 +74,8 @@ begin
       if token.strobe = '1' and token.pixel = '1' then
         in_picture := inside_now;
         if token.line_first = '1' then
-          -- Lines are counted, as frames may have some below the picture (CROPPED), which a token does not tell.
+          -- Lines are counted here, because frames may have lines below the picture (CROPPED), which a token does not
+          -- show.
           next_line := line_number + 1;
           if token.frame_first = '1' then
             next_line := (others => '0');
@@ -89,8 +90,8 @@ begin
             next_phase := line_phase + 1;
           end if;
           line_phase <= next_phase;
-          -- What holds for a row of micro images is decided with its first line, and stays: a picture that ends
-          -- within a row ends with it.
+          -- Decided with the first line of a row of micro images and then kept: a picture that ends within a row ends
+          -- with that row.
           if next_phase = 0 then
             place.row_live   <= in_picture;
             place.row_starts <= in_picture and token.frame_first;
@@ -104,7 +105,7 @@ begin
         end if;
         token_1.image <= in_picture;
         data          <= in_line(token_data, STACK_BITS, token, line_end);
-        -- Zeros below the picture, so that what stands there has no sharpness.
+        -- Zeros below the picture, so that it has no sharpness there.
         if CROPPED and in_picture = '0' then
           data <= (others => '0');
         end if;

@@ -102,8 +102,8 @@ architecture rtl of sharpest_pixels is
   signal index_read : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_kept : std_logic_vector(FOUND_BITS - 1 downto 0) := (others => '0');
 
-  -- What is said of a line waits in lines as its pixels do. Of the pixel that leaves: what is said of its line, and
-  -- what is said of the pixel that enters at its place.
+  -- The fields of a line are delayed by lines, as its pixels are. For the pixel that leaves: the fields of its line,
+  -- and those of the pixel that enters at its place.
   signal line_at   : tokens_t(1 to RING_LINES + 1) := (others => NO_TOKEN);
   signal result_at : tokens_t(1 to BEHIND)         := (others => NO_TOKEN);
 
@@ -160,13 +160,13 @@ begin
 
     if rising_edge(clk) then
       if new_line = '1' then
-        -- What is said of a line is written once a line, and read RING_LINES lines later.
+        -- The fields of a line are written once a line and read RING_LINES lines later.
         line_at(1)                   <= token_at(IN_FRONT);
         line_at(2 to RING_LINES + 1) <= line_at(1 to RING_LINES);
       end if;
 
       -- The pixel that leaves has the column of the one that enters, as both are at the same word of their lines; so
-      -- what is said of the place in the line is that of the one that enters.
+      -- the fields of the place in the line are those of the one that enters.
       result_at(1)            <= line_at(RING_LINES + 1);
       result_at(1).strobe     <= token_at(IN_FRONT + 1).strobe;
       result_at(1).line_first <= token_at(IN_FRONT + 1).line_first;

@@ -148,7 +148,7 @@ architecture rtl of sharpness_index is
   signal joined_below : std_logic;
   signal same         : std_logic_vector(2 * RADIUS downto 0);
 
-  -- What each slice has, one beside the other; the sharpest one, and what is around it.
+  -- The sharpness of each slice, side by side; the sharpest slice, and the sharpness around it.
   signal sharpness : sharpness_list_t;
   signal energies  : std_logic_vector(SLICES * ALL_BITS - 1 downto 0);
   signal best      : index_t;
@@ -190,7 +190,7 @@ begin
 
     if rising_edge(clk) then
       complete_at(1 to SUMMED) <= complete_at(0 to SUMMED - 1);
-      -- Kept until the scan begins: by then the next row may have begun and the place says something else.
+      -- Stored until the scan begins, because the next row may have begun by then with another place.
       if complete_at(0) = '1' then
         complete_lens  <= place.last_lens(PLACE_BITS - 1 downto 0);
         complete_live  <= place.row_live;
@@ -463,7 +463,7 @@ begin
     index_write <= waited(0);
     index       <= unsigned(waited(INDEX_BITS + 1 downto 2));
     index_lens  <= unsigned(waited(FINAL_BITS - 1 downto INDEX_BITS + 2));
-    -- A slice that the neighbours have given is all that is known.
+    -- For a slice from the neighbours' votes nothing more is known.
     index_depth <= own_depth when waited(1) = '1' else
                    NO_DEPTH;
 

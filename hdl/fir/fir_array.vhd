@@ -114,7 +114,7 @@ architecture rtl of fir_array is
   constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
   constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
 
-  -- What passes from one stage to the next; lanes take the low bits.
+  -- Signals from one stage to the next; lanes take the low bits.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
 
   type row_flags_t is array (natural range 0 to PASSES) of std_logic_vector(PARALLEL_ROWS - 1 downto 0);
@@ -138,8 +138,8 @@ architecture rtl of fir_array is
   signal slice_held : slice_t;
   signal image_held : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
 
-  -- In the column modules a token is that of module 0, but what is said of a line is said of row t of the band with its
-  -- t-th token.
+  -- In the column modules a token is that of module 0, but its t-th token in a band carries the fields of the line for
+  -- row t.
   signal column_token : tokens_t(0 to PASSES);
   signal column_data  : column_data_t;
 
@@ -295,7 +295,7 @@ begin
 
   end generate column_pass;
 
-  -- Both are wires of the same kind, so that what follows does not know which it is.
+  -- Both alternatives drive the same signals, so the logic behind does not depend on the choice.
   plain : if not sharpens(SHARPENING) generate
     last_token <= column_token(PASSES);
     last_sums  <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);

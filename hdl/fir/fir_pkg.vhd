@@ -160,7 +160,7 @@ package body fir_pkg is
 
   end function can_hold;
 
-  -- Bits that a column stage keeps of a column of a channel: partial sums. The last tap of a filter that holds nothing
+  -- Bits that a column stage stores for a column of a channel: partial sums. The last tap of a filter without hold
   -- needs none.
   function kept_bits (
     arithmetic : arithmetic_t;

@@ -89,7 +89,7 @@ architecture rtl of fir_stage is
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
   constant SLOT_BITS : positive := bits_for(DEPTH - 1);
   constant LATENCY   : positive := stage_latency(STORED, BROADCAST_TAPS);
-  -- A set of one slice has a number of one bit, which says nothing.
+  -- With a single slice the slice number has one bit without meaning.
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   -- What a module does with a token.
@@ -285,7 +285,7 @@ begin
 
   begin
 
-    -- What is no pixel of a band moves no partial sum: the memory keeps its word.
+    -- A token without a pixel of a band moves no partial sum: the memory keeps its word.
     step <= strobe_d2 and turn_d2(m).active;
 
     lane : for i in m * LANES to m * LANES + LANES - 1 generate
@@ -353,7 +353,7 @@ begin
 
       end process delay_product;
 
-      -- The slot goes in two clocks early: the line buffer needs them to read.
+      -- The slot is given two clocks early, because the line buffer needs them to read.
       fir : entity work.switched_fir
         generic map (
           TAPS           => TAPS,

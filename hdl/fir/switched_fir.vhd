@@ -114,8 +114,8 @@ architecture rtl of switched_fir is
 
   end function stepped;
 
-  -- What is kept of a stream from step to step: the sums of all taps but the last, whose sum
-  -- leaves the filter; with HOLD, the output takes its place.
+  -- The state of a stream between steps: the sums of all taps but the last, whose sum leaves the filter; with HOLD the
+  -- output replaces the last.
   constant KEPT : natural := choose(HOLD, TAPS, TAPS - 1);
 
   subtype word_t is std_logic_vector(larger(KEPT, 1) * SUM_BITS - 1 downto 0);
@@ -158,7 +158,7 @@ architecture rtl of switched_fir is
 
   end function unpacked;
 
-  -- What a step needs, all behind the same latches as the pixel where there are any.
+  -- The inputs of a step, all behind the same latches as the pixel where there are any.
   signal slot_now    : unsigned(slot'range);
   signal step_now    : std_logic;
   signal resume_now  : std_logic;

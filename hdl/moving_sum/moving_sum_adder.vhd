@@ -78,8 +78,8 @@ architecture rtl of moving_sum_adder is
   signal command_at : commands_t               := (others => NO_COMMAND);
   signal column_at  : columns_t                := (others => (others => '0'));
 
-  -- First sums as they go on and as output 0 shows them, running sums, results; and what they were with the token
-  -- before.
+  -- First sums as they are collected and as output 0 shows them, running sums, results; and the values of all of them
+  -- for the token before.
   signal changes     : sums_t := (others => '0');
   signal first_sums  : sums_t := (others => '0');
   signal held_sums   : sums_t := (others => '0');
@@ -126,16 +126,16 @@ begin
 
         -- 2: by how much the running sums change, and the first sums.
         sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS);
-        -- A change may be negative: it is taken modulo 2 ** SUM_BITS, as the running sum it goes into is, which ends
-        -- up within 0 to SUM_MAX again.
+        -- A change may be negative. It is added modulo 2 ** SUM_BITS, and so is the running sum, which ends up within 0
+        -- to SUM_MAX again.
         sum := sum - lane_of(leaving, i, PIXEL_BITS);
 
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
         own_pixel := lane_of(own, i, PIXEL_BITS);
-        -- Sums wait for their tokens: between them they keep what the memory gave.
+        -- Sums wait for their tokens: in between they keep the value from the memory.
         if active_at(2) = '1' then
-          -- A line's first token begins with nothing: what the memory holds is of the line before.
+          -- The first token of a line starts from zero, because the memory still holds the line before.
           sum := (others => '0');
           if command_at(2).fresh = '0' then
             sum := lane_of(old_first, i, SUM_BITS);
@@ -158,7 +158,7 @@ begin
         -- 3: the running sums.
         if active_at(3) = '1' then
           sum := (others => '0');
-          -- Output 0: the sum that was gathered beside takes over, with all of its pixels already in it.
+          -- Output 0: the separately collected sum takes over, with all of its pixels already in it.
           if command_at(3).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
           else
@@ -178,11 +178,12 @@ begin
       held_before <= held_sums;
       if active_at(4) = '1' then
         if command_at(4).due = '0' then
-          -- No output of a line: whatever the sums hold.
+          -- Not an output of a line, so its value does not matter.
           results <= (others => '0');
         elsif command_at(4).update = '1' or not HOLDING then
           results <= running;
-        -- The group began before the line: what it shows is the sum of its first place, gathered apart.
+        -- The group began before the line, so its output is the sum of the group's first place, which is collected
+        -- separately.
         elsif SPLIT and command_at(4).take = '1' then
           results <= held_before;
         else
@@ -196,7 +197,7 @@ begin
   sums <= results;
 
   --------------------------------------------------------------------------------------------------
-  -- What they were with the token before.
+  -- Their values for the token before.
 
   -- All four are read and written at fixed distances from the token, so one column counter serves them.
   first_memory : entity work.column_memory

@@ -116,7 +116,7 @@ architecture rtl of moving_sum_array is
 
   type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * WIDTH - 1 downto 0);
 
-  -- In front of each stage, and behind the last.
+  -- Signals in front of each stage, and behind the last.
   signal token_at : tokens_t(0 to 2 * PASSES);
   signal data     : data_t;
 
@@ -140,7 +140,7 @@ begin
 
   begin
 
-    -- To columns the pixels of a token are channels: they never mix, and a stage of one pixel serves all of them.
+    -- For columns the pixels of a token are channels: they never mix, so a stage of one pixel serves all of them.
     pixel_stage : if COLUMNS or P = 1 generate
 
       stage : entity work.moving_sum_stage

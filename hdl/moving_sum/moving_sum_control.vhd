@@ -87,10 +87,10 @@ architecture rtl of moving_sum_control is
   constant SLICE_STEP : positive := phase_words(M);
   constant WORDS      : positive := table_words(GEOMETRY);
 
-  -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
+  -- Index of a phase's pixel in the first sums; REACHED + 1 if it is in none.
   type indices_t is array (natural range 0 to WORDS - 1) of count_t;
 
-  -- Kept in two tables, as the phase is wanted a clock before the age.
+  -- In two tables, because the phase is needed one clock before the age.
   type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
 
   -- 1 for no, 2 for yes: see table_words.
@@ -228,7 +228,8 @@ architecture rtl of moving_sum_control is
 
   end function next_count;
 
-  -- Of the step that comes in: bit 0 first, then the slice; and the same for the step whose output is due.
+  -- Of the step that arrives: bit 0 is `first`, the other bits are the slice; and the same of the step whose output is
+  -- due.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
 
@@ -246,7 +247,7 @@ architecture rtl of moving_sum_control is
   signal due_count : count_t               := 0;
   signal due_first : std_logic             := '0';
   signal due_ended : count_t               := REACHED + 1;
-  -- The line whose outputs go out is the one whose pixels come in.
+  -- The line whose outputs leave is the same as the one whose pixels arrive.
   signal same : std_logic := '0';
 
   -- 2 clocks.
@@ -299,7 +300,7 @@ begin
       if advance = '1' then
         due_now   := due_tag(0);
         now_ended := 0;
-        -- How long ago the last pixel of the line was: what would enter behind it is none, and counts as zero.
+        -- Steps since the last pixel of the line: pixels that would enter after it do not exist and count as zero.
         if live = '0' then
           now_ended := next_count(own_ended);
         end if;
@@ -356,8 +357,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Two tables of the same words: one is asked by the pixel that comes, the other by the output that goes, a line
-      -- before it perhaps.
+      -- Two tables of the same words: one is read for the pixel that arrives, the other for the output that leaves,
+      -- which may be of the line before.
       own := table_row(SLICES, M, own_slice, own_phase);
       row := table_row(SLICES, M, due_slice, due_phase);
       -- A slice of a stack has tables of its own, a row of the common ones: the tool drops the others.

@@ -123,7 +123,8 @@ package body moving_sum_pkg is
 
     if pixels_leave(geometry) then
       lines := lines + 1;
-      -- Even, so that both banks have as many: what leaves is in the other bank than what enters.
+      -- Even, so that both banks have as many lines: the line that leaves is in the other bank than the one that
+      -- enters.
       lines := lines + lines mod 2;
     end if;
 
@@ -196,7 +197,7 @@ package body moving_sum_pkg is
       return phase;
     end if;
 
-    -- Numeric indices are made of vectors here, as GHDL then sees a wire and no arithmetic.
+    -- Indices are converted from vectors here, because GHDL then makes a wire of them and no arithmetic.
     row := slice & to_unsigned(phase, bits_for(micro_image_size - 1));
 
     return to_integer(row);

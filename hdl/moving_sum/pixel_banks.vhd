@@ -155,7 +155,8 @@ architecture rtl of pixel_banks is
 
   constant ROW_OF : row_tables_t := row_table;
 
-  -- Whether a pixel, counted from the outputs, lies in the line: not before it, nor behind what came.
+  -- Whether a pixel, counted from the outputs, lies in the line: not before its begin, nor behind the pixels that have
+  -- arrived.
   function in_line (
     distance  : integer;
     rows      : natural;
@@ -250,7 +251,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- 1: what is written, and where the outputs' pixels are.
+      -- 1: the word to write, and where the outputs' pixels are.
       own_2      <= rotated_1;
       row_2      <= write_row_1;
       next_row_2 <= write_row_1 + 1;
@@ -315,7 +316,7 @@ begin
 
   every_bank : for b in 0 to BANKS - 1 generate
 
-    -- Where the pixel lies that leaves with the one of this bank.
+    -- Place of the pixel that leaves with the entering one of this bank.
     constant LEFT : natural := (b + BANKS - M) mod BANKS;
 
     signal write_row : row_t;

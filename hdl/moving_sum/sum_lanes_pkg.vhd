@@ -272,7 +272,7 @@ package body sum_lanes_pkg is
   ) return natural is
   begin
 
-    -- Whole tokens: what is too much is made up for by reading later rows.
+    -- Whole tokens: the excess is compensated by reading later rows.
     return divide_up(geometry.output_delay, pixels);
 
   end function lane_delay;
@@ -295,8 +295,8 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- A multiple of M that is P at least: then the phase of a pixel tells its bank, and the pixels of a token have
-    -- banks of their own.
+    -- The least multiple of M that is not below P: then the bank of a pixel determines its phase, and the pixels of a
+    -- token lie in different banks.
     return divide_up(pixels, micro_image_size) * micro_image_size;
 
   end function bank_count;

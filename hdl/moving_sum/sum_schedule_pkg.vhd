@@ -260,7 +260,7 @@ package body sum_schedule_pkg is
     index := last - phase * (geometry.shifts(slice) - 1) - place_in_group(geometry, slice, phase);
     index := index - (index - phase) mod geometry.micro_image_size;
 
-    -- It would lie before the line begins, where all counts as zero.
+    -- It would lie before the line begins, where everything counts as zero.
     if index < 0 then
       return -1;
     end if;

@@ -109,7 +109,7 @@ architecture rtl of focal_stack is
   signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
   signal line_end    : std_logic_vector(P - 1 downto 0);
 
-  -- What the stack gets, and the weights of its sums.
+  -- The tokens of the stack, and the weights of its sums.
   signal stack_token : token_t;
   signal stack_data  : std_logic_vector(IN_BITS - 1 downto 0);
   signal weights     : std_logic_vector(GEOMETRY.slices * larger(WEIGHT_BITS, 1) - 1 downto 0);
@@ -130,7 +130,7 @@ begin
       PIXELS_PER_CLOCK => P,
       IN_BITS          => IN_BITS,
       OUT_BITS         => OUT_BITS,
-      -- What arrives meanwhile, and 3 words of the FIFO's own latency.
+      -- Pixels that arrive meanwhile, and 3 words of the FIFO's own latency.
       INPUT_PIXELS   => INPUT_LINES * TOKENS + 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => choose(FLUSH, DELAY, 0),

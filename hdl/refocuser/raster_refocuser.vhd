@@ -154,7 +154,7 @@ architecture rtl of raster_refocuser is
   signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
   signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
 
-  -- What the engine gets, and the weights of its sums.
+  -- The tokens of the engine, and the weights of its sums.
   signal engine_token : token_t;
   signal engine_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal engine_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
@@ -177,7 +177,7 @@ begin
       IN_BITS          => DATA_BITS,
       OUT_BITS         => DATA_BITS,
       SLICES           => GEOMETRY.slices,
-      -- What arrives during a flush line, and 3 words of the FIFO's own latency.
+      -- Pixels that arrive during a flush line, and 3 words of the FIFO's own latency.
       INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
@@ -210,7 +210,7 @@ begin
       result_data   => result_data
     );
 
-  -- Without weights the engine gets its tokens at once, and the core no LUT more.
+  -- Without weights the tokens go to the engine directly, without an additional LUT.
   zero_border : if not BORDER_NORMALISED generate
     engine_token <= token;
     engine_rows  <= token_rows;

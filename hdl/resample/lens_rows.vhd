@@ -88,7 +88,7 @@ architecture rtl of lens_rows is
   signal columns_now : unsigned(15 downto 0) := (others => '0');
   signal rows_now    : unsigned(15 downto 0) := (others => '0');
 
-  -- The frame on work; it is one that can be resampled. No line has a single column, as the ring reads neighbours.
+  -- The current frame; whether it can be resampled. No line has a single column, as the ring reads neighbours.
   signal base_now    : place_t   := (others => '0');
   signal bottom_line : place_t   := (others => '0');
   signal last_place  : place_t   := to_signed(1, place_t'length);
@@ -111,7 +111,7 @@ architecture rtl of lens_rows is
   signal gap    : place_t := (others => '0');
   signal stride : place_t := (others => '0');
 
-  -- What the next line needs, by its lenses and mirrored; what is kept for it; what is kept now.
+  -- Lines that the next raster line needs, by its lenses, and mirrored; lines to keep for it; lines that are kept now.
   signal top       : place_t   := (others => '0');
   signal bottom    : place_t   := (others => '0');
   signal oldest    : place_t   := (others => '0');
@@ -192,7 +192,7 @@ begin
       registers   => held
     );
 
-  -- The size of a frame is told as it begins to come in, which may be before the last one is done.
+  -- The size of a frame is known when it begins to arrive, which may be before the last one is finished.
   take_size : process (clk) is
   begin
 
@@ -376,7 +376,7 @@ begin
       bottom <= first_row + steps + 1 + reach_down;
       -- The next row of lenses may begin above the last line of this one.
       oldest <= first_row + smaller(steps, gap) + reach_up;
-      -- What the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
+      -- Raw lines that the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
       bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
       if last_row = '0' then
         bottom_row := bottom_row + stride;

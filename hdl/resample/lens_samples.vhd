@@ -84,7 +84,7 @@ architecture rtl of lens_samples is
   -- follows, it is a constant.
   signal gain    : unsigned(GAIN_WIDTH - 1 downto 0);
   signal gain_at : gains_t := (others => to_unsigned(2 ** GAIN_BITS, GAIN_WIDTH));
-  -- What goes with a value.
+  -- The fields that accompany a value.
   signal valid_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal first_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal last_at  : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');

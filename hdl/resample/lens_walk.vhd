@@ -52,7 +52,7 @@ architecture rtl of lens_walk is
   signal y      : position_t := (others => '0');
   signal lens_x : position_t := (others => '0');
   signal x      : position_t := (others => '0');
-  -- What is left of the line, in lenses and within the lens, and the addresses in the tables.
+  -- Lenses left in the line and pixels left in the lens, and the addresses in the tables.
   signal lenses_left  : unsigned(15 downto 0)                    := (others => '0');
   signal in_lens      : natural range 0 to larger(LAST_PIXEL, 1) := 0;
   signal lens_now     : lens_t                                   := (others => '0');
@@ -90,7 +90,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Without credit nothing comes, and the walk stands still.
+      -- Without credit no position is sent, and the walk stands still.
       pixel.valid <= '0';
 
       -- The next frame may have fewer columns, and the memory is read at this place before its first pixel.

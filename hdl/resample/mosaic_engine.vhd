@@ -208,7 +208,7 @@ begin
     if rising_edge(clk) then
       valid_3 <= '0';
       if token_2.strobe = '1' then
-        -- What line this is, and what the line before was.
+        -- The fields of this line, and those of the line before.
         was_image := before_image;
         was_first := before_first;
         was_even  := before_even;
@@ -240,7 +240,7 @@ begin
         elsif was_first = '1' then
           now.above := now.below;
         end if;
-        -- The window's middle is a line behind, and so is what is known of it.
+        -- The middle of the window is a line behind, and so are its fields.
         now.even_line   := was_even;
         now.even_column := token_2.line_first or not centre.even_column;
 

@@ -113,7 +113,7 @@ architecture rtl of raw_window is
     end if;
 
     if place < 0 then
-      -- Never, as long as the reader reads what the ring holds.
+      -- Does not happen as long as the reader only reads lines in the ring.
       place := 0;
     end if;
 
@@ -139,7 +139,7 @@ architecture rtl of raw_window is
   -- Steps 3 and 4 stand apart so that neither has both a table and an addition behind a comparison.
   signal even_slot : slot_t := 0;
   signal odd_slot  : slot_t := 0;
-  -- What has to wait beside the addresses and the memories.
+  -- Values that are delayed as the addresses and the memories delay the pixels.
   signal swap_line_at   : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
   signal swap_column_at : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
   signal weight_y_at    : weights_t                                 := (others => (others => '0'));
@@ -172,7 +172,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The fraction of a position says how the four pixels are weighed: it is wanted when they come out.
+      -- The fraction of a position is the weight of the four pixels; it is needed when they come out.
       weight_y_at(1)                          <= unsigned(position_y(WEIGHT_BITS - 1 downto 0));
       weight_x_at(1)                          <= unsigned(position_x(WEIGHT_BITS - 1 downto 0));
       weight_y_at(2 to WINDOW_LATENCY)        <= weight_y_at(1 to WINDOW_LATENCY - 1);

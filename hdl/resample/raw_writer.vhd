@@ -47,7 +47,7 @@ end entity raw_writer;
 architecture rtl of raw_writer is
 
   constant LAST_SLOT : natural := LINES / 2 - 1;
-  -- Clocks in which what was read for a line has left the ring.
+  -- Clocks until the reads for a line have left the ring.
   constant KEEP_WAIT : positive := 12;
 
   type keeps_t is array (1 to KEEP_WAIT) of place_t;

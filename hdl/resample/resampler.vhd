@@ -245,7 +245,7 @@ begin
       fault          => fault
     );
 
-  -- What it says of a pixel is registered, and a register is all that stands between it and the memories.
+  -- Its fields of a pixel are registered, and only one register is between it and the memories.
   walk : entity work.lens_walk
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -302,7 +302,7 @@ begin
 
   black <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
 
-  -- It cannot stop: the credits say beforehand that what it sends out has a place.
+  -- It cannot stop: credits guarantee that everything it sends has a place.
   samples : entity work.lens_samples
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -332,7 +332,7 @@ begin
       values      => values
     );
 
-  -- Its ready is not looked at: it is never full, by the credits.
+  -- Its ready is ignored: thanks to the credits it is never full.
   values_out : entity work.axis_fifo
     generic map (
       WIDTH        => WORD_BITS,

@@ -106,8 +106,9 @@ architecture rtl of sharpen_columns is
 
   -- Lines of the frame before the current one, up to M - 1.
   signal lines_before : natural range 0 to larger(M - 1, 1) := 0;
-  -- What is said of a line moves with lines up to that of M lines before, which has its results now; one place on it
-  -- goes with the clocks of its words. With it go whether the line above it is there and whether it is sharpened.
+  -- The fields of a line are delayed by lines, up to the line M before, whose results are due now; the last place is
+  -- delayed by the clocks of its words. With them are delayed whether the line above it exists and whether it is
+  -- sharpened.
   signal line_at      : tokens_t(1 to M + LATENCY)         := (others => NO_TOKEN);
   signal above_at     : std_logic_vector(1 to M + LATENCY) := (others => '0');
   signal sharpened_at : std_logic_vector(1 to M + LATENCY) := (others => '0');
@@ -117,12 +118,12 @@ architecture rtl of sharpen_columns is
   signal above_there : std_logic;
   signal below_there : std_logic;
 
-  -- What was read: the sums of M lines above in the low bits, of 2 M lines above in the high ones. What goes back has
-  -- this line's in the low bits.
+  -- The word read has the sums of M lines above in the low bits, those of 2 M lines above in the high ones. The word
+  -- written back has this line's in the low bits.
   signal word      : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal word_back : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal slice_tap : unsigned(SLICE_BITS - 1 downto 0);
-  -- What is said of a token, and its strobe, which is all that a reset clears of it.
+  -- The fields of a token, and its strobe, which alone has a reset.
   signal token_at  : tokens_t(0 to LATENCY)         := (others => NO_TOKEN);
   signal strobe_at : std_logic_vector(0 to LATENCY) := (others => '0');
 
@@ -295,8 +296,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The token keeps its place in its line; what it says of the line is replaced below by what holds for the line
-      -- M before.
+      -- The token keeps its place in its line; its fields of the line are replaced below by those of the line M before.
       token_at(1 to LATENCY)  <= token_at(0 to LATENCY - 1);
       strobe_at(1 to LATENCY) <= strobe_at(0 to LATENCY - 1);
       if reset = '1' then

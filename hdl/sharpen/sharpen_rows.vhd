@@ -79,7 +79,7 @@ architecture rtl of sharpen_rows is
   signal lanes_now  : std_logic_vector(PIXELS - 1 downto 0);
   signal full_now   : std_logic;
   signal nearly_now : std_logic;
-  -- What is said of a token, whether it is sharpened, which pixels it has, and whether DELAY tokens of its line come
+  -- The fields of a token, whether it is sharpened, which pixels it has, and whether DELAY tokens of its line come
   -- before it, or one fewer.
   signal token_at     : tokens_t(1 to LAST)                         := (others => NO_TOKEN);
   signal sharpened_at : std_logic_vector(1 to LAST)                 := (others => '0');
@@ -88,15 +88,15 @@ architecture rtl of sharpen_rows is
   signal nearly_at    : std_logic_vector(1 to LAST)                 := (others => '0');
   signal strobe_at    : std_logic_vector(0 to SHARPEN_ROWS_LATENCY) := (others => '0');
   signal slice_tap    : unsigned(SLICE_BITS - 1 downto 0);
-  -- Idle clocks must not move the middle on: up to it all is kept in tokens, behind it in clocks.
+  -- Idle clocks must not move the middle: delays up to the middle count tokens, behind it clocks.
   signal middle : std_logic_vector(PIXELS * PIXEL_BITS - 1 downto 0);
 
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- Side information.
+  -- The fields of tokens.
 
-  -- Counted only as far as it matters: how much further a line goes on changes no neighbour.
+  -- Counted up to DELAY only: more tokens before a pixel change nothing.
   tokens_now <= 0 when begins_line(token) = '1' else
                 tokens_before when tokens_before = DELAY else
                 tokens_before + 1;

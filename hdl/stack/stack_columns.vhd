@@ -126,7 +126,7 @@ begin
       history  => history_3
     );
 
-  -- What is shared is what is large: the memory of pixels. The rest of a slice is an adder and a word a column.
+  -- The large part, the memory of pixels, is shared. Each slice adds only an adder and a word a column.
   slice : for s in 0 to SLICES - 1 generate
 
     sums : entity work.column_sum

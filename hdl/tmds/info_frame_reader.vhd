@@ -235,7 +235,7 @@ begin
       packet_error <= done and bad_checks;
       sum_error    <= done and not bad_checks and bad_sum;
 
-      -- Of a packet with an error nothing is taken: the frame before still says what holds.
+      -- Nothing is taken from a packet with an error; the values of the frame before remain valid.
       if done = '1' and bad_checks = '0' and bad_sum = '0' and header_all(7 downto 0) = AVI then
         -- The InfoFrame's checksum is byte 0; Y is in byte 1, C in 2, EC and Q in 3, VIC in 4, YQ in 5.
         info.informed    <= '1';

@@ -171,7 +171,7 @@ begin
         end if;
       end if;
 
-      -- Without words there is nothing to measure; what was measured before may be of another source.
+      -- Without words nothing can be measured, and earlier measurements may be of another source.
       if aligned /= "111" then
         locked   <= '0';
         patience <= 0;

@@ -49,7 +49,7 @@ architecture rtl of tmds_periods is
 
   subtype votes_t is natural range 0 to PREAMBLE_WORDS;
 
-  -- What the word before belonged to; behind the second word of a guard band already what follows.
+  -- Period of the word before; after the second word of a guard band already that of the next word.
   type period_t is (control, video_guard, picture, island_guard, data_island);
 
   subtype channels_t is std_logic_vector(CHANNELS - 1 downto 0);

@@ -208,14 +208,14 @@ begin
     signal found_user   : std_logic_vector(0 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
     signal index_errors : std_logic_vector(4 downto 0);
-    -- What the frame that leaves shows, and the same as it was with the pixel before.
+    -- The output of the frame that leaves, and that of the pixel before.
     signal shown_now  : std_logic_vector(1 downto 0);
     signal shown_held : std_logic_vector(1 downto 0) := "00";
     signal waits      : std_logic                    := '0';
 
   begin
 
-    -- The input holds what comes until lines that had to wait for the next frame are out.
+    -- The input FIFO holds the pixels that arrive until lines that had to wait for the next frame are out.
     stack : entity work.focal_stack
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,

@@ -109,7 +109,7 @@ architecture rtl of refocus_video is
   constant TOO_LATE : boolean := not takes(LAG_LINES < 2 ** COUNT_BITS,
                                            "refocus_video: SHIFTS and the sensor need a lag of more than 4095 lines");
 
-  -- Blanking: what the core needs behind a frame; between frames of a sensor some lines.
+  -- Blanking that the core needs behind a frame; between frames of a sensor some lines.
   constant CORE_BLANK : natural := choose(MOVING_SUM or STACK, MICRO_IMAGE_SIZE - 1, 0);
 
   signal followed    : following_t;
@@ -198,7 +198,7 @@ begin
 
   begin
 
-    -- Over before the next frame begins: what has no FIFO at its input takes its first pixel.
+    -- Over before the next frame begins, so that an entity without a FIFO at its input can take its first pixel.
     front_reset <= reset or (followed_before and not followed.running);
 
     note_following : process (clk) is

@@ -70,7 +70,7 @@ architecture rtl of sensor_front is
   signal size_columns : std_logic_vector(15 downto 0);
   signal size_rows    : std_logic_vector(15 downto 0);
   signal raster       : std_logic_vector(8 * PIXEL_CHANNELS - 1 downto 0);
-  -- What is asked for, and what holds until all begins again.
+  -- The requested output, and the one in effect until everything begins again.
   signal place_wanted  : std_logic_vector(1 downto 0);
   signal place_now     : std_logic_vector(1 downto 0)  := "00";
   signal columns_now   : std_logic_vector(15 downto 0) := (others => '0');
@@ -133,7 +133,7 @@ begin
     m_axis.tdata(8 * i + 7 downto 8 * i) <= raster(8 * (i mod PIXEL_CHANNELS) + 7 downto 8 * (i mod PIXEL_CHANNELS));
   end generate all_channels;
 
-  -- Nothing but the first pixel of a frame waits: the rest follows it as it comes.
+  -- Only the first pixel of a frame waits: the rest follows it as it comes.
   goes          <= turn or direct_now or not raster_user(0);
   m_axis.tvalid <= raster_valid and goes;
   raster_ready  <= m_axis_tready and goes;

@@ -66,7 +66,7 @@ architecture rtl of stored_light_field is
   -- Clocks from a place of the raster to its pixel, but for the output's.
   constant STEPS : positive := 3;
 
-  -- What goes along with a pixel on its way: whether it is one of the light field, its bit in the word.
+  -- The fields that accompany a pixel: whether it belongs to the light field, and its bit in the word.
 
   type way_t is record
     active  : std_logic;

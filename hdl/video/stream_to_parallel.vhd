@@ -77,8 +77,8 @@ begin
   line_valid    <= pixel_valid;
   s_axis_tready <= ready;
 
-  -- Behind the longest line pixels are taken, and not stored.
-  -- A camera's receiver cannot wait within a line, so a line is sent only when it is in the FIFO as a whole.
+  -- Beyond the longest line, pixels are taken but not stored. The receiver of a camera cannot wait within a line, so a
+  -- line is sent only when all of it is in the FIFO.
   arrives <= s_axis_tvalid and ready;
   stored  <= s_axis_tvalid when s_axis_tuser(0) = '1' or columns_in /= MAX_COLUMNS else
              '0';
@@ -171,7 +171,7 @@ begin
         else
           in_line <= '1';
         end if;
-      -- Nothing comes any more: the frame is closed, so that a receiver that waits for its end is not left alone.
+      -- No more pixels arrive: the frame is closed, so that a receiver that waits for its end is released.
       elsif patience = 0 then
         in_frame <= '0';
       else

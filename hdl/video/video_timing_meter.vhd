@@ -62,8 +62,8 @@ architecture rtl of video_timing_meter is
   signal wraps   : std_logic;
   signal h_moves : std_logic;
   signal v_moves : std_logic;
-  -- What makes a frame irregular: no line or frame ends, a line has another length, another horizontal sync, is not
-  -- where the counter says, has another number of pixels.
+  -- Reasons for an irregular frame: no line or frame ends; a line has another length, another horizontal sync, a begin
+  -- that the counter does not expect, or another number of pixels.
   signal endless    : std_logic;
   signal torn       : std_logic;
   signal h_strays   : std_logic;

@@ -209,7 +209,7 @@ begin
       else
         if place.frame_first = '1' then
           misses <= 0;
-          -- A frame start that stays away or comes elsewhere counts; a few may be damaged words.
+          -- A frame start that is missing or comes elsewhere is counted; a single one may be damaged words.
           if starts(1) = '0' then
             miss   <= '1';
             misses <= misses + 1;
