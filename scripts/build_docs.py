@@ -15,6 +15,7 @@ import textwrap
 from pathlib import Path
 
 from camera_tables import camera_tables
+from device_tables import device_shares, device_sources
 from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
@@ -44,8 +45,6 @@ from plenofir_studies.ray_validation import rounding_sentences
 from resource_tables import (
     board_builds,
     costs_of_leaving_out,
-    device_shares,
-    device_sources,
     ecp5_table,
     engine_table,
     flow_figures,

@@ -11,7 +11,7 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.sensors import KNOWN_SENSORS, KnownSensor
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from resource_tables import put, table
+from table_text import put, table
 
 # Of the sensors' scenes: M, with slices a fifth apart. Of the lenses: M and pixels in um, behind
 # a main lens of 25 mm.

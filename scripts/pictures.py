@@ -7,28 +7,24 @@ Without a name it lists them. The block diagrams (fir.svg and others) are drawn 
 is its own source. `make bench RECORD=1` draws bench.png.
 """
 
-import shutil
 import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from fractions import Fraction
 from math import inf
 from pathlib import Path
-from typing import Any
 
 import cv2
-import imageio.v3 as iio
 import matplotlib.pyplot as plt
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
-from playwright.sync_api import sync_playwright
 from skimage import data
 
+from page_pictures import designed, developed, viewer
+from picture_files import IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.exposure import Exposure
 from plenofir.camera.lightfield import (
@@ -39,7 +35,7 @@ from plenofir.camera.lightfield import (
     light_field,
     sub_aperture,
 )
-from plenofir.camera.plots import depth_picture, figure_pixels
+from plenofir.camera.plots import depth_picture
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -51,54 +47,16 @@ from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
 from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.ground import project
 from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 from plenofir.refocus import refocus
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sharpness import depth_index
-from plenofir.view import Page, export, light_field_page, pictures_page
 from plenofir_studies import ray_pictures, sweep
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
 from plenofir_studies.depth_scenes import plane
 from plenofir_studies.resolution import central_directions
-
-IMAGES = project.root() / "docs" / "images"
-PLANES = project.DATA / "planes_5x5.png"
-FLOWER = project.DATA / "flower_5x5.png"
-JPEG_QUALITY = 85
-
-Pixels = npt.NDArray[np.integer]
-
-
-def save(name: str, picture: Pixels | Figure) -> None:
-    """Write a picture; its name says the format."""
-    pixels = figure_pixels(picture) if isinstance(picture, Figure) else picture
-    if name.endswith(".png"):
-        write_png(IMAGES / name, pixels)
-    else:
-        iio.imwrite(IMAGES / name, pixels, quality=JPEG_QUALITY)
-
-
-def side_by_side(*panels: Pixels, gap: int = 8) -> Pixels:
-    """Pictures of one height in a row, white between them; grey ones among them become RGB."""
-    coloured = [np.dstack([panel] * 3) if panel.ndim == 2 else panel for panel in panels]
-    white = np.full((panels[0].shape[0], gap, 3), 255, np.uint8)
-    return np.hstack([part for panel in coloured for part in (white, panel)][1:])
-
-
-def reduced(image: Pixels, times: int = 2) -> npt.NDArray[np.uint8]:
-    """Means of blocks of pixels."""
-    rows, columns = (size // times for size in image.shape[:2])
-    blocks = image[: rows * times, : columns * times].astype(np.uint16)
-    means = blocks.reshape(rows, times, columns, times, 3).mean(axis=(1, 3))
-    return np.asarray(means.round(), dtype=np.uint8)
-
-
-def enlarged(image: Pixels, times: int) -> Pixels:
-    """Picture with larger pixels."""
-    return image.repeat(times, axis=0).repeat(times, axis=1)
 
 
 def simulated(*options: str) -> dict[str, Pixels]:
@@ -454,95 +412,6 @@ def moving_sum() -> None:
 
 
 # The viewer, in Chromium without a GPU.
-
-
-@contextmanager
-def browser() -> Iterator[Any]:
-    """Chromium that draws with the processor."""
-    software = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
-    software += ["--enable-unsafe-swiftshader", "--disable-dev-shm-usage"]
-    with sync_playwright() as tools:
-        chromium = tools.chromium.launch(executable_path=shutil.which("chromium"), args=software)
-        yield chromium
-        chromium.close()
-
-
-def opened(chromium: Any, page: Page, size: tuple[int, int], **options: Any) -> Any:
-    """A tab with the export of a page, when all of it is there."""
-    viewport = {"width": size[0], "height": size[1]}
-    tab = chromium.new_context(viewport=viewport, **options).new_page()
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "page.html"
-        file.write_bytes(export(page, 64_000_000))
-        tab.goto(file.as_uri())
-        tab.evaluate("plenofir.ready")
-        tab.evaluate("plenofir.depth")
-    return tab
-
-
-def shot(tab: Any, name: str) -> None:
-    """Write a screenshot."""
-    with tempfile.NamedTemporaryFile(suffix=".png") as file:
-        tab.screenshot(path=file.name)
-        save(name, read_image(Path(file.name))[:, :, :3])
-
-
-def viewer() -> None:
-    """The viewer with a camera, its depth map, on a telephone, with two pictures."""
-    planes, flower = read_image(PLANES), read_image(FLOWER)
-    model = RayModel.focused(load_camera("f193-mla2"), 1500, 5)
-    with browser() as chromium, tempfile.TemporaryDirectory() as parent:
-        page = light_field_page(planes, 5, full_scale=255, title=PLANES.name, model=model)
-        tab = opened(chromium, page, (1000, 620))
-        tab.mouse.click(*tab.evaluate("plenofir.placeOf(0.5, 0.5)"))
-        tab.wait_for_timeout(500)
-        tab.mouse.move(*tab.evaluate("plenofir.placeOf(0.88, 0.5)"))
-        shot(tab, "view-refocused.jpg")
-        tab.evaluate("plenofir.setMode('depth')")
-        shot(tab, "view-depth.jpg")
-        white, dark, raw = (read_image(MICROSCOPE / f"{n}.png") for n in ("white", "dark", "raw"))
-        aligned = decode(raw, calibrate(white, dark), 13, dark=dark)
-        page = light_field_page(aligned, 13, full_scale=65535, title="vesicle", gamma=1.0)
-        tab = opened(chromium, page, (1000, 700))
-        tab.evaluate("plenofir.setZoom(1.6, 0.55, 0.45)")
-        shot(tab, "view-microscope.jpg")
-        page = light_field_page(flower, 5, full_scale=255, title=FLOWER.name)
-        tab = opened(chromium, page, (360, 640), has_touch=True, is_mobile=True)
-        tab.evaluate("plenofir.setMode('sharp')")
-        shot(tab, "view-phone.jpg")
-        folder = Path(parent) / "sim"
-        folder.mkdir()
-        for a in ("-3/5", "3/5"):
-            write_png(folder / f"refocused_{a.replace('/', '_')}.png", refocus(flower, 5, a))
-        tab = opened(chromium, pictures_page(folder, "build/sim"), (1000, 480))
-        tab.evaluate("plenofir.setMode('wipe')")
-        shot(tab, "view-pictures.jpg")
-
-
-def developed() -> None:
-    """The page that `plenofir develop` makes of the microscope's capture."""
-    with tempfile.TemporaryDirectory() as folder, browser() as chromium:
-        files = [str(MICROSCOPE / f"{name}.png") for name in ("raw", "white", "dark")]
-        command = [sys.executable, "-m", "plenofir", "develop", files[0], "--white", files[1]]
-        command += ["--dark", files[2], "-M", "13", "--out", folder]
-        subprocess.run(command, check=True)
-        tab = chromium.new_context(viewport={"width": 1000, "height": 1100}).new_page()
-        tab.goto((Path(folder) / "index.html").as_uri())
-        shot(tab, "developed.jpg")
-
-
-def designed() -> None:
-    """The page of `plenofir design --page`."""
-    command = [sys.executable, "-m", "plenofir", "design", "--camera", "f193-mla2"]
-    command += ["--focus", "1500", "--near", "500", "--far", "5000", "--page", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, browser() as found:
-        assert server.stdout is not None
-        address = server.stdout.readline().split()[0]
-        tab = found.new_context(viewport={"width": 1200, "height": 860}).new_page()
-        tab.goto(address)
-        tab.evaluate("plenofir.ready")
-        shot(tab, "design.jpg")
-        server.terminate()
 
 
 PICTURES: dict[str, Callable[[], None]] = {

@@ -2,14 +2,12 @@
 """Tables of what designs take of a device and the clocks that they reach, for `build_docs.py`."""
 
 import json
-import re
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
-from marks import between_marks
+from device_tables import device_table, plan_on, scene_names
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
@@ -30,14 +28,12 @@ from plenofir.fpga.synthesis.comparison import (
     shown_shifts,
     widest,
 )
-from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.placers import load_placed_cores
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
-from plenofir.ground.errors import InputError
-from plenofir.plan import Plan, load_scene, make_plan
+from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.figures import (
     SENSORS,
@@ -50,7 +46,7 @@ from plenofir.plan.figures import (
 )
 from plenofir.plan.left_out import full_core
 from plenofir.plan.placed import recorded_beside_full
-from plenofir.plan.scene import scene_files
+from table_text import put, table
 
 MEMORY_COLUMNS = 1024
 MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
@@ -68,18 +64,6 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
 REFERENCE_GHDL = "2.0.0"
 FIGURE_HEADS = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path"
 _KINDS = {1: "grey", 3: "RGB"}
-
-
-def table(heads: str, rows: Iterable[Iterable[object]]) -> list[str]:
-    """Lines of a table of Markdown; heads have strokes between them."""
-    columns = heads.count("|") + 1
-    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
-    return [f"| {heads} |", "| --- " * columns + "|", *lines]
-
-
-def put(text: str, name: str, lines: Iterable[str]) -> str:
-    """Put lines between their marks in a page."""
-    return between_marks(text, name, "\n".join(lines))
 
 
 def recorded() -> dict[str, Figures]:
@@ -223,88 +207,6 @@ def resource_tables(text: str) -> str:
     return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
 
 
-def _scenes() -> list[str]:
-    """Names of the shipped scenes."""
-    return [file.stem for file in scene_files()]
-
-
-@cache
-def _plan_on(scene: str, device: str) -> Plan | str:
-    """The plan of a scene on a device, or in few words why there is none."""
-    try:
-        return make_plan(load_scene(scene, device))
-    except InputError as error:
-        over = re.search(r"needs (\d+) of (\d+) ([^;(]+)", str(error))
-        if over is not None:
-            return f"{over[1]} of {over[2]} {over[3].strip()}"
-        if "MHz" in str(error):
-            return "too slow"
-        if "not a mode" in str(error) or "build.path" in str(error):
-            return "board's video"
-        raise
-
-
-def _clock_of(scene: str, plan: Plan) -> float | None:
-    """Clock in MHz of a scene's core on a device, or of its board, if it was placed."""
-    builds = load_builds()
-    build = builds.get(f"{scene} on {plan.device}", builds.get(scene))
-    if build is not None and build.device == plan.device:
-        return next(clock.reached_mhz for clock in build.timing if clock.clock == "clk")
-    placed = load_placed_cores().get(plan.device, {})
-    found = placed.get(scene, placed.get(f"{scene} core"))
-    if found is not None:
-        return found.fmax_mhz
-    # In the slowest grade.
-    grades = json.loads((project.DATA / "ecp5.json").read_text()).get(scene, {})
-    lowest = grades.get("6")
-    if plan.path == "core" and lowest and NAMES.get(plan.device) == lowest["device"]:
-        return float(lowest["fmax_mhz"])
-    return None
-
-
-def _on_device(scene: str, device: str) -> str:
-    """What a scene's core takes of a device, or why it can't be there."""
-    plan = _plan_on(scene, device)
-    if isinstance(plan, str):
-        return plan
-    names = FAMILIES[DEVICES[device].family].names
-    lut, blocks = (plan.needs[name] for name in (names[0], names[2]))
-    at_once = f", {plan.core.pixels_per_clock} px" if plan.core.pixels_per_clock > 1 else ""
-    clock = _clock_of(scene, plan)
-    whole = " board" if plan.path != "core" else ""
-    return f"{lut} + {blocks}{whole}{at_once}" + (f" **{clock:g} MHz**" if clock else "")
-
-
-def device_table(text: str) -> str:
-    """Put what the shipped scenes' cores take of every device between its marks in a page."""
-    rows = []
-    for device in DEVICES.values():
-        total, names = device.total, FAMILIES[device.family].names
-        has = f"{total.lut} {names[0]}, {total.ramb16} {names[2]}"
-        rows.append((device.title, has, *(_on_device(scene, device.name) for scene in _scenes())))
-    return put(text, "devices", table(f"device | it has | {' | '.join(_scenes())}", rows))
-
-
-def device_shares() -> list[str]:
-    """Make the table of the shares of a device that scenes take, where they fit."""
-    rows = []
-    for device in DEVICES.values():
-        cells = []
-        for scene in _scenes():
-            plan = _plan_on(scene, device.name)
-            shares = (
-                ""
-                if isinstance(plan, str)
-                else " / ".join(
-                    f"{100 * need / plan.available[name]:.0f}" if plan.available[name] else "-"
-                    for name, need in plan.needs.items()
-                )
-            )
-            cells.append(shares)
-        rows.append((device.title, *cells))
-    return table(f"device | {' | '.join(_scenes())}", rows)
-
-
 def placed_table() -> list[str]:
     """Make the table of the cores that were placed on devices with other open tools."""
     return table(
@@ -320,8 +222,8 @@ def placed_table() -> list[str]:
 def left_out_of_scenes() -> list[str]:
     """Make the table of what was left out of each scene's core, on the first device it fits."""
     rows = []
-    for scene in _scenes():
-        plans = [_plan_on(scene, name) for name in DEVICES]
+    for scene in scene_names():
+        plans = [plan_on(scene, name) for name in DEVICES]
         found = [plan for plan in plans if not isinstance(plan, str)]
         core = next((plan for plan in found if plan.path == "core"), found[0])
         parts = "; ".join(part.what for part in core.left_out)
@@ -358,14 +260,14 @@ def _listed_files(scene: str) -> str:
 def beside_full_builds() -> list[str]:
     """Make the table of the shipped scenes beside their full builds."""
     heads = "scene | how known | LUT | flip-flops | block RAM | multipliers | MHz | files"
-    rows = ((scene, *_beside_full(scene), _listed_files(scene)) for scene in _scenes())
+    rows = ((scene, *_beside_full(scene), _listed_files(scene)) for scene in scene_names())
     return table(heads, rows)
 
 
 def costs_of_leaving_out() -> list[str]:
     """Make the table of what costs something to leave out, by the estimates."""
     rows = []
-    for scene in _scenes():
+    for scene in scene_names():
         for part in make_plan(load_scene(scene)).left_out:
             if part.costs:
                 both = (
@@ -374,14 +276,6 @@ def costs_of_leaving_out() -> list[str]:
                 )
                 rows.append((scene, part.what, *both, part.weighed))
     return table("scene | left out | saves | costs | so", rows)
-
-
-def device_sources() -> list[str]:
-    """Make the table of where the amounts of each family's devices are from."""
-    families = {device.family: device.source for device in DEVICES.values()}
-    return table(
-        "family | amounts", ((FAMILIES[f].title, source) for f, source in families.items())
-    )
 
 
 def imx219_table(text: str) -> str:

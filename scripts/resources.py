@@ -33,25 +33,20 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
-import numpy as np
-from scipy.optimize import nnls
-
+from fit_estimates import ECP5_RESULTS, PLACED, fit
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import load_builds, record_name, save_builds
 from plenofir.fpga.boards import BOARDS
-from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.weights import FILE as WEIGHTS
-from plenofir.fpga.core.weights import RESOURCES, load_weights
-from plenofir.fpga.devices import DEVICES, Usage
-from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.synthesis import comparison
 from plenofir.fpga.synthesis.counts import (
     COUNTED,
@@ -68,7 +63,7 @@ from plenofir.fpga.synthesis.ecp5 import (
     place,
     write_bitstream,
 )
-from plenofir.fpga.synthesis.estimate import estimate, memories, structure
+from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, save_placed_cores
 from plenofir.fpga.synthesis.placers import place_core as place_on
 from plenofir.fpga.synthesis.records import save_records
@@ -101,11 +96,8 @@ from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
 from plenofir_studies import energy, many_pixels, systolic
 
-ECP5_RESULTS = project.DATA / "ecp5.json"
 FULL_DEVICE = "lfe5u-45f"
 BITSTREAMS = project.root() / "build" / "pnr"
-# Small designs that are placed beside the scenes: what, M, a', rows at once.
-PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
 BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
 BOARD_ROWS = 480
 
@@ -384,103 +376,6 @@ def nets(names: Sequence[str]) -> None:
             placed = place(netlist)
         say(row.name, placed)
         systolic.save_placed({**known, row.name: placed})
-
-
-def least_worst(parts: np.ndarray) -> np.ndarray:
-    """Weights, none of them negative, whose sums over the parts are as near to 1 as can be.
-
-    What is made small is the largest distance of any row: least squares, in which the rows that are
-    far off weigh more each time (Lawson).
-    """
-    rows = np.ones(len(parts))
-    found: list[tuple[float, np.ndarray]] = []
-    for _ in range(40):
-        weights, _ = nnls(parts * rows[:, None], rows)
-        errors = np.abs(parts @ weights - 1)
-        found.append((float(errors.max()), weights))
-        rows *= 0.75 + 0.5 * errors / errors.max()
-        rows /= rows.mean()
-    return min(found, key=lambda pair: pair[0])[1]
-
-
-def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
-    """Cores that were placed on an ECP5: the comparison's, the scenes', small ones."""
-    known = dict(comparison.load_comparison().placed)
-    cores = {cell.name: cell.core() for cell in comparison.placed_cells() if cell.name in known}
-    for name, grades in json.loads(ECP5_RESULTS.read_text()).items():
-        known[name] = Placed.model_validate(grades["6"])
-    cores |= {design.name.removesuffix(" core"): design.core for design in core_designs()}
-    for kind, m, shift, rows in PLACED:
-        if kind == "core":
-            engine = FirEngine(parallel_rows=rows)
-            cores[f"{kind} M={m} a'={shift} iota={rows}"] = grey_core(m, (shift,), engine=engine)
-    return [
-        (name, core, Usage(p.lut, p.flip_flops, p.block_rams, dsp=p.multipliers))
-        for name, core in cores.items()
-        for p in [known[name]]
-    ]
-
-
-def fit_engine(
-    kind: str, family: Family, cells: list[tuple[str, CoreConfiguration, Usage]]
-) -> dict[str, dict[str, float]]:
-    """Weights of each part, for the least of the largest relative errors."""
-    counted = [structure(core, family) for _, core, _ in cells]
-    names = list(counted[0])
-    parts = np.array([[count[name] for name in names] for count in counted], dtype=float)
-    used = [sum((m.usage(family) for m in memories(core)), Usage()).lut for _, core, _ in cells]
-    goals: Mapping[str, list[int]] = {
-        "lut": [u.lut - n for (_, _, u), n in zip(cells, used, strict=True)],
-        "flip_flops": [u.flip_flops for _, _, u in cells],
-    }
-    tables = {}
-    for resource, wanted in goals.items():
-        goal = np.array(wanted, dtype=float)
-        weights = least_worst(parts / goal[:, None])
-        rounded = [float(f"{weight:.3g}") for weight in weights]
-        tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
-        errors = parts @ np.array(rounded) / goal - 1
-        worst = int(np.abs(errors).argmax())
-        print(f"{family}, {kind}, {resource}: worst {cells[worst][0]}, {errors[worst]:+.1%}")
-    return tables
-
-
-def fit(names: Sequence[str]) -> None:
-    """Write the weights of both engines; of a Spartan-6 from figures and the comparison."""
-    known, measured = load_figures().figures["2.0.0"], comparison.load_comparison().figures
-    counts = load_counts()
-    counted = dict(counted_cores())
-    weights = {kind: dict(families) for kind, families in load_weights().items()}
-    for family in get_args(Family):
-        if family not in weights["fir"] or (names and family not in names):
-            continue
-        if family == "spartan6":
-            cells = [
-                (design.name, design.core, known[design.name].usage)
-                for design in designs()
-                if design.name in known and design.top == CORE
-            ]
-            cells += [
-                (cell.name, cell.core(), measured[cell.name].usage)
-                for cell in comparison.measured_cells()
-                if cell.name in measured
-            ]
-        elif family == "ecp5":
-            cells = placed_on_ecp5()
-        else:
-            cells = [(name, core, counts[family][name]) for name, core in counted.items()]
-        for kind in SLICE_ENGINES:
-            own = [cell for cell in cells if cell[1].engine.kind == kind]
-            weights[kind][family] = fit_engine(kind, family, own)
-        if family == "spartan6":
-            continue
-        # For what is not fitted: LUTs and flip-flops for each of a Spartan-6, by the same cores.
-        times = [
-            [getattr(u, r) / getattr(estimate(core), r) for _, core, u in cells] for r in RESOURCES
-        ]
-        for part in ("sharpener", "sensor"):
-            weights[part][family] = [round(float(np.median(t)), 2) for t in times]
-    save_records(WEIGHTS, weights, levels=2)
 
 
 def energies(words: Sequence[str]) -> None:

@@ -19,7 +19,8 @@ import numpy as np
 import psutil
 
 from marks import between_marks
-from pictures import FLOWER, browser, opened
+from page_pictures import browser, opened
+from picture_files import FLOWER
 from plenofir.ground import project
 from plenofir.ground.images import encode_png, read_image
 from plenofir.view import light_field_page

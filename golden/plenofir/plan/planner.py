@@ -2,11 +2,8 @@
 """Chooses what a scene needs, and says what that leaves out."""
 
 from collections.abc import Iterator
-from fractions import Fraction
 from math import inf
 
-from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
-from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK, SliceEngine
@@ -18,8 +15,9 @@ from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage, stored_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.ground.errors import InputError
+from plenofir.plan.chosen_slices import cover_of, notes_on, planned_slice
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
-from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
+from plenofir.plan.planned import EngineOption, Plan, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
 from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
@@ -28,58 +26,6 @@ from plenofir.plan.sensor.camera_estimate import camera_usage
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
-from plenofir.refocus.shifts import shift_to_text
-
-
-def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
-    """Drop slices whose depth of field adds nothing to that of the others."""
-
-    def uncovered(slices: list[Slice]) -> float:
-        # Reciprocal distances: a gap to infinity has a finite size.
-        return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
-
-    def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
-        return gaps_between(slices, near_mm, far_mm)
-
-    kept = list(cover.slices)
-    for part in cover.slices:
-        others = [other for other in kept if other is not part]
-        if others and uncovered(others) <= uncovered(kept):
-            kept = others
-    return Cover(tuple(kept), gaps(kept))
-
-
-def _cover(loaded: LoadedScene, model: RayModel) -> Cover:
-    depth = loaded.scene.depth
-    assert depth.near_mm is not None
-    assert depth.far_mm is not None
-    cover = covering_slices(model, depth.near_mm, depth.far_mm)
-    if not cover.slices:
-        raise InputError(
-            f"no slice of {loaded.scene.camera.model} is in focus between "
-            f"{depth.near_mm:g} and {depth.far_mm:g} mm; give distances in front of the "
-            "lens, or another focus_mm",
-            where=f"{loaded.path}: depth",
-        )
-    return without_idle_slices(cover, depth.near_mm, depth.far_mm)
-
-
-def _planned(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
-    field = None if model is None else depth_of_field(model, Fraction(shift, m))
-    return PlannedSlice(
-        a=shift_to_text(shift, m),
-        shift=shift,
-        near_mm=None if field is None else field.near_mm,
-        far_mm=None if field is None or field.far_mm == inf else field.far_mm,
-    )
-
-
-def _notes(model: RayModel | None) -> tuple[str, ...]:
-    """What the camera's optics do to the slices."""
-    if model is None:
-        return ()
-    notes = diffraction_note(model.camera), model.vignetting_note(model.micro_image_size // 2)
-    return tuple(note for note in notes if note)
 
 
 def _arithmetics(
@@ -442,7 +388,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     gaps: tuple[tuple[float, float], ...] = ()
     if loaded.shifts is None:
         assert model is not None
-        cover = _cover(loaded, model)
+        cover = cover_of(loaded, model)
         shifts = tuple(int(part.a * m) for part in cover.slices)
         gaps = cover.gaps
     else:
@@ -480,7 +426,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
             else shown.latency_clocks(core, mode.h_total) + lag * mode.h_total
         ),
         latency_lines=shown.delay_lines(core) + lag,
-        slices=tuple(_planned(shift, m, model) for shift in shifts),
+        slices=tuple(planned_slice(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,
         columns=columns,
@@ -515,5 +461,5 @@ def make_plan(loaded: LoadedScene) -> Plan:
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         camera=camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
-        notes=_notes(model),
+        notes=notes_on(model),
     )

@@ -23,8 +23,8 @@ from plenofir.refocus.kernels import (
     ranges_of,
     whole,
 )
+from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
-    LINE_BYTES,
     copy_line,
     divide,
     quotients,

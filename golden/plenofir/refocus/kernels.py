@@ -26,10 +26,10 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus import vectors
+from plenofir.refocus import vector_code, vectors
 from plenofir.refocus.kept_code import KeptCode
+from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
-    LINE_BYTES,
     next_line,
     sum_lines,
     three_lines,
@@ -43,7 +43,7 @@ PAD = 32
 _PITCH = CHUNK + PAD
 
 # Their functions become part of the code of others.
-_SHARED = (Path(__file__), Path(vectors.__file__))
+_SHARED = (Path(__file__), Path(vectors.__file__), Path(vector_code.__file__))
 
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]

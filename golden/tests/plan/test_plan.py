@@ -19,11 +19,11 @@ from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
+from plenofir.plan.chosen_slices import without_idle_slices
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
 from plenofir.plan.left_out import full_core
 from plenofir.plan.placed import placed_beside_full
 from plenofir.plan.planned import Plan
-from plenofir.plan.planner import without_idle_slices
 from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Code in LLVM's own vectors, for numba: numbers, variables and arrays that write it.
+
+LLVM breaks the vectors down to what the processor has: AVX-512, AVX2, NEON.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from inspect import Parameter, Signature, signature
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+LINE_BYTES = 64
+"""Bytes of a vector that holds a sample of several lines."""
+TILE_BYTES = 16
+"""Bytes that a transposition moves in one piece: the shortest vector there is."""
+
+
+class Value:
+    """A number of the generated code, or a vector; a number meets a vector in each of its lanes."""
+
+    def __init__(self, builder: Any, llvm: Any) -> None:
+        self.builder, self.llvm = builder, llvm
+
+    @property
+    def lanes(self) -> int:
+        """Numbers of a vector; 1 of a number."""
+        return int(getattr(self.llvm.type, "count", 1))
+
+    @property
+    def bits(self) -> int:
+        """Bits of each."""
+        return int(getattr(self.llvm.type, "element", self.llvm.type).width)
+
+    def of_lanes(self, lanes: int, bits: int) -> "Value":
+        """A number as a vector that has it everywhere."""
+        one = self.as_wide_as(bits).llvm
+        if lanes == 1:
+            return Value(self.builder, one)
+        kind = ir.VectorType(one.type, lanes)
+        nothing = ir.Constant(kind, ir.Undefined)
+        first = self.builder.insert_element(nothing, one, ir.Constant(ir.IntType(32), 0))
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
+        return Value(self.builder, self.builder.shuffle_vector(first, nothing, mask))
+
+    def as_wide_as(self, bits: int, *, signed: bool = False) -> "Value":
+        """Each widened, or cut off, to so many bits."""
+        if bits == self.bits:
+            return self
+        kind: Any = ir.IntType(bits)
+        if isinstance(self.llvm.type, ir.VectorType):
+            kind = ir.VectorType(kind, self.lanes)
+        widen = self.builder.sext if signed else self.builder.zext
+        return Value(
+            self.builder, (widen if bits > self.bits else self.builder.trunc)(self.llvm, kind)
+        )
+
+    def _with(self, other: "Value | int", step: Callable[[Any, Any], Any]) -> "Value":
+        if isinstance(other, int):
+            kind = self.llvm.type
+            vector = isinstance(kind, ir.VectorType)
+            constant = ir.Constant(kind, [other] * self.lanes if vector else other)
+        else:
+            lone = self.lanes > 1 and other.lanes == 1
+            constant = (other.of_lanes(self.lanes, self.bits) if lone else other).llvm
+        return Value(self.builder, step(self.llvm, constant))
+
+    def __add__(self, other: "Value | int") -> "Value":
+        """Sum of each lane."""
+        return self._with(other, self.builder.add)
+
+    def __sub__(self, other: "Value | int") -> "Value":
+        """Difference of each lane."""
+        return self._with(other, self.builder.sub)
+
+    def __mul__(self, other: "Value | int") -> "Value":
+        """Product of each lane, of as many bits."""
+        return self._with(other, self.builder.mul)
+
+    def __floordiv__(self, other: int) -> "Value":
+        """Quotient of each lane without a sign."""
+        return self._with(other, self.builder.udiv)
+
+    def __lshift__(self, other: "Value | int") -> "Value":
+        """Each lane moved up."""
+        return self._with(other, self.builder.shl)
+
+    def __rshift__(self, other: "Value | int") -> "Value":
+        """Each lane moved down, zeros behind it."""
+        return self._with(other, self.builder.lshr)
+
+    def __or__(self, other: "Value | int") -> "Value":
+        """Bits that either lane has."""
+        return self._with(other, self.builder.or_)
+
+    def lowest(self, limit: int) -> "Value":
+        """Remainder of a division by a power of two."""
+        return self._with(limit - 1, self.builder.and_)
+
+    def upper_product(self, other: "Value") -> "Value":
+        """Upper half of the product's bits."""
+        bits = self.bits
+        factor = other if other.lanes == self.lanes else other.of_lanes(self.lanes, bits)
+        product = self.as_wide_as(2 * bits) * factor.as_wide_as(2 * bits)
+        return (product >> bits).as_wide_as(bits)
+
+    def at_most(self, other: "Value") -> "Value":
+        """The smaller one of each lane and a limit, without signs."""
+        limit = other.of_lanes(self.lanes, self.bits).llvm
+        below = self.builder.icmp_unsigned("<", self.llvm, limit)
+        return Value(self.builder, self.builder.select(below, self.llvm, limit))
+
+    def at_least_nothing(self) -> "Value":
+        """Each lane, or 0 for a negative one."""
+        nothing = ir.Constant(self.llvm.type, [0] * self.lanes)
+        above = self.builder.icmp_signed(">", self.llvm, nothing)
+        return Value(self.builder, self.builder.select(above, self.llvm, nothing))
+
+    @contextmanager
+    def times(self) -> "Iterator[Value]":
+        """Loop this many times."""
+        with cgutils.for_range(self.builder, self.llvm) as loop:
+            yield Value(self.builder, loop.index)
+
+    def is_nothing(self) -> Any:
+        """Two branches: it is 0, or not."""
+        nothing = ir.Constant(self.llvm.type, 0)
+        return self.builder.if_else(self.builder.icmp_signed("==", self.llvm, nothing))
+
+
+class Variable:
+    """What changes in a loop."""
+
+    def __init__(self, value: Value) -> None:
+        self.builder = value.builder
+        self.place = cgutils.alloca_once(value.builder, value.llvm.type)  # type: ignore[no-untyped-call]
+        self.set(value)
+
+    def set(self, value: Value) -> None:
+        """Give it a value."""
+        self.builder.store(value.llvm, self.place)
+
+    def get(self) -> Value:
+        """The value that it has."""
+        return Value(self.builder, self.builder.load(self.place))
+
+
+class Array:
+    """A contiguous array of numbers, by places counted from its first."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.builder, self.bits = builder, kind.dtype.bitwidth
+        array = context.make_array(kind)(context, builder, value)
+        self.data, self._size = array.data, array.nitems
+
+    def size(self) -> Value:
+        """How many numbers."""
+        return Value(self.builder, self._size)
+
+    def _pointer(self, place: Value, lanes: int, bits: int) -> Any:
+        kind: Any = ir.IntType(bits)
+        kind = ir.VectorType(kind, lanes) if lanes > 1 else kind
+        pointer = self.builder.gep(self.data, [place.llvm])
+        return self.builder.bitcast(pointer, kind.as_pointer())
+
+    def load(self, place: Value, lanes: int = 1) -> Value:
+        """So many numbers from a place on."""
+        value = self.builder.load(self._pointer(place, lanes, self.bits))
+        value.align = self.bits // 8
+        return Value(self.builder, value)
+
+    def store(self, place: Value, value: Value, *, past_caches: bool = False) -> None:
+        """`past_caches`: a whole line of a cache, which is not wanted there."""
+        pointer = self._pointer(place, value.lanes, value.bits)
+        stored = self.builder.store(value.llvm, pointer)
+        stored.align = LINE_BYTES if past_caches else self.bits // 8
+        if past_caches:
+            mark = self.builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)])
+            stored.set_metadata("nontemporal", mark)
+
+    def beyond_line(self, place: Value) -> Value:
+        """Numbers from there to where the next line of a cache begins."""
+        pointer = self._pointer(place, 1, self.bits)
+        address = Value(self.builder, self.builder.ptrtoint(pointer, ir.IntType(64)))
+        before = self.builder.neg(address.llvm)
+        return Value(self.builder, before).lowest(LINE_BYTES) // int(self.bits // 8)
+
+    def prefetch(self, place: Value) -> None:
+        """Ask for the line of the cache that has a place."""
+        byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+        ask = self.builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
+        pointer = self.builder.bitcast(self.builder.gep(self.data, [place.llvm]), byte)
+        self.builder.call(ask, [pointer, number(0), number(2), number(1)])
+
+
+def generated(write: Callable[..., None]) -> Callable[..., Any]:
+    """Function whose code is generated for the types of the arrays that it is called with."""
+
+    def typing(_: Any, *kinds: Any) -> Any:
+        taken = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
+
+        def generate(context: Any, builder: Any, made: Any, arguments: Any) -> Any:
+            given = [
+                Array(context, builder, kind, value)
+                if isinstance(kind, types.Array)
+                else Value(builder, value)
+                for kind, value in zip(made.args, arguments, strict=True)
+            ]
+            write(*given)
+            return context.get_dummy_value()
+
+        return types.void(*taken), generate
+
+    typing.__name__ = write.__name__
+    names = ["context", *signature(write).parameters]
+    # numba asks for the arguments' names.
+    typing.__signature__ = Signature(  # type: ignore[attr-defined]
+        [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+    )
+    return intrinsic(typing)
+
+
+def lanes_in_line(array: Array) -> int:
+    """Numbers of an array that a line of a cache holds."""
+    return int(8 * LINE_BYTES // array.bits)
+
+
+def join_vectors(vectors: Sequence[Value]) -> Value:
+    """One vector of several, in their order."""
+    builder, joined = vectors[0].builder, [vector.llvm for vector in vectors]
+    while len(joined) > 1:
+        lanes = 2 * joined[0].type.count
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes), list(range(lanes)))
+        joined = [
+            builder.shuffle_vector(a, b, mask)
+            for a, b in zip(joined[::2], joined[1::2], strict=True)
+        ]
+    return Value(builder, joined[0])
+
+
+def transposed(vectors: list[Value]) -> list[Value]:
+    """Transpose the squares that stand side by side in as many vectors as a square has lines."""
+    builder, size, lanes = vectors[0].builder, len(vectors), vectors[0].lanes
+    masks = [
+        ir.Constant(
+            ir.VectorType(ir.IntType(32), lanes),
+            [
+                square + half + k // 2 + lanes * (k % 2)
+                for square in range(0, lanes, size)
+                for k in range(size)
+            ],
+        )
+        for half in (0, size // 2)
+    ]
+    lines = [vector.llvm for vector in vectors]
+    # Shuffling each line with the one half the square below, log2 times, transposes.
+    for _ in range(size.bit_length() - 1):
+        lines = [
+            builder.shuffle_vector(lines[n], lines[n + size // 2], mask)
+            for n in range(size // 2)
+            for mask in masks
+        ]
+    return [Value(builder, line) for line in lines]
