@@ -333,7 +333,7 @@ def design(
         plane = model.distance(_NEAR)
         if plane.state() is not State.REAL:
             raise InputError(
-                f"no plane a = {_NEAR:g} lies in front of the lens; give it", where="near"
+                f"no plane a = {_NEAR:g} lies in front of the lens; give a distance", where="near"
             )
         near_mm = float(plane.mm)
     gap = _views(model)
