@@ -51,6 +51,14 @@ def encode_figure(figure: Figure, suffix: str) -> bytes:
     return content.getvalue()
 
 
+def log_scale(axis: Axis) -> None:
+    """Make an axis logarithmic, if it shows anything above 0."""
+    if axis.get_minpos() < inf:
+        axes = axis.axes
+        (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
+        label_log_axis(axis)
+
+
 def label_log_axis(axis: Axis) -> None:
     """Numbers as they are, at 1, 2 and 5 of each power of ten; any range where nothing is shown."""
     low, high = axis.get_view_interval()

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
 from plenofir.camera.design.figures import Design, depth_error, lens_sample
-from plenofir.camera.plots import SharpRange, draw_ranges, label_log_axis
+from plenofir.camera.plots import SharpRange, draw_ranges, log_scale
 from plenofir.camera.rays import RayModel
 
 _POINTS = 200
@@ -38,7 +38,8 @@ def _planes(axes: Axes, model: RayModel, found: Design, top: float) -> None:
         alpha=0.3,
         label="depth of field",
     )
-    axes.set(xlabel="a", ylabel="distance / mm", yscale="log")
+    axes.set(xlabel="a", ylabel="distance / mm")
+    log_scale(axes.yaxis)
     axes.legend(fontsize=8)
 
 
@@ -74,13 +75,10 @@ def design_plot(found: Design) -> Drawing:
         ylabel="error of the distance / mm",
         title=f"disparity off by {found.disparity_error_px:g} pixels, G = {found.gap}",
     )
-    for axis in axes[1]:
-        axis.set(xscale="log", yscale="log")
+    for line in (axes[1, 0].xaxis, axes[1, 0].yaxis, axes[1, 1].xaxis, axes[1, 1].yaxis):
+        log_scale(line)
     axes[1, 0].legend(fontsize=8)
     for axis in axes.ravel():
         axis.grid(alpha=0.3, which="both")
-        for line in (axis.xaxis, axis.yaxis):
-            if line.get_scale() == "log":
-                label_log_axis(line)
     drawing.suptitle(f"{model.camera.name}, M = {model.micro_image_size}")
     return drawing

@@ -21,8 +21,17 @@ CAMERAS = project.DATA / "cameras"
 # Far beyond any camera, and near enough for products and quotients of lengths to be numbers.
 _SHORTEST, _LONGEST = 1e-30, 1e30
 
-Length = Annotated[float, Field(ge=_SHORTEST, le=_LONGEST)]
-SignedLength = Annotated[float, Field(ge=-_LONGEST, le=_LONGEST)]
+
+def _length(value: float) -> float:
+    if not _SHORTEST <= value <= _LONGEST:
+        raise ValueError(f"Input should be a positive number from {_SHORTEST:g} to {_LONGEST:g}")
+    return value
+
+
+def _signed_length(value: float) -> float:
+    if not abs(value) <= _LONGEST:
+        raise ValueError(f"Input should be a number up to {_LONGEST:g} on either side")
+    return value
 
 
 def _pupil_distance(value: float) -> float:
@@ -33,6 +42,8 @@ def _pupil_distance(value: float) -> float:
     return value
 
 
+Length = Annotated[float, AfterValidator(_length)]
+SignedLength = Annotated[float, AfterValidator(_signed_length)]
 PupilDistance = Annotated[float, AfterValidator(_pupil_distance)]
 
 
@@ -178,7 +189,8 @@ def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
     except ValidationError as error:
         wrong = error.errors()[0]
         name = next((n for n, place in FIELDS.items() if place == wrong["loc"]), "camera")
-        raise InputError(f"{wrong['input']!r}; {wrong['msg']}", where=name) from None
+        message = wrong["msg"].removeprefix("Value error, ").replace("Input should", "it should")
+        raise InputError(f"{wrong['input']!r}; {message}", where=name) from None
 
 
 def camera_names() -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plenofir.camera.plots import SharpRange, draw_ranges, label_log_axis
+from plenofir.camera.plots import SharpRange, draw_ranges, log_scale
 from plenofir.camera.rays.cover import Cover, depth_of_field
 from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.model import RayModel
@@ -150,15 +150,10 @@ def plot_triangulation(
     span = max(abs(d) for d in disparities) or 1.0
     curve = np.linspace(min(0.0, *disparities) - 0.2 * span, max(disparities) + 0.3 * span, 801)
     figure, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
-    seen = False
     for values, style in ((curve, "-"), (np.asarray(disparities, dtype=np.float64), "o")):
         distances = model.depth(values, gap, view=view, unit=unit).mm + model.entrance_pupil_mm
         axes.plot(values, distances, style, color="tab:blue")
-        seen = seen or bool((distances > 0).any())
-    # Of a camera that sees nothing real there, the axes alone.
-    if seen:
-        axes.set_yscale("log")
-        label_log_axis(axes.yaxis)
+    log_scale(axes.yaxis)
     axes.set(
         xlabel=f"disparity / {unit}, views {view} and {view + gap}",
         ylabel="distance from the micro lenses / mm",
