@@ -14,6 +14,7 @@ from plenofir.fpga.core.weights import FILE as WEIGHTS
 from plenofir.fpga.core.weights import RESOURCES, load_weights
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import Family
+from plenofir.fpga.names import DEFAULT_ENGINE
 from plenofir.fpga.synthesis import comparison
 from plenofir.fpga.synthesis.counts import (
     counted_cores,
@@ -98,13 +99,13 @@ def fit_engine(
 
 
 def fit(names: Sequence[str]) -> None:
-    """Write the weights of both engines; of a Spartan-6 from figures and the comparison."""
+    """Write the weights of the engines; of a Spartan-6 from figures and the comparison."""
     known, measured = load_figures().figures["2.0.0"], comparison.load_comparison().figures
     counts = load_counts()
     counted = dict(counted_cores())
     weights = {kind: dict(families) for kind, families in load_weights().items()}
     for family in get_args(Family):
-        if family not in weights["fir"] or (names and family not in names):
+        if family not in weights[DEFAULT_ENGINE] or (names and family not in names):
             continue
         if family == "spartan6":
             cells = [
@@ -123,7 +124,8 @@ def fit(names: Sequence[str]) -> None:
             cells = [(name, core, counts[family][name]) for name, core in counted.items()]
         for kind in SLICE_ENGINES:
             own = [cell for cell in cells if cell[1].engine.kind == kind]
-            weights[kind][family] = fit_engine(kind, family, own)
+            if own:
+                weights.setdefault(kind, {})[family] = fit_engine(kind, family, own)
         if family == "spartan6":
             continue
         # For what is not fitted: LUTs and flip-flops for each of a Spartan-6, by the same cores.

@@ -8,6 +8,7 @@ from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK, SliceEngine
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.core.weights import is_weighed
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
@@ -79,7 +80,8 @@ def _candidates(
             for core in _variants(loaded, raster, kind, device)
         ]
         if wanted == "auto":
-            cores = [core for core in cores if not _misfit(loaded, core)]
+            weighed = [core for core in cores if is_weighed(core.engine.kind)]
+            cores = [core for core in weighed if not _misfit(loaded, core)]
         else:
             cores = [core for core in cores if core.engine.kind == wanted]
         if scene.build.pixels_per_clock != "auto":
@@ -202,7 +204,9 @@ def _engine_choice(
     for name, engine in SLICE_ENGINES.items():
         variants = [core] if core.engine.kind == name else _variants(loaded, core, engine, device)
         usage, refused = None, f"takes one row at once, not {core.parallel_rows}"
-        if variants:
+        if not is_weighed(name):
+            refused = "was never synthesised, so its size is not known"
+        elif variants:
             found = min(variants, key=lambda other: _size(estimate(other, device.family)))
             refused = _refused(loaded, found) or _too_slow(loaded, found, device)
             usage = None if refused else _needs(found, loaded, device)

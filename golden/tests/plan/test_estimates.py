@@ -9,6 +9,7 @@ import pytest
 
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
+from plenofir.fpga.core import weights
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.memory import Memory, block_sizes
@@ -187,3 +188,15 @@ def test_hold_is_smaller() -> None:
     core = CoreConfiguration(micro_image_size=5, shifts=(-5, 0, 5), max_columns=640)
     held = core.model_copy(update={"engine": FirEngine(hold=True)})
     assert estimate(held).lut < estimate(core).lut
+
+
+def test_an_engine_is_weighed_when_its_sizes_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is new has no weights: the planner says so, and takes the other engine."""
+    assert make_plan(load_scene("grey-microscope")).core.engine.kind == "moving_sum"
+    known = {kind: rows for kind, rows in weights.load_weights().items() if kind != "moving_sum"}
+    monkeypatch.setattr(weights, "load_weights", lambda: known)
+    plan = make_plan(load_scene("grey-microscope"))
+    assert plan.core.engine.kind == "fir"
+    (option,) = (option for option in plan.engines if option.engine == "moving_sum")
+    assert option.needs is None
+    assert "never synthesised" in option.refused

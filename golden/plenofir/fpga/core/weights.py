@@ -30,6 +30,11 @@ def load_weights() -> Mapping[str, Mapping[str, Any]]:
     return content
 
 
+def is_weighed(kind: str) -> bool:
+    """Whether designs of a kind were fitted: not yet those of a new engine."""
+    return kind in load_weights()
+
+
 def usage_of_parts(
     kind: str,
     parts: Mapping[str, int],
@@ -37,11 +42,16 @@ def usage_of_parts(
     family: Family,
     multipliers: int = 0,
 ) -> Usage:
-    """What a design of a kind takes of a family's devices."""
+    """What a design of a kind takes of a family's devices.
+
+    Its memories and multipliers alone, if the kind was never fitted.
+    """
+    in_memories = sum((memory.usage(family) for memory in memories), Usage())
+    if not is_weighed(kind):
+        return in_memories + Usage(dsp=multipliers)
     known = load_weights()[kind]
     found = known[_LIKE.get(family, family)]
     tables = known["spartan6"] if isinstance(found, list) else found
-    in_memories = sum((memory.usage(family) for memory in memories), Usage())
     lut, flip_flops = (
         round(sum(weight * parts[name] for name, weight in tables[resource].items()))
         for resource in RESOURCES
