@@ -15,10 +15,10 @@ help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 	@echo "  Other targets: CONTRIBUTING.md. Everything else: .venv/bin/plenofir --help"
 
-sim: venv simulator ## Refocus an image in the VHDL and compare every pixel: RAW= M= A= OUT= and more (docs/simulation.md)
+sim: venv simulator ## Refocus an image in the simulated VHDL and compare every pixel: RAW= M= A= OUT=, more in docs/simulation.md
 	@$(PLENOFIR) sim
 
-synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes)
+synth: venv ## Synthesise with GHDL and Yosys: SCENE= OUT= (by default all shipped scenes)
 	@scripts/setup.sh ghdl
 	@$(PLENOFIR) synth
 
@@ -27,23 +27,23 @@ pnr: venv ## Place and route with nextpnr (ECP5, Nexus, Gowin, GateMate): SCENE=
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/resources.py place $(if $(SCENE),"$(SCENE)" $(DEVICE))
 
-mutants: venv libpython # Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
+mutants: venv libpython # Change the VHDL in 120 ways; fails if a change is neither noticed by a test nor explained
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
 
-coverage: venv test-tools libpython # Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) TESTS="tb/board" (these alone, added to the last run) JOBS=
+coverage: venv test-tools libpython # Count the statements and branches of the VHDL and the lines of the package that tests reach: FULL=1 (long tests too) TESTS="tb/board" (these alone, added to the last run) JOBS=
 	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full) $(if $(TESTS),--tests $(TESTS))
 
-mutants-python: venv # Change golden model, ray model and calibration in many ways, as mutants does the VHDL: ROOM= SEED= COUNT=
+mutants-python: venv # The same for golden model, ray model and calibration: ROOM= SEED= COUNT=
 	@scripts/setup.sh mutants
 	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120)
 
-figures: venv # Write what `make test` wants of the synthesis anew (4 minutes; what was synthesised before is in build/yosys): JOBS=
+figures: venv # Record the figures of synthesis that `make test` checks (4 minutes; earlier results are in build/yosys): JOBS=
 	@scripts/setup.sh ghdl
 	@JOBS=$(JOBS) $(PYTHON) scripts/resources.py figures
 	@$(PYTHON) scripts/build_docs.py
 
-compare: venv # Synthesise and place the cells of the comparison of both engines, and of many pixels a clock, that were not yet (hours)
+compare: venv # Synthesise and place the missing cells of the tables that compare both engines, and pixels a clock (hours)
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/resources.py compare
@@ -51,19 +51,19 @@ compare: venv # Synthesise and place the cells of the comparison of both engines
 	@$(PYTHON) scripts/pictures.py engines moving-sum
 	@$(PYTHON) scripts/build_docs.py
 
-test: venv simulator test-tools libpython lint bitstream-check ## Style, types, golden model, testbenches
+test: venv simulator test-tools libpython lint bitstream-check ## Run the tests: style, types, golden model, testbenches
 	@DRAWN=$${DRAWN:-$$(date +%s)}; export DRAWN; echo "DRAWN=$$DRAWN: which of the long lists' cases run"; $(PYTEST) -m "not slow"
 
-test-full: venv simulator test-tools libpython lint bitstream-check ## All of that, and the long runs
+test-full: venv simulator test-tools libpython lint bitstream-check ## Run the tests and the long ones too
 	@$(PYTEST)
 
-check: venv simulator lint ## For the edit loop: style, types, quick tests of the golden model, a small frame through each engine
+check: venv simulator lint ## Run the quick tests, for the edit loop: style, types, golden model, a small frame through each engine
 	@$(PYTEST) -q -m quick
 
-hunt: venv simulator libpython ## Random streams, well-formed and broken, into every entity with a stream: MINUTES= SEED= ENTITY= CASE=
+hunt: venv simulator libpython ## Send random streams, good and broken, into every entity with a stream: MINUTES= SEED= ENTITY= CASE=
 	@$(PYTHON) tb/hunt/hunt.py --jobs $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(ENTITY),--entity "$(ENTITY)") $(if $(CASE),--case $(CASE))
 
-golden: venv ## Golden-model tests alone (no simulator needed)
+golden: venv ## Run the tests of the Python package (no simulator needed)
 	@$(PYTEST) golden
 
 lint: venv # Style of Python and VHDL, Python types
@@ -76,25 +76,25 @@ lint: venv # Style of Python and VHDL, Python types
 	$(PYTHON) scripts/build_hdl.py --check; \
 	others=$$?; wait $$types && exit $$others
 
-bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT= and more (docs/boards.md)
+bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT=, more in docs/boards.md
 	@$(if $(filter-out atlys,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
-bitstream-check: venv simulator # Check what a bitstream build needs, as far as that goes without ISE
+bitstream-check: venv simulator # Check everything of the Atlys' bitstream build that can be checked without ISE
 	@$(PLENOFIR) bitstream check
 
-bench: venv simulator ## Measure refocuser, ray model, calibration, simulators: error against run time, stability; RECORD=1 for the docs
+bench: venv simulator ## Measure error and run time of refocuser, ray model, calibration, simulators; RECORD=1 updates the docs
 	@scripts/setup.sh compiler
 	@$(PYTHON) scripts/bench.py $(if $(RECORD),--record)
 	@$(if $(RECORD),$(PYTHON) scripts/build_docs.py)
 
-docs: venv ## Build what the documentation takes from the sources
+docs: venv ## Build the parts of the documentation that come from the sources
 	@scripts/setup.sh registers
 	@$(PYTHON) scripts/build_registers.py
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
 
-site: venv ## Build the documentation as a site with search (build/site); python -m http.server -d build/site
+site: venv ## Build the documentation as a web site (build/site); to read it: python -m http.server -d build/site
 	@scripts/setup.sh site
 	@$(PYTHON) scripts/build_site.py
 

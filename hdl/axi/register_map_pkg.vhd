@@ -56,7 +56,7 @@ package register_map_pkg is
 
   -- Their fields: the first bit, and of those of several bits how many.
 
-  -- version: What the core is of.
+  -- version: Release of plenofir, and number of the map.
   constant VERSION_PATCH      : natural  := 0;
   constant VERSION_PATCH_BITS : positive := 8;
   constant VERSION_MINOR      : natural  := 8;
@@ -66,14 +66,14 @@ package register_map_pkg is
   constant VERSION_MAP        : natural  := 24;
   constant VERSION_MAP_BITS   : positive := 8;
 
-  -- parts: What stands behind these registers.
+  -- parts: The parts that are built.
   constant PARTS_REFOCUSER   : natural := 0;
   constant PARTS_STACK       : natural := 1;
   constant PARTS_DEPTH_INDEX : natural := 2;
   constant PARTS_RESAMPLER   : natural := 3;
   constant PARTS_MOSAIC      : natural := 4;
 
-  -- geometry: What a frame is made of.
+  -- geometry: Structure of frames.
   constant GEOMETRY_MICRO_IMAGE_SIZE      : natural  := 0;
   constant GEOMETRY_MICRO_IMAGE_SIZE_BITS : positive := 8;
   constant GEOMETRY_SLICES                : natural  := 8;
@@ -85,7 +85,7 @@ package register_map_pkg is
   constant GEOMETRY_PIXELS_PER_CLOCK      : natural  := 24;
   constant GEOMETRY_PIXELS_PER_CLOCK_BITS : positive := 6;
 
-  -- limits: The largest frames.
+  -- limits: Limits of frames.
   constant LIMITS_MAX_COLUMNS        : natural  := 0;
   constant LIMITS_MAX_COLUMNS_BITS   : positive := 16;
   constant LIMITS_PARALLEL_ROWS      : natural  := 16;
@@ -111,11 +111,11 @@ package register_map_pkg is
   constant SHARPNESS_VOTE_RADIUS      : natural  := 4;
   constant SHARPNESS_VOTE_RADIUS_BITS : positive := 3;
 
-  -- confidence: What has texture.
+  -- confidence: Threshold of texture.
   constant CONFIDENCE_LEVEL      : natural  := 0;
   constant CONFIDENCE_LEVEL_BITS : positive := 30;
 
-  -- resampler: What it is built for.
+  -- resampler: How the resampler is built.
   constant RESAMPLER_HEXAGONAL          : natural  := 0;
   constant RESAMPLER_MOVES              : natural  := 1;
   constant RESAMPLER_GAINS              : natural  := 2;
@@ -130,60 +130,60 @@ package register_map_pkg is
   constant RESAMPLER_GAIN_BITS          : natural  := 23;
   constant RESAMPLER_GAIN_BITS_BITS     : positive := 4;
 
-  -- lenses: Its tables.
+  -- lenses: Size of the table of lenses.
   constant LENSES_COUNT      : natural  := 0;
   constant LENSES_COUNT_BITS : positive := 21;
 
-  -- asked_slice: Of which slice `slice_shift` tells.
+  -- asked_slice: Selects the slice that `slice_shift` describes.
   constant ASKED_SLICE_NUMBER      : natural  := 0;
   constant ASKED_SLICE_NUMBER_BITS : positive := 8;
 
-  -- slice_shift: What the slice `asked_slice` refocuses to; of a number beyond the set 0.
+  -- slice_shift: Focus setting of the slice `asked_slice`; 0 for numbers beyond the set.
   constant SLICE_SHIFT_SHIFT           : natural  := 0;
   constant SLICE_SHIFT_SHIFT_BITS      : positive := 14;
   constant SLICE_SHIFT_SHARPENING      : natural  := 14;
   constant SLICE_SHIFT_SHARPENING_BITS : positive := 5;
 
-  -- control: Switches.
+  -- control: Switches the core on and off.
   constant CONTROL_ENABLE : natural := 0;
   constant CONTROL_SWEEP  : natural := 1;
 
-  -- command: What happens once, when a 1 is written.
+  -- command: Commands; writing a 1 carries one out.
   constant COMMAND_RESTART : natural := 0;
   constant COMMAND_COMMIT  : natural := 1;
 
-  -- slice: The plane that is refocused to.
+  -- slice: The slice to show.
   constant SLICE_NUMBER      : natural  := 0;
   constant SLICE_NUMBER_BITS : positive := 8;
 
-  -- sweep_frames: How fast a sweep is.
+  -- sweep_frames: Speed of a sweep.
   constant SWEEP_FRAMES_COUNT      : natural  := 0;
   constant SWEEP_FRAMES_COUNT_BITS : positive := 8;
 
-  -- frame_size: Size of the frames that come in. A size that is written restarts the core. It is refused
-  -- (`errors.refused`) while `control.enable` is 1, with 0 columns or rows, with more columns than `limits` has, and
-  -- unless all four bytes are written at once. Until one is written frames are dropped with `errors.frame_size`.
+  -- frame_size: Size of the input frames. Writing a size restarts the core. It is refused (`errors.refused`) while
+  -- `control.enable` is 1, with 0 columns or rows, with more columns than `limits` has, and unless all four bytes are
+  -- written at once. Until one is written frames are dropped with `errors.frame_size`.
   constant FRAME_SIZE_COLUMNS      : natural  := 0;
   constant FRAME_SIZE_COLUMNS_BITS : positive := 16;
   constant FRAME_SIZE_ROWS         : natural  := 16;
   constant FRAME_SIZE_ROWS_BITS    : positive := 16;
 
-  -- red_place: The first red pixel.
+  -- red_place: Place of the first red pixel.
   constant RED_PLACE_COLUMN : natural := 0;
   constant RED_PLACE_ROW    : natural := 1;
 
-  -- status: What goes on.
+  -- status: State of the core.
   constant STATUS_SLICE      : natural  := 0;
   constant STATUS_SLICE_BITS : positive := 8;
   constant STATUS_INSIDE     : natural  := 8;
 
-  -- raster_size: Size of the frames that come out; between two frames that of the last one.
+  -- raster_size: Size of the output frames; between two frames, that of the last one.
   constant RASTER_SIZE_COLUMNS      : natural  := 0;
   constant RASTER_SIZE_COLUMNS_BITS : positive := 16;
   constant RASTER_SIZE_ROWS         : natural  := 16;
   constant RASTER_SIZE_ROWS_BITS    : positive := 16;
 
-  -- errors: Faults so far. A 1 that is written clears its bit.
+  -- errors: Faults so far. Writing a 1 clears a bit.
   constant ERRORS_LINE_EARLY  : natural := 0;
   constant ERRORS_LINE_LATE   : natural := 1;
   constant ERRORS_FRAME_EARLY : natural := 2;
@@ -192,24 +192,24 @@ package register_map_pkg is
   constant ERRORS_CALIBRATION : natural := 5;
   constant ERRORS_REFUSED     : natural := 6;
 
-  -- interrupt_status: What has happened. A 1 that is written clears its bit.
+  -- interrupt_status: Events so far. Writing a 1 clears a bit.
   constant INTERRUPT_STATUS_FRAME_IN  : natural := 0;
   constant INTERRUPT_STATUS_FRAME_OUT : natural := 1;
   constant INTERRUPT_STATUS_ERROR     : natural := 2;
 
-  -- interrupt_mask: What the interrupt tells. It is high while a bit is 1 in both `interrupt_status` and here.
+  -- interrupt_mask: Enables interrupts. The interrupt is high while a bit is 1 both here and in `interrupt_status`.
   constant INTERRUPT_MASK_FRAME_IN  : natural := 0;
   constant INTERRUPT_MASK_FRAME_OUT : natural := 1;
   constant INTERRUPT_MASK_ERROR     : natural := 2;
 
-  -- load_place: Where the next word of a calibration goes. Refused unless all four bytes are written at once, and with
-  -- kind 3.
+  -- load_place: Destination of the next word of a calibration. Refused unless all four bytes are written at once, and
+  -- with kind 3.
   constant LOAD_PLACE_ADDRESS      : natural  := 0;
   constant LOAD_PLACE_ADDRESS_BITS : positive := 20;
   constant LOAD_PLACE_KIND         : natural  := 20;
   constant LOAD_PLACE_KIND_BITS    : positive := 2;
 
-  -- load_high: What `load_word` has no room for.
+  -- load_high: High bits of the next words for `load_word`.
   constant LOAD_HIGH_BITS      : natural  := 0;
   constant LOAD_HIGH_BITS_BITS : positive := 8;
 

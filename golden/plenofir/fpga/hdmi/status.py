@@ -24,29 +24,28 @@ _CHANNELS = "channels 0/1/2"
 
 FIELDS = (
     StatusField("slice", "the slice that is shown", (0,)),
-    StatusField("slices", "how many there are", (1,)),
+    StatusField("slices", "number of slices", (1,)),
     StatusField("sweep", "frames for each slice of a sweep, 0: none", (0,)),
     StatusField(
         "output",
-        "what is shown, by its place in the scene's list of outputs, from 0; see `screen_pkg`",
+        "the output that is shown, by its place in the scene's list of outputs, from 0",
         (0,),
     ),
-    StatusField("outputs", "how many there are", (1,)),
+    StatusField("outputs", "number of outputs", (1,)),
     StatusField("text", "text over the picture, 0: none, 1: at the top, 2: at the bottom", (0,)),
     StatusField("pass", "1: the input is passed through", (0,)),
     StatusField("pattern", "1: test pattern instead of J3", (0,)),
     StatusField("clock", "TMDS clock at J3 in units of 100 kHz", (743,)),
-    StatusField("present", "1: it is steady and in range", (1,)),
+    StatusField("present", "1: the TMDS clock is steady and in range", (1,)),
     StatusField("running", "1: both PLLs are locked and the logic runs", (1,)),
     StatusField(
         "restarts",
-        "times that a running link was taken down and brought up again, for a lost clock, a lost "
-        "lock, or no data",
+        "times that a running link was restarted, for a lost clock, a lost lock, or no data",
         (0,),
     ),
     StatusField(
         "lost_locks",
-        "times that a PLL did not lock in time, 50 ms (Atlys: 10 ms), and was tried anew",
+        "times that a PLL did not lock within 50 ms (Atlys: 10 ms) and was started again",
         (0,),
     ),
     StatusField("tracking", "sum of 1, 2, 4: delay lines of channels 0, 1, 2 work", (7,)),
@@ -61,25 +60,26 @@ FIELDS = (
     StatusField("aligned", "sum of 1, 2, 4: word boundaries found in channels 0, 1, 2", (7,)),
     StatusField(
         "inverted",
-        "sum of 1, 2, 4: channels 0, 1, 2 come with both wires of their pair swapped, which is put "
-        "right; 7: the whole connector is the wrong way round (ULX3S: both rows of the header)",
+        "sum of 1, 2, 4: the wires of channels 0, 1, 2 are swapped, which is corrected; 7: the "
+        "whole connector is the wrong way round (ULX3S: both rows of the header)",
         (0,),
     ),
     StatusField("word_errors", f"words in {_CHANNELS} that no encoder sends", (0, 0, 0)),
     StatusField("hdmi", "1: the source sends HDMI, 0: DVI", (0,)),
-    StatusField("avi", "1: an HDMI source has told what it sends (AVI InfoFrame)", (0,)),
+    StatusField("avi", "1: an HDMI source has described its picture (AVI InfoFrame)", (0,)),
     StatusField(
         "colour",
-        "what it sends: 0: RGB, 1: YCbCr 4:2:2, 2: YCbCr 4:4:4, 3: YCbCr 4:2:0; 2 is converted to "
-        "RGB, 1 and 3 are not",
+        "colours of the source: 0: RGB, 1: YCbCr 4:2:2, 2: YCbCr 4:4:4, 3: YCbCr 4:2:0; 2 is "
+        "converted to RGB, 1 and 3 are not",
         (0,),
     ),
     StatusField(
         "limited",
-        "1: its black is 16 and its white 235; made full range, but not where colour is 1 or 3",
+        "1: the source sends black as 16 and white as 235; converted to full range, except where "
+        "colour is 1 or 3",
         (0,),
     ),
-    StatusField("vic", "its number of the video format (VIC of CEA-861), 0: none", (0,)),
+    StatusField("vic", "video format of the source (VIC of CEA-861), 0: none", (0,)),
     StatusField(
         "packet_errors",
         "packets of an HDMI source with wrong check bits / InfoFrames with a wrong checksum",
@@ -118,10 +118,11 @@ FIELDS = (
     ),
     StatusField(
         "monitor_mode",
-        "its preferred columns/rows/rate (in 0.1 Hz; rows and rate of fields if it is interlaced)",
+        "the monitor's preferred columns/rows/rate (in 0.1 Hz; rows and rate of fields if it is "
+        "interlaced)",
         (1920, 1080, 600),
     ),
-    StatusField("monitor_ok", "1: the mode on show is in it", (1,)),
+    StatusField("monitor_ok", "1: the EDID of the monitor has the current mode", (1,)),
 )
 """The fields in their order."""
 
