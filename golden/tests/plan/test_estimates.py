@@ -86,7 +86,7 @@ def test_estimates_of_an_ecp5_against_placed_cores() -> None:
 
 def test_estimates_of_boards_against_their_builds() -> None:
     builds = load_builds()
-    assert {"ulx3s-480p", "ulx3s-csi", "lifcl40-360"} <= set(builds)
+    assert {"ulx3s-480p", "ulx3s-csi", "lifcl40", "lifcl40-360"} <= set(builds)
     for scene, build in builds.items():
         plan = make_plan(load_scene(scene.partition(" on ")[0], build.device))
         logic = 0.15 if plan.screen.needs_stack or plan.camera is not None else 0.05
