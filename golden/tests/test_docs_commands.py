@@ -50,7 +50,7 @@ NOT_RUN = {
     r"make sim.*CHAIN=hdmi": "minutes; the tests of the board run it",
     r"make sim SCENE=": "frames of megapixels; the tests of scenes run smaller ones",
     r"plenofir board load": "needs a board; tests of the load port type it to a simulated one",
-    r"make sim (CHAIN=csi )?RAW=golden/": "a whole capture; tests of captures and of stacks run smaller ones",
+    r"make sim (CHAIN=csi )?RAW=golden/": "a whole capture; tests of captures run smaller ones",
 }
 
 

@@ -9,7 +9,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
 from plenofir.commands.rasters import focused
-from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
+from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -156,8 +156,9 @@ def design(
 
         serve_page(design_page(found, focus), port, browser)
         return
-    write_csv(csv_file, [plane.row() for plane in found.planes])
-    write_plot(plot, lambda: design_plot(found))
+    write_plot_and_csv(
+        plot, lambda: design_plot(found), csv_file, [plane.row() for plane in found.planes]
+    )
     if as_json:
         print_json(found.content())
         return

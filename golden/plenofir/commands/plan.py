@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_line, print_table, steps_bar
-from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
+from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -239,8 +239,7 @@ def plan(
         }
         for name, needed in planned.needs.items()
     ]
-    write_csv(csv_file, rows)
-    write_plot(plot, lambda: _drawn(planned))
+    write_plot_and_csv(plot, lambda: _drawn(planned), csv_file, rows)
     if as_json:
         from plenofir.plan.placed import placed_beside_full
 

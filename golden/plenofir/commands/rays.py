@@ -9,7 +9,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
 from plenofir.commands.rasters import focused, warn_of_camera
-from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot
+from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -129,8 +129,7 @@ def distance(
         for setting, near, centre, far in rows
     ]
     check_plot_and_csv(plot, csv_file, camera)
-    write_csv(csv_file, planes)
-    write_plot(plot, lambda: drawn().plot_bench(model, settings))
+    write_plot_and_csv(plot, lambda: drawn().plot_bench(model, settings), csv_file, planes)
     _say_of_camera(model)
     if as_json:
         for plane, setting in zip(planes, settings, strict=True):
@@ -193,8 +192,12 @@ def baseline(
     content = _baseline_row(model, gap, view)
     gaps = sorted({gap, *range(1, model.micro_image_size)})
     check_plot_and_csv(plot, csv_file, camera)
-    write_csv(csv_file, [_baseline_row(model, other, view) for other in gaps])
-    write_plot(plot, lambda: drawn().plot_baselines(model, gaps, gap, view))
+    write_plot_and_csv(
+        plot,
+        lambda: drawn().plot_baselines(model, gaps, gap, view),
+        csv_file,
+        [_baseline_row(model, other, view) for other in gaps],
+    )
     note = model.vignetting_note(view, view + gap)
     _say_of_camera(model)
     if as_json:
@@ -244,8 +247,12 @@ def depth(
         )
     note = model.vignetting_note(view, view + gap)
     check_plot_and_csv(plot, csv_file, camera)
-    write_csv(csv_file, objects)
-    write_plot(plot, lambda: drawn().plot_triangulation(model, disparity, gap, view, unit))
+    write_plot_and_csv(
+        plot,
+        lambda: drawn().plot_triangulation(model, disparity, gap, view, unit),
+        csv_file,
+        objects,
+    )
     _say_of_camera(model)
     if as_json:
         content = {"camera": model.camera.name, "gap": gap, "unit": unit, "vignetted": bool(note)}
@@ -292,8 +299,7 @@ def slices(
         for part in cover.slices
     ]
     check_plot_and_csv(plot, csv_file, camera)
-    write_csv(csv_file, parts)
-    write_plot(plot, lambda: drawn().plot_cover(model, cover))
+    write_plot_and_csv(plot, lambda: drawn().plot_cover(model, cover), csv_file, parts)
     _say_of_camera(model)
     if as_json:
         gaps = [

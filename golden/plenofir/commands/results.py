@@ -47,27 +47,37 @@ def check_plot_and_csv(plot: Path | None, csv_file: Path | None, *inputs: str) -
         check_file(str(plot), _PLOTS, *inputs)
     if csv_file is not None:
         check_file(str(csv_file), (".csv",), *inputs)
+    for path in (plot, csv_file):
+        if path is not None and not path.parent.is_dir():
+            raise InputError(f"there is no folder {path.parent}", where=str(path))
 
 
-def write_csv(path: Path | None, rows: "Sequence[Mapping[str, object]]") -> None:
-    """Write rows with a line of names; what is nested is left out, and nothing without a path."""
-    if path is None:
-        return
+def write_plot_and_csv(
+    plot: Path | None,
+    draw: "Callable[[], Figure]",
+    csv_file: Path | None,
+    rows: "Sequence[Mapping[str, object]]",
+) -> None:
+    """Draw a figure as its ending says, and write rows: once both are made, those with a path."""
+    files = {}
+    if plot is not None:
+        from plenofir.camera.plots import encode_figure
+
+        files[plot] = encode_figure(draw(), plot.suffix)
+    if csv_file is not None:
+        files[csv_file] = _csv(rows)
+    for path, content in files.items():
+        write_file(path, content)
+
+
+def _csv(rows: "Sequence[Mapping[str, object]]") -> bytes:
+    """Rows with a line of names; what is nested is left out."""
     flat = [{k: v for k, v in row.items() if not isinstance(v, dict)} for row in rows]
     text = io.StringIO()
     writer = csv.DictWriter(text, list(flat[0]) if flat else [], lineterminator="\n")
     writer.writeheader()
     writer.writerows(flat)
-    write_file(path, text.getvalue().encode())
-
-
-def write_plot(path: Path | None, draw: "Callable[[], Figure]") -> None:
-    """Draw a figure as its ending says; nothing without a path."""
-    if path is None:
-        return
-    from plenofir.camera.plots import encode_figure
-
-    write_file(path, encode_figure(draw(), path.suffix))
+    return text.getvalue().encode()
 
 
 def save(results: Results, name: str, values: "Image | Floats | Picture") -> None:

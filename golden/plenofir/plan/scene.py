@@ -63,7 +63,8 @@ class SceneFrame(_Part):
 
     columns: Annotated[int, Field(ge=1, le=MAX_COLUMNS)]
     rows: Annotated[int, Field(ge=1, le=MAX_ROWS)]
-    rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None  # None for stills
+    # None for stills.
+    rate_hz: Annotated[float, Field(ge=0.001, allow_inf_nan=False)] | None = None
     colour: Literal["grey", "rgb"]
     bits: Annotated[int, Field(ge=1, le=16)] = 8  # width of a channel
 
@@ -266,6 +267,10 @@ class Scene(_Part):
             (
                 camera != (lanes or (sensor is not None and sensor.input == "csi")),
                 "build.path = 'camera' and sensor.input = 'csi', or lanes, need each other",
+            ),
+            (
+                sensor is not None and sensor.input == "csi" and sensor.bits not in RAW_BITS,
+                f"sensor.input = 'csi' needs sensor.bits of {', '.join(map(str, RAW_BITS))}",
             ),
             (lanes and sensor is not None, "lanes bring the raster; leave the sensor out"),
             (lanes and frame.colour != "grey", "lanes need frame.colour = 'grey'"),

@@ -231,3 +231,20 @@ def test_distances_beyond_any_are_refused(words: tuple[str, ...]) -> None:
     done = plenofir("slices", "--camera", "f193-mla2", "--far", "1e300", *words)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
+
+
+def test_neither_plot_nor_csv_is_written_if_one_cannot(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    for words in (("distance", "--a", "1"), ("design",)):
+        done = plenofir(
+            *words,
+            "--camera",
+            "f193-mla2",
+            "--plot",
+            str(tmp_path / "none/x.svg"),
+            "--csv",
+            f"{table}",
+        )
+        assert done.returncode == 2
+        assert "there is no folder" in done.stderr
+        assert list(tmp_path.iterdir()) == []

@@ -175,6 +175,8 @@ SCENE = Path(BOARD.constraints.parents[1] / "scenes" / "lifcl40.toml")
         ('input = "csi"', 'input = "frames"', "need each other"),
         ('device = "lifcl-40"', 'device = "gw2ar-18"', "needs build.device of a board with a cam"),
         ("rate_hz = 30.0", "rate_hz = 200.0", "is not possible; use"),
+        ("rate_hz = 30.0", "rate_hz = 1e-300", r"greater than or equal to 0\.001"),
+        ("bits = 10", "bits = 9", "needs sensor.bits of 8, 10, 12"),
         ('path = "camera"', 'path = "camera"\nborder = "normalise"', "needs path = 'core'"),
     ],
 )
