@@ -82,71 +82,84 @@ module MULT18X18 (
   assign SOB = B;
 endmodule
 
+// What a memory of 18 Kbit begins with, first in the low bits.
+`define CONTENTS_OF_MEMORY \
+  parameter [287:0] INIT_RAM_00 = 288'h0; \
+  parameter [287:0] INIT_RAM_01 = 288'h0; \
+  parameter [287:0] INIT_RAM_02 = 288'h0; \
+  parameter [287:0] INIT_RAM_03 = 288'h0; \
+  parameter [287:0] INIT_RAM_04 = 288'h0; \
+  parameter [287:0] INIT_RAM_05 = 288'h0; \
+  parameter [287:0] INIT_RAM_06 = 288'h0; \
+  parameter [287:0] INIT_RAM_07 = 288'h0; \
+  parameter [287:0] INIT_RAM_08 = 288'h0; \
+  parameter [287:0] INIT_RAM_09 = 288'h0; \
+  parameter [287:0] INIT_RAM_0A = 288'h0; \
+  parameter [287:0] INIT_RAM_0B = 288'h0; \
+  parameter [287:0] INIT_RAM_0C = 288'h0; \
+  parameter [287:0] INIT_RAM_0D = 288'h0; \
+  parameter [287:0] INIT_RAM_0E = 288'h0; \
+  parameter [287:0] INIT_RAM_0F = 288'h0; \
+  parameter [287:0] INIT_RAM_10 = 288'h0; \
+  parameter [287:0] INIT_RAM_11 = 288'h0; \
+  parameter [287:0] INIT_RAM_12 = 288'h0; \
+  parameter [287:0] INIT_RAM_13 = 288'h0; \
+  parameter [287:0] INIT_RAM_14 = 288'h0; \
+  parameter [287:0] INIT_RAM_15 = 288'h0; \
+  parameter [287:0] INIT_RAM_16 = 288'h0; \
+  parameter [287:0] INIT_RAM_17 = 288'h0; \
+  parameter [287:0] INIT_RAM_18 = 288'h0; \
+  parameter [287:0] INIT_RAM_19 = 288'h0; \
+  parameter [287:0] INIT_RAM_1A = 288'h0; \
+  parameter [287:0] INIT_RAM_1B = 288'h0; \
+  parameter [287:0] INIT_RAM_1C = 288'h0; \
+  parameter [287:0] INIT_RAM_1D = 288'h0; \
+  parameter [287:0] INIT_RAM_1E = 288'h0; \
+  parameter [287:0] INIT_RAM_1F = 288'h0; \
+  parameter [287:0] INIT_RAM_20 = 288'h0; \
+  parameter [287:0] INIT_RAM_21 = 288'h0; \
+  parameter [287:0] INIT_RAM_22 = 288'h0; \
+  parameter [287:0] INIT_RAM_23 = 288'h0; \
+  parameter [287:0] INIT_RAM_24 = 288'h0; \
+  parameter [287:0] INIT_RAM_25 = 288'h0; \
+  parameter [287:0] INIT_RAM_26 = 288'h0; \
+  parameter [287:0] INIT_RAM_27 = 288'h0; \
+  parameter [287:0] INIT_RAM_28 = 288'h0; \
+  parameter [287:0] INIT_RAM_29 = 288'h0; \
+  parameter [287:0] INIT_RAM_2A = 288'h0; \
+  parameter [287:0] INIT_RAM_2B = 288'h0; \
+  parameter [287:0] INIT_RAM_2C = 288'h0; \
+  parameter [287:0] INIT_RAM_2D = 288'h0; \
+  parameter [287:0] INIT_RAM_2E = 288'h0; \
+  parameter [287:0] INIT_RAM_2F = 288'h0; \
+  parameter [287:0] INIT_RAM_30 = 288'h0; \
+  parameter [287:0] INIT_RAM_31 = 288'h0; \
+  parameter [287:0] INIT_RAM_32 = 288'h0; \
+  parameter [287:0] INIT_RAM_33 = 288'h0; \
+  parameter [287:0] INIT_RAM_34 = 288'h0; \
+  parameter [287:0] INIT_RAM_35 = 288'h0; \
+  parameter [287:0] INIT_RAM_36 = 288'h0; \
+  parameter [287:0] INIT_RAM_37 = 288'h0; \
+  parameter [287:0] INIT_RAM_38 = 288'h0; \
+  parameter [287:0] INIT_RAM_39 = 288'h0; \
+  parameter [287:0] INIT_RAM_3A = 288'h0; \
+  parameter [287:0] INIT_RAM_3B = 288'h0; \
+  parameter [287:0] INIT_RAM_3C = 288'h0; \
+  parameter [287:0] INIT_RAM_3D = 288'h0; \
+  parameter [287:0] INIT_RAM_3E = 288'h0; \
+  parameter [287:0] INIT_RAM_3F = 288'h0; \
+  reg [18431:0] begin_with = { \
+    INIT_RAM_3F, INIT_RAM_3E, INIT_RAM_3D, INIT_RAM_3C, INIT_RAM_3B, INIT_RAM_3A, INIT_RAM_39, INIT_RAM_38, \
+    INIT_RAM_37, INIT_RAM_36, INIT_RAM_35, INIT_RAM_34, INIT_RAM_33, INIT_RAM_32, INIT_RAM_31, INIT_RAM_30, \
+    INIT_RAM_2F, INIT_RAM_2E, INIT_RAM_2D, INIT_RAM_2C, INIT_RAM_2B, INIT_RAM_2A, INIT_RAM_29, INIT_RAM_28, \
+    INIT_RAM_27, INIT_RAM_26, INIT_RAM_25, INIT_RAM_24, INIT_RAM_23, INIT_RAM_22, INIT_RAM_21, INIT_RAM_20, \
+    INIT_RAM_1F, INIT_RAM_1E, INIT_RAM_1D, INIT_RAM_1C, INIT_RAM_1B, INIT_RAM_1A, INIT_RAM_19, INIT_RAM_18, \
+    INIT_RAM_17, INIT_RAM_16, INIT_RAM_15, INIT_RAM_14, INIT_RAM_13, INIT_RAM_12, INIT_RAM_11, INIT_RAM_10, \
+    INIT_RAM_0F, INIT_RAM_0E, INIT_RAM_0D, INIT_RAM_0C, INIT_RAM_0B, INIT_RAM_0A, INIT_RAM_09, INIT_RAM_08, \
+    INIT_RAM_07, INIT_RAM_06, INIT_RAM_05, INIT_RAM_04, INIT_RAM_03, INIT_RAM_02, INIT_RAM_01, INIT_RAM_00};
+
 module SPX9 (output [35:0] DO, input [35:0] DI, input [2:0] BLKSEL, input [13:0] AD, input WRE, CLK, CE, OCE, RESET);
-  parameter [287:0] INIT_RAM_00 = 288'h0;
-  parameter [287:0] INIT_RAM_01 = 288'h0;
-  parameter [287:0] INIT_RAM_02 = 288'h0;
-  parameter [287:0] INIT_RAM_03 = 288'h0;
-  parameter [287:0] INIT_RAM_04 = 288'h0;
-  parameter [287:0] INIT_RAM_05 = 288'h0;
-  parameter [287:0] INIT_RAM_06 = 288'h0;
-  parameter [287:0] INIT_RAM_07 = 288'h0;
-  parameter [287:0] INIT_RAM_08 = 288'h0;
-  parameter [287:0] INIT_RAM_09 = 288'h0;
-  parameter [287:0] INIT_RAM_0A = 288'h0;
-  parameter [287:0] INIT_RAM_0B = 288'h0;
-  parameter [287:0] INIT_RAM_0C = 288'h0;
-  parameter [287:0] INIT_RAM_0D = 288'h0;
-  parameter [287:0] INIT_RAM_0E = 288'h0;
-  parameter [287:0] INIT_RAM_0F = 288'h0;
-  parameter [287:0] INIT_RAM_10 = 288'h0;
-  parameter [287:0] INIT_RAM_11 = 288'h0;
-  parameter [287:0] INIT_RAM_12 = 288'h0;
-  parameter [287:0] INIT_RAM_13 = 288'h0;
-  parameter [287:0] INIT_RAM_14 = 288'h0;
-  parameter [287:0] INIT_RAM_15 = 288'h0;
-  parameter [287:0] INIT_RAM_16 = 288'h0;
-  parameter [287:0] INIT_RAM_17 = 288'h0;
-  parameter [287:0] INIT_RAM_18 = 288'h0;
-  parameter [287:0] INIT_RAM_19 = 288'h0;
-  parameter [287:0] INIT_RAM_1A = 288'h0;
-  parameter [287:0] INIT_RAM_1B = 288'h0;
-  parameter [287:0] INIT_RAM_1C = 288'h0;
-  parameter [287:0] INIT_RAM_1D = 288'h0;
-  parameter [287:0] INIT_RAM_1E = 288'h0;
-  parameter [287:0] INIT_RAM_1F = 288'h0;
-  parameter [287:0] INIT_RAM_20 = 288'h0;
-  parameter [287:0] INIT_RAM_21 = 288'h0;
-  parameter [287:0] INIT_RAM_22 = 288'h0;
-  parameter [287:0] INIT_RAM_23 = 288'h0;
-  parameter [287:0] INIT_RAM_24 = 288'h0;
-  parameter [287:0] INIT_RAM_25 = 288'h0;
-  parameter [287:0] INIT_RAM_26 = 288'h0;
-  parameter [287:0] INIT_RAM_27 = 288'h0;
-  parameter [287:0] INIT_RAM_28 = 288'h0;
-  parameter [287:0] INIT_RAM_29 = 288'h0;
-  parameter [287:0] INIT_RAM_2A = 288'h0;
-  parameter [287:0] INIT_RAM_2B = 288'h0;
-  parameter [287:0] INIT_RAM_2C = 288'h0;
-  parameter [287:0] INIT_RAM_2D = 288'h0;
-  parameter [287:0] INIT_RAM_2E = 288'h0;
-  parameter [287:0] INIT_RAM_2F = 288'h0;
-  parameter [287:0] INIT_RAM_30 = 288'h0;
-  parameter [287:0] INIT_RAM_31 = 288'h0;
-  parameter [287:0] INIT_RAM_32 = 288'h0;
-  parameter [287:0] INIT_RAM_33 = 288'h0;
-  parameter [287:0] INIT_RAM_34 = 288'h0;
-  parameter [287:0] INIT_RAM_35 = 288'h0;
-  parameter [287:0] INIT_RAM_36 = 288'h0;
-  parameter [287:0] INIT_RAM_37 = 288'h0;
-  parameter [287:0] INIT_RAM_38 = 288'h0;
-  parameter [287:0] INIT_RAM_39 = 288'h0;
-  parameter [287:0] INIT_RAM_3A = 288'h0;
-  parameter [287:0] INIT_RAM_3B = 288'h0;
-  parameter [287:0] INIT_RAM_3C = 288'h0;
-  parameter [287:0] INIT_RAM_3D = 288'h0;
-  parameter [287:0] INIT_RAM_3E = 288'h0;
-  parameter [287:0] INIT_RAM_3F = 288'h0;
+  `CONTENTS_OF_MEMORY
   parameter READ_MODE = 1'b0;
   parameter WRITE_MODE = 2'b00;
   parameter BIT_WIDTH = 36;
@@ -155,7 +168,6 @@ module SPX9 (output [35:0] DO, input [35:0] DI, input [2:0] BLKSEL, input [13:0]
   localparam SHIFT = BIT_WIDTH == 36 ? 5 : BIT_WIDTH == 18 ? 4 : 3;
   // Bytes of nine bits.
   reg [8:0] memory [0:2047];
-  reg [18431:0] begin_with = {INIT_RAM_3F, INIT_RAM_3E, INIT_RAM_3D, INIT_RAM_3C, INIT_RAM_3B, INIT_RAM_3A, INIT_RAM_39, INIT_RAM_38, INIT_RAM_37, INIT_RAM_36, INIT_RAM_35, INIT_RAM_34, INIT_RAM_33, INIT_RAM_32, INIT_RAM_31, INIT_RAM_30, INIT_RAM_2F, INIT_RAM_2E, INIT_RAM_2D, INIT_RAM_2C, INIT_RAM_2B, INIT_RAM_2A, INIT_RAM_29, INIT_RAM_28, INIT_RAM_27, INIT_RAM_26, INIT_RAM_25, INIT_RAM_24, INIT_RAM_23, INIT_RAM_22, INIT_RAM_21, INIT_RAM_20, INIT_RAM_1F, INIT_RAM_1E, INIT_RAM_1D, INIT_RAM_1C, INIT_RAM_1B, INIT_RAM_1A, INIT_RAM_19, INIT_RAM_18, INIT_RAM_17, INIT_RAM_16, INIT_RAM_15, INIT_RAM_14, INIT_RAM_13, INIT_RAM_12, INIT_RAM_11, INIT_RAM_10, INIT_RAM_0F, INIT_RAM_0E, INIT_RAM_0D, INIT_RAM_0C, INIT_RAM_0B, INIT_RAM_0A, INIT_RAM_09, INIT_RAM_08, INIT_RAM_07, INIT_RAM_06, INIT_RAM_05, INIT_RAM_04, INIT_RAM_03, INIT_RAM_02, INIT_RAM_01, INIT_RAM_00};
   reg [35:0] word = 0, behind = 0;
   wire [10:0] place = (AD >> SHIFT) * (BIT_WIDTH / 9);
   integer i;
@@ -178,70 +190,7 @@ module SPX9 (output [35:0] DO, input [35:0] DI, input [2:0] BLKSEL, input [13:0]
 endmodule
 
 module SDPX9B (input CLKA, CEA, CLKB, CEB, OCE, RESETA, RESETB, input [13:0] ADA, ADB, input [2:0] BLKSELA, BLKSELB, input [35:0] DI, output [35:0] DO);
-  parameter [287:0] INIT_RAM_00 = 288'h0;
-  parameter [287:0] INIT_RAM_01 = 288'h0;
-  parameter [287:0] INIT_RAM_02 = 288'h0;
-  parameter [287:0] INIT_RAM_03 = 288'h0;
-  parameter [287:0] INIT_RAM_04 = 288'h0;
-  parameter [287:0] INIT_RAM_05 = 288'h0;
-  parameter [287:0] INIT_RAM_06 = 288'h0;
-  parameter [287:0] INIT_RAM_07 = 288'h0;
-  parameter [287:0] INIT_RAM_08 = 288'h0;
-  parameter [287:0] INIT_RAM_09 = 288'h0;
-  parameter [287:0] INIT_RAM_0A = 288'h0;
-  parameter [287:0] INIT_RAM_0B = 288'h0;
-  parameter [287:0] INIT_RAM_0C = 288'h0;
-  parameter [287:0] INIT_RAM_0D = 288'h0;
-  parameter [287:0] INIT_RAM_0E = 288'h0;
-  parameter [287:0] INIT_RAM_0F = 288'h0;
-  parameter [287:0] INIT_RAM_10 = 288'h0;
-  parameter [287:0] INIT_RAM_11 = 288'h0;
-  parameter [287:0] INIT_RAM_12 = 288'h0;
-  parameter [287:0] INIT_RAM_13 = 288'h0;
-  parameter [287:0] INIT_RAM_14 = 288'h0;
-  parameter [287:0] INIT_RAM_15 = 288'h0;
-  parameter [287:0] INIT_RAM_16 = 288'h0;
-  parameter [287:0] INIT_RAM_17 = 288'h0;
-  parameter [287:0] INIT_RAM_18 = 288'h0;
-  parameter [287:0] INIT_RAM_19 = 288'h0;
-  parameter [287:0] INIT_RAM_1A = 288'h0;
-  parameter [287:0] INIT_RAM_1B = 288'h0;
-  parameter [287:0] INIT_RAM_1C = 288'h0;
-  parameter [287:0] INIT_RAM_1D = 288'h0;
-  parameter [287:0] INIT_RAM_1E = 288'h0;
-  parameter [287:0] INIT_RAM_1F = 288'h0;
-  parameter [287:0] INIT_RAM_20 = 288'h0;
-  parameter [287:0] INIT_RAM_21 = 288'h0;
-  parameter [287:0] INIT_RAM_22 = 288'h0;
-  parameter [287:0] INIT_RAM_23 = 288'h0;
-  parameter [287:0] INIT_RAM_24 = 288'h0;
-  parameter [287:0] INIT_RAM_25 = 288'h0;
-  parameter [287:0] INIT_RAM_26 = 288'h0;
-  parameter [287:0] INIT_RAM_27 = 288'h0;
-  parameter [287:0] INIT_RAM_28 = 288'h0;
-  parameter [287:0] INIT_RAM_29 = 288'h0;
-  parameter [287:0] INIT_RAM_2A = 288'h0;
-  parameter [287:0] INIT_RAM_2B = 288'h0;
-  parameter [287:0] INIT_RAM_2C = 288'h0;
-  parameter [287:0] INIT_RAM_2D = 288'h0;
-  parameter [287:0] INIT_RAM_2E = 288'h0;
-  parameter [287:0] INIT_RAM_2F = 288'h0;
-  parameter [287:0] INIT_RAM_30 = 288'h0;
-  parameter [287:0] INIT_RAM_31 = 288'h0;
-  parameter [287:0] INIT_RAM_32 = 288'h0;
-  parameter [287:0] INIT_RAM_33 = 288'h0;
-  parameter [287:0] INIT_RAM_34 = 288'h0;
-  parameter [287:0] INIT_RAM_35 = 288'h0;
-  parameter [287:0] INIT_RAM_36 = 288'h0;
-  parameter [287:0] INIT_RAM_37 = 288'h0;
-  parameter [287:0] INIT_RAM_38 = 288'h0;
-  parameter [287:0] INIT_RAM_39 = 288'h0;
-  parameter [287:0] INIT_RAM_3A = 288'h0;
-  parameter [287:0] INIT_RAM_3B = 288'h0;
-  parameter [287:0] INIT_RAM_3C = 288'h0;
-  parameter [287:0] INIT_RAM_3D = 288'h0;
-  parameter [287:0] INIT_RAM_3E = 288'h0;
-  parameter [287:0] INIT_RAM_3F = 288'h0;
+  `CONTENTS_OF_MEMORY
   parameter READ_MODE = 1'b0;
   parameter BIT_WIDTH_0 = 36;
   parameter BIT_WIDTH_1 = 36;
@@ -252,7 +201,6 @@ module SDPX9B (input CLKA, CEA, CLKB, CEB, OCE, RESETA, RESETB, input [13:0] ADA
   localparam SHIFT_1 = BIT_WIDTH_1 == 36 ? 5 : BIT_WIDTH_1 == 18 ? 4 : 3;
   // Bytes of nine bits.
   reg [8:0] memory [0:2047];
-  reg [18431:0] begin_with = {INIT_RAM_3F, INIT_RAM_3E, INIT_RAM_3D, INIT_RAM_3C, INIT_RAM_3B, INIT_RAM_3A, INIT_RAM_39, INIT_RAM_38, INIT_RAM_37, INIT_RAM_36, INIT_RAM_35, INIT_RAM_34, INIT_RAM_33, INIT_RAM_32, INIT_RAM_31, INIT_RAM_30, INIT_RAM_2F, INIT_RAM_2E, INIT_RAM_2D, INIT_RAM_2C, INIT_RAM_2B, INIT_RAM_2A, INIT_RAM_29, INIT_RAM_28, INIT_RAM_27, INIT_RAM_26, INIT_RAM_25, INIT_RAM_24, INIT_RAM_23, INIT_RAM_22, INIT_RAM_21, INIT_RAM_20, INIT_RAM_1F, INIT_RAM_1E, INIT_RAM_1D, INIT_RAM_1C, INIT_RAM_1B, INIT_RAM_1A, INIT_RAM_19, INIT_RAM_18, INIT_RAM_17, INIT_RAM_16, INIT_RAM_15, INIT_RAM_14, INIT_RAM_13, INIT_RAM_12, INIT_RAM_11, INIT_RAM_10, INIT_RAM_0F, INIT_RAM_0E, INIT_RAM_0D, INIT_RAM_0C, INIT_RAM_0B, INIT_RAM_0A, INIT_RAM_09, INIT_RAM_08, INIT_RAM_07, INIT_RAM_06, INIT_RAM_05, INIT_RAM_04, INIT_RAM_03, INIT_RAM_02, INIT_RAM_01, INIT_RAM_00};
   reg [35:0] word = 0, behind = 0;
   wire [10:0] written = (ADA >> SHIFT_0) * (BIT_WIDTH_0 / 9);
   wire [10:0] place = (ADB >> SHIFT_1) * (BIT_WIDTH_1 / 9);
