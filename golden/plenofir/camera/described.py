@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a file of a picture says of how it was made: an XMP packet, for JPEG, TIFF and PNG."""
+"""How a picture was made, written into its file as an XMP packet, for JPEG, TIFF and PNG."""
 
 from fractions import Fraction
 from xml.sax.saxutils import quoteattr

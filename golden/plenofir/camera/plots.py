@@ -84,7 +84,7 @@ class SharpRange:
 def draw_ranges(
     axes: Axes, ranges: Sequence[SharpRange | str], colours: Sequence[str] = ("tab:blue",)
 ) -> None:
-    """Bars of what is sharp over the distance; an arrow where it goes on to infinity.
+    """Draw depths of field as bars over the distance; an arrow means up to infinity.
 
     A slice in which nothing in front of the lens is sharp is a text: its name and why.
     """

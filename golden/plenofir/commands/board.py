@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for a board: what its source shows, and what goes over its serial port."""
+"""Commands for a board: a test picture for its input, and its serial port."""
 
 import importlib
 import re

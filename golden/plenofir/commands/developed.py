@@ -156,7 +156,7 @@ def _read(path: Path, job: Job, show: Show) -> _Field:
         ("dark", dark, not (lytro or views or aligned)),
     ):
         if given is not None and not wanted:
-            raise InputError(f"{where} needs none", where=option)
+            raise InputError(f"is not used for {where}", where=option)
     if lytro:
         taken = read_lytro(path, white=white, colour="best")
         m = micro_image or largest_odd_size(taken.calibration)
@@ -343,7 +343,7 @@ class _Pictures:
         return small
 
     def animation(self, name: str, frames: Sequence["Image"], caption: str) -> None:
-        """A GIF that goes on for ever, and a WebM where OpenCV is there."""
+        """An endless GIF, and a WebM if OpenCV is installed."""
         from PIL import Image as Pillow
 
         from plenofir.ground.films import write_webm

@@ -19,7 +19,7 @@ _LARGEST_M = 10_000
 
 
 def read_raster(path: str, micro_image: int) -> "Picture":
-    """Read an aligned raw image; refused where it is certain that it is none of this M."""
+    """Read an aligned raw image; refuse it if its M is certainly another one."""
     from plenofir.ground.images import read_picture
     from plenofir.refocus import check_raw
 

@@ -21,7 +21,7 @@ _WRITE, _READ = b"\x01\x01", b"\x02\x01"
 
 
 class Window:
-    """Words of another access from an address on, such as a core's on a bus."""
+    """Access to the words from an address on, such as those of a core on a bus."""
 
     def __init__(self, access: Access, base: int) -> None:
         self._access = access

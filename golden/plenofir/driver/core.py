@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One core behind a bus: what it is, and what it is to do."""
+"""One core behind a bus: its description and its control."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -172,7 +172,7 @@ class Core:
         self.registers.write_control(enable=0, sweep=self.registers.read_control().sweep)
 
     def restart(self) -> None:
-        """Reset the core, its errors and counters; what is inside is lost."""
+        """Reset the core, its errors and counters; pixels inside are lost."""
         self.registers.write_command(restart=1)
 
     def drain(self, timeout_s: float = 1.0) -> bool:
@@ -278,7 +278,7 @@ class Core:
         )
 
     def errors(self, *, clear: bool = False) -> set[str]:
-        """Names of the faults so far (fields of the register `errors`); clears those it tells."""
+        """Names of the faults so far (fields of the register `errors`); clears those it returns."""
         found = self.registers.read_errors()._asdict()
         names = {name for name, bit in found.items() if bit}
         if clear and names:

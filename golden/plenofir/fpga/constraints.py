@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Constraints of a design, told once: its clock, its crossings, its pins, for each tool.
+"""Constraints of a design (clock, crossings, pins), written in the language of each tool.
 
 Crossings from one clock to another are registers whose names in the VHDL begin with ``crossing_``
 (`CROSSINGS`); tools keep them, with what each puts behind a register's name.
@@ -35,7 +35,7 @@ CROSSINGS: Mapping[str, Crossing] = {
 
 @dataclass(frozen=True)
 class Constraints:
-    """What a tool is told of a design."""
+    """Constraints of a design for a tool."""
 
     clocks: Mapping[str, float] = field(default_factory=dict)  # port to MHz
     crossings: tuple[Crossing, ...] = ()

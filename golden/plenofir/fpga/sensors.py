@@ -212,7 +212,7 @@ class KnownSensor:
         return self.lane_mbits / 8
 
     def pixels_per_clock(self, core_hz: float) -> int | None:
-        """The fewest pixels a clock, 1 to 8, with which a core follows the frames; None: none."""
+        """The fewest pixels a clock (1 to 8) with which a core keeps up; None if 8 are too few."""
         # A tenth more: blanking is short in the fastest modes.
         needed = min(1.1 * self.mean_pixels, self.lane_pixels)
         return next((n for n in (1, 2, 4, 8) if n * core_hz >= needed), None)

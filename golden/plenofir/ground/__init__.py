@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all else stands on: errors, files of results, images, where the project lies."""
+"""The base of all packages: errors, result files, images, the project's folder."""

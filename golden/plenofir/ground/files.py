@@ -50,7 +50,7 @@ def as_text(name: str | Path) -> str:
 
 
 def input_file(path: Path) -> Path:
-    """Note a file that is about to be read: what is written later is made from it."""
+    """Register an input file, so that no result can overwrite it."""
     known = _inputs.get()
     if known is not None:
         known.add(path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a plan says: slices, engines, the sensor, resources."""
+"""The result of planning: slices, engines, the sensor, resources."""
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -40,7 +40,7 @@ class EngineOption(BaseModel):
 
 
 class PlannedSensor(BaseModel):
-    """What stands between the sensor and the core."""
+    """The logic between the sensor and the core."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -73,7 +73,7 @@ class PlannedSensor(BaseModel):
 
 
 def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
-    """Plan what stands between a sensor and the core, with its resources of a device."""
+    """Plan the logic between a sensor and the core, with its resources on a device."""
     usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     core = chip.core
     return PlannedSensor(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chooses what a scene needs, and says what that leaves out."""
+"""Plans the core that a scene needs, and lists what it leaves out."""
 
 from collections.abc import Iterator
 from math import inf

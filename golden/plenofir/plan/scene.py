@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scene profile: what a camera sees and what is wanted of it, from ``scene.toml``."""
+"""The scene: what a camera sees and what is wanted of it, from ``scene.toml``."""
 
 import tomllib
 from fractions import Fraction

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The refocuser for arrays of other libraries: CuPy, PyTorch and whatever has the array API.
+"""The refocuser for arrays of other libraries: CuPy, PyTorch and others with the array API.
 
 Only functions of the array API standard are used, so that arrays stay where they are, on a GPU for
 instance. The method is that of `plenofir.refocus.operator.moving_sums`, all in integers.

@@ -221,7 +221,7 @@ def failure(error: BaseException) -> str:
 
 @contextmanager
 def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
-    """Client of a Dask cluster: one of its own on this machine, or one that runs already."""
+    """Client of a Dask cluster: a new one on this machine, or one that is running already."""
     try:
         import cryptography  # noqa: F401  (of Security.temporary)
         import dask

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled code on disk: a file that is damaged, cut off or stale counts as none.
+"""Compiled code on disk: a damaged, truncated or stale file is ignored.
 
 numba's own files hold no checksum, and know the function's own source alone: a file that is cut off
 ends every call from then on, a bit that has flipped is run, and inlined functions of other modules

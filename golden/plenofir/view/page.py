@@ -12,7 +12,7 @@ STYLE = "view.css"
 
 
 class Wanted(NamedTuple):
-    """What a page says with its request for a part."""
+    """Parameters of a page's request for a part."""
 
     binning: int = 1  # micro lenses to be made one, in each dimension
     after: int = 0  # number of the frame that it has; the next ones are wanted

@@ -42,7 +42,7 @@ class _Parts:
         self.assets = {"": page.document, **{name: name for name in (*page.scripts, STYLE)}}
 
     def asset(self, name: str) -> Part | None:
-        """A file of the page; None for what is none."""
+        """A file of the page, or None if there is no such file."""
         if name == "field.json":
             return Part(json.dumps(self.page.field, allow_nan=False).encode(), "application/json")
         if name not in self.assets:

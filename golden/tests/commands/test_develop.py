@@ -185,7 +185,7 @@ def test_bad_batches(tmp_path: Path, words, message) -> None:
         (("-M", "5", "--focus", "900"), "--focus requires --camera"),
         (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),
         (("-M", "5", "--camera", "missing"), "missing"),
-        (("-M", "5", "--dark", "dark.png"), "--dark: .*raw.png needs none"),
+        (("-M", "5", "--dark", "dark.png"), "--dark: is not used for .*raw.png"),
         (("--white", "w.png", "--calib", "c.json"), "--white: cannot be combined with --calib"),
     ],
 )

@@ -192,7 +192,7 @@ class InfinityFocus:
 
     @property
     def in_focus(self) -> bool:
-        """Whether a cannot be told from 0."""
+        """Whether a cannot be distinguished from 0."""
         return abs(self.a) <= max(self.resolution, 3 * self.error)
 
 

@@ -57,7 +57,7 @@ class PlaneFigures:
         return [field.name for field in fields(cls)]
 
     def row(self) -> dict[str, object]:
-        """For JSON and CSV: a as text, None for what is infinite."""
+        """Values for JSON and CSV: a as text, infinite values as None."""
         found = {
             name: None if isinstance(value, float) and not isfinite(value) else value
             for name, value in asdict(self).items()

@@ -258,7 +258,7 @@ def _from_hdf5(path: Path, where: str) -> npt.NDArray[Any]:
 
 @dataclass(frozen=True, eq=False)
 class HciScene:
-    """What the HCI benchmark tells about a scene besides its views."""
+    """Data of a scene of the HCI benchmark besides its views."""
 
     parameters: Mapping[str, str]  # numbers and texts of ``parameters.cfg``
     # Ground truth of the central view in pixels per view, positive for what is nearer than the
@@ -333,7 +333,7 @@ def read_hci(
 
 
 def hci_scene(folder: Path) -> HciScene:
-    """Read what the HCI benchmark tells about a scene besides its views."""
+    """Read the data of a scene of the HCI benchmark besides its views."""
     parameters: dict[str, str] = {}
     config = folder / "parameters.cfg"
     if config.is_file():

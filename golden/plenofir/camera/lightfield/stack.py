@@ -202,7 +202,7 @@ def all_in_focus(
     settings: npt.ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
-    """Picture that is sharp everywhere: each pixel refocused to what is seen there.
+    """Picture that is sharp everywhere: each pixel refocused to its own depth.
 
     Slices are 1/M apart, made as `PICTURE` says, and blended between. Where they differ from the
     central view by more than its noise (beside an object some views see what is behind it) the

@@ -66,7 +66,7 @@ class Container:
 
 
 def part_of(content: Any, *path: str | int) -> Any:
-    """Part of nested objects and lists, None where there is none."""
+    """A part of nested objects and lists, or None if it does not exist."""
     for step in path:
         if isinstance(step, str) and isinstance(content, Mapping):
             content = content.get(step)

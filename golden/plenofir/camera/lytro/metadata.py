@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a Lytro camera says about a frame: its pixels, its micro lenses, its lens.
+"""Metadata of a Lytro frame: pixels, micro lenses, main lens.
 
 The first camera (F01), the Illum and the white images of both name the same things, at different
 places. Lengths are in metres there and here.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Aligned rasters and mosaics of views, told by the joints between their parts.
+"""Recognise aligned rasters and mosaics of views by the borders between their parts.
 
 In an aligned raster, neighbouring pixels of a micro image differ otherwise than the pixels on both
 sides of a joint between micro images, wherever that joint is. So differences of neighbouring

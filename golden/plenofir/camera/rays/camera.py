@@ -171,7 +171,7 @@ FIELDS = {
 
 
 def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
-    """A camera from its lengths, or another one with these lengths in place of its own.
+    """A camera from its lengths, or a given camera with some lengths replaced.
 
     `given`: names of `FIELDS` and their values in mm (pixels for columns and rows). Raises
     `InputError` if one of them is not possible, or is missing.

@@ -90,7 +90,7 @@ class FocusedCamera:
 
     @property
     def pupil_ratio(self) -> float:
-        """d_A' over what it is at infinity focus: 1 + e / d_A'."""
+        """d_A' divided by its value at infinity focus: 1 + e / d_A'."""
         at_infinity = self.camera.main_lens.exit_pupil_mm
         return 1.0 if isinf(at_infinity) else self.exit_pupil_mm / at_infinity
 

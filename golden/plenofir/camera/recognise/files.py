@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a file or a folder is, told by its content, not by its name."""
+"""Recognise a file or folder by its content, not by its name."""
 
 from pathlib import Path
 
@@ -160,7 +160,7 @@ def _folder(path: Path, name: str) -> Recognition:
 
 
 def first_counts(images: Image) -> ViewOrder | None:
-    """Whether the first number of views counts rows or columns, by how what is seen moves.
+    """Whether the first number of views counts rows or columns, by how the content moves.
 
     `images` are the views as if it counted rows, shape (v, u, t, s[, 3]). Views above each other
     differ by moves up and down, views side by side by moves sideways; None where that is not clear.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether each clock has a way from its source to where it goes that does not use logic.
+"""Check that each clock has a way from its source to its loads without logic.
 
 The facts are those of ``data/devices/xc6slx45.toml``. Buffers are given places one after the other,
 those with the fewest choices first.

@@ -72,7 +72,7 @@ def name_clocks(netlist: Path) -> None:
 
 
 def read_timing(content: Mapping[str, Any], mode: VideoMode) -> tuple[ClockTiming, ...]:
-    """Read what nextpnr's report says of the pixel clock.
+    """Read the pixel clock of nextpnr's report.
 
     The serialisers' clock drives hard blocks alone, whose times nextpnr does not know.
     """

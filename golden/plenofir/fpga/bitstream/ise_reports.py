@@ -68,7 +68,7 @@ def treatments(path: Path) -> dict[str, Treatment]:
 
 @dataclass(frozen=True)
 class Timing:
-    """What TRCE says of one constraint."""
+    """TRCE's result for one constraint."""
 
     constraint: str
     paths: int  # analysed

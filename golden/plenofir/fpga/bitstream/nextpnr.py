@@ -127,7 +127,7 @@ def _net(name: str) -> str:
 
 
 def read_timing(content: Mapping[str, Any], clocks: Mapping[str, float]) -> tuple[ClockTiming, ...]:
-    """Read what nextpnr's report says of each clock, beside what it must reach in MHz."""
+    """Read the clocks of nextpnr's report, reached and wanted, in MHz."""
     found = {_net(name): clock for name, clock in content["fmax"].items()}
     timing = []
     for clock, wanted in clocks.items():

@@ -72,7 +72,7 @@ Judged = tuple[tuple[ClockTiming, ...], tuple[CrossingTiming, ...]]
 
 @dataclass(frozen=True)
 class OpenBuild:
-    """What is built, and what a family's tools are told. All files are beside the netlist."""
+    """The design to build, the options of a family's tools; files are beside the netlist."""
 
     board: Board
     device: str

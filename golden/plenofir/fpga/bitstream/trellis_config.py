@@ -77,7 +77,7 @@ def pin_settings(config: Configuration, place: tuple[int, int, str]) -> Settings
 
 
 def wanted_settings(constraints: str) -> dict[str, Settings]:
-    """What an LPF file says of each port."""
+    """Settings of each port in an LPF file."""
     return {
         port: dict(item.split("=") for item in items.split())
         for port, items in _PORT.findall(constraints)

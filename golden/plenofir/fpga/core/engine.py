@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the cores of all engines share, and what an engine says about itself."""
+"""The common part of the cores of all engines, and the interface of an engine."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -259,7 +259,7 @@ class SliceEngine(Engine):
 
     @abstractmethod
     def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
-        """Name and value of what a person is told, for frames of a number of rows."""
+        """Names and values to print, for frames of a number of rows."""
 
     @abstractmethod
     def netlist_parts(self, raster: Raster) -> dict[str, int]:

@@ -82,7 +82,7 @@ class StackEngine(Engine):
         return sum(self.layout(raster).history_lines)
 
     def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
-        """Name and value of what a person is told."""
+        """Names and values to print."""
         del rows
         yield (
             "stack",

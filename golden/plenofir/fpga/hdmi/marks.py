@@ -38,7 +38,7 @@ def mark(picture: Image) -> Image:
 
 
 def judge(line: Image) -> int:
-    """What the board says of a first line: 0 no marks, 1 other colours, 2 as it was made."""
+    """The board's result for a first line: 0 no marks, 1 other colours, 2 as it was made."""
     apart = np.abs(line.astype(int) - mark_line(len(line))).max(axis=1)
     if not apart.any():
         return 2

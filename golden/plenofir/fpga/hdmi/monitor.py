@@ -38,7 +38,7 @@ class Mode(NamedTuple):
 
 
 class MonitorReport(NamedTuple):
-    """What the status says of the monitor."""
+    """Fields of the status about the monitor."""
 
     is_edid: bool  # header and checksums are right
     preferred: Mode  # zeros if it has none, or this is no EDID

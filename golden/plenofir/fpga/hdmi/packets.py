@@ -99,7 +99,7 @@ _EXTENDED_601 = frozenset({0, 2, 3})
 
 @dataclass(frozen=True)
 class AviInfo:
-    """What an AVI InfoFrame tells of the picture (CEA-861-D, section 6.4)."""
+    """Description of the picture in an AVI InfoFrame (CEA-861-D, section 6.4)."""
 
     colour_space: ColourSpace = ColourSpace.RGB  # Y1, Y0
     colorimetry: Colorimetry = Colorimetry.NONE  # C1, C0
@@ -128,7 +128,7 @@ class AviInfo:
 
     @property
     def bt601(self) -> bool:
-        """Whether YCbCr is coded by BT.601, not BT.709; by the format's size where nobody says."""
+        """Whether YCbCr is coded by BT.601, not BT.709; by the format's size if not told."""
         if self.colorimetry == Colorimetry.NONE:
             code = self.format_code
             return code not in _HD_FORMATS and code < _FIRST_NEW_HD_FORMAT

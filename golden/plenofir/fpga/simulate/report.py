@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run leaves in ``report.json``, and what a person is told of it."""
+"""The report of a run, ``report.json``, and the lines that are printed of it."""
 
 from pydantic import BaseModel, ConfigDict
 
@@ -93,7 +93,7 @@ def _weights(report: Report) -> str:
 
 
 def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, str]]:
-    """Name and value of each line that a person is told of a report."""
+    """Name and value of each line that is printed of a report."""
     wrong = next((s for s in report.slices if s.mismatches), None)
     agree = f"all {report.pixels_compared} pixels equal the golden model"
     if report.mismatches:

@@ -119,7 +119,7 @@ class RasterSimulation(Simulation):
         self.wave_signals = wave_signals(what.core.engine)
 
     def check(self) -> None:
-        """It takes whatever the core takes."""
+        """Accept every request that the core supports."""
 
     def run(
         self,
@@ -248,7 +248,7 @@ class BoardSimulation(Simulation):
 
     @property
     def more_files(self) -> tuple[str, ...]:
-        """Pictures of what is shown besides."""
+        """Pictures of the other outputs."""
         return shown_names(self.core, self.what.screen)
 
     def check(self) -> None:
@@ -286,7 +286,7 @@ class BoardSimulation(Simulation):
         return shown
 
     def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
-        """Compare what is shown besides the slices, and write it."""
+        """Compare the outputs besides the slices, and write them."""
         if not self.shown:
             return report
         shown = write_shown(self.core, self.what.screen, result.frames, golden, folder)

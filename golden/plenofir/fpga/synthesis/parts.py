@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is in a netlist and what is not: parts counted, and how many there ought to be.
+"""Parts of a netlist: their numbers as counted and as expected.
 
 The counts are taken in GHDL's Verilog, where every entity still is a module of its own.
 """

@@ -64,7 +64,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule: who says so, and what it finds."""
+    """A rule: its source, and what it finds."""
 
     precedent: str
     find: Callable[[Source], Places]

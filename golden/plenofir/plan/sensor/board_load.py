@@ -44,7 +44,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class BoardResampler:
-    """What a board says of its resampler."""
+    """Description of a board's resampler, as the board sends it."""
 
     core: ResamplerConfiguration
     shown: Shown | None = None  # what its screen takes; None if there is none

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Configuration of the resampler, and what is written through its load port."""
+"""Configuration of the resampler, and the words for its load port."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated

@@ -104,7 +104,7 @@ class CsiSimulation(Simulation):
         ]
 
     def check(self) -> None:
-        """It takes whatever the core takes."""
+        """Accept every request that the core supports."""
 
     def run(
         self,
@@ -188,7 +188,7 @@ def _check(counts: dict[str, int], faults: Sequence[int], frames: int, raw: Imag
     if told or counts["received"] != pixels:
         raise SimulationError(
             f"{counts['received']} of {pixels} pixels received, {counts['accepted']} raw ones "
-            f"accepted; told: {', '.join(told) or 'nothing'}"
+            f"accepted; faults: {', '.join(told) or 'none'}"
         )
     if counts["framing_errors"] or counts["error_flags"]:
         raise SimulationError(

@@ -243,7 +243,7 @@ def run_raw(
 
 
 def sensor_summary(sensor: Sensor, report: SensorReport) -> list[tuple[str, str]]:
-    """Name and value of each line that a person is told of the resampler."""
+    """Name and value of each line that is printed of the resampler."""
     rows, columns = sensor.capture.pixels.shape[:2]
     mosaic = "" if report.bayer is None else f", mosaic {report.bayer}"
     agree = f"all {report.pixels_compared} pixels equal the golden model"
