@@ -82,21 +82,21 @@ TOPS = (
 )
 TABLES = DOCS / "measured" / "tables.md"
 SHARES = (
-    "Estimated use in percent: LUTs (ALMs, halves of CPEs) / flip-flops / block RAM / multipliers; "
-    "of the whole board where\nthe scene is for the board of that device. Empty where a scene does "
-    "not fit: [the first table](../resources.md#your-fpga)\nsays why."
+    "Estimated use in percent: LUTs (ALMs, halves of CPEs) / flip-flops / block RAM / multipliers. "
+    "If the scene is for the\nboard of that device, of the whole board. A cell is empty if the "
+    "scene does not fit; [the first table](../resources.md#your-fpga)\nsays why."
 )
 PLACED_CORES = (
-    "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers; the "
-    "other scenes are estimates.\n"
-    "Fits and was left out, as each takes minutes of processor time: `thesis-m3` on GW2AR-18 and "
-    "GW5A-25, `rgb-720p` on\nGW5A-25, `video-m11` on LIFCL-40, all scenes on CCGM1A1 (`rgb-480p` "
+    "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers. Other "
+    "scenes are estimates.\n"
+    "These fit but were not placed, as each takes minutes of processor time: `thesis-m3` on "
+    "GW2AR-18 and GW5A-25, `rgb-720p` on\nGW5A-25, `video-m11` on LIFCL-40, all scenes on CCGM1A1 (`rgb-480p` "
     "reached 47.5 MHz there, by `make pnr`). Does not fit:\n`rgb-720p` as it is on GW2AR-18 (48 of "
     "46 block RAMs); the planner gives it stored products there, in 36."
 )
 LEFT_OUT_COSTS = (
-    "Estimates, as `plenofir plan` prints them, on each scene's own device. What costs nothing to\n"
-    "leave out is not listed."
+    "Estimates of `plenofir plan`, on each scene's own device. Options that cost nothing to leave "
+    "out are not listed."
 )
 EXPORTS = project.root() / "build" / "docs"
 EXPORT_BYTES = 8_000_000

@@ -318,16 +318,16 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
         "This is an estimate; nothing was measured on a board.",
         "",
         "Each core is synthesised for Spartan-6 with GHDL and Yosys, and pictures go through its "
-        "netlist in Verilator; what comes out must equal the golden model. The changes of every "
+        "netlist in Verilator; the output must equal the golden model. The changes of every "
         f"net are counted. A change of a net that leaves its slice counts {NET_PJ:.2f} pJ, a clock "
         f"of a flip-flop {CLOCK_PJ:.3f} pJ, of a block RAM of 18 Kbit {BLOCK_RAM_PJ:.0f} pJ, of a "
         f"multiplier {MULTIPLIER_PJ:.1f} pJ: published figures of other devices, scaled to 45 nm "
         "and 1.2 V, which `plenofir_studies.energy` names.",
         "",
-        "Energy for each refocused pixel, in pJ. A stack refocuses a pixel for each of its slices, "
-        "and its depth index is in it. Frames have 30 lines, so the way through a core, once a "
-        "frame, makes more clocks than one for each P pixels: most in the stack, whose energy in "
-        "large frames is nearer two thirds.",
+        "The table has the energy for each refocused pixel, in pJ. A stack refocuses a pixel for "
+        "each of its slices; its depth index is included. Frames have only 30 lines, so the "
+        "latency of a core, once a frame, adds clocks to the one for each P pixels: most in the "
+        "stack, whose energy in large frames is about two thirds of that.",
         "",
         *table(
             [
@@ -344,7 +344,7 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
             ],
             (_shown(name, m) for name, m in found.items() if not name.endswith(_CONTENTS)),
         ),
-        f"Beside them: a {ASIC}: {ASIC_PJ:.0f} pJ a rendered pixel, 250 mW at 5.4 G pixels a "
+        f"For comparison, a {ASIC}: {ASIC_PJ:.0f} pJ a rendered pixel, 250 mW at 5.4 G pixels a "
         "second (Chen, OJ-SSCS 2023, by its abstract). "
         + (
             f"`refocus` on this machine by its counters: {_two_digits(software)} pJ, all of the "
@@ -354,29 +354,28 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
             f"`{_COUNTERS}`); where it does, `plenofir report energy` reads them."
         ),
         "",
-        "How sure that is. "
+        "Uncertainty. "
         + (
-            "*Pictures*: with others the same core takes, of what it takes with a textured plane: "
-            f"{spread}. "
+            f"*Pictures*: relative to a textured plane, the same core takes with others: {spread}. "
             if contents
             else ""
         )
-        + f"The ranges have a factor of {CONTENT} for other pictures. *Energy of a cell*: a factor "
-        f"of {UNCERTAINTY:g} either way for each of the four kinds on its own is a judgement, for "
-        "want of a measurement; a sum of several kinds is surer than each. Both are in the range. "
-        "*Not in it*: glitches (the simulation has no delays, and filters have deeper logic than "
-        "moving sums), the true lengths of wires, pins, clock generation.",
+        + f"The ranges include a factor of {CONTENT} for other pictures. *Energy of a cell*: each "
+        f"of the four kinds may be wrong by a factor of {UNCERTAINTY:g} either way, which is a "
+        "judgement and not a measurement; a sum of several kinds is less uncertain. The ranges "
+        "include this too. *Not included*: glitches (the simulation has no delays, and filters "
+        "have deeper logic than moving sums), the true lengths of wires, pins, clock generation.",
         "",
         *(
             [f"Not measured yet (`python scripts/resources.py energy`): {'; '.join(missing)}.", ""]
             if missing
             else []
         ),
-        f"Static power comes on top, whatever the core does. Two devices of the generation before "
-        f"the Spartan-6 LX45, about as large, take {STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at "
-        "25 degrees by their data sheets: at 100 Mpx/s that is "
-        f"{10 * STATIC_MW[0]:.0f} to {10 * STATIC_MW[1]:.0f} pJ a pixel, so many pixels a clock "
-        "pay there most.",
+        "Static power comes in addition, whatever the core does. Two devices of the generation "
+        f"before the Spartan-6 LX45, about as large, take {STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at "
+        "25 degrees by their data sheets. At 100 Mpx/s that is "
+        f"{10 * STATIC_MW[0]:.0f} to {10 * STATIC_MW[1]:.0f} pJ a pixel, so several pixels a "
+        "clock save most there.",
     ]
     return lines
 
