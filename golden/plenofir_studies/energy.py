@@ -372,8 +372,8 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
             else []
         ),
         "Static power comes in addition, whatever the core does. Two devices of the generation "
-        f"before the Spartan-6 LX45, about as large, take {STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at "
-        "25 degrees by their data sheets. At 100 Mpx/s that is "
+        f"before the Spartan-6 LX45, about as large, take {STATIC_MW[0]:.0f} and "
+        f"{STATIC_MW[1]:.0f} mW at 25 degrees by their data sheets. At 100 Mpx/s that is "
         f"{10 * STATIC_MW[0]:.0f} to {10 * STATIC_MW[1]:.0f} pJ a pixel, so several pixels a "
         "clock save most there.",
     ]
