@@ -90,9 +90,9 @@ PLACED_CORES = (
     "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers. Other "
     "scenes are estimates.\n"
     "These fit but were not placed, as each takes minutes of processor time: `thesis-m3` on "
-    "GW2AR-18 and GW5A-25, `rgb-720p` on\nGW5A-25, `video-m11` on LIFCL-40, all scenes on CCGM1A1 "
-    "(`rgb-480p` reached 47.5 MHz there, by `make pnr`). Does not fit:\n`rgb-720p` as it is on GW2AR-18 (48 of "
-    "46 block RAMs); the planner gives it stored products there, in 36."
+    "GW2AR-18 and GW5A-25,\n`rgb-720p` on GW5A-25, `video-m11` on LIFCL-40, all scenes on CCGM1A1 "
+    "(`rgb-480p` reached 47.5 MHz there, by\n`make pnr`). `rgb-720p` as it is does not fit "
+    "GW2AR-18 (48 of 46 block RAMs); the planner gives it stored products\nthere, in 36."
 )
 LEFT_OUT_COSTS = (
     "Estimates of `plenofir plan`, on each scene's own device. Options that cost nothing to leave "
