@@ -166,6 +166,9 @@ def stack_designs() -> Iterator[Design]:
     between = index.model_copy(update={"shifts": _STACK_SHIFTS[1]})
     name = "index M=5 slices=3, between"
     yield Design(name, None, "depth_index", between.generics(), index=between)
+    several = index.model_copy(update={"pixels_per_clock": 4})
+    name = "index M=5 slices=3, P=4"
+    yield Design(name, None, "depth_index", several.generics(), index=several)
 
 
 _TEXT_SHIFTS = (0, 1, 2, 3, 4)
