@@ -1,9 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Reads bytes from address 0 on from an I2C device, as the only master of its lines.
 --
--- Nine clocks and a stop come first; they free a data line that a device still holds from an interrupted read. A device
--- may stretch the clock for up to STRETCH clocks. If a line stays low, or a byte is not acknowledged, the read ends
--- with a stop and both lines are released.
+-- Nine clocks and a stop come first; they free a data line that a device still holds from an interrupted read. If it
+-- holds the line just then, as it took the nine for a byte and acknowledges it, they come again. A device may stretch
+-- the clock for up to STRETCH clocks. If a line stays low, or a byte is not acknowledged, the read ends with a stop and
+-- both lines are released.
 --
 -- Latency: 51 bits to the first byte. Throughput: a byte in 9 bits, a bit in 4 * QUARTER clocks and the
 --   clock line's time to rise.
@@ -93,6 +94,8 @@ architecture rtl of i2c_reader is
   signal bit_ends   : std_logic;
   signal step_ends  : std_logic;
   signal gives_up   : std_logic;
+  -- The data line was low at all nine clocks and at the stop.
+  signal held : std_logic;
 
 begin
 
@@ -126,11 +129,15 @@ begin
   step_ends  <= bit_ends and (starts or stops or to_logic(bits = 8));
   gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
 
+  held <= to_logic(step = free_stop and unsigned(shift) = 0) and not sda_now;
+
   drive_clock : process (clk) is
   begin
 
     if rising_edge(clk) then
-      clocks <= clocks + 1;
+      if clocks /= STRETCH then
+        clocks <= clocks + 1;
+      end if;
 
       case phase is
 
@@ -180,7 +187,7 @@ begin
             clocks  <= 0;
             phase   <= hold;
             scl_low <= '1';
-            if step_ends = '1' and (step = idle or step = stop or (step = free_stop and sda_now = '0')) then
+            if step_ends = '1' and (step = idle or step = stop or held = '1') then
               scl_low <= '0';
             end if;
           end if;
@@ -228,7 +235,9 @@ begin
         shift <= shift(7 downto 0) & sda_now;
       elsif step_ends = '1' then
         bits <= 0;
-        if step = write_start then
+        if step = free_stop then
+          shift <= (others => '1');
+        elsif step = write_start then
           shift <= WRITE_TO & LISTEN;
         elsif step = write_device then
           shift <= ADDRESS & LISTEN;
@@ -271,10 +280,12 @@ begin
           when free_stop =>
 
             step <= write_start;
-            if sda_now = '0' then
+            if held = '1' then
               stuck <= '1';
               done  <= '1';
               step  <= idle;
+            elsif sda_now = '0' then
+              step <= free;
             end if;
 
           when write_start =>
