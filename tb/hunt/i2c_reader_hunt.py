@@ -26,6 +26,8 @@ class Bus:
         self.dut, self.quarter = dut, quarter
         self.rng = random.Random(0)
         self.device = Device(None)
+        # This clock, and the one in which a read ended.
+        self.clock = self.over = 0
         self.restart()
 
     def restart(self) -> None:
@@ -53,8 +55,9 @@ class Bus:
         if valid:
             self.got.append(int(str(dut.data.value), 2))
             self.pause = self.rng.choice([0, 0, 3, 60])
+        self.clock = clock
         if done:
-            self.ended = (int(dut.complete.value), int(dut.stuck.value))
+            self.ended, self.over = (int(dut.complete.value), int(dut.stuck.value)), clock
         self.pause -= self.pause > 0
         dut.next_byte.value = int(self.pause == 0)
         dut.more.value = int(len(self.got) + 1 < self.wanted)
@@ -173,10 +176,12 @@ class Hunt:
             bus.stuck[name] = not late
             await self.begin(4, content)
             await bench.clocks(rng.randint(1, 100 * 4 * self.quarter) if late else 1)
-            was_over, bus.stuck[name] = bus.ended is not None, True
+            was_over, bus.stuck[name], since = bus.ended is not None, True, bus.clock
             ended = await self.end()
-            # All bytes may be there when it is the stop that cannot be sent.
-            if not was_over and (name == "scl" or not late) and not ended[1]:
+            # All bytes may be there when it is the stop that cannot be sent; nothing is wrong any
+            # more when the clock line, high for the stop, falls again.
+            stopped = ended == (1, 0) and bus.over - since < 2 * self.quarter + 8
+            if not (was_over or stopped) and (name == "scl" or not late) and not ended[1]:
                 raise FaultError(f"a line that stays low ends a read with {ended}")
             bus.stuck[name] = False
         elif kind == "in the middle":
