@@ -41,6 +41,13 @@ DESIGNS = designs()
 SLOW = pytest.mark.slow
 
 
+def marks_of(design: Design) -> list[pytest.MarkDecorator]:
+    """Which runs synthesise a design: not the large ones, and one of the scenes' cores."""
+    if design.slow:
+        return [SLOW]
+    return [pytest.mark.drawn(1, "cores of scenes")] if design.name.endswith(" core") else []
+
+
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
     with or_skip():
@@ -50,10 +57,7 @@ def tools() -> None:
 
 @pytest.mark.parametrize(
     "design",
-    [
-        pytest.param(design, marks=[SLOW] if design.slow else [], id=design.name)
-        for design in DESIGNS
-    ],
+    [pytest.param(design, marks=marks_of(design), id=design.name) for design in DESIGNS],
 )
 def test_figures(tmp_path: Path, design: Design) -> None:
     recorded = load_figures()

@@ -296,10 +296,10 @@ def test_damaged_containers(written: Written, tmp_path: Path) -> None:
         with suppress(InputError):
             assert (read_frame(path).mosaic() == written.raw).all()
     for content, message in (
-        (b"", "no Lytro file"),
+        (b"", "not a Lytro file"),
         (HEADER, "no table of contents"),
-        (HEADER + section(b"M", b"[]"), "no JSON object"),
-        (HEADER + section(b"M", b"{" * 5000), "no JSON object"),
+        (HEADER + section(b"M", b"[]"), "JSON object"),
+        (HEADER + section(b"M", b"{" * 5000), "JSON object"),
         (HEADER + section(b"M", b"{}"), "no raw frame"),
         (HEADER + section(b"M", b'{"files": []}'), "files stored by a camera"),
         (HEADER + section(b"M", b"{}") + section(b"C", b"\xff\xd8\xff"), "refocused pictures"),

@@ -195,14 +195,14 @@ ONE_BUFIO2 = re.sub(
         pytest.param(
             "clock_input",
             ONE_BUFIO2,
-            "clock_pins/global: no clock multiplexer that tmds_clk reaches, beside "
+            "clock_pins/net: no clock multiplexer that tmds_clk reaches, beside "
             "clock_select/choose",
             id="one-bufio2",
         ),
         pytest.param(
             "clock_input",
             SOURCES["clock_input"].replace("i => counted", "i => from_pins"),
-            "clock_pins/global: no way from ibufds.o of clock_pins/pins to i",
+            "clock_pins/net: no way from ibufds.o of clock_pins/pins to i",
             id="no-bufio2",
         ),
         pytest.param(
