@@ -90,7 +90,8 @@ def _nanoseconds() -> dict[str, Points]:
     outs = {side: np.empty_like(frame) for side, frame in frames.items()}
     least: dict[tuple[str, int], float] = {}
     timed = dict(_TIMED)
-    if os.getloadavg()[0] > processors() / 2:
+    # This process is one of the load itself.
+    if os.getloadavg()[0] > 0.75 * processors():
         # Other work would take the processors that threads are to have.
         del timed["threads"]
     for _ in range(ROUNDS):
