@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
 
-RAW_BITS = (8, 10, 12)
+_GROUP = {8: 1, 10: 4, 12: 2}
+RAW_BITS = tuple(_GROUP)
 LANES = (1, 2, 4)
 
 _CODES = (
@@ -60,12 +61,20 @@ def long_packet(channel: int, kind: int, payload: bytes) -> bytes:
     return header(channel, kind, len(payload)) + payload + crc
 
 
+def word_pixels(lanes: int, bits: int, pixels_per_clock: int) -> int:
+    """Pixels of a word between the lanes' clock and the core's (pixels_of_word of csi_pkg)."""
+    pixels = _GROUP[bits]
+    while pixels * bits < 8 * lanes:
+        pixels *= 2
+    return max(pixels, pixels_per_clock)
+
+
 def packed(pixels: npt.NDArray[np.integer], bits: int) -> bytes:
     """Bytes of a line: the high bits of 1, 4 or 2 pixels, then a byte with the low bits of all.
 
     InputError for a line that does not end with such a group.
     """
-    together = {8: 1, 10: 4, 12: 2}[bits]
+    together = _GROUP[bits]
     if pixels.size % together:
         raise InputError(
             f"a line has {pixels.size} pixels; RAW{bits} packs a multiple of {together}",

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from plenofir.fpga.csi import word_pixels
 from plenofir.ground.errors import InputError
 
 PAUSE = 0xFFFF
@@ -54,7 +55,7 @@ class SensorMode:
         A line comes at `pixel_rate` and leaves at the core's: what is left of it waits.
         """
         together = self.pixels_per_clock(core_hz)
-        word = max({8: 2, 10: 4, 12: 2}[bits], together)
+        word = word_pixels(2, bits, together)
         waiting = self.columns * max(1 - together * core_hz / self.pixel_rate, 0)
         # Sides see each other some words late.
         return max((math.ceil(waiting / word) + 6).bit_length(), 5)

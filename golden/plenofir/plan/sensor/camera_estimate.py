@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.memory import Memory
 from plenofir.fpga.core.weights import usage_of_parts
+from plenofir.fpga.csi import word_pixels
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import Family
 from plenofir.plan.sensor.board_camera import PlannedCamera
@@ -18,18 +19,10 @@ from plenofir.plan.sensor.board_camera import PlannedCamera
 _TOLD_BITS = 11
 
 
-def _word_pixels(lanes: int, bits: int, pixels_per_clock: int) -> int:
-    """Pixels of a word between the clocks (pixels_of_word of csi_pkg)."""
-    pixels = {8: 1, 10: 4, 12: 2}[bits]
-    while pixels * bits < 8 * lanes:
-        pixels *= 2
-    return max(pixels, pixels_per_clock)
-
-
 def camera_memories(camera: PlannedCamera, core: CoreConfiguration) -> Iterator[Memory]:
     """Memories of the receiver, and of the lines that go out as parallel video."""
     together = core.pixels_per_clock
-    pixels = _word_pixels(camera.board.lanes, camera.board.bits, together)
+    pixels = word_pixels(camera.board.lanes, camera.board.bits, together)
     last = max((pixels - 1).bit_length(), 1)
     width = pixels * camera.board.bits + last + _TOLD_BITS
     yield Memory("words of the lanes", camera.board.buffer_bits, width, 1)
