@@ -24,6 +24,7 @@ from plenofir.ground import project
 from plenofir.ground.errors import InputError
 
 _NETLIST = "netlist.json"
+_GOAL_MHZ = "200"
 
 # nextpnr-nexus does not reach the global clocks from every pin; the oscillator drives them. It
 # takes no ldc_create_clock, so the clock to aim at is an option, and wants a place for every pin.
@@ -202,7 +203,7 @@ def synthesise_core(
 
 
 def route_core(
-    name: str, family: Family, directory: Path, *, seed: int | None = None, goal_mhz: float = 200
+    name: str, family: Family, directory: Path, *, seed: int | None = None
 ) -> PlacedCore:
     """Place and route the netlist that `synthesise_core` made in a folder; its clock and amounts.
 
@@ -215,7 +216,7 @@ def route_core(
     run_tool(
         [
             *(tool_command(placer.tool), "--device", placer.part, "--json", _NETLIST),
-            *(*placer.options, "--freq", str(goal_mhz), "--timing-allow-fail"),
+            *(*placer.options, "--freq", _GOAL_MHZ, "--timing-allow-fail"),
             *(*seed_option(seed), "--report", "report.json"),
         ],
         directory / "nextpnr.log",
