@@ -13,21 +13,17 @@ def case(
     rows: int = 50,
     shades: int = 1,
 ) -> Case:
-    """Pictures with texts over them; with several shades of a slice it shows the middle one."""
+    """Pictures with texts over them, with colours of several shades of each slice."""
     colours = tuple(
-        ((40 * i + 9) % 256, (200 - 30 * i) % 256, 70 * i % 256) for i in range(len(labels))
+        ((40 * i + 9) % 256, (200 - 30 * i) % 256, 70 * i % 256)
+        for i in range(len(labels) * shades)
     )
     overlay = Overlay(texts, labels, colours)
     mode = shrunken("overlay", h_active=columns, v_active=rows)
-    every = "".join(
-        bytes(colour if shade == shades // 2 else (shade, 1, 2)).hex()
-        for colour in colours
-        for shade in range(shades)
-    )
     return Case(
         "text_overlay",
         "overlay.overlay_bench",
-        {**overlay.generics(), "COLOURS": every},
+        overlay.generics(),
         {"texts": texts, "labels": labels, "colours": colours, "mode": mode.model_dump()},
     )
 

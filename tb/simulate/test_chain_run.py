@@ -91,7 +91,7 @@ def run_screen(
     colours = slice_colours(shifts, shades)
     shown = Screen(
         **{"outputs": "rad", "colours": colours, **screen},
-        overlay=scene_overlay(shifts, m, None, colours[shades // 2 :: shades]),
+        overlay=scene_overlay(shifts, m, None, colours),
     )
     what = Run(
         raw=path,

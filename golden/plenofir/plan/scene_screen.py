@@ -208,8 +208,7 @@ def screen_of(
     colours = slice_colours(shifts, shades) if "depth" in part.output else ()
     overlay = None
     if part.overlay:
-        # Of a slice's shades the legend has the one in the middle.
-        overlay = scene_overlay(shifts, micro_image_size, model, colours[shades // 2 :: shades])
+        overlay = scene_overlay(shifts, micro_image_size, model, colours)
         if any(needed > there for needed, there in zip(overlay.size, size, strict=True)):
             raise InputError(
                 f"a text of {overlay.size[1]} x {overlay.size[0]} pixels does not fit on a "

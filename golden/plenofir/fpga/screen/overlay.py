@@ -42,7 +42,8 @@ class Overlay:
 
     texts: tuple[str, ...]  # of each slice, then of all in focus, depth, and the input as it is
     labels: tuple[str, ...]  # of each slice
-    # Red, green, blue of each slice; empty if depth is never shown.
+    # Red, green, blue of each slice, or several of each, of which the middle one is drawn (those of
+    # depth between slices); empty if depth is never shown.
     colours: tuple[tuple[int, int, int], ...] = ()
 
     def __post_init__(self) -> None:
@@ -104,10 +105,11 @@ class Overlay:
         """Colour of each pixel of the ruler's lines, shape (columns, 3)."""
         field = self.label_columns * GLYPH_COLUMNS
         line = np.zeros((self.columns * GLYPH_COLUMNS, 3), np.uint8)
+        shades = len(self.colours) // self.slices
         for number in range(self.slices):
             colour: tuple[int, ...] = (0x40,) * 3
             if shown == "depth":
-                colour = self.colours[number] if self.colours else (0, 0, 0)
+                colour = self.colours[number * shades + shades // 2] if shades else (0, 0, 0)
             elif shown == "all-in-focus" or (shown == "refocused" and number == slice_):
                 colour = (255,) * 3
             line[number * field : (number + 1) * field - 2] = colour
