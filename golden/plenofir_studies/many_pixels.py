@@ -118,8 +118,6 @@ def spread_lines() -> list[str]:
         for device, cores in load_spreads().items()
         for pixels, clocks in sorted(cores.items(), key=lambda item: int(item[0]))
     ]
-    if not found:
-        return []
     columns: Columns = {
         "device": lambda s: f"{s.device.upper()}",
         "P": "{.pixels}",
