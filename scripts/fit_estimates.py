@@ -28,6 +28,7 @@ from plenofir.fpga.synthesis.records import save_records
 from plenofir.ground import project
 from plenofir.plan.figures import (
     CORE,
+    compared_designs,
     core_designs,
     designs,
     grey_core,
@@ -63,6 +64,8 @@ def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
     for name, grades in json.loads(ECP5_RESULTS.read_text()).items():
         known[name] = Placed.model_validate(grades["6"])
     cores |= {design.name.removesuffix(" core"): design.core for design in core_designs()}
+    for pair in compared_designs():
+        cores |= {design.name: design.core for design in pair if design.name in known}
     for kind, m, shift, rows in PLACED:
         if kind == "core":
             engine = FirEngine(parallel_rows=rows)

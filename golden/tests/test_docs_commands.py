@@ -33,7 +33,7 @@ OTHER_VARIABLES = {"JOBS", "SIM", "SCENE", "RECORD", "SEED", "CASE", "BARE", "IS
 EXAMPLES = {
     "--camera NAME": "--camera f197-mla2",
     "FILE": "white.tif",
-    "SCENE": "scenes/rgb-480p.toml",
+    "SCENE": "scenes/grey-microscope.toml",
     "my-scene.toml": "scenes/rgb-480p.toml",
     "CAMERA": "f197-mla2",
     "MM": "3000",
