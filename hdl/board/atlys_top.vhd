@@ -156,7 +156,8 @@ architecture rtl of atlys_top is
   signal out_p     : std_logic_vector(CHANNELS downto 0);
   signal out_n     : std_logic_vector(CHANNELS downto 0);
 
-  -- The constraints name these nets.
+  -- The constraints name these nets: without the attribute the synthesis would be free to rename or
+  -- absorb them.
   attribute keep : string;
   attribute keep of tmds_clk_global : signal is "TRUE";
   attribute keep of clk             : signal is "TRUE";
@@ -204,7 +205,7 @@ begin
       state       => state
     );
 
-  -- A line that a pull-up holds is high.
+  -- A line that a pull-up holds is high: in simulation it has the level H.
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
@@ -260,6 +261,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks and resets.
 
+  -- The button is low while pressed, the logic's reset is high.
   reset_request <= not reset_n;
 
   reset_of_control : entity work.reset_bridge
@@ -292,7 +294,9 @@ begin
   -- Both PLLs have the same setting, written to one and the other at the same time.
   clocks <= (own_ready, configured_each(0) and configured_each(1), pll_locked(0), pll_locked(1));
 
-  -- Both PLLs make the same multiples: receiver and transmitter have a BUFPLL each, in their own banks of pins.
+  -- Both PLLs make the same multiples: receiver and transmitter have a BUFPLL each, in their own
+  -- banks of pins. They differ in their source alone: the transmitter's PLL takes the receiver's
+  -- pixel clock, which cleans the jitter of a cable.
   receive_clocks : entity work.serial_clocks
     port map (
       clk_in        => source_clk,
@@ -325,6 +329,8 @@ begin
       locked        => pll_locked(1)
     );
 
+  -- The halves of words have clocks of their own, twice the pixels': each gets a reset that ends
+  -- with it.
   stop <= not order.run;
 
   reset_of_halves : entity work.reset_bridge

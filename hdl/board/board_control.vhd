@@ -184,7 +184,8 @@ begin
 
   end generate load;
 
-  -- What a build does not have counts as one choice, so commands for it are refused.
+  -- What a build does not have counts as one choice (one output, one place of the text), so all
+  -- commands for it but that for 0 are refused.
   commands : entity work.command_line
     generic map (
       STATUS => STATUS,
@@ -206,7 +207,8 @@ begin
     );
 
   -- A switch and a command mean "or", so that either can be used alone.
-  choice.slice        <= std_logic_vector(slice_now);
+  choice.slice <= std_logic_vector(slice_now);
+  -- A sweep by command brings its own number of frames, one by the switch has that of the generic.
   choice.sweep        <= level.switch_sweep or to_logic(sweep_command /= 0);
   choice.sweep_frames <= std_logic_vector(sweep_command) when sweep_command /= 0 else
                          std_logic_vector(to_unsigned(SWITCH_FRAMES, 8)) when level.switch_sweep = '1' else
@@ -214,10 +216,11 @@ begin
   choice.pass_through <= pass_command or level.switch_pass;
   choice.shown        <= std_logic_vector(output_now);
   pattern             <= pattern_command or level.switch_pattern;
-  text_place          <= "00" when level.switch_hide = '1' or not WITH_TEXT or place_command = 0 else
-                         "10" when level.switch_bottom = '1' else
-                         std_logic_vector(place_command);
-  clear_errors        <= command.clear_errors or pressed.button_clear;
+  -- The switches win over the command: whoever stands at the board sees what they do.
+  text_place   <= "00" when level.switch_hide = '1' or not WITH_TEXT or place_command = 0 else
+                  "10" when level.switch_bottom = '1' else
+                  std_logic_vector(place_command);
+  clear_errors <= command.clear_errors or pressed.button_clear;
 
   set : process (clk) is
   begin
@@ -238,6 +241,7 @@ begin
           slice_now <= to_unsigned(LAST, 8);
         end if;
       end if;
+      -- The same for the outputs, in one direction.
       if command.set_output = '1' then
         output_now <= command.value(1 downto 0);
       elsif pressed.button_output = '1' then
@@ -258,6 +262,7 @@ begin
       if command.set_pattern = '1' then
         pattern_command <= command.value(0);
       end if;
+      -- After a reset the text is at the top: a board that starts says what it shows.
       if reset = '1' then
         output_now      <= "00";
         place_command   <= "01";

@@ -80,12 +80,18 @@ end entity camera_refocuser;
 
 architecture rtl of camera_refocuser is
 
+  -- The serial port has 115.2 kBd.
   constant MS         : positive := choose(MILLISECOND = 0, CLOCK_KHZ, MILLISECOND);
   constant BIT_CLOCKS : positive := choose(BIT_TIME = 0, CLOCK_KHZ * 10 / 1152, BIT_TIME);
-  -- A quarter of a bit of 100 kHz, at least what a level takes to come in.
-  constant QUARTER    : positive := larger(MS / 400, 4);
+  -- A quarter of a bit of the I2C lines at 100 kHz, but at least the clocks that a level takes to
+  -- come in.
+  constant QUARTER : positive := larger(MS / 400, 4);
+  -- Bits of the receiver's fault counters. Only whether one has counted is looked at, so they are
+  -- short.
   constant COUNT_BITS : positive := 4;
 
+  -- What the receiver delivers. A resampler takes one pixel each clock; several at once only go to
+  -- the core directly.
   constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS);
   constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
   constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
@@ -95,12 +101,13 @@ architecture rtl of camera_refocuser is
 
   constant NO_FAULTS : std_logic_vector(8 * COUNT_BITS - 1 downto 0) := (others => '0');
 
-  -- The sensor's registers.
+  -- The start of the sensor's set-up was ordered; it is ordered, under way, done without fault.
   signal begun      : std_logic := '0';
   signal start      : std_logic := '0';
   signal setup_busy : std_logic;
   signal setup_done : std_logic;
 
+  -- Raw frames; then those that the core takes, behind the resampler if there is one.
   signal raw_tvalid   : std_logic;
   signal raw_tready   : std_logic;
   signal raw_tdata    : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
@@ -116,6 +123,7 @@ architecture rtl of camera_refocuser is
   signal lens_rows    : std_logic_vector(15 downto 0);
   signal lens_flags   : std_logic_vector(5 downto 0);
   signal core_flags   : std_logic_vector(4 downto 0);
+  -- Lines of the raw frame so far, and a level that changes with each frame.
   signal lines        : unsigned(15 downto 0) := (others => '0');
   signal frame_toggle : std_logic             := '0';
 
@@ -171,6 +179,8 @@ begin
       fault_clear   => reset
     );
 
+  -- Without a resampler the raw frame is the raster: its size is that of the camera, and there is
+  -- nothing to be loaded.
   direct : if not WITH_SENSOR generate
     uart_tx      <= '1';
     lens_tvalid  <= raw_tvalid;
@@ -185,6 +195,7 @@ begin
 
   sensor : if WITH_SENSOR generate
 
+    -- Corner of the mosaic's red filter, as the port of the raster takes it.
     constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
 
     signal rx_valid  : std_logic;
@@ -202,6 +213,8 @@ begin
 
   begin
 
+    -- As on a board with HDMI each change of the toggle is a word. A clock later the word counts as
+    -- seen.
     load <= to_load(seen xor toggle, came);
 
     follow_words : process (clk) is
@@ -213,6 +226,7 @@ begin
 
     end process follow_words;
 
+    -- The serial port is here for the calibration alone; lines for a command line go nowhere.
     take_characters : entity work.uart_receiver
       generic map (
         BIT_CLOCKS => BIT_CLOCKS
@@ -346,6 +360,8 @@ begin
       error_flags   => core_flags
     );
 
+  -- What the camera has sent is counted where the raster takes it, so a line counts when it is in
+  -- the ring of raw lines.
   follow : process (clk) is
   begin
 
@@ -364,6 +380,7 @@ begin
       end if;
 
       state(0) <= setup_done;
+      -- Asked for, no longer under way, and not done: the sensor did not answer, or kept the lines.
       state(1) <= begun and not start and not setup_busy and not setup_done;
       state(2) <= frame_toggle;
       if lane_faults /= NO_FAULTS then

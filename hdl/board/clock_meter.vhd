@@ -32,6 +32,9 @@ end entity clock_meter;
 
 architecture rtl of clock_meter is
 
+  -- A clock cannot be sampled by one of about its own frequency. Divided by 16 it is slow enough to
+  -- be seen in each half, and its counter is the only logic that runs from it: it may stop or
+  -- change at any time.
   signal divider : unsigned(3 downto 0)                     := (others => '0');
   signal divided : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
@@ -65,6 +68,8 @@ begin
     if rising_edge(clk) then
       former  <= arrived(0);
       updated <= '0';
+      -- An edge in the last clock of the window is not counted. That and the phase of the window
+      -- against the edges are the error of one count that users of it allow for.
       if arrived(0) = '1' and former = '0' then
         edges <= edges + 1;
       end if;

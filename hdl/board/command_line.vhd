@@ -81,6 +81,8 @@ architecture rtl of command_line is
   constant REFUSED : boolean := not takes(places_in(STATUS) = FIELDS,
                                           "command_line: STATUS must have FIELDS times a #");
 
+  -- The answers lie one behind the other in one ROM; each is left from its first character to its
+  -- line feed. STATUS is last, as it alone has a length that varies.
   constant LINE_END : string := CR & LF;
   constant ANSWERS  : string := "ok" & LINE_END & "error" & LINE_END & STATUS & LINE_END;
 
@@ -127,6 +129,7 @@ architecture rtl of command_line is
   -- convert, digits: a number goes out.
   type state_t is (read_line, act, answer, sign, convert, digits);
 
+  -- Steps of a conversion: one for each bit in, one for each digit out. Five digits hold 16 bits.
   constant LAST_BIT   : natural := 16;
   constant LAST_DIGIT : natural := 4;
 
@@ -150,10 +153,12 @@ architecture rtl of command_line is
   signal to_pass    : std_logic;
   signal to_pattern : std_logic;
   signal to_output  : std_logic;
-  signal to_place   : std_logic;
-  signal to_clear   : std_logic;
-  signal to_status  : std_logic;
-  signal is_known   : std_logic;
+  -- The comparisons of numbers are part of the command, so a number out of range makes it unknown,
+  -- and unknown ones are answered by an error.
+  signal to_place  : std_logic;
+  signal to_clear  : std_logic;
+  signal to_status : std_logic;
+  signal is_known  : std_logic;
 
   -- The character of an answer that comes next; it is the last one, and the answer is over with it.
   signal place    : natural range 1 to ANSWERS'length := 1;
@@ -205,6 +210,7 @@ begin
   m_axis_tdata  <= symbol;
   command.value <= number;
 
+  -- All of these hold for the single clock of state act.
   right    <= to_logic(state = act) and not wrong;
   numbered <= right and given;
   bare     <= right and not given;
@@ -230,12 +236,15 @@ begin
 
     if rising_edge(clk) then
       if state = read_line and s_axis_tvalid = '1' then
+        -- A line end is handled by reply; here it must only not count as a letter.
         if s_axis_tdata = code(CR) or s_axis_tdata = code(LF) or s_axis_tdata = code(' ') then
           null;
         elsif unsigned(s_axis_tdata) >= unsigned(code('0')) and unsigned(s_axis_tdata) <= unsigned(code('9')) then
           -- Ten times what was there, and the digit.
           wide := resize(number, 12);
           wide := shift_left(wide, 3) + shift_left(wide, 1) + unsigned(s_axis_tdata(3 downto 0));
+          -- A number without a letter, or one beyond 255. The letter becomes one that no command
+          -- has, so that the line is known as not empty and as wrong.
           if letter = x"00" or wide > 255 then
             letter <= x"FF";
             wrong  <= '1';
@@ -243,12 +252,15 @@ begin
           number <= wide(7 downto 0);
           given  <= '1';
         elsif letter = x"00" then
+          -- Everything else is a letter. It is checked when the line is complete: the first one is
+          -- kept, a second one makes the line wrong.
           letter <= s_axis_tdata;
         else
           wrong <= '1';
         end if;
       end if;
 
+      -- The next line begins when the answer is over.
       if reset = '1' or is_end = '1' then
         letter <= x"00";
         number <= (others => '0');
@@ -271,7 +283,9 @@ begin
       command.set_place    <= to_place;
       command.clear_errors <= to_clear;
       if reset = '1' then
-        -- The others would set 0, as the reset does.
+        -- A command of this very clock would come with the number 0, which the reset has set. For
+        -- sweep, pass, pattern and output that is their value after a reset; slice, place and
+        -- errors would be changed by it.
         command.set_slice    <= '0';
         command.set_place    <= '0';
         command.clear_errors <= '0';
@@ -299,6 +313,7 @@ begin
 
         when act =>
 
+          -- Error is the answer unless something is known, so no case can be without one.
           state <= answer;
           place <= ERROR_FIRST;
           if is_known = '1' then
@@ -340,14 +355,18 @@ begin
 
         when digits =>
 
+          -- The sign, or the digit before, may still wait to be taken.
           if offer = '0' then
             if step > LAST_DIGIT then
               state <= answer;
+              -- Behind the number the text goes on with the character after its #.
               place <= place + 1;
               if field /= FIELDS then
                 field <= field + 1;
               end if;
             elsif leading = '0' or decimal(19 downto 16) /= 0 or step = LAST_DIGIT then
+              -- The code of a digit is 0x30 and its value.
+              -- Leading zeros are left out; the last digit is not, as 0 is a number.
               symbol <= x"3" & std_logic_vector(decimal(19 downto 16));
               offer  <= '1';
             end if;
@@ -363,7 +382,9 @@ begin
 
   end process reply;
 
-  -- A number: its bits into decimal digits, which then leave from the highest on.
+  -- A number: its bits into decimal digits, the highest first, which then leave from the highest
+  -- on. A bit each clock takes 16 clocks, nothing beside the ten bits of a character on the line,
+  -- and no divider.
   convert_number : process (clk) is
   begin
 
@@ -373,6 +394,8 @@ begin
         decimal <= (others => '0');
         step    <= 0;
 
+        -- A multiplexer by comparison: an index beyond the last field, which is reached behind the
+        -- last number, chooses nothing.
         for i in 1 to FIELDS - 1 loop
 
           if field = i then
@@ -382,6 +405,8 @@ begin
         end loop;
 
       elsif state = sign and binary(15) = '1' then
+        -- The sign is offered in this clock (reply). -32768 is its own complement, and right as an
+        -- unsigned number.
         binary <= 0 - binary;
       elsif state = convert and step = LAST_BIT then
         step    <= 0;

@@ -65,7 +65,9 @@ begin
         elsif clocks = STABLE - 1 then
           clocks        <= 0;
           levels_now(i) <= arrived(i);
-          pressed(i)    <= arrived(i);
+          -- Only a contact that closes is a press. No reset: a button held down from the start
+          -- counts as pressed once.
+          pressed(i) <= arrived(i);
         else
           clocks <= clocks + 1;
         end if;

@@ -37,9 +37,11 @@ end entity demo_control;
 
 architecture rtl of demo_control is
 
+  -- Keys as contacts, and those that became pressed.
   signal keys    : std_logic_vector(1 downto 0);
   signal pressed : std_logic_vector(1 downto 0);
 
+  -- Focus goes by itself; direction of the next step; the slice on show; vertical sync a clock ago.
   signal going_now   : std_logic                                := '1';
   signal upwards     : std_logic                                := '1';
   signal slice       : natural range 0 to larger(SLICES - 1, 1) := 0;
@@ -79,9 +81,12 @@ begin
         going_now <= '0';
       end if;
 
+      -- A stopped focus starts with a whole interval when it goes on.
       if going_now = '0' then
         edges <= 0;
       elsif v_sync /= v_sync_seen then
+        -- Both edges are counted, so the polarity of the sync does not matter; two edges are a
+        -- frame.
         if edges < 2 * FRAMES - 1 then
           edges <= edges + 1;
         else
@@ -90,9 +95,12 @@ begin
         end if;
       end if;
 
+      -- There and back: the first and the last slice are shown once each turn, so the picture never
+      -- jumps from one end of the focus to the other.
       if step and SLICES > 1 then
         if upwards = '1' then
           if slice < SLICES - 1 then
+            -- The ends step inwards at once: they were shown already.
             slice <= slice + 1;
           else
             slice   <= slice - 1;
@@ -116,7 +124,9 @@ begin
 
   end process go;
 
-  going  <= going_now;
+  going <= going_now;
+  -- The sweep of the core starts anew behind the last slice (slice_select); this one turns round, so it is
+  -- made here and a plain slice is asked for.
   choice <=
   (
     pass_through => '0',

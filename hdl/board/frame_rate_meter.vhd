@@ -32,6 +32,7 @@ end entity frame_rate_meter;
 
 architecture rtl of frame_rate_meter is
 
+  -- Times in units of TICK clocks; FASTEST is what the port holds, and what a time of 0 gives.
   constant NEVER   : natural  := 2 ** 16 - 1;
   constant TEN_S   : positive := 10000000;
   constant FASTEST : positive := 2 ** 15 - 1;
@@ -52,8 +53,12 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The dividend is fixed and one rate a frame is enough, so repeated addition does what a
+      -- divider would, with one adder.
       former <= v_sync;
 
+      -- The sum is checked a clock after it was made, as is the count: both belong to the same
+      -- addition.
       if divide = '1' then
         sum      <= sum + divisor;
         quotient <= quotient + 1;
@@ -70,14 +75,17 @@ begin
         if time_now /= NEVER then
           time_now <= time_now + 1;
         else
+          -- No edge for so long: there are no frames, and a division of what came before is void.
           rate   <= (others => '0');
           divide <= '0';
         end if;
       end if;
 
+      -- One direction of the edge alone: a frame has one of each, so the polarity does not matter.
       if v_sync = '1' and former = '0' then
         clocks   <= 0;
         time_now <= (others => '0');
+        -- A time that has reached NEVER is not one between two frames.
         if divide = '0' and time_now /= NEVER then
           divisor  <= time_now;
           sum      <= shift_right(resize(time_now, 24), 1);

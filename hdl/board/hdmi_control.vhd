@@ -82,7 +82,8 @@ end entity hdmi_control;
 
 architecture rtl of hdmi_control is
 
-  -- TMDS clocks that are accepted, in units of 100 kHz; constraints/atlys.ucf has the fastest one's period.
+  -- TMDS clocks that are accepted, in units of 100 kHz. The placers' constraints end with the
+  -- fastest one; constraints/atlys.ucf has its period.
   constant ANY_SLOWEST : positive := 240;
   constant ANY_FASTEST : positive := 743;
   constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));
@@ -93,7 +94,8 @@ architecture rtl of hdmi_control is
   -- A source that says nothing for that long in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
   constant LINE_LET_GO : positive := 3000000;
 
-  -- Clocks of a time, which is a whole number of them.
+  -- Clocks of a time, which is a whole number of them. Divided before it is multiplied: 2 s in 10
+  -- ns times the frequency exceed an integer.
   function clocks_of (
     hundredths_us : positive
   ) return natural is
@@ -113,6 +115,7 @@ architecture rtl of hdmi_control is
   constant NO_DDC    : boolean := not takes(clocks_of(DDC_QUARTER) >= 3 and clocks_of(DDC_QUARTER) < 65536,
                                             "hdmi_control: DDC_QUARTER is not 3 to 65535 clocks of CONTROL_MHZ");
 
+  -- The TMDS clock as measured.
   signal rate         : unsigned(11 downto 0) := (others => '0');
   signal rate_updated : std_logic;
   -- The clocks' levels come from any clock; here they are of this one.
@@ -170,6 +173,8 @@ begin
       updated      => rate_updated
     );
 
+  -- Each level crosses by itself: the supervisor waits for one after the other, so that they arrive
+  -- together does not matter.
   lock_levels <= clocks.own_ready & clocks.transmit_locked & clocks.receive_locked;
 
   lock_crossing : entity work.synchroniser
@@ -242,6 +247,8 @@ begin
       load_word     => port_word
     );
 
+  -- The EDID is served from the start on, without a pixel clock: a source asks for it before it
+  -- sends anything.
   edid : entity work.i2c_rom_slave
     generic map (
       FILTER      => clocks_of(LINE_FILTER),
@@ -286,6 +293,7 @@ begin
       monitor       => monitor
     );
 
+  -- Into the pixel clock a pulse of this one may be lost, a change of level is not.
   pass_clear : process (clk) is
   begin
 
@@ -297,6 +305,7 @@ begin
 
   end process pass_clear;
 
+  -- The counters here are cleared at once, those in the pixel clock by the toggle.
   clear_or_reset <= clear or reset;
 
   count_edid : entity work.event_counter
@@ -313,6 +322,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- To the video path.
 
+  -- The supervisor decides which clock runs, and the picture follows it: between the wish for the
+  -- pattern and its clock the input is still on show. Words for a sensor are added where they cross.
   settings_here <=
   (
     choice       => choice,
@@ -351,16 +362,19 @@ begin
       hung_counts => hung_counts
     );
 
-  -- Without a pixel clock the last levels mean nothing.
+  -- The reports are registered in the pixel clock: where it has stopped, the last ones stay and
+  -- mean nothing.
   tracking_here <= lanes_here.tracking when order_now.run = '1' else
                    (others => '0');
   aligned       <= state_here.aligned when order_now.run = '1' else
                    (others => '0');
-  data_here     <= '1' when (tracking_here and aligned) = "111" else
-                   '0';
-  following     <= state_here.following and order_now.run;
-  unsupported   <= state_here.unsupported and order_now.run;
+  -- What the supervisor takes for data: every channel samples well and finds its words.
+  data_here   <= '1' when (tracking_here and aligned) = "111" else
+                 '0';
+  following   <= state_here.following and order_now.run;
+  unsupported <= state_here.unsupported and order_now.run;
 
+  -- The frame rate of the source, from its vertical sync; a monitor's modes are compared with it.
   frames : entity work.frame_rate_meter
     generic map (
       TICK => clocks_of(METER_WINDOW) / 160
@@ -397,6 +411,9 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What is shown.
 
+  -- The names are those of the status line, in its order. What a link that does not run last said
+  -- is masked where it would mislead; sizes and counters stay, to be read after a loss.
+  -- Where a field has several numbers, the first one is in the low bits, so at the right.
   status <=
   (
     slice         => number(choice.slice),
@@ -449,6 +466,7 @@ begin
       led(1)          <= following;
       led(4 downto 2) <= aligned;
       led(5)          <= '0';
+      -- One light for all errors; the serial port tells which.
       if state_here.errors /= "00000" then
         led(5) <= '1';
       end if;

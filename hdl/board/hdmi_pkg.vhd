@@ -203,6 +203,8 @@ package body hdmi_pkg is
   ) return std_logic_vector is
   begin
 
+    -- The order of the fields is free, but to_state must take them apart in the same one; the last
+    -- operand is in the low bits.
     return state.marks & state.inverted & state.sum_errors & state.packet_errors & state.info.format_code &
            state.info.limited & state.info.colour & (state.info.informed & state.hdmi) & state.load_seen &
            (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
@@ -215,6 +217,8 @@ package body hdmi_pkg is
     vector : std_logic_vector(STATE_BITS - 1 downto 0)
   ) return video_state_t is
 
+    -- Where each group of fields begins. The constants are in the order of to_vector, read from its
+    -- end.
     constant FLAGS : positive := CHANNELS + 2;
     constant WORDS : positive := FLAGS + ERRORS;
     constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
@@ -242,7 +246,9 @@ package body hdmi_pkg is
     state.info.informed := vector(TOLD + 1);
     state.info.colour   := vector(TOLD + 3 downto TOLD + 2);
     state.info.limited  := vector(TOLD + 4);
-    state.info.bt601    := '0';
+    -- Only the conversion to RGB needs to know which YCbCr it is, and that happens in the pixel
+    -- clock: no bit is spent on it.
+    state.info.bt601 := '0';
 
     state.info.format_code := vector(TOLD + 12 downto TOLD + 5);
 

@@ -110,6 +110,8 @@ begin
   stop  <= not run;
   wrong <= wrong_words;
 
+  -- Both clocks may stop with the source. The resets begin without a clock and end with one, so
+  -- nothing starts half.
   reset_of_pixels : entity work.reset_bridge
     port map (
       clk     => clk,
@@ -154,7 +156,7 @@ begin
       out_video => rgb
     );
 
-  -- The pattern begins with a whole frame when it is chosen.
+  -- The pattern is drawn anew when it is chosen, so its first frame is whole.
   pattern_reset <= reset or not settings.show_pattern;
 
   -- A picture without a source, so that output and refocuser can be tried with nothing plugged in.
@@ -181,6 +183,8 @@ begin
       if settings.show_pattern = '1' then
         source <= drawn;
       end if;
+      -- During the reset nothing counts as a pixel; the syncs need none, as the timing is measured
+      -- anew behind it.
       if reset = '1' then
         source.active <= '0';
       end if;
@@ -244,8 +248,10 @@ begin
       if clear = '1' then
         errors_now <= (others => '0');
       elsif reset = '0' then
+        -- A restart of the link clears nothing: what led to it is to be seen behind it.
         errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
-        -- Without a picture, and with the pattern, words of any kind are no fault.
+        -- Without a picture, and with the pattern, words of any kind are no fault: an input that is
+        -- not plugged in receives noise.
         if following = '1' and wrong_words /= "000" and settings.show_pattern = '0' then
           errors_now(WRONG_WORD) <= '1';
         end if;
@@ -254,7 +260,7 @@ begin
 
   end process collect_errors;
 
-  -- By channel: a bad contact shows in one of them.
+  -- Counted by channel: a bad contact shows in one of them.
   count_words : for c in 0 to CHANNELS - 1 generate
 
     words : entity work.event_counter
@@ -293,7 +299,8 @@ begin
       count => sum_errors
     );
 
-  -- Its clock may be another one, of the same frequency.
+  -- The transmitter's clock has the frequency of the pixels but not their phase: an elastic buffer
+  -- takes up the difference.
   transmitter : entity work.tmds_transmitter
     port map (
       clk      => clk,

@@ -94,7 +94,7 @@ architecture rtl of i2c_reader is
   signal bit_ends   : std_logic;
   signal step_ends  : std_logic;
   signal gives_up   : std_logic;
-  -- The data line was low at all nine clocks and at the stop.
+  -- The data line was low at all nine clocks and at the stop: a device holds it for good.
   signal held : std_logic;
 
 begin
@@ -121,13 +121,17 @@ begin
   stops  <= to_logic(step = free_stop or step = stop);
   opens  <= to_logic(step = read_byte and bits = 0);
 
-  begins     <= to_logic(phase = hold and step = idle) and start;
-  time_up    <= to_logic(clocks = QUARTER - 1);
+  begins  <= to_logic(phase = hold and step = idle) and start;
+  time_up <= to_logic(clocks = QUARTER - 1);
+  -- A byte begins only when the user asks for it; until then the clock line stays low, which keeps
+  -- the device waiting.
   bit_begins <= to_logic(phase = hold and step /= idle) and time_up and (next_byte or not opens);
   bit_read   <= to_logic(phase = high) and time_up;
   bit_ends   <= to_logic(phase = high_end) and time_up;
   step_ends  <= bit_ends and (starts or stops or to_logic(bits = 8));
-  gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
+  -- A clock line that does not rise is held by someone: a device that stretches it, or one that
+  -- hangs.
+  gives_up <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
 
   held <= to_logic(step = free_stop and unsigned(shift) = 0) and not sda_now;
 
@@ -135,6 +139,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The counter serves the quarters and the limit for stretching.
       if clocks /= STRETCH then
         clocks <= clocks + 1;
       end if;
@@ -143,6 +148,7 @@ begin
 
         when hold =>
 
+          -- The lines rest high: the first bit begins as every other one, with the clock line low.
           if step = idle then
             clocks <= 0;
             if start = '1' then
@@ -152,7 +158,8 @@ begin
             clocks <= 0;
             phase  <= setup;
           elsif time_up = '1' then
-            -- The next byte is not wanted yet.
+            -- The next byte is not wanted yet: the count stands still, so that the bit begins in
+            -- the clock in which it is.
             clocks <= clocks;
           end if;
 
@@ -166,6 +173,7 @@ begin
 
         when rise =>
 
+          -- The clock line is read, not assumed: its pull-up takes time, and a device may hold it.
           if scl_now = '1' then
             clocks <= 0;
             phase  <= high;
@@ -187,6 +195,8 @@ begin
             clocks  <= 0;
             phase   <= hold;
             scl_low <= '1';
+            -- After the last stop, and where the data line cannot be freed, the lines are left
+            -- high.
             if step_ends = '1' and (step = idle or step = stop or held = '1') then
               scl_low <= '0';
             end if;
@@ -208,8 +218,11 @@ begin
     if rising_edge(clk) then
       if bit_begins = '1' then
         -- Before a start the line is high, before a stop low.
+        -- The first bit of a byte that is read is the device's, but shift gets its ones only with
+        -- this clock: so it is excepted by name.
         sda_low <= (stops or (not starts and not shift(8))) and not opens;
       elsif bit_read = '1' and starts = '1' then
+        -- With the clock line high, a falling data line is a start and a rising one a stop.
         sda_low <= '1';
       elsif gives_up = '1' or (bit_read = '1' and stops = '1') then
         sda_low <= '0';
@@ -226,16 +239,21 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Nine ones: with nothing pulled a device that holds the data line shifts out the rest of its
+      -- byte, and finds no acknowledgement behind it.
       if begins = '1' then
         bits  <= 0;
         shift <= (others => '1');
       elsif bit_begins = '1' and opens = '1' then
+        -- All bits are the device's, so ones; the acknowledge bit is the master's: low if it wants
+        -- more.
         shift <= x"FF" & not more;
       elsif bit_read = '1' and starts = '0' and stops = '0' then
         shift <= shift(7 downto 0) & sda_now;
       elsif step_ends = '1' then
         bits <= 0;
         if step = free_stop then
+          -- For the next nine clocks, if they have to come again.
           shift <= (others => '1');
         elsif step = write_start then
           shift <= WRITE_TO & LISTEN;
@@ -270,7 +288,8 @@ begin
       end if;
 
       if step_ends = '1' then
-        -- What was sent must be on the line, with a zero behind it from the device.
+        -- What was sent must be on the line as it was sent, with a zero behind it: the
+        -- acknowledgement. Anything else is another master, a short, or nobody.
         case step is
 
           when free =>
@@ -280,11 +299,14 @@ begin
           when free_stop =>
 
             step <= write_start;
+            -- Held for all of ten bits: no clocks will free it.
             if held = '1' then
               stuck <= '1';
               done  <= '1';
               step  <= idle;
             elsif sda_now = '0' then
+              -- Held just now, but not before: the device has begun to acknowledge the ones as if
+              -- they were a byte. The next nine clocks find it elsewhere.
               step <= free;
             end if;
 

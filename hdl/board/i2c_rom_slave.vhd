@@ -85,8 +85,8 @@ architecture rtl of i2c_rom_slave is
 
   constant EDID : rom_t := chosen_edid(MAX_COLUMNS, CLOCK_RANGE);
 
-  -- idle: not addressed; device_byte, address_byte, discard: bytes coming in; acknowledge: the
-  -- slave's bit; send: a byte going out; acknowledged: the master's bit.
+  -- idle: not addressed, until the next start; device_byte, address_byte, discard: bytes coming in;
+  -- acknowledge: the slave's bit; send: a byte going out; acknowledged: the master's bit.
   type state_t is (idle, device_byte, address_byte, discard, acknowledge, send, acknowledged);
 
   signal lines   : std_logic_vector(1 downto 0);
@@ -135,6 +135,8 @@ begin
       synchronous => arrived
     );
 
+  -- A level holds until FILTER samples in a row differ from it: a spike on a long cable, and the
+  -- slow slope of a line with a pull-up resistor, make no edges.
   filter_lines : process (clk) is
   begin
 
@@ -161,6 +163,8 @@ begin
 
   end process filter_lines;
 
+  -- A register behind the ROM: it is read a clock after the address, and the next byte is wanted
+  -- bits later.
   look_up : process (clk) is
   begin
 
@@ -173,13 +177,17 @@ begin
 
   end process look_up;
 
-  rises    <= scl_now and not scl_before;
-  falls    <= scl_before and not scl_now;
+  rises <= scl_now and not scl_before;
+  falls <= scl_before and not scl_now;
+  -- The data line changes while the clock line is high, now and a clock ago: only a start or a stop
+  -- does that.
   borders  <= scl_now and scl_before and (sda_now xor sda_before);
   receives <= to_logic(state = device_byte or state = address_byte or state = discard);
   full     <= to_logic(bits = 8);
-  fetches  <= falls and (to_logic(state = acknowledge and after_ack = send) or
-                         (to_logic(state = acknowledged) and not refused));
+  -- A byte begins to go out behind the acknowledge bit of the address, and behind each one that the
+  -- master acknowledges.
+  fetches <= falls and (to_logic(state = acknowledge and after_ack = send) or
+                        (to_logic(state = acknowledged) and not refused));
 
   -- Bits are taken as the clock line rises, and sent as it falls.
   shift_bits : process (clk) is
@@ -192,15 +200,20 @@ begin
       elsif falls = '1' and full = '1' and (receives = '1' or state = send) then
         bits <= 0;
       elsif fetches = '1' then
+        -- The first bit leaves in this clock (see holds), so seven are left. The ones behind them
+        -- let the line go.
         shift <= rom_byte(6 downto 0) & '1';
         bits  <= 1;
       elsif falls = '1' and state = send then
         shift <= shift(6 downto 0) & '1';
         bits  <= bits + 1;
       elsif borders = '1' then
+        -- A start may come in the middle of a byte.
         bits <= 0;
       end if;
       if falls = '1' and state = address_byte and full = '1' then
+        -- The address counts on by itself from the last one, as that of an EEPROM does: a source
+        -- may read without writing it.
         address <= unsigned(shift);
       elsif fetches = '1' then
         address <= address + 1;
@@ -220,6 +233,7 @@ begin
 
       if rises = '1' then
         if state = acknowledged then
+          -- What the master leaves high it has not acknowledged.
           refused <= sda_now;
         end if;
       elsif falls = '1' then
@@ -228,6 +242,7 @@ begin
 
           when idle =>
 
+            -- Not addressed: nothing is pulled.
             holds <= '0';
 
           when device_byte =>
@@ -235,9 +250,11 @@ begin
             if full = '1' then
               state <= idle;
               if shift(7 downto 1) = DEVICE then
+                -- The acknowledge bit: low for a clock of the line, until its next falling edge.
                 holds     <= '1';
                 state     <= acknowledge;
                 after_ack <= address_byte;
+                -- The lowest bit of the device byte says that the master reads.
                 if shift(0) = '1' then
                   after_ack <= send;
                 end if;
@@ -247,8 +264,9 @@ begin
           when address_byte =>
 
             if full = '1' then
-              holds     <= '1';
-              state     <= acknowledge;
+              holds <= '1';
+              state <= acknowledge;
+              -- A write sets the address with its first byte; there is nothing more to write.
               after_ack <= discard;
             end if;
 
@@ -262,10 +280,12 @@ begin
           when acknowledge =>
 
             state <= after_ack;
+            -- If the acknowledge bit was that of a read, the first bit of the byte follows at once.
             holds <= fetches and not rom_byte(7);
 
           when send =>
 
+            -- Open drain: a 0 is pulled, a 1 is let go.
             holds <= not shift(7);
             if full = '1' then
               holds     <= '0';
@@ -277,6 +297,7 @@ begin
 
             holds <= not rom_byte(7);
             state <= send;
+            -- The master wants no more: it makes a stop next, for which the line must be free.
             if refused = '1' then
               holds <= '0';
               state <= idle;
@@ -287,11 +308,14 @@ begin
       elsif borders = '1' then
         holds <= '0';
         state <= idle;
+        -- A falling data line is a start, a rising one a stop.
         if sda_now = '0' then
           state <= device_byte;
         end if;
       end if;
 
+      -- Every edge of the clock line begins the count anew, and a line that is not held does not
+      -- count.
       held_long <= 0;
       if holds = '1' and rises = '0' and falls = '0' then
         held_long <= held_long + 1;

@@ -134,6 +134,8 @@ begin
       hfclkout => clk
     );
 
+  -- Board and camera are reset by the same button, so the registers are written into a sensor that
+  -- has just started.
   reset_request <= not reset_n;
   cam_reset_n   <= reset_n;
 
@@ -162,7 +164,7 @@ begin
       lane_data  => lane_data
     );
 
-  -- A line that a pull-up holds is high.
+  -- A line that a pull-up holds is high: in simulation it has the level H.
   scl     <= to_x01(cam_scl);
   sda     <= to_x01(cam_sda);
   cam_scl <= '0' when scl_low = '1' else
@@ -229,13 +231,15 @@ begin
       data          => data
     );
 
-  -- Registers of their own at the pins.
+  -- Registers of their own at the pins, so that all bits leave at the same time after the clock,
+  -- however the logic is placed.
   send : process (clk) is
   begin
 
     if rising_edge(clk) then
-      out_frame_valid              <= frame_valid;
-      out_line_valid               <= line_valid;
+      out_frame_valid <= frame_valid;
+      out_line_valid  <= line_valid;
+      -- A core of fewer pixels or bits than the connector has leaves the high pins low.
       out_data                     <= (others => '0');
       out_data(WIDTH - 1 downto 0) <= data;
       led_n                        <= not state;

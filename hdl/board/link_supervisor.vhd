@@ -64,7 +64,8 @@ end entity link_supervisor;
 
 architecture rtl of link_supervisor is
 
-  -- Limits with a measuring error of a count and half a percent of tolerance.
+  -- The limits allow for the measuring error of a count, and at the fast end for half a percent of
+  -- tolerance of the source.
   constant LOW_SLOWEST  : natural := (COUNTS_10_MHZ * SLOWEST) / 100;
   constant LOW_FASTEST  : natural := (COUNTS_10_MHZ * 50) / 10;
   constant HIGH_SLOWEST : natural := (COUNTS_10_MHZ * 40) / 10;
@@ -117,7 +118,7 @@ begin
         in_range  <= '0';
         want_high <= '0';
         fits      <= '0';
-        -- In range, so nothing overflows.
+        -- In range, so the additions of 1 cannot overflow.
         if rate >= LOW_SLOWEST and rate <= HIGH_FASTEST and rate <= last + 1 and last <= rate + 1 then
           if agree >= STEADY - 1 then
             agree    <= STEADY;
@@ -145,7 +146,9 @@ begin
 
   end process judge;
 
-  -- A source may lock every PLL and still send no picture, as one that went to sleep does.
+  -- A source that went to sleep may leave its clock on, so every PLL locks and no picture comes. A
+  -- PLL or a delay line that started wrongly looks the same from here. A restart every PATIENCE
+  -- measurements costs nothing in the first case and cures the second.
   count_lacking : process (clk) is
   begin
 
@@ -178,7 +181,8 @@ begin
 
         when quiet =>
 
-          -- Resets reach all clocks that still run before the source is switched.
+          -- The resets are given HOLD clocks to reach all that still runs from the old clock; only
+          -- then is the source switched, as a PLL that sees its input jump may leave its range.
           order.run          <= '0';
           receive_reset_now  <= '1';
           transmit_reset_now <= '1';
@@ -190,10 +194,12 @@ begin
 
         when choose =>
 
+          -- There is no limit for this wait: without a source there is nothing to be done better.
           waited <= 0;
           if own /= want_own then
             state <= quiet;
           elsif (own = '1' and clocks.own_ready = '1') or (own = '0' and in_range = '1') then
+            -- The board's own clock needs the low setting.
             high_now        <= want_high and not own;
             order.configure <= '1';
             state           <= write_setting;
@@ -201,6 +207,8 @@ begin
 
         when write_setting =>
 
+          -- configured takes up to three clocks to fall after the order; before that it is still
+          -- that of the last setting.
           if clocks.configured = '1' and waited >= 3 then
             receive_reset_now <= '0';
             state             <= lock_receive;
@@ -223,12 +231,16 @@ begin
 
         when running =>
 
+          -- The first clock of the state raises run: both locks have been seen, one behind the
+          -- other.
           order.run <= '1';
           waited    <= 0;
           give_up   := clocks.receive_locked = '0' or clocks.transmit_locked = '0' or lacking = PATIENCE;
 
       end case;
 
+      -- A source that went away, or a choice that changed, ends every state alike. In quiet and
+      -- choose there is nothing to lose yet.
       if state /= quiet and state /= choose and (source_ok = '0' or own /= want_own) then
         give_up := true;
       end if;
@@ -240,6 +252,8 @@ begin
           restarted <= '1';
         end if;
         if state = lock_receive or state = lock_transmit then
+          -- A wait that ended by itself is a PLL that did not lock; one that the source ended is
+          -- not counted against it.
           lock_failed <= to_logic(waited = TIMEOUT);
         end if;
       end if;

@@ -41,6 +41,8 @@ begin
 
   sensor : if WITH_SENSOR generate
 
+    -- Words of the calibration that were sent; the word under way; its toggle; it has not arrived
+    -- yet; the calibration is through.
     constant WORDS : natural := CALIBRATION'length;
 
     signal number    : natural range 0 to WORDS      := 0;
@@ -53,11 +55,15 @@ begin
 
   begin
 
-    -- Under way until the toggle has come back: a word that is replaced before would be lost.
-    busy      <= toggle xor seen;
-    all_done  <= '1' when number = WORDS or not CALIBRATED else
-                 '0';
+    -- A word is under way until its toggle has come back: one that is replaced before would be
+    -- lost. Without a pixel clock the toggle does not come back, and the words wait.
+    busy     <= toggle xor seen;
+    all_done <= '1' when number = WORDS or not CALIBRATED else
+                '0';
+    -- Words of the port wait for the calibration, which they may be meant to correct.
     port_busy <= busy or not all_done;
+    -- The word crosses with its toggle on one bus: where the toggle has changed, the word is
+    -- complete.
     to_pixels <= toggle & word;
 
     send : process (clk) is
@@ -74,6 +80,8 @@ begin
           word   <= port_word;
           toggle <= not toggle;
         end if;
+        -- The toggle keeps its level: a change of it would be a word. A word on its way arrives,
+        -- and the calibration begins anew behind it.
         if reset = '1' then
           number <= 0;
         end if;

@@ -54,6 +54,7 @@ architecture rtl of load_port is
   constant LINE_END : string := CR & LF;
   constant ANSWERS  : string := "ok" & LINE_END & "error" & LINE_END & DESCRIPTION & LINE_END;
 
+  -- First characters of the answers in the ROM, as in command_line; each ends with its line feed.
   constant OK_FIRST          : positive := 1;
   constant ERROR_FIRST       : positive := 5;
   constant DESCRIPTION_FIRST : positive := 12;
@@ -103,7 +104,8 @@ architecture rtl of load_port is
 
   end function between;
 
-  -- The next character begins a line; the line is for this entity.
+  -- The next character begins a line; the line is for this entity; hexadecimal digits of it so far,
+  -- and their values; a question mark came; it is wrong whatever follows.
   signal begins : std_logic                                 := '1';
   signal own    : std_logic                                 := '0';
   signal count  : natural range 0 to DIGITS                 := 0;
@@ -130,11 +132,12 @@ begin
                    '0';
   blank         <= '1' when in_data = code(' ') else
                    '0';
-  other_valid   <= in_valid and not own and not answering when in_data /= code('l') or begins = '0' else
-                   '0';
-  load_kind     <= word(61 downto 60);
-  load_address  <= word(59 downto 40);
-  load_data     <= word(39 downto 0);
+  -- The letter l at the beginning of a line stays here, as does all that follows it.
+  other_valid  <= in_valid and not own and not answering when in_data /= code('l') or begins = '0' else
+                  '0';
+  load_kind    <= word(61 downto 60);
+  load_address <= word(59 downto 40);
+  load_data    <= word(39 downto 0);
 
   follow : process (clk) is
   begin
@@ -142,6 +145,9 @@ begin
     if rising_edge(clk) then
       load_write <= '0';
 
+      -- The answer of command_line is passed on as it is. Characters that come in meanwhile are
+      -- dropped, as command_line drops them: otherwise they would be taken for the beginning of a
+      -- line here and not there.
       if answering = '0' and s_axis_tvalid = '1' and m_axis_tready = '1' then
         other <= '1';
         if s_axis_tdata = code(LF) then
@@ -158,6 +164,7 @@ begin
           end if;
         end if;
       elsif in_valid = '1' and other = '0' then
+        -- Blanks in front of the letter do not hide it.
         begins <= ends or (begins and blank);
         if own = '0' then
           if begins = '1' and in_data = code('l') then
@@ -170,6 +177,8 @@ begin
           own       <= '0';
           answering <= '1';
           place     <= ERROR_FIRST;
+          -- A question has no digits, a word has all of them and a kind that exists, and the word
+          -- before must have arrived: it is held in a register until then.
           if wrong = '0' and asked = '1' and count = 0 then
             place <= DESCRIPTION_FIRST;
           elsif wrong = '0' and asked = '0' and count = DIGITS and word(63 downto 62) = "00" and
@@ -186,12 +195,15 @@ begin
           else
             count <= count + 1;
           end if;
-          -- The letters begin with 1, and have bit 6.
+          -- The codes of A to F and a to f end with 1 to 6 and have bit 6, those of the digits do
+          -- not: one adder of 9 serves both cases of letters.
           word <= word(4 * DIGITS - 5 downto 0) & in_data(3 downto 0);
           if in_data(6) = '1' then
             word(3 downto 0) <= std_logic_vector(unsigned(in_data(3 downto 0)) + 9);
           end if;
         elsif blank = '0' then
+          -- Any other character makes the line wrong; it is answered when it has ended, so that
+          -- each line has one answer.
           wrong <= '1';
         end if;
       end if;

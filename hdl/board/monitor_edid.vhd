@@ -71,11 +71,11 @@ architecture rtl of monitor_edid is
   constant CEA_TAG     : std_logic_vector(7 downto 0)  := x"02";
   constant VIDEO_CODES : std_logic_vector(2 downto 0)  := "010";
 
-  -- Bytes of a descriptor, and those of them that size and rate need.
+  -- Bytes of a descriptor, and those of them that size and rate need: the first eight.
   constant DESCRIPTOR : positive := 18;
   constant TIMING     : positive := 8;
 
-  -- 1 Hz.
+  -- 1 Hz in 0.1 Hz: 59.94 and 60 Hz are one mode to a monitor.
   constant TOLERANCE : positive := 10;
 
   -- Clocks since the last read began; a read is under way.
@@ -136,6 +136,7 @@ architecture rtl of monitor_edid is
     b : unsigned(11 downto 0)
   ) return boolean is
 
+    -- A bit more than both, so that the sums do not overflow.
     constant WIDE : positive := 16;
 
   begin
@@ -168,13 +169,19 @@ begin
       stuck     => stuck
     );
 
-  start     <= '1' when reading = '0' and paused = PAUSE - 1 else
-               '0';
+  start <= '1' when reading = '0' and paused = PAUSE - 1 else
+           '0';
+  -- The reader waits with the clock line low while a byte is looked at or a rate computed; a
+  -- monitor cannot tell that from a slow master.
   next_byte <= not (valid or look or dividing);
-  more      <= '0' when index = LAST or (index = BLOCK_LAST and extended = '0') else
-               '1';
+  -- A monitor without an extension is not read beyond its first block: it may answer there with its
+  -- first block again, or not at all.
+  more <= '0' when index = LAST or (index = BLOCK_LAST and extended = '0') else
+          '1';
 
-  -- The first eight bytes of a descriptor, if they are those of a timing.
+  -- A descriptor as VESA's E-EDID lays it out. The first byte is at the left of the window, the
+  -- newest at the right; of width and height, and of their blanking, the low bytes come first and
+  -- the high halves share a byte.
   clock       <= window(55 downto 48) & window(63 downto 56);
   width       <= unsigned(window(31 downto 28)) & unsigned(window(47 downto 40));
   height      <= unsigned(window(7 downto 4)) & unsigned(window(23 downto 16));
@@ -209,7 +216,8 @@ begin
 
   end process which_known;
 
-  -- Each of the processes below begins anew with a read.
+  -- Each of the processes below begins anew with a read, and looks at the window once for each
+  -- byte, a clock after it came in.
   follow_bytes : process (clk) is
   begin
 
@@ -237,6 +245,7 @@ begin
 
     if rising_edge(clk) then
       if look = '1' then
+        -- From here on index is the number of the byte at the right of the window.
         if index = HEADER_LAST and window /= HEADER then
           right <= '0';
         end if;
@@ -262,10 +271,12 @@ begin
 
     if rising_edge(clk) then
       if look = '1' then
+        -- Of another kind of extension nothing is used.
         if index = DETAILED_AT and window(23 downto 16) = CEA_TAG then
           detailed <= unsigned(window(6 downto 0));
         end if;
         if in_codes = '1' then
+          -- Bytes of the block that is under way; the one behind its last is the head of the next.
           if codes /= 0 then
             codes <= codes - 1;
           else
@@ -273,6 +284,7 @@ begin
             video <= to_logic(window(7 downto 5) = VIDEO_CODES);
           end if;
         end if;
+        -- Detailed timings that begin right here leave no room for codes.
         if index = CODES_FIRST - 1 and detailed > CODES_FIRST - EXTENSION_FIRST then
           in_codes <= '1';
         end if;
@@ -292,7 +304,8 @@ begin
   begins_detailed <= to_logic(index = DETAILED_FIRST - 1 or
                               (detailed /= 0 and index = EXTENSION_FIRST - 1 + to_integer(detailed)));
 
-  -- Descriptors, one behind the other. A clock of 0 says that one is no timing.
+  -- Descriptors, one behind the other. A clock of 0 says that one is no timing but a name or a
+  -- limit. Those of the extension end with zeros up to its last byte, which are no timings either.
   follow_descriptors : process (clk) is
   begin
 
@@ -304,6 +317,8 @@ begin
         else
           place <= place + 1;
         end if;
+        -- The rate needs the window, and a thousand clocks and more; dividing keeps the next byte
+        -- away until it is known.
         if in_detailed = '1' and place = TIMING - 1 and clock /= x"0000" then
           divide   <= '1';
           dividing <= '1';
@@ -338,10 +353,13 @@ begin
           if index = ESTABLISHED_LAST and (window(15 downto 0) and KNOWN_MODES(i).established) /= x"0000" then
             found <= '1';
           end if;
+          -- Both bytes of a pair are in the window when its second one has come; pairs begin at an
+          -- even place.
           if index > STANDARD_FIRST and index <= STANDARD_LAST and index mod 2 = 1 and
              window(15 downto 0) = KNOWN_MODES(i).standard then
             found <= '1';
           end if;
+          -- A code has 7 bits; the eighth marks a native mode.
           if in_codes = '1' and codes /= 0 and video = '1' and window(6 downto 0) = KNOWN_MODES(i).vic then
             found <= '1';
           end if;
@@ -352,6 +370,7 @@ begin
       -- Timings that stand there with all their numbers. No byte comes while one is divided, so the window still has
       -- it.
       if divided = '1' then
+        -- The index has counted on to the byte behind the eight.
         if index = DETAILED_FIRST + TIMING then
           preferred <= std_logic_vector(rate_found) & std_logic_vector(height) & std_logic_vector(width);
         end if;
@@ -381,12 +400,14 @@ begin
       end if;
       if done = '1' then
         reading <= '0';
+        -- Nothing of an earlier read stays: another monitor may be plugged in by now.
         monitor <= NO_MONITOR;
         if stuck = '1' then
           monitor.state <= LINE_LOW;
         elsif none_yet = '1' then
           monitor.state <= NO_ANSWER;
         elsif complete = '0' or right = '0' then
+          -- The read broke off, or what came is no EDID.
           monitor.state <= NO_EDID;
         else
           monitor <= (AN_EDID, preferred(11 downto 0), preferred(23 downto 12), preferred(35 downto 24), found);

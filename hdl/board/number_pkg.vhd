@@ -53,6 +53,8 @@ package body number_pkg is
     negative : boolean := false
   ) return std_logic_vector is
 
+    -- The slices are read by bounds made of c, so the argument must end at bit 0; callers pass
+    -- whole vectors.
     constant WIDTH  : positive := values'length / CHANNELS;
     variable value  : std_logic_vector(WIDTH - 1 downto 0);
     variable result : std_logic_vector(16 * CHANNELS - 1 downto 0);
@@ -64,6 +66,8 @@ package body number_pkg is
 
       value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);
 
+      -- Extended with zeros, then again with the sign if it has one: a function returns one type,
+      -- so both are written as vectors.
       result(16 * c + 15 downto 16 * c) := number(value);
 
       if negative then

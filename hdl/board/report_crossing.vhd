@@ -29,6 +29,8 @@ end entity report_crossing;
 
 architecture rtl of report_crossing is
 
+  -- Places of the parts in the report: the state of the video path in the low bits, as its length
+  -- is a constant of the package.
   constant TAPS_AT     : positive := STATE_BITS;
   constant TRACKING_AT : positive := TAPS_AT + TAP_BITS * CHANNELS;
   constant HUNG_AT     : positive := TRACKING_AT + CHANNELS;
@@ -42,7 +44,8 @@ architecture rtl of report_crossing is
 
 begin
 
-  -- One crossing for all, so that what arrives was true at one moment.
+  -- One crossing for all, so that what arrives was true at one moment: a position of a delay line
+  -- is never read half changed.
   report_now <= lanes.hung_toggle & lanes.tracking & lanes.taps & to_vector(state);
 
   crossing : entity work.bus_crossing
@@ -60,6 +63,7 @@ begin
   lanes_here <= (report_here(HUNG_AT - 1 downto TRACKING_AT), report_here(TRACKING_AT - 1 downto TAPS_AT), hung_here);
   hung_here  <= report_here(REPORT_BITS - 1 downto HUNG_AT);
 
+  -- A toggle instead of a pulse: however slow the crossing is, a change of level waits to be seen.
   watch : process (clk) is
   begin
 

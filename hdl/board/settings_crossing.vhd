@@ -30,7 +30,8 @@ end entity settings_crossing;
 
 architecture rtl of settings_crossing is
 
-  -- Settings of many bits arrive together; those of one bit have a synchroniser each, which takes less.
+  -- Settings of more than a bit must arrive together, or a slice that was never chosen would be
+  -- shown for a frame; those of one bit have a synchroniser each, which takes less.
   signal together       : std_logic_vector(21 downto 0);
   signal pixel_together : std_logic_vector(21 downto 0);
   signal singles        : std_logic_vector(1 downto 0);

@@ -64,7 +64,7 @@ architecture rtl of shown_video is
 
 begin
 
-  -- The text needs the rows, too.
+  -- Out to the board, and to the text, which is placed by the number of rows.
   timing <= timing_now;
 
   video : entity work.refocus_video
@@ -101,6 +101,7 @@ begin
 
   text : if WITH_TEXT generate
 
+    -- What each output number shows depends on the build; the text names the kind, not the number.
     constant KINDS : kinds_t := output_kinds(OUTPUTS);
 
     signal show   : std_logic;
@@ -110,7 +111,7 @@ begin
 
   begin
 
-    -- 1: at the top, 2: at the bottom.
+    -- 1: at the top, 2: at the bottom. 3 does not come, and would count as at the bottom.
     show   <= text_place(0) or text_place(1);
     bottom <= text_place(1);
     kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_show.place))), 2));

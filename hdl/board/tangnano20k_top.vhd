@@ -185,7 +185,8 @@ begin
       video_errors => video_errors
     );
 
-  -- A block RAM holds a picture of fewer columns than any HDMI mode has.
+  -- The light field must fit the device's block RAM, so it has fewer columns than any HDMI mode;
+  -- black ones fill the line.
   sides : entity work.black_sides
     generic map (
       COLUMNS => SIDE_COLUMNS
@@ -208,7 +209,8 @@ begin
       tx_words => words
     );
 
-  -- The clock goes out as a word of five ones and five zeros, so that it is in step with the data.
+  -- The clock is sent as a word of five ones and five zeros, from the same kind of output, so that
+  -- it leaves in step with the data.
   lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.serial_output
@@ -232,7 +234,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- They stay until the reset: a short fault shows on the LED, too.
+      -- They stay until the reset: a short fault shows on the LED, too. The last one, of a
+      -- receiver's words, has no receiver here.
       errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
       if reset = '1' then
         errors_now <= (others => '0');

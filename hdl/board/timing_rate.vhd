@@ -30,7 +30,8 @@ end entity timing_rate;
 
 architecture rtl of timing_rate is
 
-  -- 3125 * 32 = 100000.
+  -- 100000 = 3125 * 32: a shift by five bits takes the place of 31 of 32 additions. Rate and clock
+  -- are in 0.1 Hz and 10 kHz, whose quotient is the 100000.
   constant CLOCK_STEPS : positive := 3125;
   constant HIGHEST     : positive := 2 ** 12 - 1;
 
@@ -57,6 +58,8 @@ begin
 
         when idle =>
 
+          -- The two factors never meet a multiplier: this runs once for each timing in a monitor's
+          -- EDID, and takes less than a byte of it on the line (180 us at 50 kHz).
           if start = '1' then
             turns  <= (others => '0');
             sum    <= (others => '0');
@@ -72,16 +75,21 @@ begin
           else
             turns  <= (others => '0');
             pixels <= sum;
-            sum    <= -shift_right(sum, 1);
-            state  <= divide;
+            -- What is below zero by half a frame counts a frame as soon as half of it is reached.
+            sum   <= -shift_right(sum, 1);
+            state <= divide;
           end if;
 
         when divide =>
 
+          -- Subtract as long as a whole frame is in the sum, then add the next step: the sum never
+          -- grows beyond a step and a frame.
           if sum >= 0 and frames /= HIGHEST then
             sum    <= sum - pixels;
             frames <= frames + 1;
           elsif sum >= 0 or turns = CLOCK_STEPS then
+            -- At the end, or where the port can hold no more: a frame of no pixels would be counted
+            -- for ever.
             done  <= '1';
             state <= idle;
           else

@@ -37,7 +37,8 @@ architecture rtl of uart_receiver is
 
 begin
 
-  -- Inverted, so that the line rests before the first clock.
+  -- Inverted, so that the line rests before the first clock: a synchroniser starts with zeros, and
+  -- a line that is not driven yet must not look like a start bit.
   level(0) <= not line;
 
   crossing : entity work.synchroniser
@@ -53,6 +54,9 @@ begin
     if rising_edge(clk) then
       valid <= '0';
       if busy = '0' then
+        -- Half a bit from the falling edge to the middle of the start bit; from there on whole
+        -- bits, so every sample is in the middle of its bit, with half a bit of tolerance for two
+        -- clocks that differ.
         clocks <= BIT_CLOCKS / 2 - 1;
         bits   <= 0;
         if arrived(0) = '0' then
@@ -65,15 +69,18 @@ begin
       else
         clocks <= BIT_CLOCKS - 1;
         if bits = 0 and arrived(0) = '0' then
-          -- No start bit after all.
+          -- The line is high again in the middle of what should be the start bit: it was a spike.
           busy <= '0';
         elsif bits = 9 then
           busy   <= '0';
           rested <= '0';
-          data   <= shift;
-          valid  <= not arrived(0);
+          -- A line that is low here breaks the frame (another baud rate, a break): the byte is
+          -- dropped, and nothing is received until the line has rested.
+          data  <= shift;
+          valid <= not arrived(0);
         else
-          bits  <= bits + 1;
+          bits <= bits + 1;
+          -- The lowest bit comes first, so after eight shifts it has reached bit 0.
           shift <= not arrived(0) & shift(7 downto 1);
         end if;
       end if;

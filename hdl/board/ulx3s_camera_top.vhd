@@ -131,7 +131,8 @@ architecture rtl of ulx3s_camera_top is
   signal raw_lines     : std_logic_vector(15 downto 0);
   signal state         : std_logic_vector(4 downto 0);
 
-  -- The raw line at which a screen's frame is due, and whether it has come.
+  -- The raw line at which a screen's frame is due; that it has come, now and a clock ago; its first
+  -- clock.
   signal due_line  : unsigned(15 downto 0) := (others => '0');
   signal came      : std_logic             := '0';
   signal came_late : std_logic             := '0';
@@ -159,6 +160,8 @@ begin
       locked  => own_ready
     );
 
+  -- The oscillator's PLL makes the pixel clock's source, and the second one, which multiplies it,
+  -- starts behind it.
   own_stopped <= not own_ready;
 
   pixel_clocks_of_both : entity work.pixel_clocks
@@ -191,6 +194,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The camera.
 
+  -- The camera's supplies go with the reset button: a sensor that hangs is cured by it.
   cam_enable <= reset_n;
 
   -- A line that a pull-up holds is high.
@@ -258,12 +262,15 @@ begin
       state         => state
     );
 
+  -- A screen has three channels. A grey camera gives one, which all three show.
   all_channels : for i in 0 to 2 generate
     new_pixels.tdata(8 * i + 7 downto 8 * i) <= new_tdata(8 * (i mod CAMERA_CHANNELS) + 7 downto
                                                           8 * (i mod CAMERA_CHANNELS));
   end generate all_channels;
 
   --------------------------------------------------------------------------------------------------
+  -- From the beginning of its frame on the screen takes lines at the pace at which the camera sends
+  -- them, so only a few lines are stored.
   -- The screen.
 
   due <= came and not came_late;
@@ -277,10 +284,13 @@ begin
     if rising_edge(clk) then
       -- The raster's last line is there when the last raw one has come; of the lines that it has fewer, half lie above
       -- it on the screen.
+      -- Half of an odd number of spare lines is rounded up: a line later than needed is safe, one
+      -- earlier may find no pixel.
       spare    := PATTERN_V_ACTIVE - unsigned(frame_rows);
       due_line <= spare - shift_right(spare, 1) + START_LINE;
       came     <= to_logic(unsigned(raw_lines) >= due_line);
       -- A fault lasts until the reset, as those of the camera do.
+      -- A pixel that came too late shows once for a frame; the LED must stay.
       late      <= late or underflow;
       came_late <= came;
       if reset = '1' then

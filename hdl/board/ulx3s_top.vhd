@@ -192,7 +192,7 @@ begin
       state       => state
     );
 
-  -- A line that a pull-up holds is high.
+  -- A line that a pull-up holds is high: in simulation it has the level H.
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
@@ -262,6 +262,7 @@ begin
       locked      => own_ready
     );
 
+  -- Until the PLL of the oscillator has locked there is no control clock that could be trusted.
   reset_request <= not reset_n or not own_ready;
 
   -- The EDID goes on while the button bounces or the lock has a short gap.
@@ -290,7 +291,8 @@ begin
       locked    => pll_locked
     );
 
-  -- One PLL for both directions, whose setting is that of the build.
+  -- One PLL for both directions, so both have the same lock. Its setting is that of the build:
+  -- there is nothing to be configured, and it counts as done.
   clocks <= (own_ready, '1', pll_locked, pll_locked);
 
   stop <= not order.run;
@@ -312,6 +314,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Lanes.
 
+  -- One place of the strobe for all lanes in, another for all lanes out: the words of all channels
+  -- change together.
   place : entity work.word_strobe
     port map (
       clk        => clk,

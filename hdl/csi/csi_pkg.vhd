@@ -83,6 +83,8 @@ end package csi_pkg;
 
 package body csi_pkg is
 
+  -- A header's check bits are a Hamming code, extended so that the number of ones in each column is
+  -- odd.
   type codes_t is array (natural range 0 to 23) of std_logic_vector(5 downto 0);
 
   -- Check bits in which each data bit takes part: all different, of odd weight, no single bit. So one wrong bit is
@@ -99,6 +101,7 @@ package body csi_pkg is
   ) return kind_t is
   begin
 
+    -- The standard numbers RAW8, RAW10 and RAW12 from 2A hexadecimal on.
     return std_logic_vector(to_unsigned(38 + pixel_bits / 2, 6));
 
   end function raw_kind;
@@ -108,6 +111,7 @@ package body csi_pkg is
   ) return positive is
   begin
 
+    -- As soon as the pixels' bits fill bytes without rest: 1 pixel of 8 bits, 4 of 10, 2 of 12.
     return 8 / common_divisor(8, pixel_bits);
 
   end function unit_pixels;
@@ -131,6 +135,8 @@ package body csi_pkg is
 
   begin
 
+    -- Whole units, so that no pixel lies in two words; doubled, so that a word's pixels stay a
+    -- power of two and are a multiple of those that leave at once.
     pixels := unit_pixels(pixel_bits);
 
     while pixels * pixel_bits < 8 * lanes loop
@@ -158,6 +164,7 @@ package body csi_pkg is
 
   begin
 
+    -- All indices are constants of the generics, so this is wiring.
     for p in 0 to pixels - 1 loop
 
       -- The high bits of all pixels of a unit come first, then a byte with the low bits of all.
@@ -169,8 +176,11 @@ package body csi_pkg is
 
       end loop;
 
+      -- Then a byte's share of low bits: two for each of four pixels, or four for each of two.
       place := 8 * (p / UNIT * STEP + STEP - 1) + p mod UNIT * LOW_BITS;
 
+      -- With 8 bits there are none: the range stays constant, and the condition leaves all of it
+      -- out.
       for b in 0 to 7 loop
 
         if b < LOW_BITS then
@@ -193,6 +203,8 @@ package body csi_pkg is
 
   begin
 
+    -- Check bits as received; each data bit that is one takes away those that it should have set.
+    -- What is left is what does not agree.
     wrong := header(29 downto 24);
 
     for i in 0 to 23 loop
@@ -215,6 +227,8 @@ package body csi_pkg is
 
   begin
 
+    -- At most one, as all codes are different. For two wrong bits it is none: the sum of two codes
+    -- of odd weight is even.
     for i in 0 to 23 loop
 
       place(i) := to_logic(wrong = CODES(i));
@@ -234,6 +248,8 @@ package body csi_pkg is
 
   begin
 
+    -- The polynomial is read from its other end, as the bits come lowest first: 8408 hexadecimal is
+    -- x^12 + x^5 + 1 reversed, and what is shifted out stands for x^16.
     left := crc xor (x"00" & data);
 
     for i in 0 to 7 loop

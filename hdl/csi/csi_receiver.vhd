@@ -6,11 +6,9 @@
 -- buffer does, and no line is stored. Counters report faults, and each packet and each frame begins anew:
 --
 -- - Headers are corrected, or their packet is left out. Payloads go out as they arrive; a wrong checksum is reported
--- behind them.
 --   behind them.
 -- - A line that is cut short ends early, a lost one is missing, and one that is sent twice comes out twice. The cores
--- fill in and cut off (frame_sequencer).
---   cut off what does not fit (frame_sequencer).
+--   fill in and cut off what does not fit (frame_sequencer).
 -- - Lines between a frame's end and the next one's start are left out.
 -- - Pixels that are not taken in time end their frame.
 --
@@ -84,6 +82,8 @@ architecture rtl of csi_receiver is
   constant TAKES_PIXELS : boolean := takes(8 mod PIXELS_PER_CLOCK = 0,
                                            "csi_receiver: PIXELS_PER_CLOCK is not 1, 2, 4 or 8");
 
+  -- Pixels between the clocks, then the fields of a word there: the last pixel's number, the
+  -- pixels, and beside both the events and three marks (eleven bits).
   constant PIXELS    : positive := pixels_of_word(LANES, PIXEL_BITS, PIXELS_PER_CLOCK);
   constant LAST_BITS : positive := bits_for(PIXELS - 1);
   constant DATA_BITS : positive := PIXELS * PIXEL_BITS;
@@ -131,6 +131,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- In the lanes' clock.
 
+  -- Two bits that are kept stable: each may cross by itself.
   take_channel : entity work.synchroniser
     generic map (
       WIDTH => 2
@@ -194,9 +195,12 @@ begin
       word_data     => pixels_data
     );
 
+  -- All that is told has one bus. A missing lane is found in front of the parser, which has no use
+  -- for it; its place among the events is free.
   told <= events(7 downto LANE_MISSING + 1) & missing & events(LANE_MISSING - 1 downto 0) & frame_starts;
 
-  -- Behind the last word of the line before.
+  -- Marks and faults wait as long as the line's last word takes through the unpacker: what belongs
+  -- behind a line must not pass it.
   wait_for_pixels : entity work.tag_delay
     generic map (
       WIDTH  => 9,
@@ -238,6 +242,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Into the core's clock.
 
+  -- The only crossing of the pixels. It cannot make the camera wait: nearly_full tells the sender
+  -- to end the frame well.
   to_core : entity work.crossing_fifo
     generic map (
       WIDTH        => WORD_BITS,
@@ -285,6 +291,8 @@ begin
       faults          => faults
     );
 
+  -- A counter each, in the core's clock: events crossed in their words, so none is lost however far
+  -- the clocks are apart.
   count_each : for i in 0 to 7 generate
 
     counter : entity work.event_counter

@@ -33,6 +33,8 @@ end entity dphy_lane;
 
 architecture rtl of dphy_lane is
 
+  -- Levels of the two lines: LP-11 at rest, LP-00 on the way to high speed, LP-10 on the way to
+  -- another mode.
   constant STOP   : std_logic_vector(1 downto 0) := "11";
   constant BRIDGE : std_logic_vector(1 downto 0) := "00";
   constant ESCAPE : std_logic_vector(1 downto 0) := "10";
@@ -42,6 +44,8 @@ architecture rtl of dphy_lane is
   -- Not known, at rest, lines settle, the sync is searched for, bytes come.
   type state_t is (passed_over, rest, settling, search, burst);
 
+  -- Clocks of settling that are left; the last sixteen bits, the newest at the left; where in them
+  -- a byte begins in this burst; the next byte is the burst's first.
   signal levels  : std_logic_vector(1 downto 0);
   signal state   : state_t                       := passed_over;
   signal wait_on : natural range 0 to 255        := 0;
@@ -69,12 +73,14 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Two bytes of bits: a byte that begins anywhere lies within them.
       window <= bits & window(15 downto 8);
 
       -- The earliest place counts.
       found := '0';
       place := 0;
 
+      -- From the last place to the first, so that the first one that fits is what is kept.
       for i in 7 downto 0 loop
 
         if window(i + 7 downto i) = SYNC_BYTE then
@@ -88,6 +94,8 @@ begin
       lane_sync  <= '0';
       lane_data  <= (others => '0');
 
+      -- A shift by the phase of the burst. Also outside of a burst, when nobody looks: that spares
+      -- a condition.
       for i in 0 to 7 loop
 
         if phase = i then
@@ -100,10 +108,13 @@ begin
 
         when passed_over =>
 
+          -- From the start, and behind LP-10: only LP-11 leads out, so a burst that is under way
+          -- when the FPGA starts is not entered in its middle.
           null;
 
         when rest =>
 
+          -- Held until it is needed, so it begins anew with every burst.
           wait_on <= SETTLE;
           if levels = BRIDGE then
             state <= settling;
@@ -113,6 +124,7 @@ begin
 
         when settling =>
 
+          -- The lines swing as the driver changes: bits of that time could look like the sync.
           if wait_on = 0 then
             state <= search;
           else
@@ -121,6 +133,7 @@ begin
 
         when search =>
 
+          -- The sync itself is not passed on; the byte behind it is the first one.
           first <= '1';
           if found = '1' then
             phase <= place;
@@ -135,6 +148,8 @@ begin
 
       end case;
 
+      -- LP-11 ends every state. The last bytes before it are what the line held as it went up; the
+      -- packet's own length cuts them off.
       if levels = STOP then
         state      <= rest;
         lane_valid <= '0';

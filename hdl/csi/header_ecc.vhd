@@ -44,15 +44,17 @@ begin
 
   begin
 
+    -- First clock: what does not agree. Second clock: which bit that means.
     if rising_edge(clk) then
       strobe_1 <= strobe;
       header_1 <= header;
       wrong_1  <= syndrome(header);
 
       place := wrong_bit(wrong_1);
-      odd   := to_logic(place /= (23 downto 0 => '0'));
+      -- One of the data bits alone explains it.
+      odd := to_logic(place /= (23 downto 0 => '0'));
 
-      -- A check bit alone.
+      -- Or a check bit alone, whose code is that single bit; the data are right then.
       for i in 0 to 5 loop
 
         single := wrong_1(i);
@@ -73,12 +75,15 @@ begin
       data       <= header_1(23 downto 0) xor place;
       corrected  <= '0';
       damaged    <= '0';
+      -- The two bits that no check covers must be zero. One of them wrong is one wrong bit, both
+      -- are two.
       if wrong_1 = "000000" then
         corrected <= header_1(30) xor header_1(31);
         damaged   <= header_1(30) and header_1(31);
       elsif header_1(31 downto 30) = "00" and odd = '1' then
         corrected <= '1';
       else
+        -- Two wrong bits. Three look like one to any code of distance 4, and are "corrected".
         damaged <= '1';
       end if;
     end if;

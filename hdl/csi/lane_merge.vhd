@@ -48,6 +48,8 @@ architecture rtl of lane_merge is
   signal sync  : std_logic_vector(PLACES - 1 downto 0) := (others => '0');
   signal bytes : bytes_t                               := (others => (others => '0'));
   -- All lanes are in step from this clock on.
+  -- A lane has just seen its sync, and all others have it among their bytes: all lanes are in step
+  -- from this clock on.
   signal starts : std_logic;
   -- How early each lane is: now, and in this burst.
   signal taps_now : taps_t;
@@ -73,6 +75,8 @@ begin
       newest := newest or sync(i * DEPTH);
       found  := '0';
 
+      -- From the oldest to the newest: if two syncs are among a lane's bytes, the newer one begins
+      -- this burst.
       for d in DEPTH - 1 downto 0 loop
 
         if sync(i * DEPTH + d) = '1' then
@@ -103,11 +107,13 @@ begin
 
       for i in 0 to LANES - 1 loop
 
+        -- The first place of each lane takes the newest byte.
         valid(i * DEPTH) <= lane_valid(i);
         sync(i * DEPTH)  <= lane_valid(i) and lane_sync(i);
         bytes(i * DEPTH) <= lane_data(8 * i + 7 downto 8 * i);
 
-        -- A sync counts for one burst.
+        -- A sync counts for one burst: it is deleted from the places behind as soon as all lanes
+        -- are in step.
         for d in 1 to DEPTH - 1 loop
 
           valid(i * DEPTH + d) <= valid(i * DEPTH + d - 1);
@@ -116,12 +122,15 @@ begin
 
         end loop;
 
+        -- A sync that falls out at the end was never met by the others'.
         missing := missing or (sync(i * DEPTH + DEPTH - 1) and not starts);
 
       end loop;
 
       lane_missing <= missing;
 
+      -- With the first word the places just found hold already: those in the register are the last
+      -- burst's.
       for i in 0 to LANES - 1 loop
 
         place := i * DEPTH;
@@ -132,11 +141,14 @@ begin
           place := place + taps(i);
         end if;
 
+        -- Bytes of lanes that never were in step do not leave.
         live         := valid(place) and (starts or active);
         word_live(i) <= live;
 
         word_data(8 * i + 7 downto 8 * i) <= bytes(place);
 
+        -- The burst lasts as long as the first lane's bytes do: every packet begins and ends with
+        -- it, as bytes are dealt out from lane 0 on.
         if i = 0 then
           active <= live;
         end if;

@@ -45,6 +45,7 @@ end entity packet_parser;
 
 architecture rtl of packet_parser is
 
+  -- A header has four bytes: that many words of all lanes.
   constant HEADER_WORDS : positive                             := 4 / LANES;
   constant ALL_LIVE     : std_logic_vector(LANES - 1 downto 0) := (others => '1');
   constant WORD_BITS    : positive                             := 8 * LANES;
@@ -74,6 +75,7 @@ architecture rtl of packet_parser is
   signal near_end : std_logic             := '0';
   signal is_line  : std_logic             := '0';
 
+  -- Between a frame's start and its end on the virtual channel.
   signal frame_open : std_logic := '0';
 
   -- To the checksum.
@@ -93,9 +95,12 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The bytes so far move down as a word is put on top; the last four are the header when all
+      -- have come.
       joined      := word_data & header;
       header_full <= '0';
-      header_cut  <= word_first and to_logic(header_left /= 0);
+      -- A burst that begins inside of a header cuts it.
+      header_cut <= word_first and to_logic(header_left /= 0);
       if word_first = '1' or header_left /= 0 then
         if word_live = ALL_LIVE then
           header <= joined(WORD_BITS + 31 downto WORD_BITS);
@@ -107,6 +112,7 @@ begin
             header_full <= to_logic(header_left = 1);
           end if;
         else
+          -- A lane has ended before the header was complete.
           header_left <= 0;
           header_cut  <= '1';
         end if;
@@ -126,6 +132,8 @@ begin
       damaged    => known_bad
     );
 
+  -- The words wait until their header has been checked. The first word of a payload then meets a
+  -- packet that is known.
   tag <= word_data & word_live & word_first;
 
   wait_for_header : entity work.tag_delay
@@ -178,41 +186,54 @@ begin
           needed := few;
         end if;
       end if;
+      -- The last word holds at most LANES bytes of payload and checksum.
       ends := near_end and to_logic(few <= LANES);
-      cut  := first;
+      -- Bytes that should be there and are not, or a new burst, cut the packet short.
+      cut := first;
 
       for i in 0 to LANES - 1 loop
 
         if i < needed then
           cut := cut or not live(i);
         else
+          -- Behind the checksum there is filler; zeros leave the checksum's result as it is.
           crc_data(8 * i + 7 downto 8 * i) <= (others => '0');
         end if;
 
       end loop;
 
       if busy = '1' then
+        -- What has gone out stays; the line ends where it is.
         if cut = '1' then
           busy             <= '0';
           line_ends        <= is_line;
           told(CUT_PACKET) <= '1';
         else
           payload_valid <= is_line and to_logic(payload > 0);
+          -- A word with nothing but checksum ends the line without bytes of its own.
           payload_bytes <= payload;
           line_ends     <= is_line and ends;
           crc_strobe    <= '1';
           crc_last      <= ends;
           left          <= left - LANES;
-          near_end      <= to_logic(left < 2 * LANES + 2);
-          busy          <= not ends;
+          -- A clock ahead, so that no subtraction lies in front of the decision about the next
+          -- word.
+          near_end <= to_logic(left < 2 * LANES + 2);
+          busy     <= not ends;
         end if;
       end if;
 
+      -- Overrides what stands above: with four lanes a header's only word also cuts a packet that
+      -- was under way.
       if known = '1' then
         told(CORRECTED_HEADER) <= mended;
         told(DAMAGED_HEADER)   <= known_bad;
         kind                   := facts(5 downto 0);
+        -- A damaged header says nothing for certain, its length included: all up to the next burst
+        -- is filler.
         if known_bad = '0' then
+          -- Payload and two bytes of checksum. Packets of other types are followed, too: a wrong
+          -- checksum of any tells of the link.
           if kind >= LONG_KINDS then
             busy        <= '1';
             left        <= resize(unsigned(facts(23 downto 8)), 17) + 2;
@@ -222,8 +243,9 @@ begin
           is_line <= '0';
           if facts(7 downto 6) = virtual_channel then
             if kind = FRAME_START_KIND then
-              frame_starts       <= '1';
-              frame_open         <= '1';
+              frame_starts <= '1';
+              frame_open   <= '1';
+              -- A start without an end: the camera's end was lost. The new frame counts.
               told(OUT_OF_ORDER) <= frame_open;
             elsif kind = FRAME_END_KIND then
               frame_open         <= '0';

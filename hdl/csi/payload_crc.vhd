@@ -35,6 +35,7 @@ end entity payload_crc;
 
 architecture rtl of payload_crc is
 
+  -- Checksum behind the words so far; the packet ended with the last word.
   signal crc : crc_t     := (others => '0');
   signal due : std_logic := '0';
 
@@ -49,6 +50,7 @@ begin
     if rising_edge(clk) then
       behind := crc;
 
+      -- All bytes of a word in one clock: with LANES a constant it is a tree of exclusive ors.
       for i in 0 to LANES - 1 loop
 
         behind := crc_behind(behind, data(8 * i + 7 downto 8 * i));

@@ -68,11 +68,15 @@ architecture rtl of pixel_stream is
 begin
 
   m_axis_tvalid <= valid;
-  free          <= m_axis_tready or not valid;
-  passes        <= word_valid and word_has_pixels and (running or word_first);
-  part_ends     <= to_logic(part = word_last / PIXELS_PER_CLOCK);
-  done          <= word_valid and ((part_ends and free) or not passes);
-  word_ready    <= done;
+  -- The register of the stream is empty, or is emptied in this clock.
+  free <= m_axis_tready or not valid;
+  -- After a reset words pass from a frame's first one on; the rest of the frame under way when it
+  -- came is dropped.
+  passes    <= word_valid and word_has_pixels and (running or word_first);
+  part_ends <= to_logic(part = word_last / PIXELS_PER_CLOCK);
+  -- A word is over with its last part; one that tells of something, or is dropped, at once.
+  done       <= word_valid and ((part_ends and free) or not passes);
+  word_ready <= done;
 
   send : process (clk) is
   begin
@@ -100,6 +104,7 @@ begin
           end if;
         end if;
       end if;
+      -- Data and marks need no reset: valid says whether they count.
       if reset = '1' then
         valid   <= '0';
         running <= '0';
@@ -109,6 +114,8 @@ begin
 
   end process send;
 
+  -- Beside the stream, not in it: a wrong size is told, and what came goes on to the core, which
+  -- fills and cuts (frame_sequencer).
   check_sizes : process (clk) is
 
     variable length : unsigned(16 downto 0);
@@ -117,16 +124,20 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The line's pixels with those of this word, if it is the last.
       length := pixels + word_last + 1;
       wrong  := '0';
       faults <= (others => '0');
       if done = '1' then
         faults <= word_events;
+        -- Where frames end the number of lines shows. Before the first whole frame there is nothing
+        -- to compare.
         if word_events(FRAME_ENDED) = '1' then
           wrong := running and to_logic(lines /= unsigned(rows));
           lines <= (others => '0');
         end if;
         if passes = '1' then
+          -- A frame whose end was lost must not count for the next one.
           if word_first = '1' then
             lines <= (others => '0');
           end if;

@@ -41,6 +41,7 @@ end entity raw_unpacker;
 
 architecture rtl of raw_unpacker is
 
+  -- Bytes of the smallest group of pixels that fills whole bytes, and of a word.
   constant UNIT       : positive := unit_bytes(PIXEL_BITS);
   constant WORD_BYTES : positive := WORD_PIXELS / unit_pixels(PIXEL_BITS) * UNIT;
 
@@ -52,6 +53,7 @@ architecture rtl of raw_unpacker is
 
 begin
 
+  -- The word is kept as bytes, and unpacked by wires behind the register.
   word_data <= unpacked(full, PIXEL_BITS, WORD_PIXELS);
 
   gather : process (clk) is
@@ -62,6 +64,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Bytes that wait, from the low end on, and the new ones behind them.
       joined                              := (others => '0');
       joined(8 * WORD_BYTES - 1 downto 0) := kept;
 
@@ -75,11 +78,14 @@ begin
 
       word_valid <= '0';
       word_ends  <= finish;
-      word_last  <= WORD_PIXELS - 1;
-      finish     <= line_ends;
-      total      := fill + payload_bytes;
+      -- All pixels, but where a line ends.
+      word_last <= WORD_PIXELS - 1;
+      finish    <= line_ends;
+      total     := fill + payload_bytes;
       if payload_valid = '1' then
+        -- Either way: a word that is not full is not valid, and what it holds does not matter.
         full <= joined(8 * WORD_BYTES - 1 downto 0);
+        -- More than a word: the rest waits for the next one.
         if total >= WORD_BYTES then
           word_valid                   <= '1';
           kept(8 * LANES - 1 downto 0) <= joined(8 * (WORD_BYTES + LANES) - 1 downto 8 * WORD_BYTES);
@@ -89,9 +95,13 @@ begin
           fill <= total;
         end if;
       elsif finish = '1' then
+        -- A clock behind the last bytes, which may have filled a word themselves. The parser never
+        -- sends bytes in this clock.
         full <= kept;
         fill <= 0;
 
+        -- The whole units among the bytes that are left. A rest of a unit is a line cut short, and
+        -- no pixel of it is complete.
         for n in 1 to WORD_BYTES / UNIT loop
 
           if fill >= n * UNIT then

@@ -103,12 +103,16 @@ architecture rtl of sensor_setup is
   signal scl_now : std_logic;
   signal sda_now : std_logic;
 
-  signal step    : step_t                        := idle;
-  signal phase   : phase_t                       := hold;
-  signal clocks  : natural range 0 to STRETCH    := 0;
-  signal bits    : natural range 0 to 8          := 0;
-  signal bytes   : natural range 0 to 3          := 0;
-  signal shift   : std_logic_vector(35 downto 0) := (others => '1');
+  -- What is on the lines, the part of the bit, its clocks, bits of a byte and bytes of a transfer
+  -- that are over; the bits still to be sent, the acknowledge bits among them as ones.
+  signal step   : step_t                        := idle;
+  signal phase  : phase_t                       := hold;
+  signal clocks : natural range 0 to STRETCH    := 0;
+  signal bits   : natural range 0 to 8          := 0;
+  signal bytes  : natural range 0 to 3          := 0;
+  signal shift  : std_logic_vector(35 downto 0) := (others => '1');
+  -- The entry's number, what it holds, and how often it was tried; the transfer has gone wrong;
+  -- repeats of the whole list.
   signal number  : natural range 0 to 4095       := 0;
   signal now     : std_logic_vector(23 downto 0) := (others => '0');
   signal tries   : natural range 0 to 15         := 0;
@@ -118,6 +122,8 @@ architecture rtl of sensor_setup is
   signal ticks        : natural range 0 to MILLISECOND := 0;
   signal milliseconds : unsigned(7 downto 0)           := (others => '0');
 
+  -- For a clock or as long as it holds: something is on the lines; the bit is a start, a stop; a
+  -- quarter has passed; a bit begins, is read, is over; the clock line stays low.
   signal on_lines   : std_logic;
   signal starts     : std_logic;
   signal stops      : std_logic;
@@ -151,6 +157,7 @@ begin
   entry   <= std_logic_vector(to_unsigned(number, 12));
   retried <= std_logic_vector(repeats);
 
+  -- While entries are looked up, and in a pause, the lines rest.
   on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause);
   starts     <= to_logic(step = open_transfer);
   stops      <= to_logic(step = free_stop or step = close_transfer);
@@ -160,12 +167,15 @@ begin
   bit_ends   <= to_logic(phase = high_end) and time_up;
   gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
   ends       <= bit_ends and stops;
-  fails      <= gives_up or (ends and (wrong or not sda_now));
+  -- A data line that is low behind a stop is held by the sensor: the transfer counts as failed even
+  -- if all bits were right.
+  fails <= gives_up or (ends and (wrong or not sda_now));
 
   drive_lines : process (clk) is
   begin
 
     if rising_edge(clk) then
+      -- Each phase sets it back before its range ends.
       clocks <= clocks + 1;
 
       case phase is
@@ -197,6 +207,7 @@ begin
             clocks <= 0;
             phase  <= high;
           elsif gives_up = '1' then
+            -- The lines are let go, and the transfer is repeated from its beginning.
             clocks  <= 0;
             phase   <= hold;
             sda_low <= '0';
@@ -207,6 +218,7 @@ begin
           if time_up = '1' then
             clocks <= 0;
             phase  <= high_end;
+            -- With the clock line high a falling data line is a start, a rising one a stop.
             if starts = '1' then
               sda_low <= '1';
             elsif stops = '1' then
@@ -225,6 +237,8 @@ begin
 
       end case;
 
+      -- The reset lets both lines go wherever the transfer is; the nine clocks of the next start
+      -- put the sensor right.
       if reset = '1' then
         scl_low <= '0';
         sda_low <= '0';
@@ -238,14 +252,18 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- What was wrong has been told by now; the freeing stop and the next transfer are judged by
+      -- themselves.
       if step = choose_entry or step = free_stop then
         wrong <= '0';
       end if;
+      -- The bit of the start, so all is in place before the first clock of data.
       if step = open_transfer then
         shift <= DEVICE & '0' & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' & now(7 downto 0) & '1';
         bits  <= 0;
         bytes <= 0;
       elsif step = free or step = send then
+        -- The freeing clocks run through the same counter; nothing is sent with them.
         if bit_read = '1' and step = send then
           -- What is sent must be on the line, and behind each byte a zero from the sensor.
           if bits = 8 and sda_now = '1' then
@@ -268,9 +286,11 @@ begin
           end if;
         end if;
       else
+        -- Between transfers.
         bits  <= 0;
         bytes <= 0;
       end if;
+      -- A line that stays low is the cause behind all others, so it is what is told.
       if gives_up = '1' or (ends = '1' and sda_now = '0') then
         fault <= LINE_LOW;
       end if;
@@ -290,12 +310,14 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A register has come out of the list in the clock before.
+      -- A register comes out of the list a clock behind its number; step fetch is that clock. mod
+      -- keeps the index within the list also behind its end.
       now <= ENTRIES(number mod COUNT);
       if step = choose_entry then
         milliseconds <= unsigned(now(7 downto 0));
         ticks        <= 0;
       elsif ticks = MILLISECOND - 1 then
+        -- Runs at all times; only a pause, whose entry has set it, looks at it.
         ticks        <= 0;
         milliseconds <= milliseconds - 1;
       else
@@ -304,6 +326,7 @@ begin
       if start = '1' and step = idle then
         repeats <= (others => '0');
       elsif fails = '1' and tries /= RETRIES and repeats /= 255 then
+        -- Only repeats that follow are counted, not the last failure.
         repeats <= repeats + 1;
       end if;
     end if;
@@ -328,6 +351,8 @@ begin
 
         when free =>
 
+          -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts its rest
+          -- out.
           if bit_ends = '1' and bits = 8 then
             step <= free_stop;
           end if;
@@ -352,6 +377,7 @@ begin
 
         when pause =>
 
+          -- The counter has gone through the milliseconds of the entry; an entry of 0 is no pause.
           if milliseconds = 0 then
             step <= idle;
             if number = COUNT - 1 then
@@ -370,6 +396,7 @@ begin
 
         when send =>
 
+          -- A wrong bit ends the transfer at once, with a stop.
           if bit_ends = '1' and (wrong = '1' or (bits = 8 and bytes = 3)) then
             step <= close_transfer;
           end if;
@@ -389,6 +416,8 @@ begin
 
       end case;
 
+      -- Overrides what the step has decided: the same entry again, behind freeing clocks, or the
+      -- end.
       if fails = '1' then
         done   <= '0';
         number <= number;

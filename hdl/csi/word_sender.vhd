@@ -67,19 +67,23 @@ architecture rtl of word_sender is
 
 begin
 
-  -- The word leaves, if there is a place for it; then the next one may wait.
+  -- A word leaves when it is known what follows it: another word, or the line's end. Without a
+  -- place it is lost, and the rest of its frame with it.
   moves <= held and (held_ends or word_valid);
   fits  <= moves and not full;
   news  <= untold or events;
+  -- News without pixels wait until there is more than one place: the last one belongs to the end of
+  -- the line under way.
   tells <= to_logic(news /= (7 downto 0 => '0')) and not nearly_full;
 
   write_enable     <= fits or tells;
   write_events     <= news;
   write_has_pixels <= fits;
   write_first      <= held_first;
-  write_ends       <= held_ends or nearly_full;
-  write_last       <= held_last;
-  write_data       <= held_data;
+  -- In the last place the line ends, whether the camera has ended it or not.
+  write_ends <= held_ends or nearly_full;
+  write_last <= held_last;
+  write_data <= held_data;
 
   follow : process (clk) is
 
@@ -91,7 +95,8 @@ begin
     if rising_edge(clk) then
       -- A line that cannot go on, or not even begin.
       drops := moves and ((nearly_full and not held_ends) or full);
-      left  := news;
+      -- News are told with the first word that is written, and collected until then.
+      left := news;
       if fits = '1' or tells = '1' then
         left := (others => '0');
       end if;
@@ -100,6 +105,7 @@ begin
       end if;
       untold <= left;
 
+      -- A new frame may find places again: dropping lasts to the end of a frame.
       if frame_starts = '1' then
         at_first <= '1';
         dropping <= '0';
@@ -110,6 +116,8 @@ begin
       if moves = '1' then
         held <= '0';
       end if;
+      -- The frame's mark goes with its first word, even if that is dropped: without it the rest
+      -- would look like the frame before.
       if word_valid = '1' then
         held       <= not (dropping or drops);
         held_first <= at_first;
@@ -117,6 +125,7 @@ begin
         held_data  <= word_data;
         at_first   <= '0';
       end if;
+      -- An end may come with a word, or alone for the word that waits.
       if word_valid = '1' or word_ends = '1' then
         held_ends <= word_ends;
       end if;

@@ -40,11 +40,15 @@ end entity ddr_input;
 
 architecture rtl of ddr_input is
 
-  signal load_n    : std_logic;
-  signal move      : std_logic;
-  signal delayed   : std_logic;
-  signal first     : std_logic;
-  signal second    : std_logic;
+  -- The delay line's controls; the channel behind it, then its two bits of a clock, the earlier one
+  -- first.
+  signal load_n  : std_logic;
+  signal move    : std_logic;
+  signal delayed : std_logic;
+  signal first   : std_logic;
+  signal second  : std_logic;
+  -- The mark of the word, a clock late; bits of the last five clocks; the word at rest; the word in
+  -- the pixel clock.
   signal mark      : std_logic                    := '0';
   signal collected : std_logic_vector(9 downto 0) := (others => '0');
   signal held      : std_logic_vector(9 downto 0) := (others => '0');
@@ -80,12 +84,17 @@ begin
       q1   => second
     );
 
+  -- No reset here: at five times the pixel clock it would be the slowest path, and words are looked
+  -- at only while a delay has been found.
   collect : process (clk_x5) is
   begin
 
     if rising_edge(clk_x5) then
-      mark      <= strobe;
+      mark <= strobe;
+      -- Bits come in at the left, two a clock, so the oldest of ten is in bit 0.
       collected <= second & first & collected(9 downto 2);
+      -- Any clock of five would do, if it is always the same: where words begin is found later
+      -- (tmds_word_align). It lies far from the edge of clk that takes them.
       if mark = '1' then
         held <= collected;
       end if;

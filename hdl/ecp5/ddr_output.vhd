@@ -29,6 +29,8 @@ end entity ddr_output;
 
 architecture rtl of ddr_output is
 
+  -- The mark, a clock late, so that its net may be long; the bits that are still to be sent, the
+  -- next two at the right.
   signal mark : std_logic                    := '0';
   signal rest : std_logic_vector(9 downto 0) := (others => '0');
 
@@ -39,6 +41,7 @@ begin
 
     if rising_edge(clk_x5) then
       mark <= strobe;
+      -- In a circle: without a mark the word comes again, and the lane keeps its balance.
       rest <= rest(1 downto 0) & rest(9 downto 2);
       if mark = '1' then
         rest <= word;

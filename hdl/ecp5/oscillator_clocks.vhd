@@ -31,6 +31,7 @@ end entity oscillator_clocks;
 
 architecture rtl of oscillator_clocks is
 
+  -- An output cannot be read, and the PLL's feedback is the control's clock.
   signal made_clk : std_logic;
 
 begin

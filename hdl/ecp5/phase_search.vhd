@@ -133,6 +133,7 @@ begin
   too_many  <= armed and to_logic(errors = ERROR_LIMIT);
   lost      <= to_logic(state = follow) and (silent or too_many or (run_now and to_logic(run_place /= best_place)));
 
+  -- Runs are looked for at all times; what they mean depends on the state of the search.
   find_runs : process (clk) is
 
     variable still : natural range 0 to 10;
@@ -142,7 +143,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      word    <= bits;
+      word <= bits;
+      -- A bit differs from the one behind it; the last one is compared with the first, as around a
+      -- circle.
       changes <= bits xor (bits(0) & bits(9 downto 1));
 
       still := 0;
@@ -153,6 +156,8 @@ begin
 
         if changes(p) = '0' then
           still := still + 1;
+          -- Looked for behind each place without a change, the neighbour or the one after: two such
+          -- places are what a token has.
           if changes((p + 9) mod 10) = '0' or changes((p + 8) mod 10) = '0' then
             lies  := true;
             found := p;
@@ -163,7 +168,9 @@ begin
 
       token       <= '0';
       token_place <= found;
-      former      <= word;
+      -- The word itself is compared too: control tokens repeat for the length of a blanking, data
+      -- words do not.
+      former <= word;
       if still = 2 and lies then
         token <= '1';
       end if;
@@ -172,6 +179,7 @@ begin
       if token = '0' or former /= word then
         run_length <= 0;
       elsif run_length /= RUN - 1 then
+        -- The count starts again behind each run, so a long blanking gives many.
         run_length <= run_length + 1;
       else
         run_length <= 0;
@@ -186,12 +194,14 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Only words of a delay that is in use; those of a search are wrong by nature.
       if wrong = '1' and state = follow and errors /= ERROR_LIMIT then
         errors <= errors + 1;
       end if;
       if too_many = '1' then
         armed <= '0';
       end if;
+      -- Windows follow each other without a gap. A new one allows a search again.
       if watched = ERROR_WINDOW - 1 then
         watched <= 0;
         errors  <= 0;
@@ -212,7 +222,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      load_n   <= '1';
+      load_n <= '1';
+      -- Each pulse is a tap: the delay line moves with its falling edge.
       move_now <= '0';
       if silent = '0' then
         clocks <= clocks + 1;
@@ -222,6 +233,7 @@ begin
 
         when load =>
 
+          -- Held low for SETTLE clocks: the delay line is at its first tap in any case.
           load_n <= '0';
           tap    <= 0;
           if clocks >= SETTLE then
@@ -230,6 +242,7 @@ begin
 
         when go =>
 
+          -- A clock up, a clock down, so that each tap has an edge of its own.
           if move_now = '1' then
             tap <= tap + 1;
           elsif tap /= wanted then
@@ -241,6 +254,7 @@ begin
 
         when settled =>
 
+          -- The words on the way are still those of the tap before.
           if clocks >= SETTLE then
             clocks <= 0;
             state  <= look;
@@ -252,6 +266,7 @@ begin
 
         when look =>
 
+          -- The time without a run begins with each.
           if run_now = '1' or look_ends = '1' then
             clocks <= 0;
           end if;
@@ -270,6 +285,8 @@ begin
           wanted    <= 0;
           at_best   <= '0';
           once_more <= '0';
+          -- Without a signal from the first tap on, part of the delays may have been tried before
+          -- it appeared: once more, then it counts.
           if best_length /= 0 and (from_start = '1' or once_more = '1') then
             wanted  <= best_begun + best_length / 2;
             at_best <= '1';
@@ -293,9 +310,10 @@ begin
       end case;
 
       if reset = '1' then
-        state     <= load;
-        clocks    <= 0;
-        wanted    <= 0;
+        state  <= load;
+        clocks <= 0;
+        wanted <= 0;
+        -- hung_toggle keeps its level: a change of it would be counted.
         at_best   <= '0';
         tracks    <= '0';
         once_more <= '0';
@@ -319,15 +337,19 @@ begin
         end if;
       end if;
 
+      -- The place has changed at this tap, or an interval begins.
       if breaks = '1' then
         -- Another bit begins here, or with two at one tap, at the next.
         begun  <= tap;
         in_run <= to_logic(seen = 0);
       elsif goes_on = '1' and seen = RUNS - 1 and tap - begun >= best_length then
+        -- The tap is sound when enough runs were at the interval's place; only then it may make the
+        -- interval the longest.
         best_begun  <= begun;
         best_length <= tap - begun + 1;
         best_place  <= place;
       end if;
+      -- A tap without runs ends the interval: there the sampling is uncertain.
       if (state = look and silent = '1') or state = decide or lost = '1' then
         in_run <= '0';
       end if;

@@ -37,11 +37,13 @@ end entity pixel_clocks;
 
 architecture rtl of pixel_clocks is
 
+  -- The clock that is chosen, and the one made of it, which the PLL compares with it.
   signal source_clk : std_logic;
   signal made_clk   : std_logic;
 
 begin
 
+  -- A multiplexer of logic may glitch as it switches; the PLL is in reset then.
   source_clk <= own_clk when use_own = '1' else
                 tmds_clk;
 

@@ -48,6 +48,7 @@ architecture rtl of soft_dphy_input is
 
   constant TAKES_LANES : boolean := takes(LANES /= 3, "soft_dphy_input: LANES is 3, expected 1, 2 or 4");
 
+  -- The lane's clock at its own rate, at half of it, at a quarter of it: four and eight bits.
   signal edge_clk : std_logic;
   signal bits_clk : std_logic;
   signal half_clk : std_logic := '0';
@@ -74,6 +75,7 @@ begin
       cdivx   => bits_clk
     );
 
+  -- No reset: which of the two phases it takes does not matter, as bytes are aligned behind it.
   divide : process (bits_clk) is
   begin
 
@@ -85,6 +87,7 @@ begin
 
   lane : for i in 0 to LANES - 1 generate
 
+    -- Bits of the lane behind its delay; four of them, the four before, a byte of both.
     signal delayed : std_logic;
     signal nibble  : std_logic_vector(3 downto 0);
     signal earlier : std_logic_vector(3 downto 0) := "0000";
@@ -117,9 +120,11 @@ begin
     collect : process (bits_clk) is
     begin
 
+      -- The primitive's first bit is the earliest, so the older half is the low one.
       if rising_edge(bits_clk) then
         earlier <= nibble;
-        -- half_clk falls with this edge.
+        -- half_clk falls with this edge, and rises with the next one, half a period of it later:
+        -- that is when held is taken.
         if half_clk = '1' then
           held <= nibble & earlier;
         end if;

@@ -27,6 +27,8 @@ end entity word_strobe;
 
 architecture rtl of word_strobe is
 
+  -- A level that changes with each clock of clk; the same, seen by clk_x5; a one that goes round
+  -- five places; its place is found; the mark's way to the lanes out.
   signal even    : std_logic                    := '0';
   signal seen    : std_logic_vector(2 downto 0) := "000";
   signal places  : std_logic_vector(4 downto 0) := "00000";
@@ -53,13 +55,17 @@ begin
   begin
 
     if rising_edge(clk_x5) then
+      -- The edges are aligned, so the first register may catch a change in either of two clocks;
+      -- what follows allows for both. The others keep an undecided level out.
       seen   <= seen(1 downto 0) & even;
       places <= places(3 downto 0) & places(4);
       way    <= way(8 downto 0) & places(3);
+      -- Once: from here on the one goes round by itself, and no jitter of a single edge moves it.
       if started = '0' then
         places(0) <= seen(2) xor seen(1);
         started   <= seen(2) xor seen(1);
       end if;
+      -- While clk may not run, no mark: lanes then repeat what they have.
       if reset = '1' then
         places  <= "00000";
         started <= '0';

@@ -51,9 +51,12 @@ architecture rtl of dphy_input is
 
   constant TAKES_LANES : boolean := takes(LANES /= 3, "dphy_input: LANES is 3, expected 1, 2 or 4");
 
+  -- Times from LP-00 on in which the lines are not looked at, within what the standard allows (see
+  -- above).
   constant DATA_SETTLE_NS  : positive := 115;
   constant CLOCK_SETTLE_NS : positive := 150;
 
+  -- The block's ports are as wide as its widest words; here a word is a byte, in the low bits.
   type words_t is array (0 to 3) of std_logic_vector(15 downto 0);
 
   type marks_t is array (0 to 3) of std_logic_vector(3 downto 0);
@@ -84,6 +87,7 @@ architecture rtl of dphy_input is
 
   end function clock_text;
 
+  -- Rounded to the next clock. The block counts them with sync_clk.
   function settle_clocks (
     megahertz   : positive;
     nanoseconds : positive
@@ -94,6 +98,7 @@ architecture rtl of dphy_input is
 
   end function settle_clocks;
 
+  -- The block takes numbers as texts of binary digits.
   function six_bits (
     value : natural
   ) return string is
@@ -119,6 +124,8 @@ architecture rtl of dphy_input is
 
   end function six_bits;
 
+  -- Levels of the block: a lane is in high speed; it is at rest (LP-11); the same in the clock of
+  -- the bytes.
   signal clk        : std_logic;
   signal enable     : std_logic;
   signal escape_clk : std_logic := '0';
@@ -136,7 +143,8 @@ begin
   byte_clk <= clk;
   enable   <= not reset;
 
-  -- The block wants a clock for escape sequences though it sends none.
+  -- The block wants a clock for escape sequences though it sends none; half of the one that runs
+  -- anyway will do.
   divide : process (sync_clk) is
   begin
 
@@ -313,6 +321,8 @@ begin
       utrnreq     => '0'
     );
 
+  -- The levels of rest come from no clock. Bytes stop a few clocks later than the lines, which is
+  -- filler behind the packet.
   take_rest : entity work.synchroniser
     generic map (
       WIDTH => 4
@@ -330,13 +340,17 @@ begin
 
       for i in 0 to LANES - 1 loop
 
+        -- Any of the marks is a sync.
         begins(i)     <= to_logic(marks(i) /= "0000");
         lane_valid(i) <= begins(i) or burst(i);
         lane_sync(i)  <= begins(i);
 
         lane_data(8 * i + 7 downto 8 * i) <= words(i)(7 downto 0);
 
+        -- From the sync to the rest of the lane: the block itself does not say for how long bytes
+        -- come.
         burst(i) <= begins(i) or burst(i);
+        -- Either ends the burst, whichever the block shows first.
         if active(i) = '0' or at_rest(i) = '1' then
           burst(i)      <= '0';
           lane_valid(i) <= '0';

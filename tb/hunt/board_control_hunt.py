@@ -15,7 +15,7 @@ ENTITY = "board_control"
 FAULTS = [
     ("command_line.vhd", "if letter = x\"00\" or wide > 255 then", "if wide > 255 then"),
     ("uart_receiver.vhd", "BIT_CLOCKS / 2 - 1;", "BIT_CLOCKS / 2;"),
-    ("uart_receiver.vhd", "valid  <= not arrived(0);", "valid  <= '1';"),
+    ("uart_receiver.vhd", "valid <= not arrived(0);", "valid <= '1';"),
 ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ FAULTS = [
     ("lane_merge.vhd", "place   := place + taps_now(i);", "place   := place;"),
     ("header_ecc.vhd", "corrected <= '1';", "corrected <= '0';"),
     ("payload_crc.vhd", "if restart = '1' then", "if false then"),
-    ("word_sender.vhd", "write_ends       <= held_ends or nearly_full;",
+    ("word_sender.vhd", "write_ends <= held_ends or nearly_full;",
      "write_ends       <= held_ends;"),
     ("pixel_stream.vhd", "word_valid and word_has_pixels and (running or word_first);",
      "word_valid and word_has_pixels;"),

@@ -11,7 +11,7 @@ ENTITY = "load_ports"
 FAULTS = [
     ("load_port.vhd", "begins <= ends or (begins and blank);", "begins <= ends;"),
     ("load_port.vhd", "if count = DIGITS then", "if false then"),
-    ("uart_receiver.vhd", "valid  <= not arrived(0);", "valid  <= '1';"),
+    ("uart_receiver.vhd", "valid <= not arrived(0);", "valid <= '1';"),
     ("load_port.vhd", "and word(63 downto 62) = \"00\"", "and word(63) = '0'"),
 ]  # fmt: skip
 # All but NUL, which the command line takes for nothing.
