@@ -73,6 +73,8 @@ architecture rtl of axi_lite_slave is
 
 begin
 
+  -- Each ready is a register of its own and depends on no valid, so no path goes through the slave
+  -- from input to output.
   s_axi_awready <= not has_address;
   s_axi_wready  <= not has_data;
   s_axi_bvalid  <= answers_write;
@@ -81,9 +83,11 @@ begin
 
   write_aligned <= '1' when write_address(1 downto 0) = "00" else
                    '0';
-  takes_write   <= has_address and has_data and not answers_write;
-  write         <= takes_write and write_aligned;
-  write_place   <= unsigned(write_address(ADDRESS_BITS - 1 downto 2));
+  -- The next write waits until the answer to the one before is taken: there is one place for an
+  -- answer.
+  takes_write <= has_address and has_data and not answers_write;
+  write       <= takes_write and write_aligned;
+  write_place <= unsigned(write_address(ADDRESS_BITS - 1 downto 2));
 
   read_unaligned <= '0' when read_address(1 downto 0) = "00" else
                     '1';
@@ -94,6 +98,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Taken when there is room, whether the other part has come or not.
       if has_address = '0' then
         has_address   <= s_axi_awvalid;
         write_address <= s_axi_awaddr;
@@ -104,6 +109,8 @@ begin
         write_data  <= s_axi_wdata;
       end if;
 
+      -- Both parts are there: the registers see them in this clock, and their places are free in
+      -- the next.
       if takes_write = '1' then
         has_address   <= '0';
         has_data      <= '0';
@@ -137,9 +144,11 @@ begin
       if takes_read = '1' then
         has_read     <= '0';
         answers_read <= '1';
-        s_axi_rdata  <= read_data;
-        s_axi_rresp  <= OKAY;
+        -- Read at the clock of the answer, so that software sees what happened until then.
+        s_axi_rdata <= read_data;
+        s_axi_rresp <= OKAY;
         if read_refused = '1' or read_unaligned = '1' then
+          -- A refused read tells nothing, not even of a register that is only written.
           s_axi_rdata <= (others => '0');
           s_axi_rresp <= SLVERR;
         end if;

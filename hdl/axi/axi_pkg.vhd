@@ -166,6 +166,8 @@ package body axi_pkg is
 
   begin
 
+    -- A register without a need keeps its mode; the others are there only where a part that has
+    -- them is built.
     found := modes;
 
     for i in 0 to REGISTERS_TOTAL - 1 loop
@@ -213,6 +215,8 @@ package body axi_pkg is
   ) return positive is
   begin
 
+    -- The index of depth_index has its word beside the pixel in focus; without it all slices lie
+    -- side by side.
     return pixels * choose(depth_index, index_word_bits(channels, pixel_bits, "", false),
                            slice_count(shifts) * channels * pixel_bits);
 
@@ -240,6 +244,8 @@ package body axi_pkg is
   ) return natural is
   begin
 
+    -- The fields of a word do not overlap, so their sum is the word. All end below bit 31, as far
+    -- as naturals reach.
     return micro_image_size * 2 ** GEOMETRY_MICRO_IMAGE_SIZE + slices * 2 ** GEOMETRY_SLICES +
            channels * 2 ** GEOMETRY_CHANNELS + pixel_bits * 2 ** GEOMETRY_PIXEL_BITS +
            pixels_per_clock * 2 ** GEOMETRY_PIXELS_PER_CLOCK;
@@ -269,6 +275,7 @@ package body axi_pkg is
   ) return natural is
   begin
 
+    -- The same from flags and numbers: a flag is the power of two of its bit.
     return choose(moving_sum, 2 ** ENGINE_MOVING_SUM, 0) + choose(exact, 2 ** ENGINE_EXACT, 0) +
            choose(centred, 2 ** ENGINE_CENTRED, 0) + choose(hold, 2 ** ENGINE_HOLD, 0) +
            choose(any_rows, 2 ** ENGINE_ANY_ROWS, 0) + order * 2 ** ENGINE_ORDER +

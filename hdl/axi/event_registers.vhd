@@ -65,10 +65,12 @@ begin
         new_happened(INTERRUPT_STATUS_ERROR) := '1';
       end if;
 
-      -- New events are set last, so that none is lost at the clock that clears it.
+      -- New events are set last, so that none is lost in the clock in which software clears its
+      -- bit.
       held_errors   <= (held_errors and not clear_errors) or new_errors;
       held_happened <= (held_happened and not clear_happened) or new_happened;
 
+      -- Counts wrap: software subtracts two readings, modulo 2**32, and needs no clearing.
       for i in 0 to COUNTERS - 1 loop
 
         if events(i) = '1' then

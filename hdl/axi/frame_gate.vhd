@@ -63,6 +63,7 @@ architecture rtl of frame_gate is
 
 begin
 
+  -- Decided with the first pixel, and kept for the frame: switching off in its middle lets it end.
   lets        <= enable when s_axis_marks.tuser = "1" else
                  let_in;
   core_tvalid <= s_axis_marks.tvalid and lets;
@@ -117,10 +118,12 @@ begin
           end if;
           column <= at_column + PIXELS_PER_CLOCK;
           row    <= at_row;
-          -- The last pixel that the line is to have, or the last one that it has.
+          -- The last pixel that the line should have, or the last one that it has.
           if at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_marks.tlast = '1' then
             column <= (others => '0');
             row    <= at_row + 1;
+            -- Pixels beyond the line's length follow until its mark of the end; the core cuts them
+            -- off, too.
             excess <= not s_axis_marks.tlast;
             if at_row + 1 = unsigned(rows) then
               frame_open <= '0';
@@ -128,6 +131,7 @@ begin
           end if;
         else
           traffic.dropped <= '1';
+          -- With the mark the line is over, and what follows belongs to the frame again.
           if s_axis_marks.tlast = '1' then
             excess <= '0';
           end if;
@@ -150,6 +154,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Registered like the input's: what is counted may be late, but must not lie in the streams'
+      -- paths.
       traffic.frame_out <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tuser(0) and not reset;
       traffic.line_out  <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tlast and not reset;
       traffic.stall_in  <= s_axis_marks.tvalid and not ready and not reset;

@@ -205,6 +205,7 @@ begin
       error_clear   => '1'
     );
 
+  -- The fault of a calibration, which this core does not have.
   faults(5) <= '0';
 
   m_axis_tvalid <= out_tvalid;

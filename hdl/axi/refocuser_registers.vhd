@@ -66,6 +66,7 @@ end entity refocuser_registers;
 
 architecture rtl of refocuser_registers is
 
+  -- 4 KiB are 1024 words.
   constant PLACE_BITS : positive := 10;
 
   function to_word (
@@ -95,6 +96,7 @@ architecture rtl of refocuser_registers is
 
   begin
 
+    -- Zero for the registers' unused bits, and for all slices if nothing is sharpened.
     words  := (others => (others => '0'));
     weight := (others => '0');
 
@@ -116,9 +118,12 @@ architecture rtl of refocuser_registers is
 
   constant SLICE_WORDS_OF_SET : slice_words_t := slice_words;
 
+  -- Taken out of the words that the registers show, so that each limit is given once.
   constant MAX_COLUMNS      : natural := (LIMITS / 2 ** LIMITS_MAX_COLUMNS) mod 2 ** LIMITS_MAX_COLUMNS_BITS;
   constant PIXELS_PER_CLOCK : natural := GEOMETRY / 2 ** GEOMETRY_PIXELS_PER_CLOCK;
 
+  -- Load words are written whole; of their kinds the last one stands for the commit, which a
+  -- command gives.
   constant ALL_BYTES   : std_logic_vector(3 downto 0) := "1111";
   constant COMMIT_KIND : std_logic_vector(1 downto 0) := "11";
 
@@ -223,6 +228,8 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The register that is addressed.
 
+  -- One loop for all registers: READS and WRITES are constants, so the logic of what the map does
+  -- not allow goes away.
   decode : process (write, write_place, write_bytes, write_data, read_place, words) is
   begin
 
@@ -247,6 +254,7 @@ begin
     end loop;
 
     -- For registers whose bits act when 1 is written: bytes that are not written count as 0.
+    -- A byte that the bus does not write must not act by what its wires hold.
     ones <= (others => '0');
 
     for i in 0 to 3 loop
@@ -265,24 +273,26 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The values for reading.
 
-  words(AT_IDENTIFICATION)   <= IDENTIFICATION_WORD;
-  words(AT_VERSION)          <= VERSION_WORD;
-  words(AT_PARTS)            <= to_word(PARTS);
-  words(AT_GEOMETRY)         <= to_word(GEOMETRY);
-  words(AT_LIMITS)           <= to_word(LIMITS);
-  words(AT_ENGINE)           <= to_word(ENGINE);
-  words(AT_SHARPNESS)        <= to_word(SHARPNESS);
-  words(AT_CONFIDENCE)       <= to_word(CONFIDENCE);
-  words(AT_RESAMPLER)        <= to_word(RESAMPLER);
-  words(AT_LENSES)           <= to_word(LENSES);
-  words(AT_ASKED_SLICE)      <= kept_words(AT_ASKED_SLICE);
-  words(AT_SLICE_SHIFT)      <= slice_word;
-  words(AT_CONTROL)          <= kept_words(AT_CONTROL);
-  words(AT_COMMAND)          <= (others => '0');
-  words(AT_SLICE)            <= kept_words(AT_SLICE);
-  words(AT_SWEEP_FRAMES)     <= kept_words(AT_SWEEP_FRAMES);
-  words(AT_FRAME_SIZE)       <= kept_words(AT_FRAME_SIZE);
-  words(AT_RED_PLACE)        <= kept_words(AT_RED_PLACE);
+  -- What a register reads as, by its name; the map says which of them are there.
+  words(AT_IDENTIFICATION) <= IDENTIFICATION_WORD;
+  words(AT_VERSION)        <= VERSION_WORD;
+  words(AT_PARTS)          <= to_word(PARTS);
+  words(AT_GEOMETRY)       <= to_word(GEOMETRY);
+  words(AT_LIMITS)         <= to_word(LIMITS);
+  words(AT_ENGINE)         <= to_word(ENGINE);
+  words(AT_SHARPNESS)      <= to_word(SHARPNESS);
+  words(AT_CONFIDENCE)     <= to_word(CONFIDENCE);
+  words(AT_RESAMPLER)      <= to_word(RESAMPLER);
+  words(AT_LENSES)         <= to_word(LENSES);
+  words(AT_ASKED_SLICE)    <= kept_words(AT_ASKED_SLICE);
+  words(AT_SLICE_SHIFT)    <= slice_word;
+  words(AT_CONTROL)        <= kept_words(AT_CONTROL);
+  words(AT_COMMAND)        <= (others => '0');
+  words(AT_SLICE)          <= kept_words(AT_SLICE);
+  words(AT_SWEEP_FRAMES)   <= kept_words(AT_SWEEP_FRAMES);
+  words(AT_FRAME_SIZE)     <= kept_words(AT_FRAME_SIZE);
+  words(AT_RED_PLACE)      <= kept_words(AT_RED_PLACE);
+  -- Busy lies above the slice, at the bit that the map gives it.
   words(AT_STATUS)           <= std_logic_vector(resize(unsigned(busy & out_slice), 32));
   words(AT_RASTER_SIZE)      <= raster_rows & raster_columns;
   words(AT_ERRORS)           <= std_logic_vector(resize(unsigned(errors), 32));
@@ -296,6 +306,7 @@ begin
     words(i) <= counts(i - AT_FRAMES_IN);
   end generate show_counts;
 
+  -- A multiplexer by comparison: any byte may be asked for, and one beyond the set reads as 0.
   show_slice : process (kept_words(AT_ASKED_SLICE)) is
   begin
 
@@ -329,6 +340,8 @@ begin
     red_place    => kept_words(AT_RED_PLACE)(RED_PLACE_ROW) & kept_words(AT_RED_PLACE)(RED_PLACE_COLUMN)
   );
 
+  -- A size must come in one piece, while no frame can go in. It is checked as it is written, so
+  -- that what is kept is always good.
   size_good <= '1' when whole = '1' and enabled = '0' and
                         unsigned(write_data(15 downto 0)) /= 0 and unsigned(write_data(15 downto 0)) <= MAX_COLUMNS and
                         unsigned(write_data(31 downto 16)) /= 0 else
@@ -341,6 +354,8 @@ begin
 
       for i in 0 to REGISTERS_TOTAL - 1 loop
 
+        -- Byte by byte, as the bus may write some of them alone; bits that the map does not keep
+        -- stay 0.
         for b in 0 to 3 loop
 
           if written(i) = '1' and write_bytes(b) = '1' and (i /= AT_FRAME_SIZE or size_good = '1') then
@@ -354,6 +369,7 @@ begin
 
       -- A new size restarts the core, because its content belongs to the old size, and half a frame of each size would
       -- come out.
+      -- The command acts for a clock, and a good size like one.
       restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
 
       if reset = '1' then
@@ -367,10 +383,13 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Events.
 
+  -- Refused without SLVERR (see above): a size that cannot be, and halves of load words, which
+  -- would be taken as whole.
   refused <= (written(AT_FRAME_SIZE) and not size_good) or
              ((written(AT_LOAD_PLACE) or written(AT_LOAD_WORD)) and not whole) or
              (written(AT_LOAD_PLACE) and write_data(LOAD_PLACE_KIND) and write_data(LOAD_PLACE_KIND + 1));
 
+  -- In the order of their registers.
   events <= traffic.frame_in & traffic.frame_out & traffic.line_in & traffic.line_out & traffic.stall_in &
             traffic.stall_out & traffic.dropped;
 
@@ -434,6 +453,7 @@ begin
       if written(AT_LOAD_PLACE) = '1' and refused = '0' then
         load_place <= unsigned(write_data(load_place'range));
       end if;
+      -- The commit goes the way of the words, so it cannot overtake them.
       if written(AT_COMMAND) = '1' and ones(COMMAND_COMMIT) = '1' then
         load.write <= '1';
         load.kind  <= COMMIT_KIND;

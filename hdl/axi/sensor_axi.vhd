@@ -134,6 +134,7 @@ begin
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 
+  -- The size of the raster changes with the calibration, so software reads it here.
   registers : entity work.refocuser_registers
     generic map (
       PARTS     => 2 ** PARTS_RESAMPLER + choose(MOSAIC, 2 ** PARTS_MOSAIC, 0),

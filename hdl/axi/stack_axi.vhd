@@ -169,6 +169,8 @@ begin
       m_axis_watched     => watched
     );
 
+  -- As the registers see it, stack and index are one core: they have the same size and restart
+  -- together.
   -- With error_clear a flag is high for the clock of its fault.
   stack : entity work.focal_stack
     generic map (
@@ -250,7 +252,8 @@ begin
 
   end generate sharpest;
 
-  -- Both see the same frames; the first one reports the faults of the stream.
+  -- Both see the same frames, so either may tell of a fault. The highest bit is that of a
+  -- calibration, which they do not have.
   faults <= '0' & (stack_faults or index_faults);
 
   m_axis_tvalid <= out_tvalid;

@@ -72,6 +72,8 @@ architecture rtl of wishbone_bridge is
 
 begin
 
+  -- An answer is withdrawn with its request: a master that gave up must not see it in its next
+  -- cycle.
   request  <= s_wb_cyc and s_wb_stb;
   s_wb_ack <= ack and request;
   s_wb_err <= err and request;
@@ -80,6 +82,7 @@ begin
   m_axi_awprot  <= "000";
   m_axi_awvalid <= offers_address;
   m_axi_wvalid  <= offers_data;
+  -- Answers are taken at once: there is only one at a time, and a place for it.
   m_axi_bready  <= '1';
   m_axi_araddr  <= address;
   m_axi_arprot  <= "000";
@@ -94,10 +97,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      ack    <= '0';
-      err    <= '0';
+      ack <= '0';
+      err <= '0';
+      -- A request that falls before the answer has been given up for good, even if another one
+      -- follows.
       wanted <= wanted and request;
 
+      -- Each offer ends when it is taken. Address and data may be taken in different clocks.
       if m_axi_awready = '1' then
         offers_address <= '0';
       end if;
@@ -108,6 +114,8 @@ begin
         offers_read <= '0';
       end if;
 
+      -- Not in the clock of an answer, in which the master still shows the request that it belongs
+      -- to.
       if busy = '0' and request = '1' and ack = '0' and err = '0' then
         busy           <= '1';
         wanted         <= '1';
@@ -119,11 +127,13 @@ begin
         m_axi_wstrb    <= s_wb_sel;
       end if;
 
+      -- Only one kind of access is under way, so whichever answer comes is its own.
       answered := m_axi_bvalid or m_axi_rvalid;
       good     := m_axi_bresp = OKAY;
       if m_axi_rvalid = '1' then
         good := m_axi_rresp = OKAY;
       end if;
+      -- The access of a master that gave up ends here, too, without being answered.
       if answered = '1' then
         busy       <= '0';
         s_wb_dat_r <= m_axi_rdata;

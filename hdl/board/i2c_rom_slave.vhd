@@ -225,6 +225,8 @@ begin
 
   end process shift_bits;
 
+  -- Open drain: a 0 is pulled (holds), a 1 is let go. The lowest bit of the device byte says that the master reads; a
+  -- write sets the address with its first byte. What the master leaves high behind a byte it has not acknowledged.
   serve : process (clk) is
   begin
 
@@ -233,7 +235,6 @@ begin
 
       if rises = '1' then
         if state = acknowledged then
-          -- What the master leaves high it has not acknowledged.
           refused <= sda_now;
         end if;
       elsif falls = '1' then
@@ -242,7 +243,6 @@ begin
 
           when idle =>
 
-            -- Not addressed: nothing is pulled.
             holds <= '0';
 
           when device_byte =>
@@ -254,7 +254,6 @@ begin
                 holds     <= '1';
                 state     <= acknowledge;
                 after_ack <= address_byte;
-                -- The lowest bit of the device byte says that the master reads.
                 if shift(0) = '1' then
                   after_ack <= send;
                 end if;
@@ -266,7 +265,6 @@ begin
             if full = '1' then
               holds <= '1';
               state <= acknowledge;
-              -- A write sets the address with its first byte; there is nothing more to write.
               after_ack <= discard;
             end if;
 
@@ -280,12 +278,10 @@ begin
           when acknowledge =>
 
             state <= after_ack;
-            -- If the acknowledge bit was that of a read, the first bit of the byte follows at once.
             holds <= fetches and not rom_byte(7);
 
           when send =>
 
-            -- Open drain: a 0 is pulled, a 1 is let go.
             holds <= not shift(7);
             if full = '1' then
               holds     <= '0';
@@ -308,14 +304,12 @@ begin
       elsif borders = '1' then
         holds <= '0';
         state <= idle;
-        -- A falling data line is a start, a rising one a stop.
         if sda_now = '0' then
           state <= device_byte;
         end if;
       end if;
 
-      -- Every edge of the clock line begins the count anew, and a line that is not held does not
-      -- count.
+      -- Every edge of the clock line begins the count anew, and a line that is not held does not count.
       held_long <= 0;
       if holds = '1' and rises = '0' and falls = '0' then
         held_long <= held_long + 1;

@@ -162,6 +162,9 @@ begin
 
   end process count_lacking;
 
+  -- A lost source and another choice end every state alike; in quiet and choose there is nothing to lose. In choose the
+  -- wait has no limit, as without a source nothing better can be done. In write_setting `configured` takes up to three
+  -- clocks to fall behind the order; before that it is still that of the last setting.
   bring_up : process (clk) is
 
     variable give_up : boolean;
@@ -181,8 +184,8 @@ begin
 
         when quiet =>
 
-          -- The resets are given HOLD clocks to reach all that still runs from the old clock; only
-          -- then is the source switched, as a PLL that sees its input jump may leave its range.
+          -- The resets are given HOLD clocks to reach all that still runs from the old clock; only then is the source
+          -- switched, as a PLL that sees its input jump may leave its range.
           order.run          <= '0';
           receive_reset_now  <= '1';
           transmit_reset_now <= '1';
@@ -194,12 +197,10 @@ begin
 
         when choose =>
 
-          -- There is no limit for this wait: without a source there is nothing to be done better.
           waited <= 0;
           if own /= want_own then
             state <= quiet;
           elsif (own = '1' and clocks.own_ready = '1') or (own = '0' and in_range = '1') then
-            -- The board's own clock needs the low setting.
             high_now        <= want_high and not own;
             order.configure <= '1';
             state           <= write_setting;
@@ -207,8 +208,7 @@ begin
 
         when write_setting =>
 
-          -- configured takes up to three clocks to fall after the order; before that it is still
-          -- that of the last setting.
+          -- setting.
           if clocks.configured = '1' and waited >= 3 then
             receive_reset_now <= '0';
             state             <= lock_receive;
@@ -231,16 +231,13 @@ begin
 
         when running =>
 
-          -- The first clock of the state raises run: both locks have been seen, one behind the
-          -- other.
           order.run <= '1';
           waited    <= 0;
           give_up   := clocks.receive_locked = '0' or clocks.transmit_locked = '0' or lacking = PATIENCE;
 
       end case;
 
-      -- A source that went away, or a choice that changed, ends every state alike. In quiet and
-      -- choose there is nothing to lose yet.
+      -- nothing to lose yet.
       if state /= quiet and state /= choose and (source_ok = '0' or own /= want_own) then
         give_up := true;
       end if;
@@ -252,8 +249,8 @@ begin
           restarted <= '1';
         end if;
         if state = lock_receive or state = lock_transmit then
-          -- A wait that ended by itself is a PLL that did not lock; one that the source ended is
-          -- not counted against it.
+          -- A wait that ended by itself is a PLL that did not lock; one that the source ended is not counted against
+          -- it.
           lock_failed <= to_logic(waited = TIMEOUT);
         end if;
       end if;

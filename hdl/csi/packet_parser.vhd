@@ -151,6 +151,8 @@ begin
   live  <= tag_late(LANES downto 1);
   data  <= tag_late(TAG_BITS - 1 downto LANES + 1);
 
+  -- Bytes that should be there and are not, or a new burst, cut a packet short: what has gone out of it stays. Bytes
+  -- behind the checksum are filler, and go to it as zeros, which leave its result as it is.
   follow_packets : process (clk) is
 
     variable few     : natural range 0 to 7;
@@ -173,7 +175,6 @@ begin
       crc_data      <= data;
       told          <= (others => '0');
 
-      -- Bytes of this word that belong to the packet, and to its payload.
       few     := to_integer(left(2 downto 0));
       needed  := LANES;
       payload := LANES;
@@ -186,9 +187,7 @@ begin
           needed := few;
         end if;
       end if;
-      -- The last word holds at most LANES bytes of payload and checksum.
       ends := near_end and to_logic(few <= LANES);
-      -- Bytes that should be there and are not, or a new burst, cut the packet short.
       cut := first;
 
       for i in 0 to LANES - 1 loop
@@ -196,44 +195,38 @@ begin
         if i < needed then
           cut := cut or not live(i);
         else
-          -- Behind the checksum there is filler; zeros leave the checksum's result as it is.
           crc_data(8 * i + 7 downto 8 * i) <= (others => '0');
         end if;
 
       end loop;
 
       if busy = '1' then
-        -- What has gone out stays; the line ends where it is.
         if cut = '1' then
           busy             <= '0';
           line_ends        <= is_line;
           told(CUT_PACKET) <= '1';
         else
           payload_valid <= is_line and to_logic(payload > 0);
-          -- A word with nothing but checksum ends the line without bytes of its own.
           payload_bytes <= payload;
           line_ends     <= is_line and ends;
           crc_strobe    <= '1';
           crc_last      <= ends;
           left          <= left - LANES;
-          -- A clock ahead, so that no subtraction lies in front of the decision about the next
-          -- word.
+          -- A clock ahead, so that no subtraction lies in front of the decision about the next word.
           near_end <= to_logic(left < 2 * LANES + 2);
           busy     <= not ends;
         end if;
       end if;
 
-      -- Overrides what stands above: with four lanes a header's only word also cuts a packet that
-      -- was under way.
+      -- Overrides what stands above: with four lanes a header's only word also cuts a packet that was under way.
       if known = '1' then
         told(CORRECTED_HEADER) <= mended;
         told(DAMAGED_HEADER)   <= known_bad;
         kind                   := facts(5 downto 0);
-        -- A damaged header says nothing for certain, its length included: all up to the next burst
-        -- is filler.
+        -- A damaged header says nothing for certain, its length included: all up to the next burst is filler.
         if known_bad = '0' then
-          -- Payload and two bytes of checksum. Packets of other types are followed, too: a wrong
-          -- checksum of any tells of the link.
+          -- Payload and two bytes of checksum. Packets of other types are followed, too: a wrong checksum of any
+          -- tells of the link.
           if kind >= LONG_KINDS then
             busy        <= '1';
             left        <= resize(unsigned(facts(23 downto 8)), 17) + 2;
@@ -245,7 +238,6 @@ begin
             if kind = FRAME_START_KIND then
               frame_starts <= '1';
               frame_open   <= '1';
-              -- A start without an end: the camera's end was lost. The new frame counts.
               told(OUT_OF_ORDER) <= frame_open;
             elsif kind = FRAME_END_KIND then
               frame_open         <= '0';

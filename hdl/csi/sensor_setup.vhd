@@ -351,8 +351,7 @@ begin
 
         when free =>
 
-          -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts its rest
-          -- out.
+          -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts its rest out.
           if bit_ends = '1' and bits = 8 then
             step <= free_stop;
           end if;
@@ -396,7 +395,6 @@ begin
 
         when send =>
 
-          -- A wrong bit ends the transfer at once, with a stop.
           if bit_ends = '1' and (wrong = '1' or (bits = 8 and bytes = 3)) then
             step <= close_transfer;
           end if;
@@ -416,8 +414,7 @@ begin
 
       end case;
 
-      -- Overrides what the step has decided: the same entry again, behind freeing clocks, or the
-      -- end.
+      -- Overrides what the step has decided: the same entry again, behind freeing clocks, or the end.
       if fails = '1' then
         done   <= '0';
         number <= number;

@@ -254,7 +254,6 @@ begin
 
         when settled =>
 
-          -- The words on the way are still those of the tap before.
           if clocks >= SETTLE then
             clocks <= 0;
             state  <= look;
@@ -266,7 +265,6 @@ begin
 
         when look =>
 
-          -- The time without a run begins with each.
           if run_now = '1' or look_ends = '1' then
             clocks <= 0;
           end if;
@@ -285,8 +283,8 @@ begin
           wanted    <= 0;
           at_best   <= '0';
           once_more <= '0';
-          -- Without a signal from the first tap on, part of the delays may have been tried before
-          -- it appeared: once more, then it counts.
+          -- Without a signal from the first tap on, part of the delays may have been tried before it appeared: once
+          -- more, then it counts.
           if best_length /= 0 and (from_start = '1' or once_more = '1') then
             wanted  <= best_begun + best_length / 2;
             at_best <= '1';
@@ -313,7 +311,6 @@ begin
         state  <= load;
         clocks <= 0;
         wanted <= 0;
-        -- hung_toggle keeps its level: a change of it would be counted.
         at_best   <= '0';
         tracks    <= '0';
         once_more <= '0';

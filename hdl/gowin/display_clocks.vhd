@@ -32,6 +32,8 @@ end entity display_clocks;
 
 architecture rtl of display_clocks is
 
+  -- Outputs cannot be read, and both are needed here: the divider takes the one and waits for the
+  -- other.
   signal fast_clk : std_logic;
   signal lock_now : std_logic;
 
@@ -63,6 +65,8 @@ begin
       lock    => lock_now
     );
 
+  -- The serialisers need both clocks with their edges in step, which the divider gives. It is held
+  -- until the clock in front of it is good.
   divider : component clkdiv
     generic map (
       DIV_MODE => "5"

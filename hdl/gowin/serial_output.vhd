@@ -30,6 +30,8 @@ architecture rtl of serial_output is
 
 begin
 
+  -- The primitive takes a word with the pixel clock and sends two bits in each of the fast one: no
+  -- gearbox is needed.
   serialise : component oser10
     port map (
       d9    => word(9),

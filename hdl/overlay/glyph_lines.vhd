@@ -40,6 +40,8 @@ end entity glyph_lines;
 
 architecture rtl of glyph_lines is
 
+  -- The ROMs are as long as their address allows, not as what they hold: no address is out of
+  -- range, and the rest costs nothing but zeros.
   subtype code_t is std_logic_vector(6 downto 0);
 
   type codes_t is array (natural range 0 to 2 ** place'length - 1) of code_t;
@@ -68,6 +70,8 @@ architecture rtl of glyph_lines is
 
   begin
 
+    -- The texts lie one behind the other, so a place in them is one sum; a 2-D table would need a
+    -- multiplication.
     made := (others => (others => '0'));
 
     for i in 0 to FIRST_LABEL - 1 loop
@@ -121,6 +125,7 @@ architecture rtl of glyph_lines is
 
   begin
 
+    -- All values of five bits, so that no division is left in the logic: two digits hold 0 to 31.
     for i in 0 to 31 loop
 
       digit := i mod 10;
@@ -162,6 +167,7 @@ begin
 
   end process read_code;
 
+  -- The digits are as late as the character that they replace.
   follow : process (clk) is
   begin
 
@@ -178,6 +184,8 @@ begin
             ones when digit_1(0) = '1' else
             read_1;
 
+  -- The font is addressed by the character and its line, so it is one ROM with both side by side as
+  -- the address.
   read_line : process (clk) is
   begin
 

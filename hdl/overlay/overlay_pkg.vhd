@@ -44,10 +44,12 @@ package body overlay_pkg is
     label_columns : positive
   ) return positive is
 
+    -- Characters in the longest line, rounded up: what lies beyond is never inside of a picture.
     constant MOST : positive := (4095 - MARGIN) / GLYPH_COLUMNS + 1;
 
   begin
 
+    -- A ruler of many slices is cut by the picture's edge; its counters need not reach further.
     if slices * label_columns > MOST then
       return MOST;
     end if;

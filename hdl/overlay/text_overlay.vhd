@@ -98,6 +98,8 @@ architecture rtl of text_overlay is
   constant CODE_BITS   : positive := bits_for(CODES - 1);
   constant FIELD_BITS  : positive := bits_for(SLICES);
 
+  -- First characters of the entries in the ROM of the texts: a table, as TEXT_COLUMNS is no power
+  -- of two and a multiplier would be dear.
   type bases_t is array (natural range 0 to ENTRIES - 1) of unsigned(CODE_BITS - 1 downto 0);
 
   type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
@@ -132,7 +134,9 @@ architecture rtl of text_overlay is
 
       for i in 0 to SLICES - 1 loop
 
-        digit   := 6 * (i * SHADES + SHADES / 2);
+        -- Of several shades of a slice the one in the middle stands for it.
+        digit := 6 * (i * SHADES + SHADES / 2);
+        -- The digits are red, green, blue; a pixel has blue at the left.
         made(i) := hex_byte(COLOURS, digit + 4) & hex_byte(COLOURS, digit + 2) & hex_byte(COLOURS, digit);
 
       end loop;
@@ -146,7 +150,8 @@ architecture rtl of text_overlay is
   constant BASES : bases_t   := make_bases;
   constant TABLE : colours_t := make_colours;
 
-  -- Place of the pixel that comes: in the picture, in the overlay.
+  -- Vertical sync a clock ago; the overlay is shown in this frame; column of the pixel that comes,
+  -- line of the overlay that it is in; active a clock ago; the frame's errors.
   signal v_before : std_logic                    := '0';
   signal shown    : std_logic                    := '0';
   signal column   : unsigned(11 downto 0)        := (others => '0');
@@ -206,6 +211,7 @@ begin
     if rising_edge(clk) then
       v_before <= in_video.v_sync;
       was      <= in_video.active;
+      -- A column is counted in pixels of the line; the blanking sets it back.
       if in_video.active = '1' then
         column <= column + 1;
       else
@@ -215,6 +221,8 @@ begin
       if was = '1' and in_video.active = '0' then
         over <= over + 1;
       end if;
+      -- An edge of either direction: the polarity does not matter, and both lie between two
+      -- pictures.
       if in_video.v_sync /= v_before then
         -- From the top, unless it is to stand at the bottom: then the mode's lines decide.
         least := to_unsigned(MARGIN, 12);
@@ -223,7 +231,8 @@ begin
         end if;
         -- Changes take effect between frames, so that no text is cut.
         shown <= show;
-        -- The overlay's first line is line 0.
+        -- The overlay's first line is line 0. Lines above it count as negative, so as large
+        -- numbers, and are outside.
         over <= 0 - least;
 
         faults <= errors;
@@ -245,6 +254,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Left of the margin this wraps round to a number beyond every overlay.
       x        := column - MARGIN;
       inside_1 <= shown and in_video.active and to_logic(over < OVERLAY_ROWS and x < COLUMNS * GLYPH_COLUMNS);
       ruler_1  <= to_logic(over(5 downto 0) >= 2 * GLYPH_ROWS);
@@ -252,12 +262,15 @@ begin
       x_1      <= x(2 downto 0);
       y_1      <= over(3 downto 0);
       place_1  <= x(COLUMN_BITS + 2 downto 3);
+      -- The field of a pixel is counted, not computed: a label's width is no power of two. It
+      -- counts on in the blanking, harmlessly, as each line sets it back here.
       if column = MARGIN then
         field_1  <= (others => '0');
         within_1 <= 0;
       elsif x(2 downto 0) = 0 then
         if within_1 = LABEL_COLUMNS - 1 then
           within_1 <= 0;
+          -- Behind the last field it stays.
           if field_1 /= SLICES then
             field_1 <= field_1 + 1;
           end if;
@@ -299,12 +312,15 @@ begin
       y_2      <= y_1;
       blank_2  <= '0';
       digit_2  <= "00";
+      -- The ruler has the labels' place, too, but shows no character.
       if labels_1 = '1' then
         at_2    <= to_unsigned(LABEL_BASE, CODE_BITS) + resize(place_1, CODE_BITS);
         blank_2 <= to_logic(place_1 >= SLICES * LABEL_COLUMNS);
       elsif place_1 < TEXT_COLUMNS then
         at_2 <= BASES(entry) + resize(place_1, CODE_BITS);
       else
+        -- Behind the text come the errors: their ROM begins where the text's column TEXT_COLUMNS
+        -- would be.
         at_2    <= to_unsigned(ERROR_BASE - TEXT_COLUMNS, CODE_BITS) + resize(place_1, CODE_BITS);
         blank_2 <= to_logic(unsigned(faults) = 0) or to_logic(place_1 >= TEXT_COLUMNS + ERROR_COLUMNS);
         digit_2 <= to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 2) &
@@ -318,6 +334,7 @@ begin
 
           for i in 0 to SLICES - 1 loop
 
+            -- No number of a field is compared with the slice: every field has its own colour.
             if field_1 = i then
               field_2 <= TABLE(i);
             end if;
@@ -325,9 +342,11 @@ begin
           end loop;
 
         elsif kind = "01" or resize(field_1, 8) = unsigned(slice) then
+          -- The one on show; the picture in focus everywhere is made of all.
           field_2 <= x"FFFFFF";
         end if;
       end if;
+      -- A field ends with two black columns, and the ruler with its last field.
       if field_1 = SLICES or (within_1 = LABEL_COLUMNS - 1 and x_1 >= GLYPH_COLUMNS - 2) then
         field_2 <= x"000000";
       end if;
@@ -355,6 +374,7 @@ begin
       line   => line_4
     );
 
+  -- What belongs to the pixel waits for its character: two clocks of glyph_lines.
   follow : process (clk) is
   begin
 
@@ -406,6 +426,7 @@ begin
       last      := video_at(OVERLAY_LATENCY - 1);
       out_video <= last;
       if inside_4 = '1' then
+        -- A shift with the pixel's column at its left end chooses its bit.
         bits := std_logic_vector(shift_left(unsigned(line_4), to_integer(x_4)));
         if ruler_4 = '1' then
           out_video.pixel <= field_4;

@@ -26,6 +26,8 @@ end entity gearbox_10_to_5;
 
 architecture rtl of gearbox_10_to_5 is
 
+  -- In clk: the word at rest, and a bit that changes with each. In clk_x2: that bit a half clock
+  -- ago, and the half that is still to be sent.
   signal word      : std_logic_vector(9 downto 0) := (others => '0');
   signal even      : std_logic                    := '0';
   signal even_seen : std_logic                    := '0';
@@ -49,6 +51,7 @@ begin
     if rising_edge(clk_x2) then
       even_seen <= even;
       half      <= rest;
+      -- In the first half clock of a word.
       if even_seen /= even then
         half <= word(4 downto 0);
         rest <= word(9 downto 5);

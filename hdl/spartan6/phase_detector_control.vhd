@@ -87,6 +87,8 @@ begin
   taps        <= std_logic_vector(to_signed(position, 8));
   hung_toggle <= hung;
 
+  -- In the QUIET clocks before a calibration no step is made: a delay line that moves must not be
+  -- calibrated.
   follows <= to_logic(state = track and clocks < INTERVAL - QUIET);
   steps   <= follows and may_step and to_logic(balance = FILTER or balance = -FILTER);
 
@@ -132,6 +134,8 @@ begin
             if master_done = '0' then
               state <= settle;
             elsif tracks = '0' then
+              -- Only for the first time: later calibrations of the slave keep the delays where they
+              -- are.
               delay_reset <= '1';
               state       <= restart;
             end if;
@@ -181,10 +185,13 @@ begin
   filter_edges : process (clk) is
   begin
 
+    -- Registered: an order and its direction leave together.
     if rising_edge(clk) then
       step <= steps;
       if steps = '1' then
-        step_up  <= to_logic(balance > 0);
+        step_up <= to_logic(balance > 0);
+        -- One step for each calibration: the next one waits until the half bit has been measured
+        -- anew.
         may_step <= '0';
         -- What the line itself does not tell is counted along.
         if balance > 0 and position /= FARTHEST then
@@ -193,6 +200,7 @@ begin
           position <= position - 1;
         end if;
       elsif follows = '1' and valid = '1' then
+        -- The balance stops at its ends, where it waits until a step may be made.
         if increase = '1' and balance /= FILTER then
           balance <= balance + 1;
         elsif increase = '0' and balance /= -FILTER then

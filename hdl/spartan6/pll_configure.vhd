@@ -41,6 +41,8 @@ architecture rtl of pll_configure is
 
   type state_t is (idle, fetch, wait_read, put, wait_write);
 
+  -- What is done; the register that it is done to; the clocks that an answer has taken; nothing is
+  -- being written; what the register gets.
   signal state    : state_t                               := idle;
   signal index    : natural range 0 to PLL_REGISTERS'high := 0;
   signal clocks   : natural range 0 to TIMEOUT            := 0;
@@ -52,7 +54,8 @@ begin
 
   done <= done_now;
 
-  entry    <= PLL_REGISTERS(index);
+  entry <= PLL_REGISTERS(index);
+  -- The control keeps the choice as long as the setting is written.
   contents <= entry.high when high = '1' else
               entry.low;
 
@@ -73,7 +76,8 @@ begin
           clocks <= 0;
           index  <= 0;
           if start = '1' then
-            state    <= fetch;
+            state <= fetch;
+            -- From the first clock on, so that nobody takes the last setting for this one.
             done_now <= '0';
           end if;
 
@@ -94,6 +98,7 @@ begin
 
         when put =>
 
+          -- Address and data are those of the read, so nothing else has to be set.
           drp_enable <= '1';
           drp_write  <= '1';
           clocks     <= 0;

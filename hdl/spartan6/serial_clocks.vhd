@@ -38,18 +38,22 @@ end entity serial_clocks;
 
 architecture rtl of serial_clocks is
 
+  -- The PLL's port for its registers.
   signal drp_enable  : std_logic;
   signal drp_write   : std_logic;
   signal drp_address : std_logic_vector(4 downto 0);
   signal drp_in      : std_logic_vector(15 downto 0);
   signal drp_out     : std_logic_vector(15 downto 0);
   signal drp_ready   : std_logic;
-  signal feedback    : std_logic;
-  signal pll_bit     : std_logic;
-  signal pll_pixel   : std_logic;
-  signal pll_half    : std_logic;
-  signal pll_locked  : std_logic;
-  signal half_clk    : std_logic;
+  -- The PLL's outputs in front of their buffers: bits, pixels, half words. Its lock says nothing
+  -- yet of the I/O clock.
+  signal feedback   : std_logic;
+  signal pll_bit    : std_logic;
+  signal pll_pixel  : std_logic;
+  signal pll_half   : std_logic;
+  signal pll_locked : std_logic;
+  -- An output cannot be read, and the I/O clock's buffer needs the half words' clock.
+  signal half_clk : std_logic;
 
 begin
 
@@ -102,6 +106,8 @@ begin
       locked   => pll_locked
     );
 
+  -- The feedback stays inside of the PLL: equal buffers keep the clocks aligned to each other, and
+  -- nothing needs them aligned to the input.
   pixel_buffer : component bufg
     port map (
       i => pll_pixel,
@@ -116,6 +122,8 @@ begin
 
   clk_x2 <= half_clk;
 
+  -- It makes the strobe, which says where in the I/O clock a word of five bits begins, and is
+  -- locked when the strobe is at its place.
   bit_buffer : component bufpll
     generic map (
       DIVIDE      => 5,

@@ -85,7 +85,7 @@ begin
       shiftout2 => master_tristate
     );
 
-  -- No pin of its own: what it sends goes out through the master.
+  -- It has no pin of its own: what it sends goes out through the master, in front of its bit.
   slave_serialiser : component oserdes2
     generic map (
       DATA_RATE_OQ => "SDR",

@@ -34,6 +34,8 @@ end entity info_frame_reader;
 
 architecture rtl of info_frame_reader is
 
+  -- A packet has 32 words: with each come a bit of the header (24 bits, 8 check bits), and two of
+  -- each subpacket (56 bits, 8 check bits).
   constant LAST_WORD       : natural := 31;
   constant HEADER_WORDS    : natural := 24;
   constant SUBPACKET_WORDS : natural := 28;
@@ -54,7 +56,8 @@ architecture rtl of info_frame_reader is
   signal tails      : tails_t                       := (others => (others => '0'));
   signal header_all : std_logic_vector(23 downto 0) := (others => '0');
   signal first_all  : std_logic_vector(55 downto 0) := (others => '0');
-  -- Bytes that have become complete, added up; the sum of all so far.
+  -- The four bytes that have just become complete, one of each subpacket, added up; the sum of all
+  -- so far.
   signal column : unsigned(7 downto 0) := (others => '0');
   signal sum    : unsigned(7 downto 0) := (others => '0');
   signal done   : std_logic            := '0';
@@ -66,6 +69,7 @@ architecture rtl of info_frame_reader is
   ) return std_logic is
   begin
 
+    -- The codes of CEA-861-D with up to 576 lines; those that are missing here have 720 or 1080.
     case to_integer(unsigned(code)) is
 
       when 1 to 3 | 6 to 15 | 17 to 18 | 21 to 30 | 35 to 38 | 42 to 45 | 48 to 59 =>
@@ -90,6 +94,7 @@ architecture rtl of info_frame_reader is
   ) return std_logic is
   begin
 
+    -- Each coding has a field of its own for the range; what it leaves open the format decides.
     if space /= "00" then
       return to_logic(ycc = "00");
     end if;
@@ -105,6 +110,7 @@ architecture rtl of info_frame_reader is
   ) return std_logic is
   begin
 
+    -- Not told, BT.601, BT.709, or named by the field of the extended coding.
     case coding is
 
       when "00" =>
@@ -134,9 +140,11 @@ architecture rtl of info_frame_reader is
 
 begin
 
+  -- Behind a packet's last bit each check byte is 0 if all bits were right.
   bad_checks <= to_logic(header_check /= x"00" or checks(0) /= x"00" or checks(1) /= x"00" or checks(2) /= x"00" or
                          checks(3) /= x"00");
-  bad_sum    <= header_all(7) and to_logic(sum /= 0);
+  -- InfoFrames are the packet types from 80 hexadecimal on; only they have a sum.
+  bad_sum <= header_all(7) and to_logic(sum /= 0);
 
   take_words : process (clk) is
 
@@ -149,6 +157,8 @@ begin
       done <= '0';
 
       if island.valid = '1' then
+        -- Packets of an island follow each other without a gap: behind the last word the count
+        -- begins anew by itself.
         place <= place + 1;
         if place = LAST_WORD then
           done <= '1';
@@ -165,6 +175,7 @@ begin
           header_all <= island.header & header_all(23 downto 1);
         end if;
         -- Only the first subpacket is looked at: the fields wanted here lie in it.
+        -- Two bits come with each word, so all 56 are there after 28.
         if place < SUBPACKET_WORDS then
           first_all <= island.odd(0) & island.even(0) & first_all(55 downto 2);
         end if;
@@ -207,18 +218,23 @@ begin
 
         for i in 0 to 3 loop
 
+          -- The byte ends with this word's two bits.
           byte  := island.odd(i) & island.even(i) & tails(i);
           added := added + unsigned(byte);
 
         end loop;
 
+        -- In step with the sum below, so that nothing is added twice.
         column <= (others => '0');
         if place(1 downto 0) = 3 and place < SUBPACKET_WORDS then
           column <= added;
         end if;
+        -- With the first word of the next packet the sum begins anew; by then keep_told has read
+        -- it.
         if place = 0 then
           sum <= (others => '0');
         elsif place(2 downto 0) = 0 and place <= HEADER_WORDS then
+          -- A byte of the header has come complete with the word before.
           sum <= sum + column + unsigned(header_all(23 downto 16));
         else
           sum <= sum + column;

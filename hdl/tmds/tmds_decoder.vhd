@@ -45,13 +45,16 @@ begin
       -- A clock for the comparison and another for the choice, so that neither is long.
       byte_token <= is_token(word);
       byte_word  <= word;
-      octet      <= decode_byte(word);
-      terc4      <= decode_terc4(word);
-      guard      <= '0';
+      -- All readings of a word side by side: which one counts, tmds_periods decides by what came
+      -- before it.
+      octet <= decode_byte(word);
+      terc4 <= decode_terc4(word);
+      guard <= '0';
       if word = ISLAND_GUARD then
         guard <= '1';
       end if;
 
+      -- Its registers are the first clock's; they come out with the second.
       decoded.is_nibble <= terc4(4);
       decoded.nibble    <= terc4(3 downto 0);
       decoded.is_guard  <= guard;
@@ -83,6 +86,7 @@ begin
         end case;
 
       else
+        -- A data word if it is one that an encoder makes for its byte; any other has a wrong bit.
         decoded.data <= octet;
         -- An encoder has no choice: it takes the chain that uses_xor names, and inverts a balanced chain of XNORs only.
         if byte_word(8) /= uses_xor(octet) or

@@ -37,6 +37,7 @@ end entity tmds_deskew;
 
 architecture rtl of tmds_deskew is
 
+  -- Words by which channels may be apart: far more than a cable and the word alignment make.
   constant DEPTH : positive := 16;
   -- Tokens that must stand before a mark, so that a single wrong token makes none.
   constant BEFORE_MARK : positive := 4;
@@ -85,6 +86,7 @@ begin
 
       for c in 0 to CHANNELS - 1 loop
 
+        -- The tap is read before the line moves, so tap 0 is the word that came a clock ago.
         out_words(c) <= lines(c)(taps(c));
 
         for i in DEPTH - 1 downto 1 loop
@@ -125,6 +127,7 @@ begin
 
       for c in 0 to CHANNELS - 1 loop
 
+        -- The first mark of a line comes with age 0.
         if marks(c) = '1' and arrived(c) = '0' then
           arrivals(c) <= age;
         end if;
@@ -148,6 +151,7 @@ begin
         arrived  <= (others => '0');
         age      <= 0;
       elsif now_arrived = "000" or age = DEPTH - 1 then
+        -- No mark has come, or the others have not within the depth of the delay lines.
         arrived <= (others => '0');
         age     <= 0;
       else
@@ -155,7 +159,7 @@ begin
         age     <= age + 1;
       end if;
 
-      -- Confirm or move the taps.
+      -- Confirm the taps or move them.
       if patience /= 0 then
         patience <= patience - 1;
       else

@@ -52,6 +52,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Three steps of a clock each: the chain, its ones, the word.
       chain         <= minimise_transitions(data);
       chain_active  <= active;
       chain_control <= control;
@@ -87,6 +88,8 @@ begin
         end case;
 
       elsif disparity = 0 or excess = 0 then
+        -- Either way is as good for the balance, so bit 8 decides (DVI 1.0): bit 9 is its
+        -- complement.
         if excess_chain(8) = '1' then
           word      <= '0' & excess_chain;
           disparity <= disparity + excess;
@@ -95,7 +98,9 @@ begin
           disparity <= disparity - excess;
         end if;
       elsif (disparity > 0) = (excess > 0) then
+        -- The chain has more of what the words so far have too much of: it goes out inverted.
         word <= '1' & excess_chain(8) & not excess_chain(7 downto 0);
+        -- Bits 8 and 9 count, too: two ones are one in halves, two zeros one less.
         if excess_chain(8) = '1' then
           disparity <= disparity - excess + 1;
         else

@@ -54,9 +54,9 @@ architecture rtl of tmds_periods is
 
   subtype channels_t is std_logic_vector(CHANNELS - 1 downto 0);
 
-  -- Channels whose word can be of a guard band, and of words that no token is in. A guard band is decided with its
-  -- first
-  -- word in stage 1 and its second one still coming: six words vote.
+  -- Channels whose word can be of a guard band, now and in stage 1, and the words of stage 1. A
+  -- guard band is decided with its first word in stage 1 and its second one still coming: six words
+  -- vote.
   signal video_marks    : channels_t;
   signal island_marks   : channels_t;
   signal video_marks_1  : channels_t      := (others => '0');
@@ -117,6 +117,8 @@ architecture rtl of tmds_periods is
 
 begin
 
+  -- Each guard band has its own word in each channel: of the nibbles' code in some, a word of its
+  -- own in others. In channel 0 that of islands carries the syncs in its low bits.
   -- Words of the two guard bands.
   video_marks(0)  <= words(0).is_nibble and to_logic(words(0).nibble = VIDEO_GUARD_NIBBLE);
   video_marks(1)  <= words(1).is_guard;
@@ -127,8 +129,8 @@ begin
 
   active_1 <= words_1(2).active & words_1(1).active & words_1(0).active;
 
-  -- Two of three channels decide.
-  -- A word that is damaged in one channel must not end the blanking, or each error would cost a line.
+  -- Two of three channels decide: a word that is damaged in one of them must not end the blanking,
+  -- or each error would cost a line.
   tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
   changes <= to_logic(period = control) and not tokens;
 
@@ -138,10 +140,12 @@ begin
 
     now <= period;
 
+    -- Tokens end every period.
     if tokens = '1' then
       now <= control;
     elsif period = control then
       now <= picture;
+      -- Channel 1 has its preamble in front of both, channel 2 in front of islands alone.
       if votes_green >= ENOUGH_WORDS then
         if votes_red >= ENOUGH_WORDS then
           if count_marks(island_marks & island_marks_1) >= ENOUGH_GUARDS then
@@ -166,13 +170,12 @@ begin
 
   end process delay_words;
 
-  -- What the next words depend on.
   follow : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- A guard band is two words long.
-      -- A period is known by how it began, so only its beginning needs a vote; inside it the words may be anything.
+      -- A guard band is two words long: behind the second one its period begins. A period is known
+      -- by how it began, so only its beginning needs a vote; inside of it words may be anything.
       period <= now;
       if now = video_guard and period = video_guard then
         period <= picture;
@@ -181,7 +184,8 @@ begin
       end if;
 
       votes_green <= 0;
-      votes_red   <= 0;
+      -- The votes are counted in the blanking, and hold for its end.
+      votes_red <= 0;
       if tokens = '1' then
         votes_green <= next_votes(votes_green, words_1(1).control);
         votes_red   <= next_votes(votes_red, words_1(2).control);
@@ -214,10 +218,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      video.active  <= '0';
-      video.pixel   <= (others => '0');
-      island.start  <= '0';
-      island.valid  <= '0';
+      -- Nothing is shown and nothing is read, unless the period says so.
+      video.active <= '0';
+      video.pixel  <= (others => '0');
+      island.start <= '0';
+      island.valid <= '0';
+      -- Where the bits of a packet lie in the words of an island; they count with island.valid.
       island.header <= words_1(0).nibble(2);
       island.even   <= words_1(1).nibble;
       island.odd    <= words_1(2).nibble;
@@ -227,8 +233,8 @@ begin
         when control =>
 
           errors <= active_1;
-          -- Where channel 0 alone has no token, its syncs are those of the token before.
-          -- Syncs hold through a damaged token: a pulse with a hole would be measured as two.
+          -- Where channel 0 has no token, its word is damaged: the syncs keep their levels, as a
+          -- pulse with a hole would be measured as two.
           if active_1(0) = '0' then
             video.h_sync <= words_1(0).control(0);
             video.v_sync <= words_1(0).control(1);
@@ -243,6 +249,7 @@ begin
           video.active <= '1';
           video.pixel  <= words_1(0).data & words_1(1).data & words_1(2).data;
 
+          -- Tokens are wrong here, too, though they are sound words.
           for c in 0 to CHANNELS - 1 loop
 
             errors(c) <= words_1(c).error or not active_1(c);
@@ -251,6 +258,8 @@ begin
 
         when island_guard | data_island =>
 
+          -- Not told from each other: an error here is a word that neither an island nor its guard
+          -- band has.
           for c in 0 to CHANNELS - 1 loop
 
             errors(c) <= not (words_1(c).is_nibble or words_1(c).is_guard);
@@ -262,8 +271,7 @@ begin
           else
             island.start <= '1';
           end if;
-          -- The syncs go on inside an island, in channel 0.
-          -- The same inside an island.
+          -- The syncs go on inside of an island, in channel 0.
           if words_1(0).is_nibble = '1' then
             video.h_sync <= words_1(0).nibble(0);
             video.v_sync <= words_1(0).nibble(1);

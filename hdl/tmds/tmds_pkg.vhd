@@ -118,6 +118,7 @@ end package tmds_pkg;
 
 package body tmds_pkg is
 
+  -- The words for four bits, by their value (HDMI 1.4, section 5.4.3).
   type terc4_t is array (0 to 15) of tmds_word_t;
 
   constant TERC4 : terc4_t :=
@@ -185,6 +186,7 @@ package body tmds_pkg is
 
   begin
 
+    -- The polynomial is read from its other end, as bits come lowest first.
     feedback := check(0) xor bit_value;
     return feedback & check(7 downto 3) & (check(2) xor feedback) & (check(1) xor feedback);
 
@@ -233,6 +235,7 @@ package body tmds_pkg is
   ) return natural is
   begin
 
+    -- Two tables of four bits fit lookup tables; one of eight does not.
     return ones_of_four(byte(7 downto 4)) + ones_of_four(byte(3 downto 0));
 
   end function count_ones;
@@ -242,6 +245,8 @@ package body tmds_pkg is
   ) return std_logic is
   begin
 
+    -- Of more ones than zeros XNORs make the chain with fewer changes; a tie goes by the first bit
+    -- (DVI 1.0, figure 3-5).
     if count_ones(byte) > 4 or (count_ones(byte) = 4 and byte(0) = '0') then
       return '0';
     end if;
@@ -261,6 +266,7 @@ package body tmds_pkg is
     chain(0) := byte(0);
     chain(8) := uses_xor(byte);
 
+    -- Bit 8 turns each XOR into an XNOR where it is 0.
     for i in 1 to 7 loop
 
       chain(i) := not (chain(i - 1) xor byte(i) xor chain(8));

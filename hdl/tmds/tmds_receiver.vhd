@@ -49,6 +49,8 @@ end entity tmds_receiver;
 
 architecture rtl of tmds_receiver is
 
+  -- Words of each channel: as aligned, with the right polarity, in step with each other, and what
+  -- they may stand for.
   signal words           : words_t;
   signal right_words     : words_t;
   signal tokens          : std_logic_vector(CHANNELS - 1 downto 0);
@@ -63,6 +65,7 @@ architecture rtl of tmds_receiver is
 
 begin
 
+  -- Reported by channel, as a cable has a fault in one of them.
   aligned <= channel_aligned;
 
   channel : for c in 0 to CHANNELS - 1 generate
@@ -138,6 +141,7 @@ begin
       sum_error    => sum_error
     );
 
+  -- Registered for the report; the entities behind use not_locked itself.
   report_lock : process (clk) is
   begin
 

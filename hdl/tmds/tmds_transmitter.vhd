@@ -50,6 +50,7 @@ begin
 
   channel : for c in 0 to CHANNELS - 1 generate
 
+    -- DVI sends the syncs with blue; the control bits of the others are 0.
     controls(c) <= video.v_sync & video.h_sync when c = SYNCS else
                    "00";
 
@@ -78,6 +79,7 @@ begin
       read_word   => tx_words(10 * CHANNELS - 1 downto 0)
     );
 
+  -- The same word again and again: no crossing is needed for it.
   tx_words(10 * CHANNELS + 9 downto 10 * CHANNELS) <= CLOCK_WORD;
 
 end architecture rtl;

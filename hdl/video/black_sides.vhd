@@ -31,7 +31,8 @@ end entity black_sides;
 
 architecture rtl of black_sides is
 
-  -- Clocks for which the memory keeps a pixel: it has two registers behind it.
+  -- Clocks for which the memory keeps a pixel: it has two registers behind it, and the output one
+  -- more.
   constant WORDS     : positive := COLUMNS - 1;
   constant CODE_BITS : positive := 27;
 
@@ -72,6 +73,8 @@ begin
         place <= (others => '0');
       end if;
 
+      -- A line begins with the first pixel that comes in; that comes out a side later, so black is
+      -- in front of it. Behind the last one the line goes on for both sides.
       going <= '1';
       if in_video.active = '1' then
         left <= 2 * COLUMNS;
@@ -82,6 +85,8 @@ begin
       end if;
 
       out_video.active <= going;
+      -- The syncs are delayed like the pixels, so each side takes its columns from the porch next
+      -- to it.
       out_video.h_sync <= kept(25);
       out_video.v_sync <= kept(24);
       out_video.pixel  <= (others => '0');

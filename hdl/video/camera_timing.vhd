@@ -48,6 +48,8 @@ begin
   allow_lines : process (timing) is
   begin
 
+    -- A camera that is late by up to so many lines still begins each frame itself; beyond that the
+    -- raster goes on without it.
     longest             <= timing;
     longest.frame_lines <= timing.frame_lines + LATE_LINES;
 
@@ -67,6 +69,8 @@ begin
   following.row     <= place.row;
   following.running <= place.running;
 
+  -- The first frame begins by itself, so that a monitor has something to lock to before the camera
+  -- comes.
   start <= not begun or (waiting and to_logic(place.column = timing.line_length - 1));
 
   follow : process (clk) is
@@ -74,6 +78,7 @@ begin
 
     if rising_edge(clk) then
       begun <= '1';
+      -- A due in the very clock of a start is not lost: it counts for the next line.
       if due = '1' then
         waiting <= '1';
       elsif start = '1' then

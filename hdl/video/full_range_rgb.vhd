@@ -71,6 +71,7 @@ architecture rtl of full_range_rgb is
 
     whole := sum(SUM_BITS - 1 downto COLOUR_FRACTION);
 
+    -- Sums overshoot where a source sends values beyond its range, and by rounding.
     if whole < 0 then
       return x"00";
     elsif whole > 255 then
@@ -90,6 +91,7 @@ begin
 
   begin
 
+    -- Clock 1: products. Clock 2: sums, with the half that rounds in the offsets. Clock 3: bytes.
     if rising_edge(clk) then
       -- 0: it is RGB of full range already, and passes unchanged through the same registers, so that the delay does
       -- not depend on what comes.

@@ -76,6 +76,8 @@ architecture rtl of light_field_pattern is
   ) return signed is
   begin
 
+    -- From the last view of a micro image to the first of the next: the steps of its views back,
+    -- and on by a micro image.
     if phase = MICRO_IMAGE_SIZE - 1 then
       return from + (MICRO_IMAGE_SIZE - (MICRO_IMAGE_SIZE - 1) * shift);
     end if;
@@ -108,6 +110,7 @@ begin
       raster => place
     );
 
+  -- Everything of a frame is set back while vertical sync lasts, at whichever line that is.
   between <= to_logic(place.v_sync = timing.v_sync_level);
 
   draw : process (clk) is
@@ -148,6 +151,7 @@ begin
 
       end loop;
 
+      -- By column, so a band is an upright strip and all three are in one picture.
       band := 0;
       if place.column >= RIGHT_BEGIN then
         band := 2;

@@ -37,7 +37,8 @@ architecture rtl of own_light_field is
 
   constant SLICES : positive := slice_count(SHIFTS);
 
-  -- Depths of the test pattern: first, middle and last slice; of one slice alone, also those that it blurs.
+  -- Depths of the test pattern: first, middle and last slice, so that a sweep makes one band after
+  -- the other sharp. Of one slice alone also two that it blurs.
   constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
   constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
   constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);

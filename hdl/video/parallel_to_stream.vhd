@@ -36,6 +36,8 @@ end entity parallel_to_stream;
 
 architecture rtl of parallel_to_stream is
 
+  -- Two pixels on their way: the one that came last, and the one before, which is held until it is
+  -- known what follows.
   signal pixel_valid : std_logic                            := '0';
   signal pixel       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal pixel_first : std_logic                            := '0';
@@ -54,6 +56,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The camera's signals are registered first: they come from pins.
       pixel_valid <= frame_valid and line_valid;
       pixel       <= data;
       if frame_valid = '0' then
@@ -73,7 +76,8 @@ begin
       m_axis_tdata <= held;
 
       m_axis_tuser(0) <= held_first;
-      m_axis_tlast    <= not pixel_valid;
+      -- No pixel follows it in the clock behind: it was the line's last one.
+      m_axis_tlast <= not pixel_valid;
     end if;
 
   end process collect;

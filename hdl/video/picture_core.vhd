@@ -93,8 +93,10 @@ begin
 
   begin
 
+    -- There is only one output.
     m_axis_tdest <= "00";
 
+    -- A grey core gives one channel, which all three show.
     all_channels : for i in 0 to 2 generate
       m_axis.tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
     end generate all_channels;
@@ -140,6 +142,8 @@ begin
 
   all_slices : if needs_stack(OUTPUTS) generate
 
+    -- With several shades a slice the depth between slices is found, for which depth_index needs
+    -- the focus settings.
     constant OWN_SHADES : positive := shades(SHIFTS, COLOURS);
     constant BETWEEN    : boolean  := OWN_SHADES > 1;
 
@@ -166,6 +170,7 @@ begin
 
     function make_colours return colours_t is
 
+      -- As long as its address allows, so that no index is beyond it.
       variable made : colours_t;
 
     begin
@@ -176,6 +181,7 @@ begin
 
         for s in 0 to SLICES - 1 loop
 
+          -- The loop has a constant length; shades that are not there are left out.
           for i in 0 to MOST_SHADES - 1 loop
 
             if i < OWN_SHADES then
@@ -244,6 +250,8 @@ begin
         error_clear   => error_clear
       );
 
+    -- The index is found whatever is shown, so all outputs have one delay, and another choice tears
+    -- nothing.
     index : entity work.depth_index
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -281,6 +289,7 @@ begin
         error_clear   => error_clear
       );
 
+    -- Both follow the same frames, so either may tell of a fault.
     error_flags <= stack_errors or index_errors;
 
     -- A frame keeps what it showed with its first pixel; and a pixel on offer, also that first one, stays as it is
@@ -304,12 +313,15 @@ begin
 
     end process hold_output;
 
+    -- The index of the slice, and behind it the eighth of the interval to its neighbours, address
+    -- the colour.
     found_shade <= resize(unsigned(found(31 downto 24)) & unsigned(found(39 downto 37)), COLOUR_BITS) when BETWEEN else
                    resize(unsigned(found(31 downto 24)), COLOUR_BITS);
 
     pick : process (found, found_shade, shown_now) is
     begin
 
+      -- In focus everywhere, depth, or the slice that was chosen.
       case KINDS(to_integer(unsigned(shown_now))) is
 
         when 1 =>

@@ -78,6 +78,7 @@ begin
       active <= in_video.active;
       v_sync <= in_video.v_sync;
 
+      -- Near and equal in all three channels. A bit more, so that the sums do not wrap.
       close := true;
       equal := true;
 
@@ -93,11 +94,13 @@ begin
 
       end loop;
 
+      -- Judged a clock later, as is the end of the line: all of them by the same registers.
       judged    <= in_video.active and first;
       near_now  <= to_logic(close);
       equal_now <= to_logic(equal);
       line_ends <= active and not in_video.active and first;
 
+      -- The next place's colour is a sum modulo 256, so no multiplication by the place is needed.
       if in_video.active = '1' then
 
         for c in 0 to 2 loop
@@ -111,6 +114,7 @@ begin
       end if;
 
       if judged = '1' then
+        -- A majority: a scaler that leaves a few places near must not pass for changed colours.
         if near_now = '1' and balance /= balance_t'high then
           balance <= balance + 1;
         elsif near_now = '0' and balance /= balance_t'low then
@@ -121,6 +125,7 @@ begin
         end if;
       end if;
 
+      -- The last place has been judged by now, as this is a clock behind it.
       if line_ends = '1' then
         first     <= '0';
         balance   <= 0;
@@ -132,6 +137,7 @@ begin
           marks_now <= "01";
         end if;
       end if;
+      -- Either edge of vertical sync lies between two frames.
       if in_video.v_sync /= v_sync then
         first <= '1';
       end if;
@@ -156,8 +162,10 @@ begin
       if shown_video.v_sync /= last_sync then
         left <= LINES;
       elsif last_active = '1' and shown_video.active = '0' and left /= 0 then
+        -- The bar is counted by the lines that go out, which are later than those that come in.
         left <= left - 1;
       end if;
+      -- Whatever was refocused of the marks is covered, in the blanking harmlessly.
       if left /= 0 and marks_now = "10" then
         out_video.pixel <= EQUAL_BAR;
       elsif left /= 0 and marks_now = "01" then

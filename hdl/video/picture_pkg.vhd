@@ -146,6 +146,8 @@ package body picture_pkg is
 
   begin
 
+    -- Two bits choose an output, so the table has four entries; places beyond the text are not
+    -- chosen.
     made := (others => 0);
 
     for i in 0 to 3 loop
@@ -186,6 +188,8 @@ package body picture_pkg is
   ) return boolean is
   begin
 
+    -- All loops over OUTPUTS have a constant length, and the condition leaves out what is not
+    -- there.
     for i in 0 to 3 loop
 
       if i < outputs'length then
@@ -242,6 +246,7 @@ package body picture_pkg is
 
   begin
 
+    -- Each assertion names the generic of the entity that was instantiated, by its name.
     assert are_outputs(outputs)
       report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
       severity failure;
@@ -255,6 +260,8 @@ package body picture_pkg is
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
+      -- A stack has three channels of 8 bits, whatever the video has: the picture of depth is in
+      -- colour.
       fits := takes_stack(name, GEOMETRY, 1, max_columns, 3, 8) and
               takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 1, 3, 8);
 
@@ -271,6 +278,7 @@ package body picture_pkg is
                               false);
     end if;
 
+    -- The counters of the delay have COUNT_BITS.
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
            picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius,
                                 shades(shifts, colours) > 1, engine, not arithmetic.exact,
@@ -306,7 +314,8 @@ package body picture_pkg is
   begin
 
     if needs_stack(outputs) then
-      -- Lines of a frame with its blanking that are no multiple of M wait for the next one.
+      -- A stack takes a multiple of M lines; those of a frame with its blanking that are left over
+      -- wait for the next frame.
       return GEOMETRY.output_delay + sharpness_delay(micro_image_size, radius, vote_radius) +
              micro_image_size - 1;
     end if;
@@ -333,6 +342,7 @@ package body picture_pkg is
   begin
 
     if needs_stack(outputs) then
+      -- Two shells, that of the stack and that of the index, and the latency of both engines.
       return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency(GEOMETRY, 1) +
              index_latency(slice_count(shifts), radius, vote_radius, between, 1);
     end if;
@@ -348,6 +358,8 @@ package body picture_pkg is
   ) return positive is
   begin
 
+    -- Half a micro image below a raster line, and the lines that the mosaic and the window of raw
+    -- lines hold back.
     return micro_image_size / 2 + choose(mosaic, 6, 5);
 
   end function sensor_delay_lines;

@@ -67,6 +67,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- All flags are decided with the next place and registered with it.
       next_x := x + 1;
       next_y := y;
       if last_in_line = '1' then
@@ -104,6 +105,7 @@ begin
         if next_x = timing.columns - 1 then
           at_line_last <= '1';
         end if;
+        -- Pulses are set and reset where they begin and end, wherever the blanking is.
         if next_x = timing.h_sync_begin then
           h_pulse <= '1';
         -- A start in the middle of a pulse ends it, or it would last until the same place of the next line.

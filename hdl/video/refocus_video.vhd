@@ -109,7 +109,8 @@ architecture rtl of refocus_video is
   constant TOO_LATE : boolean := not takes(LAG_LINES < 2 ** COUNT_BITS,
                                            "refocus_video: SHIFTS and the sensor need a lag of more than 4095 lines");
 
-  -- Blanking that the core needs behind a frame; between frames of a sensor some lines.
+  -- Lines of blanking that the core needs behind a frame: sums that move, and a stack, go on to a
+  -- multiple of M.
   constant CORE_BLANK : natural := choose(MOVING_SUM or STACK, MICRO_IMAGE_SIZE - 1, 0);
 
   signal followed    : following_t;
@@ -312,25 +313,29 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- In step with the pixels: stream_to_video has one register behind them.
+      -- In step with the pixels: stream_to_video has one register behind them. Taken with the first
+      -- pixel, so that the text changes with the picture that it is about.
       if shown.tvalid = '1' and shown_ready = '1' and shown.tuser = "1" then
         slice_taken <= from_core_id;
         place_taken <= shown_place;
       end if;
       on_show.slice <= slice_taken;
       on_show.place <= place_taken;
-      on_show.raw   <= choice.pass_through or too_large;
+      -- What is passed through has no delay: its frames are not those of the core.
+      on_show.raw <= choice.pass_through or too_large;
       if choice.pass_through = '1' or too_large = '1' then
         out_video <= in_video;
       else
         out_video <= shown_video;
       end if;
+      -- Each for a clock; whoever collects them knows since when.
       errors <= "0000";
       if core_errors /= "00000" or sensor_errors /= "000000" or (followed.running and unfit) = '1' then
         errors(3) <= '1';
       end if;
       errors(2) <= miss;
       errors(1) <= underflow;
+      -- While nothing is followed nothing is lost.
       errors(0) <= overflow and followed.running;
       if reset = '1' then
         out_video.active <= '0';

@@ -37,6 +37,7 @@ end entity stored_light_field;
 
 architecture rtl of stored_light_field is
 
+  -- The light field is not scaled: its micro images must be those that the refocuser is built for.
   constant M       : positive := STORED_SIZE;
   constant REFUSED : boolean  := not takes(MICRO_IMAGE_SIZE = M or not WITH_STORED,
                                            "stored_light_field: MICRO_IMAGE_SIZE must be M of the light field");
@@ -56,6 +57,7 @@ architecture rtl of stored_light_field is
       return 0;
     end if;
 
+    -- Rounded down to whole micro images, so that the grid of the frame is that of the light field.
     return (frame - picture) / 2 / M * M;
 
   end function first_place;
@@ -63,7 +65,8 @@ architecture rtl of stored_light_field is
   constant LEFT : natural := first_place(FRAME_COLUMNS, COLUMNS);
   constant TOP  : natural := first_place(FRAME_ROWS, ROWS);
 
-  -- Clocks from a place of the raster to its pixel, but for the output's.
+  -- Clocks from a place of the raster to its pixel, but for the output's: two of the memory, one of
+  -- the choice.
   constant STEPS : positive := 3;
 
   -- The fields that accompany a pixel: whether it belongs to the light field, and its bit in the word.
@@ -105,6 +108,7 @@ architecture rtl of stored_light_field is
   ) return pixel_t is
   begin
 
+    -- The high bits again below, so that the brightest colour is 255.
     return colour(13 downto 10) & colour(13 downto 10) & colour(9 downto 5) & colour(9 downto 7) &
            colour(4 downto 0) & colour(4 downto 2);
 
@@ -135,20 +139,25 @@ begin
       u    <= 0;
       lens <= first_lens;
       if in_area = '1' then
+        -- Within the light field the number stays, and counts on between micro images; elsewhere it
+        -- is that of the row's first one.
         lens <= lens;
         if u < M - 1 then
           u <= u + 1;
         elsif lens < LENSES - 1 then
+          -- Beyond the last one nothing is shown, so the number may stay.
           lens <= lens + 1;
         end if;
       end if;
 
       -- The place in the frame.
+      -- In the pulse of vertical sync, so that each frame begins with the first micro image.
       if between = '1' or reset = '1' then
         above      <= 0;
         first_lens <= 0;
       elsif place.line_last = '1' and in_rows = '1' then
         above <= 0;
+        -- The micro images of a row are passed M times, once for each of their lines.
         if above < M * M - M then
           above <= above + M;
         elsif first_lens < LENSES - STORED_LENSES then

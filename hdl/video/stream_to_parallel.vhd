@@ -50,6 +50,9 @@ architecture rtl of stream_to_parallel is
   constant ADDRESS_BITS : positive := bits_for(2 * MAX_COLUMNS - 1);
   constant MOST_LINES   : positive := 2 ** ADDRESS_BITS;
 
+  -- A word of the FIFO: the pixel, the start of a frame, the end of its line. Then what happens in
+  -- a clock: a word arrives, it is kept, it ends its line; a word is on offer, it begins another
+  -- frame, it leaves; the line is out.
   signal word_in  : std_logic_vector(WIDTH + 1 downto 0);
   signal word_out : std_logic_vector(WIDTH + 1 downto 0);
   signal ready    : std_logic;
@@ -109,6 +112,8 @@ begin
 
   send : process (clk) is
 
+    -- Lines that come in complete in this clock: two if a frame starts within a line and has one
+    -- pixel in its own.
     variable more : natural range 0 to 2;
     variable less : natural range 0 to 1;
 
@@ -137,7 +142,7 @@ begin
       if line_out = '1' then
         less := 1;
       end if;
-      -- One may come in the clock in which one goes.
+      -- Lines may come in in the clock in which one goes.
       lines <= lines + more - less;
 
       pixel_valid <= '0';
@@ -157,6 +162,7 @@ begin
           end if;
         end if;
       elsif gap_left /= 0 then
+        -- The gap gives the receiver its blanking, and the frame its end.
         gap_left <= gap_left - 1;
         if rows_left = 0 and gap_left = 1 then
           in_frame <= '0';

@@ -167,6 +167,8 @@ begin
         shown     <= following.timing;
       end if;
 
+      -- Without a timing to show the syncs stand still: a monitor then finds no signal rather than
+      -- a wrong one.
       video.active <= placed.active;
       video.h_sync <= placed.h_sync and placed.running;
       video.v_sync <= placed.v_sync and placed.running;
