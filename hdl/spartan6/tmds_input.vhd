@@ -36,26 +36,46 @@ end entity tmds_input;
 
 architecture rtl of tmds_input is
 
-  -- From and to the control of the delay lines.
-  signal calibrate_master : std_logic;
-  signal calibrate_slave  : std_logic;
-  signal delay_reset      : std_logic;
-  signal step             : std_logic;
-  signal step_up          : std_logic;
-  signal busy             : std_logic;
-  signal valid            : std_logic;
-  signal increase         : std_logic;
+  -- The sites of a differential pair: a delay line and a deserialiser each.
+  constant MASTER : natural := 0;
+  constant SLAVE  : natural := 1;
+
+  subtype sites_t is std_logic_vector(MASTER to SLAVE);
+
+  type words_t is array (MASTER to SLAVE) of std_logic_vector(4 downto 1);
+
+  function of_site (
+    site       : natural;
+    for_master : string;
+    for_slave  : string
+  ) return string is
+  begin
+
+    if site = MASTER then
+      return for_master;
+    end if;
+
+    return for_slave;
+
+  end function of_site;
+
+  -- From and to the control of the delay lines; valid and increase have a meaning at the master alone.
+  signal calibrate   : sites_t;
+  signal delay_reset : std_logic;
+  signal step        : std_logic;
+  signal step_up     : std_logic;
+  signal busy        : std_logic;
+  signal site_busy   : sites_t;
+  signal valid       : sites_t;
+  signal increase    : sites_t;
   -- The pair as one bit, and delayed by both lines: the master is to see the bits, the slave their edges.
-  signal from_pins   : std_logic;
-  signal master_data : std_logic;
-  signal slave_data  : std_logic;
+  signal from_pins : std_logic;
+  signal delayed   : sites_t;
   -- The cascade of both deserialisers: the slave has one of the five bits, the master compares the samples of both.
-  signal to_slave  : std_logic;
-  signal to_master : std_logic;
+  signal shifted : sites_t;
   -- Five bits of each clock of clk_x2.
-  signal half        : std_logic_vector(4 downto 0);
-  signal master_busy : std_logic;
-  signal slave_busy  : std_logic;
+  signal words : words_t;
+  signal half  : std_logic_vector(4 downto 0);
 
 begin
 
@@ -64,10 +84,10 @@ begin
       clk              => clk_x2,
       reset            => reset,
       busy             => busy,
-      valid            => valid,
-      increase         => increase,
-      calibrate_master => calibrate_master,
-      calibrate_slave  => calibrate_slave,
+      valid            => valid(MASTER),
+      increase         => increase(MASTER),
+      calibrate_master => calibrate(MASTER),
+      calibrate_slave  => calibrate(SLAVE),
       delay_reset      => delay_reset,
       step             => step,
       step_up          => step_up,
@@ -77,7 +97,7 @@ begin
     );
 
   -- A command is carried out when both lines have carried it out.
-  busy <= master_busy or slave_busy;
+  busy <= site_busy(MASTER) or site_busy(SLAVE);
 
   -- TMDS is terminated to 3.3 V outside of the FPGA; DIFF_TERM would put another standard's 100 ohm across the pair.
   pins : component ibufds
@@ -91,103 +111,66 @@ begin
       o  => from_pins
     );
 
-  -- Both lines are stepped alike, so that what the calibration has set between them stays.
-  master_delay : component iodelay2
-    generic map (
-      COUNTER_WRAPAROUND => "STAY_AT_LIMIT",
-      DATA_RATE          => "SDR",
-      DELAY_SRC          => "IDATAIN",
-      IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
-      SERDES_MODE        => "MASTER",
-      SIM_TAPDELAY_VALUE => 50
-    )
-    port map (
-      idatain => from_pins,
-      odatain => '0',
-      t       => '1',
-      ioclk0  => io_clk,
-      ioclk1  => '0',
-      clk     => clk_x2,
-      cal     => calibrate_master,
-      ce      => step,
-      inc     => step_up,
-      rst     => delay_reset,
-      busy    => master_busy,
-      dataout => master_data
-    );
+  -- The two sites of the pair; the tools place each by its mode.
+  site : for i in MASTER to SLAVE generate
 
-  slave_delay : component iodelay2
-    generic map (
-      COUNTER_WRAPAROUND => "WRAPAROUND",
-      DATA_RATE          => "SDR",
-      DELAY_SRC          => "IDATAIN",
-      IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
-      SERDES_MODE        => "SLAVE",
-      SIM_TAPDELAY_VALUE => 50
-    )
-    port map (
-      idatain => from_pins,
-      odatain => '0',
-      t       => '1',
-      ioclk0  => io_clk,
-      ioclk1  => '0',
-      clk     => clk_x2,
-      cal     => calibrate_slave,
-      ce      => step,
-      inc     => step_up,
-      rst     => delay_reset,
-      busy    => slave_busy,
-      dataout => slave_data
-    );
+    -- Both lines are stepped alike, so that what the calibration has set between them stays.
+    delay : component iodelay2
+      generic map (
+        COUNTER_WRAPAROUND => of_site(i, "STAY_AT_LIMIT", "WRAPAROUND"),
+        DATA_RATE          => "SDR",
+        DELAY_SRC          => "IDATAIN",
+        IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
+        SERDES_MODE        => of_site(i, "MASTER", "SLAVE"),
+        SIM_TAPDELAY_VALUE => 50
+      )
+      port map (
+        idatain => from_pins,
+        odatain => '0',
+        t       => '1',
+        ioclk0  => io_clk,
+        ioclk1  => '0',
+        clk     => clk_x2,
+        cal     => calibrate(i),
+        ce      => step,
+        inc     => step_up,
+        rst     => delay_reset,
+        busy    => site_busy(i),
+        dataout => delayed(i)
+      );
 
-  -- RETIMED: the word changes with clkdiv alone. Word boundaries are found behind the gearbox, so nothing slips here.
-  master_deserialiser : component iserdes2
-    generic map (
-      DATA_RATE      => "SDR",
-      DATA_WIDTH     => 5,
-      INTERFACE_TYPE => "RETIMED",
-      SERDES_MODE    => "MASTER"
-    )
-    port map (
-      d        => master_data,
-      ce0      => '1',
-      clk0     => io_clk,
-      clk1     => '0',
-      ioce     => io_strobe,
-      rst      => reset,
-      clkdiv   => clk_x2,
-      shiftin  => to_master,
-      bitslip  => '0',
-      q4       => half(4),
-      q3       => half(3),
-      q2       => half(2),
-      q1       => half(1),
-      valid    => valid,
-      incdec   => increase,
-      shiftout => to_slave
-    );
+    -- RETIMED: the word changes with clkdiv alone. Word boundaries are found behind the gearbox, so nothing slips here.
+    -- The slave's samples at the edges tell the master whether the delay is too long or too short (valid, incdec).
+    deserialiser : component iserdes2
+      generic map (
+        DATA_RATE      => "SDR",
+        DATA_WIDTH     => 5,
+        INTERFACE_TYPE => "RETIMED",
+        SERDES_MODE    => of_site(i, "MASTER", "SLAVE")
+      )
+      port map (
+        d        => delayed(i),
+        ce0      => '1',
+        clk0     => io_clk,
+        clk1     => '0',
+        ioce     => io_strobe,
+        rst      => reset,
+        clkdiv   => clk_x2,
+        shiftin  => shifted(SLAVE - i),
+        bitslip  => '0',
+        q4       => words(i)(4),
+        q3       => words(i)(3),
+        q2       => words(i)(2),
+        q1       => words(i)(1),
+        valid    => valid(i),
+        incdec   => increase(i),
+        shiftout => shifted(i)
+      );
 
-  -- Its samples at the edges tell the master whether the delay is too long or too short (valid, incdec).
-  slave_deserialiser : component iserdes2
-    generic map (
-      DATA_RATE      => "SDR",
-      DATA_WIDTH     => 5,
-      INTERFACE_TYPE => "RETIMED",
-      SERDES_MODE    => "SLAVE"
-    )
-    port map (
-      d        => slave_data,
-      ce0      => '1',
-      clk0     => io_clk,
-      clk1     => '0',
-      ioce     => io_strobe,
-      rst      => reset,
-      clkdiv   => clk_x2,
-      shiftin  => to_slave,
-      bitslip  => '0',
-      q4       => half(0),
-      shiftout => to_master
-    );
+  end generate site;
+
+  -- The slave has the first of the five bits.
+  half <= words(MASTER) & words(SLAVE)(4);
 
   -- Two halves make the ten bits of a TMDS word, at any of its ten phases.
   gearbox : entity work.gearbox_5_to_10
