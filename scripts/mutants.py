@@ -6,12 +6,18 @@ Two kinds of changes that no input can show are never made, see `is_idle`.
 
 import hashlib
 import re
+import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from plenofir.ground import project
+
+sys.path.insert(0, str(project.root() / "tb"))
+
+from hunt.simulate import started_sources
 
 # What may be changed: pattern, and what takes its place.
 RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -70,16 +76,20 @@ class Mutant:
         return self.file, self.old.strip(), self.new.strip(), self.place
 
 
-def is_idle(text: str, code: str, place: int, changed: str) -> bool:
+def is_idle(name: str, text: str, code: str, place: int, changed: str) -> bool:
     """Whether a change of a declaration shows in nothing that a design does.
 
     Either it is the first value of a signal that a reset sets as a whole, or that every clock sets
-    from other signals: all tests begin with a reset of some clocks, and so does the board. Or a
-    vector or an array gets longer at its end: where lengths no longer fit, VHDL refuses it;
-    elsewhere nothing drives or reads what is new. The change is at `place` in the line `code`.
+    from other signals: all tests begin with a reset of some clocks, and so does the board. Or it is
+    the first value of a signal that the hunter starts with a drawn one, and compares pixels all the
+    same. Or a vector or an array gets longer at its end: where lengths no longer fit, VHDL refuses
+    it; elsewhere nothing drives or reads what is new. The change is at `place` in the line `code`
+    of the source `name`.
     """
     initial = INITIAL.match(code)
     if initial and place >= initial.end():
+        if name in drawn_starts():
+            return True
         in_resets = any(initial[1] in SET.findall(block[1]) for block in RESET.finditer(text))
         return in_resets or is_set_each_clock(text, initial[1])
     # From the operator on: what is changed may be what stands behind it.
@@ -90,6 +100,12 @@ def is_idle(text: str, code: str, place: int, changed: str) -> bool:
         and LONGER.match(changed[start:]) is not None
         and f"{declared[1] or declared[2]}'" not in text
     )
+
+
+@cache
+def drawn_starts() -> frozenset[str]:
+    """Sources that the hunter starts with drawn values, by which nothing may come out wrong."""
+    return frozenset(source.name for source in started_sources())
 
 
 def is_set_each_clock(text: str, name: str) -> bool:
@@ -132,7 +148,7 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
                 for match in re.finditer(pattern, code):
                     for replacement in replacements:
                         changed = code[: match.start()] + replacement + code[match.end() :]
-                        if not is_idle(text, code, match.start(), changed):
+                        if not is_idle(source.name, text, code, match.start(), changed):
                             yield Mutant(source.name, number + 1, code, changed, places[number])
         for block in RESET.finditer(text):
             start = text[: block.start(1)].count("\n")

@@ -44,6 +44,8 @@ end entity sharpest_slice;
 architecture rtl of sharpest_slice is
 
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  -- A constant of its own: to NVC the length of a generic is not static.
+  constant WEIGHS : boolean := SHIFTS'length > 0;
 
   subtype sharpness_t is unsigned(SHARPNESS_BITS - 1 downto 0);
 
@@ -71,11 +73,11 @@ begin
 
     own <= unsigned(sharpness((s + 1) * SHARPNESS_BITS - 1 downto s * SHARPNESS_BITS));
 
-    alike : if SHIFTS'length = 0 generate
+    alike : if not WEIGHS generate
       weighed(s) <= own;
     end generate alike;
 
-    by_weight : if SHIFTS'length > 0 generate
+    by_weight : if WEIGHS generate
 
       constant LESS : natural := 16 - slice_weight(MICRO_IMAGE_SIZE, slice_shift(SHIFTS, s));
 

@@ -62,6 +62,13 @@ def _closure(top: str) -> list[Path]:
     return order + [benches[name] for name in [top] if name in benches]
 
 
+def started_sources() -> set[Path]:
+    """Sources whose registers start with drawn values, in each hunt that builds them."""
+    modules: list[Any] = [importlib.import_module(f"hunt.{name}_hunt") for name in entities()]
+    kept = {name for module in modules for name in getattr(module, "KEEP", ())}
+    return {s for m in modules for s in _closure(m.ENTITY) if s.name not in kept}
+
+
 def run_design(
     entity: str, number: int, *, streams: int = STREAMS, change: Change | None = None
 ) -> Result:
