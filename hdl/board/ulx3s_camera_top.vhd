@@ -90,6 +90,8 @@ architecture rtl of ulx3s_camera_top is
   constant REFUSED   : boolean := not takes_shifts("ulx3s_camera_top", SHIFTS, MAX_COLUMNS);
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");
   constant TAKES_8   : boolean := takes(RAW_BITS = 8, "ulx3s_camera_top: RAW_BITS of camera_pkg is not 8");
+  -- NVC looks at slices of ports when it analyses, before TAKES_TWO refuses.
+  constant WIRED : positive := choose(CAMERA_LANES <= 2, CAMERA_LANES, 2);
 
   constant MODE : timing_t := mode_timing
                               (
@@ -212,8 +214,8 @@ begin
     )
     port map (
       hs_clk     => cam_hs_clk,
-      hs_data    => cam_hs_data(CAMERA_LANES - 1 downto 0),
-      lp_data    => cam_lp_data(2 * CAMERA_LANES - 1 downto 0),
+      hs_data    => cam_hs_data(WIRED - 1 downto 0),
+      lp_data    => cam_lp_data(2 * WIRED - 1 downto 0),
       byte_clk   => byte_clk,
       lane_valid => lane_valid,
       lane_sync  => lane_sync,

@@ -146,7 +146,7 @@ def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float
     few = np.random.default_rng(4).permutation(len(positions))[:_TEMPLATE_LENSES]
     mean = np.median(patches(positions[few]), axis=0).astype(np.float64)
     shape = len(places[0]), len(places[1])
-    template = ndimage.gaussian_filter(((mean + mean[::-1]) / 2).reshape(shape), 0.6)
+    template = ((mean + mean[::-1]) / 2).reshape(shape)
     slopes = [part.ravel() for part in np.gradient(template, step)]
     flat = template.ravel()
     columns = [flat, *slopes]
