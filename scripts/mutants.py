@@ -17,7 +17,7 @@ from plenofir.ground import project
 
 sys.path.insert(0, str(project.root() / "tb"))
 
-from hunt.simulate import started_sources
+from hunt.simulate import entities, sources_of, started_sources
 
 # What may be changed: pattern, and what takes its place.
 RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -106,6 +106,14 @@ def is_idle(name: str, text: str, code: str, place: int, changed: str) -> bool:
 def drawn_starts() -> frozenset[str]:
     """Sources that the hunter starts with drawn values, by which nothing may come out wrong."""
     return frozenset(source.name for source in started_sources())
+
+
+@cache
+def hunts_of(file: str) -> tuple[str, ...]:
+    """Hunts that build a source, those of few sources first."""
+    built = {name: [source.name for source in sources_of(name)] for name in entities()}
+    found = [name for name, files in built.items() if file in files]
+    return tuple(sorted(found, key=lambda name: len(built[name])))
 
 
 def is_set_each_clock(text: str, name: str) -> bool:

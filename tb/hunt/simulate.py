@@ -62,11 +62,19 @@ def _closure(top: str) -> list[Path]:
     return order + [benches[name] for name in [top] if name in benches]
 
 
+def _module(entity: str) -> Any:
+    return importlib.import_module(f"hunt.{entity}_hunt")
+
+
+def sources_of(entity: str) -> list[Path]:
+    """Sources that a hunt builds."""
+    return _closure(_module(entity).ENTITY)
+
+
 def started_sources() -> set[Path]:
     """Sources whose registers start with drawn values, in each hunt that builds them."""
-    modules: list[Any] = [importlib.import_module(f"hunt.{name}_hunt") for name in entities()]
-    kept = {name for module in modules for name in getattr(module, "KEEP", ())}
-    return {s for m in modules for s in _closure(m.ENTITY) if s.name not in kept}
+    kept = {name for entity in entities() for name in getattr(_module(entity), "KEEP", ())}
+    return {s for entity in entities() for s in sources_of(entity) if s.name not in kept}
 
 
 def run_design(
@@ -76,7 +84,7 @@ def run_design(
 
     `change` copies the sources into a folder, changed.
     """
-    module: Any = importlib.import_module(f"hunt.{entity}_hunt")
+    module = _module(entity)
     rng = random.Random(f"{entity} {number}")
     design = module.draw(rng)
     result = Result(f"{entity}-{number}")

@@ -44,7 +44,7 @@ def test_short_draw(entity: str) -> None:
     seed = int(os.environ.get("SEED") or 1)
     rng = random.Random(f"{seed} {entity}")
     print(f"SEED={seed}")
-    for _ in range(DESIGNS.get(entity, 1)):
+    for _ in range(int(os.environ.get("DESIGNS") or DESIGNS.get(entity, 1))):
         result = run_design(entity, rng.randrange(10**6), streams=STREAMS)
         assert not result.fault, f"make hunt CASE={result.name}: {result.fault}"
         assert result.streams == STREAMS
