@@ -17,7 +17,6 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
 from plenofir.fpga.hdmi.link import decode_frames
-from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, BoardCamera, camera_package
@@ -30,7 +29,7 @@ from plenofir.plan.sensor.board_sensor import (
     sensor_package,
 )
 from plenofir.plan.sensor.chip import resampling, shown_lines
-from plenofir_tb.runner import draw_seed
+from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 M, MOSAIC = 4, "grbg"
 
@@ -98,7 +97,7 @@ def simulate(
     text = "".join(path.read_text() for path in benches)
     sources = needed_sources(text, bench, hdl.board_sources(board))
     own = {k: v for k, v in camera_generics(what.core, row.camera.top).items()}
-    find_simulator("ghdl").simulate(
+    vhdl_simulator().simulate(
         [*hdl.with_packages(sources, packages, folder), *benches],
         bench,
         {**own, **generics},
@@ -108,6 +107,7 @@ def simulate(
 
 
 @pytest.mark.slow
+@pytest.mark.counted
 @pytest.mark.parametrize(
     ("number", "mbits", "continuous", "skew"), [(0, 400, False, 0), (1, 912, True, 3)]
 )
@@ -149,6 +149,7 @@ def test_lifcl40_from_the_wires(
 
 
 @pytest.mark.slow
+@pytest.mark.counted
 def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None:
     """Frames that are the raster already, 360 million pixels a second while a line comes."""
     bits, frames, mbits, shape = 10, 2, 900, (30, 40)
@@ -185,6 +186,7 @@ def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
+@pytest.mark.counted
 def test_ulx3s_from_the_wires_to_serial_bits(tmp_path: Path) -> None:
     shape, bits, mbits = (42, 60), 8, 456
     what = scene(shape, bits, on_screen=True)

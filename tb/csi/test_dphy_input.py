@@ -8,10 +8,9 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
-from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
-from plenofir_tb.runner import draw_seed
+from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 BOARDS = {"lifcl": "lifcl40", "ecp5u": "ulx3s"}
 ROWS, COLUMNS, FRAMES = 3, 16, 2
@@ -32,7 +31,7 @@ def receive(
     benches = [files / f"{name}.vhd" for name in ("dphy_camera", f"phy_{library}", "dphy_bench")]
     text = "".join(path.read_text() for path in benches)
     sources = needed_sources(text, "dphy_bench", hdl.board_sources(BOARDS[library]))
-    find_simulator("ghdl").simulate(
+    vhdl_simulator().simulate(
         [*sources, *benches],
         "dphy_bench",
         {**generics, "SETTLE": settle_clocks(mbits)},

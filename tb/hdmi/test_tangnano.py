@@ -16,12 +16,11 @@ from plenofir.fpga.hdmi.link import ReceivedFrame, decode_frames
 from plenofir.fpga.hdmi.modes import VGA, VGA_MIDDLE, VideoMode
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.screen.stored import STORED_PACKAGE, store, stored_package
-from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import board_packages
 from plenofir.plan.scene_screen import scene_overlay
-from plenofir_tb.runner import draw_seed
+from plenofir_tb.runner import draw_seed, vhdl_simulator
 from plenofir_tb.video import in_the_middle, light_field
 
 BOARD = BOARDS["tangnano20k"]
@@ -50,7 +49,7 @@ def simulate(
     folder.mkdir(exist_ok=True)
     bench = project.root() / "tb" / "file_bench" / f"{BENCH}.vhd"
     sources = hdl.with_packages(hdl.board_sources(BOARD.name), packages, folder)
-    find_simulator("ghdl").simulate(
+    vhdl_simulator().simulate(
         [*sources, bench],
         BENCH,
         {

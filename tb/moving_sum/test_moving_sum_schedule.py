@@ -10,12 +10,12 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.tools.simulators import Simulator, find_simulator
+from plenofir.fpga.tools.simulators import Simulator
 from plenofir.refocus import StoredProductArithmetic
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import Align
 from plenofir.refocus.sum_lanes import LaneLayout
-from plenofir_tb.runner import draw_seed, simulator_name
+from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 TOP = "moving_sum_schedule"
 PACKAGES = (
@@ -33,8 +33,7 @@ LANES = (2, 8, 32)
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Simulator, Path]:
     """The bench, analysed."""
-    name = simulator_name()
-    simulator = find_simulator("ghdl" if name == "verilator" else name)
+    simulator = vhdl_simulator()
     folder = tmp_path_factory.mktemp(TOP)
     sources = [file for file in hdl.hdl_sources() if file.stem in PACKAGES]
     assert len(sources) == len(PACKAGES)

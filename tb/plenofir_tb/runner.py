@@ -44,6 +44,12 @@ def simulator_name() -> str:
     return os.environ.get("SIM") or "ghdl"
 
 
+def vhdl_simulator() -> Simulator:
+    """The simulator of benches in VHDL: GHDL in place of Verilator, which does not read them."""
+    name = simulator_name()
+    return find_simulator("ghdl" if name == "verilator" else name)
+
+
 def draw_seed() -> int:
     """Seed of all random choices: the environment variable ``SEED``, or a new one."""
     return int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))

@@ -3,6 +3,7 @@
 
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -83,6 +84,23 @@ def test_what_a_simulation_misses(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert found.missed_statements == 2
     assert found.missed_branches == {lines.index("    if step = 2 then") + 1: {"BIN_TRUE"}}
     assert found.statements > 4
+
+
+def test_a_nameless_part_counts_once_whatever_its_number() -> None:
+    # NVC counts them behind what it has folded away, which differs from instance to instance.
+    found = [
+        dict(
+            measure.items(
+                ElementTree.fromstring(
+                    f'<scope block_name="COUNTED-RTL"><scope name="{name}" line="7">'
+                    '<statement data="1"/></scope></scope>'
+                )
+            )
+        )
+        for name in ("_S0", "_S12", "_s1")
+    ]
+    assert found[0] == found[1] == found[2]
+    assert [key[:2] for key in found[0]] == [("counted", 7)]
 
 
 def test_ranges_of_lines() -> None:
