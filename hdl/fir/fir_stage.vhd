@@ -216,11 +216,12 @@ begin
           opening <= '1';
         end if;
       end if;
-      -- A step under way may end behind the reset: each frame begins its sums anew.
       if reset = '1' then
-        fresh_d1 <= '0';
-        fresh_d2 <= '0';
-        opening  <= '0';
+        strobe_d1 <= '0';
+        strobe_d2 <= '0';
+        fresh_d1  <= '0';
+        fresh_d2  <= '0';
+        opening   <= '0';
       end if;
     end if;
 
