@@ -202,6 +202,7 @@ package body axi_pkg is
   ) return positive is
   begin
 
+    -- Zeros fill the last byte up, see the entities.
     return 8 * divide_up(bits, 8);
 
   end function stream_bits;

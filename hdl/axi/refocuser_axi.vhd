@@ -135,6 +135,7 @@ begin
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, out_tid, out_tlast);
 
+  -- Its words are computed from the generics, so software finds in them what was built.
   registers : entity work.refocuser_registers
     generic map (
       PARTS      => 2 ** PARTS_REFOCUSER,

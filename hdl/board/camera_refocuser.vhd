@@ -96,6 +96,7 @@ architecture rtl of camera_refocuser is
   constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
   constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
 
+  -- Constants at the ports of a core that takes one size: their logic goes away.
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_COLUMNS, 16));
   constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_ROWS, 16));
 
@@ -108,17 +109,20 @@ architecture rtl of camera_refocuser is
   signal setup_done : std_logic;
 
   -- Raw frames; then those that the core takes, behind the resampler if there is one.
-  signal raw_tvalid   : std_logic;
-  signal raw_tready   : std_logic;
-  signal raw_tdata    : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
-  signal raw_tuser    : std_logic_vector(0 downto 0);
-  signal raw_tlast    : std_logic;
-  signal lane_faults  : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
-  signal lens_tvalid  : std_logic;
-  signal lens_tready  : std_logic;
-  signal lens_tdata   : std_logic_vector(PIXELS * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
-  signal lens_tuser   : std_logic_vector(0 downto 0);
-  signal lens_tlast   : std_logic;
+  signal raw_tvalid : std_logic;
+  -- It waits while the ring of raw lines is full; the receiver's buffer takes what comes meanwhile.
+  signal raw_tready : std_logic;
+  signal raw_tdata  : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
+  signal raw_tuser  : std_logic_vector(0 downto 0);
+  signal raw_tlast  : std_logic;
+  -- Counts of the receiver, flags of the raster and of the core: any of them is a fault.
+  signal lane_faults : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+  signal lens_tvalid : std_logic;
+  signal lens_tready : std_logic;
+  signal lens_tdata  : std_logic_vector(PIXELS * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
+  signal lens_tuser  : std_logic_vector(0 downto 0);
+  signal lens_tlast  : std_logic;
+  -- Size of the frames that the core gets.
   signal lens_columns : std_logic_vector(15 downto 0);
   signal lens_rows    : std_logic_vector(15 downto 0);
   signal lens_flags   : std_logic_vector(5 downto 0);
@@ -198,11 +202,13 @@ begin
     -- Corner of the mosaic's red filter, as the port of the raster takes it.
     constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
 
-    signal rx_valid  : std_logic;
-    signal rx_data   : std_logic_vector(7 downto 0);
-    signal tx_valid  : std_logic;
-    signal tx_ready  : std_logic;
-    signal tx_data   : std_logic_vector(7 downto 0);
+    -- Characters of the serial port, in and out.
+    signal rx_valid : std_logic;
+    signal rx_data  : std_logic_vector(7 downto 0);
+    signal tx_valid : std_logic;
+    signal tx_ready : std_logic;
+    signal tx_data  : std_logic_vector(7 downto 0);
+    -- Words of the calibration: as load_port has them, as they came, and for a clock to the raster.
     signal word_busy : std_logic;
     signal written   : std_logic;
     signal word      : load_word_t;

@@ -263,8 +263,8 @@ begin
           when address_byte =>
 
             if full = '1' then
-              holds <= '1';
-              state <= acknowledge;
+              holds     <= '1';
+              state     <= acknowledge;
               after_ack <= discard;
             end if;
 

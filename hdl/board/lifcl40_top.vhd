@@ -85,23 +85,25 @@ architecture rtl of lifcl40_top is
   signal clk           : std_logic;
   signal reset_request : std_logic;
   signal reset         : std_logic;
-  signal byte_clk      : std_logic;
-  signal lane_valid    : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_sync     : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_data     : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
-  signal scl           : std_logic;
-  signal sda           : std_logic;
-  signal scl_low       : std_logic;
-  signal sda_low       : std_logic;
-  signal new_tvalid    : std_logic;
-  signal new_tready    : std_logic;
-  signal new_tdata     : std_logic_vector(WIDTH - 1 downto 0);
-  signal new_tuser     : std_logic_vector(0 downto 0);
-  signal new_tlast     : std_logic;
-  signal frame_valid   : std_logic;
-  signal line_valid    : std_logic;
-  signal data          : std_logic_vector(WIDTH - 1 downto 0);
-  signal state         : std_logic_vector(4 downto 0);
+  -- The camera: bytes of its lanes, levels of its registers' lines, and pulled low.
+  signal byte_clk   : std_logic;
+  signal lane_valid : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_sync  : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_data  : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+  signal scl        : std_logic;
+  signal sda        : std_logic;
+  signal scl_low    : std_logic;
+  signal sda_low    : std_logic;
+  -- The refocused frames as a stream, then as parallel video.
+  signal new_tvalid  : std_logic;
+  signal new_tready  : std_logic;
+  signal new_tdata   : std_logic_vector(WIDTH - 1 downto 0);
+  signal new_tuser   : std_logic_vector(0 downto 0);
+  signal new_tlast   : std_logic;
+  signal frame_valid : std_logic;
+  signal line_valid  : std_logic;
+  signal data        : std_logic_vector(WIDTH - 1 downto 0);
+  signal state       : std_logic_vector(4 downto 0);
 
   -- A parameter of the oscillator is a text.
 

@@ -67,6 +67,8 @@ architecture rtl of monitor_edid is
   constant CODES_FIRST      : natural := 132;
   constant LAST             : natural := 255;
 
+  -- What each EDID begins with, the tag of a CEA-861 extension, and the head of a block of video
+  -- codes.
   constant HEADER      : std_logic_vector(63 downto 0) := x"00FFFFFFFFFFFF00";
   constant CEA_TAG     : std_logic_vector(7 downto 0)  := x"02";
   constant VIDEO_CODES : std_logic_vector(2 downto 0)  := "010";
@@ -147,6 +149,7 @@ architecture rtl of monitor_edid is
 
 begin
 
+  -- The bytes come one by one, each when it is wanted, so nothing of an EDID is stored.
   reader : entity work.i2c_reader
     generic map (
       QUARTER => QUARTER,
@@ -188,6 +191,7 @@ begin
   line_length <= ('0' & width) + (unsigned(window(27 downto 24)) & unsigned(window(39 downto 32)));
   frame_lines <= ('0' & height) + (unsigned(window(3 downto 0)) & unsigned(window(15 downto 8)));
 
+  -- A rate takes longer than a byte's look, so it is computed for timings alone.
   rate_of_timing : entity work.timing_rate
     port map (
       clk         => clk,
@@ -200,6 +204,8 @@ begin
       done        => divided
     );
 
+  -- A mode that an EDID names by a bit or a code has no numbers there: these are compared with what
+  -- is on show, once for all of a read.
   which_known : process (shown_columns, shown_rows, shown_rate) is
   begin
 

@@ -55,6 +55,7 @@ architecture rtl of shown_video is
 
   constant REFUSED : boolean := not takes_shifts("shown_video", SHIFTS, MAX_COLUMNS);
 
+  -- The ruler under the text has a field for each.
   constant SLICES : positive := slice_count(SHIFTS);
 
   -- Before the text is laid over it, and what the text says of it.
@@ -104,6 +105,7 @@ begin
     -- What each output number shows depends on the build; the text names the kind, not the number.
     constant KINDS : kinds_t := output_kinds(OUTPUTS);
 
+    -- For text_overlay: shown at all, at the bottom, what is on show, and the lines of the picture.
     signal show   : std_logic;
     signal bottom : std_logic;
     signal kind   : std_logic_vector(1 downto 0);

@@ -109,6 +109,7 @@ architecture rtl of tangnano20k_top is
 
 begin
 
+  -- One oscillator is all there is: no input clock, no choice between two.
   clocks : entity work.display_clocks
     port map (
       clk_27 => clk_27,
@@ -127,6 +128,7 @@ begin
       reset   => reset
     );
 
+  -- Without a serial port and an input the keys set everything.
   control : entity work.demo_control
     generic map (
       SLICES        => slice_count(SHIFTS),

@@ -108,23 +108,26 @@ architecture rtl of ulx3s_camera_top is
                                 false
                               );
 
-  signal own_clk       : std_logic;
-  signal own_ready     : std_logic;
-  signal clk           : std_logic;
-  signal clk_x5        : std_logic;
-  signal locked        : std_logic;
-  signal own_stopped   : std_logic;
-  signal stop          : std_logic;
-  signal reset         : std_logic;
-  signal reset_x5      : std_logic;
-  signal byte_clk      : std_logic;
-  signal lane_valid    : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_sync     : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_data     : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
-  signal scl           : std_logic;
-  signal sda           : std_logic;
-  signal scl_low       : std_logic;
-  signal sda_low       : std_logic;
+  -- Clocks: made from the oscillator, then the pixels' and five times that; their resets.
+  signal own_clk     : std_logic;
+  signal own_ready   : std_logic;
+  signal clk         : std_logic;
+  signal clk_x5      : std_logic;
+  signal locked      : std_logic;
+  signal own_stopped : std_logic;
+  signal stop        : std_logic;
+  signal reset       : std_logic;
+  signal reset_x5    : std_logic;
+  -- The camera: bytes of its lanes, levels of its registers' lines, and pulled low.
+  signal byte_clk   : std_logic;
+  signal lane_valid : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_sync  : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_data  : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+  signal scl        : std_logic;
+  signal sda        : std_logic;
+  signal scl_low    : std_logic;
+  signal sda_low    : std_logic;
+  -- The refocused frames in the pixel clock, their size, and what the camera part tells.
   signal new_tdata     : std_logic_vector(CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
   signal new_pixels    : stream_t;
   signal new_ready     : std_logic;
@@ -140,6 +143,7 @@ architecture rtl of ulx3s_camera_top is
   signal came_late : std_logic             := '0';
   signal due       : std_logic;
 
+  -- The screen: its timing, the picture on it, a pixel that came too late, and the lanes out.
   signal following  : following_t;
   signal shown      : video_t;
   signal underflow  : std_logic;

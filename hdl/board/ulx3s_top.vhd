@@ -218,6 +218,8 @@ begin
     switch_bottom  => '0'
   );
 
+  -- Words that no encoder sends go back to the search of the delays: they show that the bits'
+  -- middle has drifted away.
   path : entity work.hdmi_refocuser
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,

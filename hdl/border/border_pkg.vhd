@@ -78,6 +78,7 @@ package body border_pkg is
       clocks := clocks + sum_stage_latency(false, 1);
 
       if pixels = 1 then
+        -- Rows have the stage that the engine has for as many pixels.
         clocks := clocks + sum_stage_latency(false, 1);
       else
         clocks := clocks + lane_stage_latency(pass_geometry(geometry, i), pixels);

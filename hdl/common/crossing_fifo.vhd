@@ -78,6 +78,8 @@ architecture rtl of crossing_fifo is
 
   end function from_gray;
 
+  -- Each side has its pointer, the same as Gray code for the other side, and the other side's as it
+  -- was when it arrived.
   signal memory        : memory_t  := (others => (others => '0'));
   signal write_pointer : pointer_t := (others => '0');
   signal write_gray    : gray_t    := (others => '0');
@@ -112,6 +114,8 @@ begin
 
         write_pointer <= write_pointer + 1;
       end if;
+      -- The word is written a clock before the pointer that announces it leaves, so it is at rest
+      -- when the other side reads it.
       write_gray <= to_gray(write_pointer);
       taken      <= from_gray(read_arrived);
 
@@ -144,6 +148,7 @@ begin
     if rising_edge(read_clk) then
       written <= from_gray(write_arrived);
       if free = '1' then
+        -- Read ahead: the register takes the next word as soon as it is free.
         read_word <= memory(to_integer(read_pointer(ADDRESS_BITS - 1 downto 0)));
         on_offer  <= to_logic(written /= read_pointer);
         if written /= read_pointer then
@@ -152,6 +157,7 @@ begin
       end if;
       read_gray <= to_gray(read_pointer);
       if read_drop = '1' then
+        -- To the place that the other side is known to have written up to.
         read_pointer <= written;
         on_offer     <= '0';
       end if;

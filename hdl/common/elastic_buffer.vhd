@@ -87,6 +87,8 @@ begin
   begin
 
     if rising_edge(write_clk) then
+      -- The memory is read by the other clock: a word is read half the depth later, when it has
+      -- long been at rest.
       memory(to_integer(write_pointer)) <= write_word;
 
       write_pointer <= write_pointer + 1;
@@ -116,6 +118,8 @@ begin
   begin
 
     if rising_edge(read_clk) then
+      -- The other side's place is known late, so the level is a little lower than it is; half the
+      -- depth leaves room for that to either side.
       level     := from_gray(gray_arrived) - read_pointer;
       read_word <= memory(to_integer(read_pointer));
       if reading = '1' then

@@ -34,6 +34,8 @@ package body hex_pkg is
 
       code := character'pos(text(i));
 
+      -- Two ranges of ASCII with letters and signs between them. Capitals are refused, so that a
+      -- text has one form.
       if code < character'pos('0') or code > character'pos('f') or
          (code > character'pos('9') and code < character'pos('a')) then
         return false;
@@ -68,6 +70,7 @@ package body hex_pkg is
   ) return std_logic_vector is
   begin
 
+    -- From the text's own left end, wherever its indices begin; the first digit is the high one.
     return nibble(text(text'left + place)) & nibble(text(text'left + place + 1));
 
   end function hex_byte;

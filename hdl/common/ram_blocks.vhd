@@ -63,6 +63,7 @@ architecture rtl of ram_blocks is
 
   begin
 
+    -- The rest, unless a whole block fits: of those that do the largest.
     size := left;
 
     for bits in division.least to division.full loop
@@ -86,6 +87,7 @@ architecture rtl of ram_blocks is
 
   begin
 
+    -- The smallest block RAM takes whatever has fewer words.
     bits := bits_for(size - 1);
 
     if bits < LEAST_BITS then
@@ -163,6 +165,7 @@ architecture rtl of ram_blocks is
 
   begin
 
+    -- All divisions are tried at elaboration: there are 21.
     best := (full => MOST_BITS, least => MOST_BITS);
 
     for full in LEAST_BITS to MOST_BITS loop
@@ -198,6 +201,8 @@ begin
 
   part : for i in 0 to BLOCKS - 1 generate
 
+    -- Blocks begin at multiples of their size, so the high bits of an address say which one it is,
+    -- without a subtraction.
     constant BASE : natural  := block_base(i, DIVISION);
     constant SIZE : positive := block_size(WORDS - BASE, DIVISION);
     constant BITS : positive := bits_for(SIZE - 1);
@@ -229,6 +234,7 @@ begin
       begin
 
         if rising_edge(clk) then
+          -- As late as the words: two clocks, the blocks' own and their registers'.
           was_read  <= reads;
           chosen(i) <= was_read;
         end if;
@@ -267,6 +273,7 @@ begin
 
   begin
 
+    -- One block is chosen at most, so the words are only ored: a tree without priorities.
     choice := (others => '0');
 
     for i in 0 to BLOCKS - 1 loop

@@ -49,6 +49,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- What agrees with the output begins the count anew: only an unbroken stretch of the other
+      -- level changes it.
       if arrived(0) = held then
         clocks <= 0;
       elsif (held = '0' and clocks = ASSERT_CLOCKS - 1) or (held = '1' and clocks = RELEASE_CLOCKS - 1) then

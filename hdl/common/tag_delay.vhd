@@ -57,6 +57,7 @@ begin
           end loop;
 
         end if;
+        -- Whatever enable says: a reset must not leave tags of before in a line that stands still.
         if reset = '1' then
 
           for i in 1 to LENGTH loop

@@ -15,6 +15,8 @@ use work.math_pkg.all;
 
 package arithmetic_pkg is
 
+  -- What the sizes follow from: kind of the arithmetic, M, width of a pixel, fraction bits of
+  -- stored products and of the image between the passes, passes of one dimension.
   type arithmetic_t is record
     exact            : boolean;
     micro_image_size : positive;
@@ -139,6 +141,7 @@ package body arithmetic_pkg is
       report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
       severity failure;
 
+    -- A table of zeros would make every picture black without any fault.
     assert arithmetic.exact or
            scaled_quotient(2 ** arithmetic.pixel_bits - 1, arithmetic.fraction_bits, arithmetic.micro_image_size) > 0
       report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
@@ -253,6 +256,7 @@ package body arithmetic_pkg is
       return (2 ** arithmetic.pixel_bits - 1) * arithmetic.micro_image_size ** pass;
     end if;
 
+    -- The largest word of the table, rounded as all of them are.
     return scaled_quotient(2 ** value_bits(arithmetic, pass) - 1, scale_bits(arithmetic, pass),
                            arithmetic.micro_image_size);
 
@@ -264,7 +268,7 @@ package body arithmetic_pkg is
   ) return natural is
   begin
 
-    -- The last pass gives pixels, without guard bits.
+    -- The last pass gives pixels, without guard bits; between the passes these stay.
     if pass = 2 * arithmetic.passes - 1 then
       return choose(arithmetic.exact, 0, arithmetic.fraction_bits);
     end if;
@@ -283,6 +287,7 @@ package body arithmetic_pkg is
       return arithmetic.micro_image_size ** (2 * arithmetic.passes);
     end if;
 
+    -- Stored products have been divided by M each already.
     return 1;
 
   end function final_divisor;

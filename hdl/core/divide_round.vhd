@@ -55,6 +55,7 @@ architecture rtl of divide_round is
 
   begin
 
+    -- Powers of two modulo the divisor, each from the one before.
     power := 1 mod DIVISOR;
 
     for i in 1 to t loop
@@ -76,6 +77,7 @@ architecture rtl of divide_round is
 
   begin
 
+    -- A product of that size has no integer in VHDL: it is one of vectors.
     product := resize(to_unsigned(excess(t), 31) * to_unsigned(NUMERATOR_MAX, NUMERATOR_BITS), product'length);
 
     return shift_right(product, t) = 0;
@@ -91,6 +93,7 @@ architecture rtl of divide_round is
     -- Set by the loop: its first exponent always suffices.
     exponent := 0;
 
+    -- From the largest down: what is set last is the smallest that suffices.
     for t in natural range RECIPROCAL_BITS - 1 downto 0 loop
 
       if is_exact(t) then
@@ -120,6 +123,7 @@ architecture rtl of divide_round is
 
       remainder := 2 * remainder;
 
+      -- The first digit of 2**EXPONENT is its only one.
       if bit_index = EXPONENT then
         remainder := 1;
       end if;
@@ -133,6 +137,7 @@ architecture rtl of divide_round is
 
     end loop;
 
+    -- Rounded up, as R is.
     if remainder /= 0 then
       quotient_so_far := quotient_so_far + 1;
     end if;

@@ -88,6 +88,7 @@ begin
     give : process (result_at, used_at) is
     begin
 
+      -- Of what is delayed only used_at has a reset, so it decides about both.
       scaled       <= result_at(LATENCY);
       scaled.valid <= used_at(LATENCY) and not result_at(LATENCY).skip;
       scaled.skip  <= used_at(LATENCY) and result_at(LATENCY).skip;

@@ -82,6 +82,7 @@ begin
         row_d1          <= token_row;
         data_d1         <= token_data;
 
+        -- Two clocks behind the token, as the words of the row buffers are.
         array_token        <= token_d1;
         array_token.strobe <= token_d1.strobe and not reset;
         -- While a band is gathered the engine gets empty tokens in place of these pixels: they move the filters on,
@@ -102,6 +103,8 @@ begin
 
     begin
 
+      -- Rows of the band that were stored are image; of the last one its own token says so; those
+      -- behind it are missing.
       array_image(r) <= '1' when r < row_d2 or (r = row_d2 and image_d2 = '1') else
                         '0';
 
@@ -115,6 +118,7 @@ begin
 
       begin
 
+        -- The band's last line goes to the engine as it comes and is not stored.
         write_enable <= token.strobe and token.pixel and not token.band when token_row = r else
                         '0';
 

@@ -188,7 +188,7 @@ begin
         end if;
       end if;
       ends := near_end and to_logic(few <= LANES);
-      cut := first;
+      cut  := first;
 
       for i in 0 to LANES - 1 loop
 
@@ -236,8 +236,8 @@ begin
           is_line <= '0';
           if facts(7 downto 6) = virtual_channel then
             if kind = FRAME_START_KIND then
-              frame_starts <= '1';
-              frame_open   <= '1';
+              frame_starts       <= '1';
+              frame_open         <= '1';
               told(OUT_OF_ORDER) <= frame_open;
             elsif kind = FRAME_END_KIND then
               frame_open         <= '0';

@@ -63,8 +63,8 @@ architecture rtl of depth_fraction is
 
   type factors_t is array (natural range 0 to 2 ** INDEX_BITS - 1) of positive;
 
-  -- Steps between slices, by slice: the step to the next slice, which weights the slope before, and the other way
-  -- round. Common factors are removed, so even steps need no multiplication.
+  -- Steps between slices, by slice: the step to the next slice, which weights the slope before, and
+  -- the other way round. Common factors are removed, so that even steps need no multiplication.
   function factors (
     to_behind : boolean
   ) return factors_t is
@@ -89,6 +89,7 @@ architecture rtl of depth_fraction is
     table : factors_t
   ) return positive is
 
+    -- At least 1, so that a stack of two slices, which has no inner one, gets a width.
     variable most_of_all : positive;
 
   begin
@@ -110,9 +111,12 @@ architecture rtl of depth_fraction is
 
   constant FACTOR_BITS : positive := bits_for(larger(largest(WEIGHT_BEFORE), largest(WEIGHT_BEHIND)));
   constant PART_BITS   : positive := SHARPNESS_BITS + FACTOR_BITS;
-  constant WHOLE_BITS  : positive := PART_BITS + 1;
-  constant CURVE_BITS  : positive := SHARPNESS_BITS + 1;
-  constant DROP        : natural  := larger(bits_for(CONFIDENCE) - 5, 0);
+  -- A sum of two has a bit more than each. The curvature is that of the falls as they are, without
+  -- the steps' weights, as CONFIDENCE is a difference of sharpness, too.
+  constant WHOLE_BITS : positive := PART_BITS + 1;
+  constant CURVE_BITS : positive := SHARPNESS_BITS + 1;
+  -- Bits by which the curvature is cut, so that CONFIDENCE comes out as 16 to 31.
+  constant DROP : natural := larger(bits_for(CONFIDENCE) - 5, 0);
 
   subtype whole_t is unsigned(WHOLE_BITS - 1 downto 0);
 
@@ -154,10 +158,13 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The sharpest slice has the most, so both falls are positive.
       index_1       <= index;
       fall_before_1 <= most - prior;
       fall_behind_1 <= most - behind;
 
+      -- Slopes of unequal steps are compared on one scale by multiplying each with the other's
+      -- step.
       part_before_2 <= fall_before_1 * to_unsigned(WEIGHT_BEFORE(to_integer(index_1)), FACTOR_BITS);
       part_behind_2 <= fall_behind_1 * to_unsigned(WEIGHT_BEHIND(to_integer(index_1)), FACTOR_BITS);
       curvature_2   <= resize(fall_before_1, CURVE_BITS) + fall_behind_1;
@@ -188,11 +195,14 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The part before is what is divided; it and the part behind are the whole.
       rest_at(READY)  <= resize(part_before_2, WHOLE_BITS);
       whole_at(READY) <= resize(part_before_2, WHOLE_BITS) + part_behind_2;
 
       for i in READY to FRACTION_LATENCY - 1 loop
 
+        -- One step of a division by hand: twice the rest, less the whole if that fits, which is the
+        -- bit.
         double             := rest_at(i) & '0';
         whole_at(i + 1)    <= whole_at(i);
         fraction_at(i + 1) <= fraction_at(i)(FRACTION_BITS - 2 downto 0) & to_logic(double >= whole_at(i));
@@ -219,6 +229,7 @@ begin
       delayed => sure
     );
 
+  -- The middle stands for the slice itself.
   found <= NO_DEPTH.confidence & NO_DEPTH.fraction when unsigned(sure) = 0 else
            sure & fraction_at(FRACTION_LATENCY);
 
@@ -245,6 +256,7 @@ begin
 
   begin
 
+    -- The mark and the place go together: both are wanted twice, for the read and for the write.
     place_0 <= std_logic_vector(lens) & active;
 
     to_read : entity work.tag_delay
@@ -289,11 +301,14 @@ begin
         read_data     => rows
       );
 
+    -- Rows that wait in one word, the oldest at the left: with this row's depth on the right the
+    -- oldest is the one whose votes are counted.
     moved  <= rows & found;
     middle <= moved(KEPT_BITS + DEPTH_BITS - 1 downto KEPT_BITS);
 
   end generate votes;
 
+  -- Votes of many slices take longer than the division.
   wait_for_votes : entity work.tag_delay
     generic map (
       WIDTH  => DEPTH_BITS,

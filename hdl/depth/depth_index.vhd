@@ -97,6 +97,7 @@ architecture rtl of depth_index is
   constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO);
   constant CLOCKS   : positive := index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P);
 
+  -- What the shell orders and marks, and the tokens that it makes of the stream.
   signal order      : frame_order_t;
   signal s_marks    : marks_t;
   signal m_marks    : marks_t;

@@ -122,8 +122,10 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Added to the least, not taken from the most: nothing becomes negative.
       enough := resize(least, ENOUGH_BITS) + to_unsigned(CONFIDENCE, ENOUGH_BITS);
 
+      -- A row beyond the frame has no texture, so it has no vote either.
       entry_1 <= std_logic_vector(index) & (live and to_logic(most >= enough));
     end if;
 
@@ -166,6 +168,8 @@ begin
       read_data     => rows
     );
 
+  -- The rows move up by one as the new one comes in at the low end. The middle row is the one that
+  -- is voted on.
   moved        <= rows & entry_3;
   middle_at(3) <= moved((VOTE_RADIUS + 1) * ENTRY_BITS - 1 downto VOTE_RADIUS * ENTRY_BITS);
 
@@ -192,6 +196,7 @@ begin
 
         for i in 0 to 2 * VOTE_RADIUS loop
 
+          -- Only rows of the same frame, and only those with texture, vote for their own slice.
           if active_at(3) = '1' and same(i) = '1' and moved(i * ENTRY_BITS) = '1' and
              unsigned(moved((i + 1) * ENTRY_BITS - 1 downto i * ENTRY_BITS + 1)) = s then
             added := added + 1;
@@ -211,6 +216,7 @@ begin
 
         end loop;
 
+        -- The sums have state, as columns leave them later, so a reset must empty all.
         if reset = '1' then
           column  <= (others => '0');
           columns <= (others => (others => '0'));
@@ -220,6 +226,8 @@ begin
 
     end process count;
 
+    -- The slices are compared one after the other, so the votes of slice s wait s clocks for their
+    -- turn.
     votes(s) <= total;
 
     first_slice : if s = 0 generate

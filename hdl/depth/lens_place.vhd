@@ -103,6 +103,7 @@ begin
         else
           column_phase <= column_phase + P;
         end if;
+        -- From here on a line below the picture is no image.
         token_1.image <= in_picture;
         data          <= in_line(token_data, STACK_BITS, token, line_end);
         -- Zeros below the picture, so that it has no sharpness there.
@@ -117,6 +118,7 @@ begin
 
   end process count;
 
+  -- Of the place of the first pixel: its micro image may end within this token.
   place.lens_first <= '1' when column_phase = 0 else
                       '0';
   place.lens_last  <= '1' when column_phase >= M - P or token_1.line_last = '1' else
@@ -131,6 +133,8 @@ begin
 
   find_ahead : process (token_1, line_end, column_phase, lens_now) is
 
+    -- Columns that are ahead lie behind the border of a micro image; beyond the line's end there
+    -- are none.
     variable is_ahead : std_logic;
     variable any      : std_logic;
 
@@ -148,6 +152,8 @@ begin
 
     end loop;
 
+    -- A line whose last token reaches into a further micro image has one more than its first pixel
+    -- says.
     place.tail      <= token_1.line_last and any;
     place.last_lens <= resize(lens_now, 12);
 

@@ -79,6 +79,7 @@ architecture rtl of lens_sharpness is
   ) return sum_t is
   begin
 
+    -- As a signed number, for the differences.
     return signed('0' & value);
 
   end function wide;
@@ -129,6 +130,7 @@ architecture rtl of lens_sharpness is
 
 begin
 
+  -- What goes back: the row that was the last one, and the new one.
   kept <= stored(SUM_BITS - 1 downto 0) & sum;
 
   -- The last two rows of sums, moved on as each new one comes: the Laplacian needs the row above and the row below.
@@ -160,6 +162,8 @@ begin
 
       -- 0: the sums; their neighbours to the left are one and two clocks old.
       centre := wide(stored(SUM_BITS - 1 downto 0));
+      -- With the first sum of a scan the register still holds the row before: that one is no
+      -- neighbour.
       before := has_1 and not begins;
 
       newest_1 <= wide(sum);
@@ -170,11 +174,15 @@ begin
       has_2    <= before;
 
       -- A neighbour outside the frame counts as equal to the centre, so it adds no difference.
+      -- To the right there is always a neighbour: behind the last micro image its own sum is
+      -- repeated (see lens).
       along   <= difference(centre_1, centre_2, has_2) + resize(centre_1 - centre, LAPLACIAN_BITS + 1);
       across  <= difference(centre_1, above_1, joined_above) + difference(centre_1, newest_1, joined_below);
       there_1 <= before and live;
 
       -- 1, 2: the absolute value.
+      -- The sum of four differences in two clocks, so that none has more than two additions in a
+      -- row.
       bend    <= along + across;
       there_2 <= there_1;
 
@@ -191,6 +199,7 @@ begin
       begins_at <= begins & begins_at(1 to 3);
 
       -- 3: the window of the row.
+      -- A new row begins with its first Laplacian alone.
       if begins_at(3) = '1' then
         laplacians <= (others => (others => '0'));
         row_sum    <= resize(laplacian, ROW_BITS);
@@ -238,6 +247,7 @@ begin
 
   begin
 
+    -- The rows before in one word, the oldest at the left, and this one.
     moved <= rows & std_logic_vector(row_sum);
 
     -- Sums of rows are kept, not Laplacians: a window costs one addition a row, however wide it is.
@@ -268,6 +278,7 @@ begin
 
         added := (others => '0');
 
+        -- A row of another frame, or none, adds nothing.
         for i in 0 to 2 * RADIUS loop
 
           if same(i) = '1' then

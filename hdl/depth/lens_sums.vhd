@@ -67,11 +67,14 @@ architecture rtl of lens_sums is
     variable own  : std_logic_vector(DATA_BITS - 1 downto 0);
     variable luma : unsigned(LUMA_BITS - 1 downto 0);
 
+  -- A place in the stack by constants: it costs no logic.
+
   begin
 
     own  := stack(LOW + DATA_BITS - 1 downto LOW);
     luma := resize(unsigned(own(PIXEL_BITS - 1 downto 0)), LUMA_BITS);
 
+    -- Weights 1, 2, 1: close to those of the eye, and free of multipliers.
     if CHANNELS = 3 then
       luma := luma + shift_left(resize(unsigned(own(2 * PIXEL_BITS - 1 downto PIXEL_BITS)), LUMA_BITS), 1) +
               resize(unsigned(own(own'high downto own'high - PIXEL_BITS + 1)), LUMA_BITS);
@@ -158,6 +161,7 @@ begin
         own     := (others => '0');
         behind  := (others => '0');
 
+        -- A clock for the lumas and one for their sums: P of each would be too long for one.
         for j in 0 to PIXELS_PER_CLOCK - 1 loop
 
           lumas_0(j) <= luma_of(data, j);
@@ -174,6 +178,7 @@ begin
 
   end generate several_pixels;
 
+  -- Behind a line's last token a tail comes as if it were the next micro image's.
   lens_1 <= lens_2 + 1 when tail_2 = '1' else
             place_1.lens(ADDRESS_BITS - 1 downto 0);
 
@@ -185,6 +190,7 @@ begin
 
     if rising_edge(clk) then
       so_far := resize(own_1, SUM_BITS);
+      -- A micro image goes on with what the tokens before gave it.
       if place_1.lens_first = '0' then
         so_far := rest_2 + own_1;
       end if;
@@ -193,6 +199,7 @@ begin
       if place_1.active = '1' then
         line_2 <= so_far;
         rest_2 <= so_far;
+        -- What lies ahead belongs to the next one and is its beginning.
         if PIXELS_PER_CLOCK > 1 and place_1.lens_last = '1' then
           rest_2 <= resize(next_1, SUM_BITS);
         end if;

@@ -109,6 +109,7 @@ architecture rtl of sharpest_pixels is
 
 begin
 
+  -- A line of the ring begins with its first pixel, wherever the one before has ended.
   new_line <= token_at(IN_FRONT).strobe and token_at(IN_FRONT).line_first;
 
   wait_for_scan : process (clk) is
@@ -125,12 +126,15 @@ begin
       data_at(1)         <= data;
       any                := '0';
 
+      -- Whether the token reaches into a further micro image: only then its first pixels are of the
+      -- one before.
       for j in 1 to P - 1 loop
 
         any := any or ahead(j);
 
       end loop;
 
+      -- Without a further one all pixels are of the micro image that is looked up.
       for j in 0 to P - 1 loop
 
         first_at(1)(j) <= any and not ahead(j);
@@ -174,7 +178,7 @@ begin
       result_at(2 to BEHIND)  <= result_at(1 to BEHIND - 1);
 
       if reset = '1' then
-
+        -- Behind a reset no line of before is image, so what is left in the ring does not come out.
         for i in 1 to RING_LINES + 1 loop
 
           line_at(i).image <= '0';
@@ -197,6 +201,7 @@ begin
 
     if rising_edge(clk) then
       if new_line = '1' then
+        -- At the end of the ring back to its first word: its length need not be a power of two.
         if ring_line = (RING_LINES - 1) * MAX_TOKENS then
           ring_line <= (others => '0');
           ring_word <= (others => '0');
@@ -258,6 +263,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- What was read for a token's last micro image is kept for the token behind, whose first
+      -- pixels may be of it.
       if result_at(BEHIND - 1).strobe = '1' then
         index_kept <= index_read;
       end if;
@@ -285,6 +292,7 @@ begin
     stack  <= delayed((j + 1) * SLICES * PIXEL_BITS - 1 downto j * SLICES * PIXEL_BITS);
     beyond <= result_at(BEHIND - 1).line_last and not line_end(j);
 
+    -- By comparison with each slice: a multiplexer that is chosen by an index of any value.
     pick : process (clk) is
 
       variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
@@ -300,6 +308,7 @@ begin
         if beyond = '1' then
           told <= (others => '0');
         end if;
+        -- The first slice stands in for numbers beyond the set.
         picked <= stack(PIXEL_BITS - 1 downto 0);
         chosen <= stack(PIXEL_BITS - 1 downto 0);
 
@@ -333,6 +342,7 @@ begin
 
   end generate pixel;
 
+  -- Only what was image as it entered leaves.
   result.valid <= result_at(BEHIND).strobe and result_at(BEHIND).image;
   result.skip  <= '0';
   result.last  <= result_at(BEHIND).line_last;

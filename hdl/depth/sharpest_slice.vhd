@@ -71,6 +71,7 @@ begin
 
   begin
 
+    -- Each slice in its turn: stage s compares slice s with the best of those before it.
     own <= unsigned(sharpness((s + 1) * SHARPNESS_BITS - 1 downto s * SHARPNESS_BITS));
 
     alike : if not WEIGHS generate
@@ -79,6 +80,7 @@ begin
 
     by_weight : if WEIGHS generate
 
+      -- By how many sixteenths the slice counts less: 0, 1 or 4.
       constant LESS : natural := 16 - slice_weight(MICRO_IMAGE_SIZE, slice_shift(SHIFTS, s));
 
     begin
@@ -104,6 +106,7 @@ begin
 
     end generate by_weight;
 
+    -- The first slice is the best so far, and has no neighbour before it.
     first_slice : if s = 0 generate
       most_of(0)   <= weighed(0);
       least_of(0)  <= weighed(0);
@@ -124,6 +127,7 @@ begin
       found <= std_logic_vector(weighed(s));
       value <= unsigned(waiting);
 
+      -- The sharpness of slice s waits until the stage before has compared the others.
       wait_for_turn : entity work.tag_delay
         generic map (
           WIDTH  => SHARPNESS_BITS,
@@ -149,9 +153,11 @@ begin
           last_of(s)   <= value;
           before_of(s) <= before_of(s - 1);
           behind_of(s) <= behind_of(s - 1);
+          -- The best one so far was the last: this slice is its neighbour behind.
           if best_of(s - 1) = s - 1 then
             behind_of(s) <= value;
           end if;
+          -- Strictly more, so that of equal ones the first counts.
           if value > most_of(s - 1) then
             most_of(s)   <= value;
             best_of(s)   <= to_unsigned(s, INDEX_BITS);

@@ -88,7 +88,7 @@ architecture rtl of sharpness_index is
   constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY : positive := 5 + RADIUS;
-  -- From the last pixel of a row to the scan over its sums, which follow it as fast.
+  -- The scan begins so many clocks behind a row's last pixel: as soon as the sums can be read.
   constant SUMMED        : positive := lens_sum_latency(P) - 3;
   constant JUDGING_DELAY : positive := JUDGED - SUMMED - 1;
   -- The oldest row of which it counts whether it begins a frame.
@@ -447,7 +447,7 @@ begin
 
     voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
 
-    -- Few votes are done before the division is.
+    -- The votes may be done before the division is.
     wait_for_fraction : entity work.tag_delay
       generic map (
         WIDTH  => FINAL_BITS,

@@ -192,12 +192,14 @@ package body sharpness_pkg is
              "as one micro image is judged each clock"
       severity failure;
 
-    -- Of all slices: lines of pixels that wait; of a micro image what judges it.
+    -- What has to be stored: of all slices the lines of pixels that wait; of each micro image what
+    -- judges it.
     stack     := slices * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
     lens_word := slices * (4 * lens_bits(micro_image_size, channels, pixel_bits) +
                            2 * radius * row_sharpness_bits(micro_image_size, channels, pixel_bits, radius)) +
                  (2 * vote_radius + 1) * (bits_for(slices - 1) + 1);
 
+    -- Divided rather than multiplied, as the products exceed an integer.
     assert stack * pixels <= MOST_LINE_BITS / divide_up(max_columns, pixels) and
            lens_word <= MOST_LINE_BITS / lens_count(max_columns, micro_image_size)
       report name & ": SLICES, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of memory: " &
@@ -215,6 +217,7 @@ package body sharpness_pkg is
   ) return boolean is
   begin
 
+    -- Without SHIFTS there is no depth between slices, and nothing to be refused.
     if shifts'length = 0 then
       return true;
     end if;
@@ -223,6 +226,7 @@ package body sharpness_pkg is
       report name & ": SHIFTS """ & shifts & """ must be one for each of SLICES"
       severity failure;
 
+    -- All steps have the direction of the first one, and none is 0.
     for s in 2 to slices - 1 loop
 
       assert (slice_shift(shifts, s) > slice_shift(shifts, s - 1)) =
@@ -247,6 +251,8 @@ package body sharpness_pkg is
   begin
 
     -- Places between micro images at which views are taken.
+    -- The fewer they are, the less a slice is blurred by interpolation, and the sharper it looks;
+    -- the weights make up for it.
     fractions := micro_image_size / common_divisor(micro_image_size, abs shift);
 
     if fractions = 1 then
@@ -270,9 +276,11 @@ package body sharpness_pkg is
 
   begin
 
+    -- How far it is to each neighbour, whichever way the slices go.
     from_before := abs (slice_shift(shifts, slice) - slice_shift(shifts, slice - 1));
     behind      := abs (slice_shift(shifts, slice + 1) - slice_shift(shifts, slice));
 
+    -- Common factors would only make the products wider.
     return choose(to_behind, behind, from_before) / common_divisor(from_before, behind);
 
   end function step_weight;
@@ -321,6 +329,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
+    -- The window adds as many rows.
     return row_sharpness_bits(micro_image_size, channels, pixel_bits, radius) + bits_for(2 * radius);
 
   end function sharpness_bits;
@@ -354,6 +363,8 @@ package body sharpness_pkg is
   ) return natural is
   begin
 
+    -- The columns to the middle of the window, a comparison for each slice, and the memory, the
+    -- counts and the choice.
     return choose(vote_radius = 0, 0, vote_radius + slices + 5);
 
   end function vote_latency;
@@ -368,6 +379,8 @@ package body sharpness_pkg is
   begin
 
     -- For depth between slices they are weighed, a clock; it is found while they vote.
+    -- The sums, the window to its middle, the sharpness, a comparison for each slice but the first,
+    -- then votes or depth.
     return lens_sum_latency(pixels) + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
            choose(between, 1 + larger(vote_latency(slices, vote_radius), FRACTION_LATENCY),
                   vote_latency(slices, vote_radius));

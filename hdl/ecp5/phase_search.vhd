@@ -308,9 +308,9 @@ begin
       end case;
 
       if reset = '1' then
-        state  <= load;
-        clocks <= 0;
-        wanted <= 0;
+        state     <= load;
+        clocks    <= 0;
+        wanted    <= 0;
         at_best   <= '0';
         tracks    <= '0';
         once_more <= '0';

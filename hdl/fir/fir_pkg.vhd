@@ -255,6 +255,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
+    -- Three clocks of fir_stage; a table of products and latches of the input take one each.
     return 3 + choose(stored, 1, 0) + choose(broadcast_taps > 0, 1, 0);
 
   end function stage_latency;
@@ -266,6 +267,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
+    -- A stage for rows and one for columns in each pass.
     return 2 * (order + 1) * stage_latency(stored, broadcast_taps) + choose(stored, 0, DIVIDE_LATENCY);
 
   end function array_latency;

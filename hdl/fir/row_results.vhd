@@ -126,8 +126,10 @@ begin
 
     column_tag <= skew_tags((r + 1) * COLUMN_BITS - 1 downto r * COLUMN_BITS);
     begins     <= column_tag(PIXEL_BIT) and column_tag(FIRST_BIT);
-    line_now   <= token when begins = '1' else
-                  line_held;
+    -- A row takes the fields of its line with the token that begins it, and keeps them for the
+    -- band.
+    line_now <= token when begins = '1' else
+                line_held;
 
     hold_line : process (clk) is
     begin

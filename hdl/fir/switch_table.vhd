@@ -65,8 +65,10 @@ architecture rtl of switch_table is
 
       for p in 0 to MICRO_IMAGE_SIZE - 1 loop
 
+        -- Taps count from the far end: the shortest delay is the last tap.
         last := TAPS - 1 - first_delay(GEOMETRY, s, p);
 
+        -- M neighbouring taps, or one that is held.
         for i in 0 to closed_width(MICRO_IMAGE_SIZE, HOLD) - 1 loop
 
           switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
@@ -90,6 +92,7 @@ architecture rtl of switch_table is
 
   begin
 
+    -- Of many taps most are closed by a few phases only; those that none closes need no column.
     taps_used := (others => '0');
 
     for r in switches_t'range loop
@@ -115,6 +118,7 @@ architecture rtl of switch_table is
 
     count := 0;
 
+    -- A loop instead of a table, as it only runs at elaboration.
     for w in natural range 0 to TAPS - 1 loop
 
       if w < place and SWITCHED(w) = '1' then

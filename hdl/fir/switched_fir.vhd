@@ -146,6 +146,7 @@ architecture rtl of switched_fir is
 
   begin
 
+    -- Taps that keep nothing start from zero.
     sums := (others => 0);
 
     for w in 0 to KEPT - 1 loop
@@ -252,6 +253,7 @@ begin
 
   begin
 
+    -- A stream that goes on needs no memory: its sums are still in the register.
     held_word <= next_word when resume_now = '1' else
                  read_word;
 
@@ -263,6 +265,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- The slot waits for its sums to be written back at the place where they were read.
         slot_d1      <= slot_now;
         slot_d2      <= slot_d1;
         slot_d3      <= slot_d2;

@@ -43,6 +43,7 @@ architecture rtl of ahead_sum is
   constant HURRIED : boolean := not takes(LATENCY > bits_for(PIXELS_PER_CLOCK - 1) + 1,
                                           "ahead_sum: LATENCY must exceed the levels of the adders by 2 at least");
 
+  -- A tree of adders: log2 P levels, each with half of the sums of the one before.
   constant P      : positive := PIXELS_PER_CLOCK;
   constant LEVELS : positive := bits_for(P - 1);
 
@@ -53,6 +54,7 @@ architecture rtl of ahead_sum is
   ) return positive is
   begin
 
+    -- A sum of the pixels that it can hold never exceeds SUM_BITS, though a level's width would.
     if PIXEL_BITS + level > SUM_BITS then
       return SUM_BITS;
     end if;
@@ -127,6 +129,7 @@ begin
       active_at(1 to LEVELS) <= active_at(0 to LEVELS - 1);
       fresh_at(1 to LEVELS)  <= fresh_at(0 to LEVELS - 1);
 
+      -- What is gathered waits until its line begins.
       gathered_at(LEVELS + 2 to LATENCY) <= gathered_at(LEVELS + 1 to LATENCY - 1);
 
       -- The first token of a line replaces the sum instead of adding to it, so nothing has to be cleared between
@@ -135,6 +138,7 @@ begin
 
         for c in 0 to CHANNELS - 1 loop
 
+          -- Its own register is the first one of the delay, so the loop has one addition.
           before := (others => '0');
           if fresh_at(LEVELS) = '0' then
             before := unsigned(gathered_at(LEVELS + 1)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));

@@ -44,6 +44,7 @@ end entity bank_exchange;
 
 architecture rtl of bank_exchange is
 
+  -- With a fixed slice the geometry is that slice alone, and everything below becomes wires.
   constant GEOMETRY : geometry_t := slice_geometry(geometry_of("bank_exchange", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
                                                    FIXED_SLICE);
 
@@ -114,11 +115,13 @@ begin
 
       for r in 0 to BANKS - 1 loop
 
+        -- Filled up with the first bank, so that no entry is undefined.
         table(r) := (others => BANK_OF(0)(r));
         count    := 0;
 
         for s in 0 to SLICES - 1 loop
 
+          -- A bank that several slices take the word from is listed once.
           found := false;
 
           for i in 0 to BANKS - 1 loop
@@ -154,6 +157,7 @@ begin
 
         for r in 0 to BANKS - 1 loop
 
+          -- Code 0 is the first candidate, also where the list is filled up with it.
           table(s)(r) := 0;
 
           for i in 1 to BANKS - 1 loop
@@ -197,6 +201,7 @@ begin
 
           end loop;
 
+          -- By comparison with constants: no more candidates are wired than there are.
           for i in 0 to BANKS - 1 loop
 
             if codes(r) = i then

@@ -35,6 +35,8 @@ architecture rtl of column_memory is
 
 begin
 
+  -- The word is the register behind the adder, which holds until the next token: a loop of one
+  -- clock.
   one_column : if COLUMNS = 1 generate
     old_word <= word;
   end generate one_column;

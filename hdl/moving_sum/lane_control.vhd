@@ -67,6 +67,7 @@ end entity lane_control;
 
 architecture rtl of lane_control is
 
+  -- With a fixed slice the geometry is that slice alone.
   constant GEOMETRY : geometry_t := slice_geometry(geometry_of("lane_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
                                                    FIXED_SLICE);
 
@@ -116,6 +117,7 @@ architecture rtl of lane_control is
 
       end loop;
 
+      -- Only the pixels of the first DELAY tokens can come before output 0.
       for i in 0 to DELAY * P - 1 loop
 
         if is_ahead(GEOMETRY, s, i, held) then
@@ -143,6 +145,7 @@ architecture rtl of lane_control is
 
   begin
 
+    -- With one slice the table has only its words, and the number has no bits that count.
     if SLICES = 1 then
       word := table(count);
     else
@@ -161,6 +164,7 @@ architecture rtl of lane_control is
 
   begin
 
+    -- Modulo the places by one comparison: a token goes less than once round.
     behind := position;
 
     if position.place + TOKEN_STEPS >= PLACES then
@@ -228,10 +232,12 @@ begin
   read_place_1  <= due.place;
   read_row_1    <= due.row;
   read_rows_1   <= due_rows;
-  end_place_1   <= following.place when same = '1' else
-                   ended.place;
-  end_row_1     <= following.row when same = '1' else
-                   ended.row;
+  -- Of two lines under way the outputs' own one counts: it goes on, or it has ended where the newer
+  -- one began.
+  end_place_1 <= following.place when same = '1' else
+                 ended.place;
+  end_row_1   <= following.row when same = '1' else
+                 ended.row;
 
   count_tokens : process (clk) is
 
@@ -246,14 +252,18 @@ begin
         own_first <= first;
         own_live  <= live;
         now       := following;
+        -- A line begins at bank 0 of a row of its own, so a pixel's bank follows from its column
+        -- alone.
         if first = '1' then
           now.place := 0;
           now.row   := following.row + 1;
           line_row  <= now.row;
+          -- The line before has got its last pixel.
           ended     <= following;
           own_slice <= slice;
           own_count <= 0;
         elsif own_count < DELAY then
+          -- Counted no further than the masks look.
           own_count <= own_count + 1;
         end if;
         own <= now;
@@ -270,6 +280,7 @@ begin
           due_slice <= unsigned(due_tag(due_tag'high downto 1));
           due.place <= 0;
           due.row   <= line_row;
+          -- Without delay the line that begins is the one whose output is due.
           if first = '1' then
             due.row <= now.row;
           end if;
@@ -281,6 +292,7 @@ begin
           if then_due.row /= due.row and due_rows < MOST_ROWS then
             due_rows <= due_rows + 1;
           end if;
+          -- A newer line comes in while this one's outputs still leave.
           if first = '1' then
             same <= '0';
           end if;

@@ -72,6 +72,7 @@ architecture rtl of lane_stage is
   constant DIFFERENT : positive := 6 + choose(SLICES > 1, 1, 0);
   constant SUMMED    : positive := DIFFERENT + LEVELS;
 
+  -- Rows of a bank, rows that are counted from output 0 on, and whether any slice holds outputs.
   constant ROW_BITS  : positive := bits_for(bank_rows(GEOMETRY, P) - 1);
   constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
   constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
@@ -97,6 +98,7 @@ architecture rtl of lane_stage is
 
   begin
 
+    -- Places that no slice has count as beginning a group: what they hold is not shown.
     table := (others => (others => '1'));
 
     for s in 0 to SLICES - 1 loop
@@ -123,6 +125,7 @@ architecture rtl of lane_stage is
 
   type begins_list_t is array (natural range <>) of lanes_t;
 
+  -- For each token the places of its outputs that begin a group.
   -- The token begins a line, whose slice is read with it.
   signal first : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
@@ -161,6 +164,8 @@ begin
   slice <= (others => '0') when SLICES = 1 else
            token.slice(SLICE_BITS - 1 downto 0);
 
+  -- It says where a token's pixels go and which outputs are due; all below follows it a fixed
+  -- number of clocks later.
   control : entity work.lane_control
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -194,6 +199,7 @@ begin
       end_row_1     => end_row_1
     );
 
+  -- As long as the control takes.
   take_pixels : process (clk) is
   begin
 
@@ -203,6 +209,8 @@ begin
 
   end process take_pixels;
 
+  -- For each output the pixel that enters less the one that leaves, of the line that the output
+  -- belongs to.
   banks : entity work.pixel_banks
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -306,6 +314,7 @@ begin
 
   end process delay_flags;
 
+  -- Without groups every output is a sum of its own.
   no_groups : if not HOLDING generate
     begins_at(SUMMED) <= (others => '1');
   end generate no_groups;
@@ -339,6 +348,7 @@ begin
 
   end generate groups;
 
+  -- From here on the differences are sums again; what began before the line comes in beside.
   prefix : entity work.prefix_sums
     generic map (
       PIXELS_PER_CLOCK => P,

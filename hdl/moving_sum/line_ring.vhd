@@ -84,6 +84,7 @@ architecture rtl of line_ring is
   subtype address_t is unsigned(WORD_BITS - 1 downto 0);
 
   -- By phase.
+  -- A power of two, so that slice and phase side by side are an index.
   constant SLICE_STEP : positive := phase_words(M);
 
   type places_t is array (natural range 0 to SLICE_STEP - 1) of place_t;
@@ -102,6 +103,8 @@ architecture rtl of line_ring is
 
   begin
 
+    -- Phases beyond M do not come; 1 keeps the table's words from being all zeros (see
+    -- table_words).
     table := (others => 1);
 
     for v in 0 to M - 1 loop
@@ -131,6 +134,7 @@ architecture rtl of line_ring is
 
       table(v) := 0;
 
+      -- A phase without a ring needs no lines and no base.
       if RING_OF(v) > 0 then
         table(v) := before / BANKS;
         before   := before + RING_OF(v);
@@ -163,6 +167,8 @@ architecture rtl of line_ring is
         if ring > 0 then
           table(s * SLICE_STEP + v) := ring;
 
+          -- The line with that index counted in lines of its phase, and the places of the ring it
+          -- is behind.
           if index >= 0 then
             table(s * SLICE_STEP + v) := index / M mod ring + 1;
           end if;
@@ -187,6 +193,7 @@ architecture rtl of line_ring is
   ) return place_t is
   begin
 
+    -- A modulo by one subtraction: both are below twice the ring.
     if ring = 0 then
       return 0;
     elsif place + lines >= ring then
@@ -236,6 +243,7 @@ architecture rtl of line_ring is
 
   begin
 
+    -- Ones instead of zeros in words without a meaning, see table_words.
     table    := (others => (others => '1'));
     table(0) := (others => '0');
 
@@ -299,6 +307,8 @@ architecture rtl of line_ring is
 
 begin
 
+  -- The places of a ring are read and moved on once a line, so all its clocks are those of the
+  -- token that begins it.
   find_lines : process (clk) is
 
     variable next_own   : place_t;
@@ -342,6 +352,8 @@ begin
           if v = phase_2 and live_2 = '1' then
             write_place(v) <= next_own;
           end if;
+          -- With output 0 the first line that enters is found from where its frame began in each
+          -- ring.
           if take_2 = '1' then
             enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(SLICES, M, slice_1, v)), RING_OF(v));
           end if;
@@ -352,6 +364,8 @@ begin
 
       -- 3: the next line of that phase will enter.
       next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3));
+      -- Only if a line has entered: one that would lie before its frame has no place. With output 0
+      -- the places have just been set.
       if step_3 = '1' and moves_3 = '1' and take_3 = '0' then
 
         for v in 0 to M - 1 loop
@@ -405,6 +419,7 @@ begin
 
       end loop;
 
+      -- The bank that holds the entering pixel is known when the words come.
       enter_bank_5 <= enter_bank_4;
       enter_bank_6 <= enter_bank_5;
       enter_bank_7 <= enter_bank_6;
@@ -413,12 +428,14 @@ begin
 
   end process find_pixels;
 
+  -- Where every pixel enters with its own line there is no ring, and no memory.
   bank : for b in 0 to choose(ALL_LINES = 0, 0, BANKS) - 1 generate
 
     signal write_enable : std_logic;
 
   begin
 
+    -- The word goes to the bank whose turn it is in its ring.
     write_enable <= active_5 and stored_5 when own_bank_5 = b else
                     '0';
 
@@ -444,6 +461,7 @@ begin
     leaving_8  <= (others => '0');
   end generate one_bank;
 
+  -- What enters is in one bank, so what leaves is in the other.
   two_banks : if LEAVING generate
     entering_8 <= bank_words(enter_bank_8);
     leaving_8  <= bank_words(1 - enter_bank_8);

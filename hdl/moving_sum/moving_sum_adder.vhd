@@ -54,6 +54,7 @@ end entity moving_sum_adder;
 
 architecture rtl of moving_sum_adder is
 
+  -- All lanes in one word, as they come from one memory.
   constant SUMS_BITS : positive := LANES * SUM_BITS;
 
   subtype sums_t is std_logic_vector(SUMS_BITS - 1 downto 0);

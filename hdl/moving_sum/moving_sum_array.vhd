@@ -101,6 +101,7 @@ architecture rtl of moving_sum_array is
   constant LANES      : positive := P * CHANNELS;
   constant LAST_STAGE : positive := 2 * PASSES - 1;
 
+  -- Exact sums filter columns first, stored products rows.
   -- Whether a stage filters columns.
   function filters_columns (
     stage : natural
@@ -129,6 +130,7 @@ begin
 
   token_at(0) <= token;
 
+  -- Pixels behind a line's end are zeros from here on, so no stage need know where it ends.
   data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
   every_stage : for i in 0 to LAST_STAGE generate
@@ -177,6 +179,7 @@ begin
 
     begin
 
+      -- Behind each stage again: its sums go on beyond the end.
       data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1), line_end);
 
       stage : entity work.lane_stage
@@ -232,6 +235,7 @@ begin
 
   end generate sharp;
 
+  -- What result_scaler needs of the token.
   summed <= result_of(last_token);
 
   scale : entity work.result_scaler

@@ -71,6 +71,7 @@ architecture rtl of moving_sum_control is
   constant OTHER_REACH   : boolean := not takes(REACHED = reach(GEOMETRY),
                                                 "moving_sum_control: REACHED must be reach of the others");
 
+  -- Steps from a pixel to the output of the same index; words of a phase in the tables.
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant SLICES : positive := GEOMETRY.slices;
   constant DELAY  : natural  := GEOMETRY.output_delay;
@@ -104,6 +105,7 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    -- REACHED + 1 is never a count that is compared, so it stands for none.
     table := (others => REACHED + 1);
 
     for s in 0 to SLICES - 1 loop
@@ -176,6 +178,7 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    -- 1 and 2 for no and yes: words without a meaning must not be zeros (see table_words).
     table := (others => 1);
 
     for s in 0 to SLICES - 1 loop
@@ -266,6 +269,8 @@ architecture rtl of moving_sum_control is
 
 begin
 
+  -- The step and its slice wait as one word for DELAY steps: what comes out says when output 0 is
+  -- due, and of which slice.
   tag <= std_logic_vector(slice) & (first and advance);
 
   find_due : entity work.tag_delay
@@ -321,22 +326,27 @@ begin
         if due_now = '1' then
           due_phase <= 0;
           due_count <= DELAY;
+          -- The slice of a line holds for its outputs, even when a newer line has another one.
           due_slice <= unsigned(due_tag(due_tag'high downto 1));
         else
           due_phase <= next_phase(due_phase);
           due_count <= next_count(due_count);
         end if;
+        -- Outputs and pixels are of one line from its output 0 on, until a newer line begins.
         if due_now = '1' then
           same <= '1';
         elsif first = '1' then
           same <= '0';
         end if;
+        -- The end of the outputs' line: as the pixels' while both are one, then counted on by
+        -- itself.
         if due_now = '1' or (same = '1' and first = '0') then
           due_ended <= now_ended;
         else
           due_ended <= next_count(due_ended);
         end if;
       end if;
+      -- As if all lines had ended long ago: nothing of before enters a sum.
       if reset = '1' then
         step_now  <= '0';
         same      <= '0';
@@ -372,13 +382,14 @@ begin
       own_first_2    <= own_first;
       due_count_2    <= due_count;
       due_ended_2    <= due_ended;
-      left_count_2   <= due_count - M;
-      left_ended_2   <= due_ended - M;
-      due_first_2    <= due_first;
-      enter_phase_2  <= PHASE_OF(row);
-      age_2          <= AGE_OF(row);
-      update_2       <= to_logic(BEGINS(row) = 2);
-      clear_2        <= to_logic(CLEARS(row) = 2);
+      -- Prepared, so that only a comparison is left when the age is known.
+      left_count_2  <= due_count - M;
+      left_ended_2  <= due_ended - M;
+      due_first_2   <= due_first;
+      enter_phase_2 <= PHASE_OF(row);
+      age_2         <= AGE_OF(row);
+      update_2      <= to_logic(BEGINS(row) = 2);
+      clear_2       <= to_logic(CLEARS(row) = 2);
     end if;
 
   end process look_up;
@@ -387,9 +398,13 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Pixels enter from the line's first one on, also behind its end, where they count as zero:
+      -- the places in memory move on alike.
       moves_3 <= to_logic(age_2 <= due_count_2);
       age_3   <= age_2;
 
+      -- A pixel's index is the count less its age: not before the line's begin (count), nor behind
+      -- its end (ended).
       choice_3 <=
       (
         enter     => to_logic(age_2 <= due_count_2 and age_2 >= due_ended_2),
@@ -397,6 +412,8 @@ begin
         leave     => to_logic(age_2 <= left_count_2 and age_2 >= left_ended_2)
       );
 
+      -- An output is due as long as its index belongs to the line: up to DELAY steps behind the last
+      -- pixel.
       command_3 <=
       (
         fresh    => own_first_2,

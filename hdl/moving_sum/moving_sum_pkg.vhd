@@ -114,6 +114,8 @@ package body moving_sum_pkg is
     oldest := oldest_entering(geometry, phase);
 
     -- The first line of a frame may come early, that of phase v by M-1-v lines at most.
+    -- Where frames have multiples of M lines, the lines of a phase are M apart across frames, too;
+    -- otherwise one may come early.
     if any_rows and (oldest > 0 or pixels_leave(geometry)) then
       oldest := oldest + geometry.micro_image_size - 1 - phase;
     end if;
@@ -142,6 +144,7 @@ package body moving_sum_pkg is
 
   begin
 
+    -- The rings lie one behind the other in the banks, so this is also where a ring begins.
     lines := 0;
 
     for v in 0 to phase - 1 loop
@@ -233,6 +236,7 @@ package body moving_sum_pkg is
   begin
 
     -- The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+    -- Three of the control, two for the addresses, two for the words, three for the sums.
     return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 
   end function sum_stage_latency;

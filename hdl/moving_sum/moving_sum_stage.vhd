@@ -86,6 +86,8 @@ architecture rtl of moving_sum_stage is
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
   constant SLICE_BITS   : positive := bits_for(GEOMETRY.slices - 1);
 
+  -- Ages come from a table and are compared a clock later: pixels wait so long in front of the
+  -- memory.
   -- Clocks from a token to the addresses of the memory, and to its words.
   constant ADDRESSED : positive := 5;
   constant READ      : positive := ADDRESSED + choose(DEPTH > 1, 3, 2);
@@ -225,6 +227,8 @@ begin
   -- What a token does.
 
   row_tokens : if not COLUMNS generate
+    -- For rows every token is a step. For columns a line is, and begins with its first token; a
+    -- frame takes the place of a line.
     pixel <= '1';
     step  <= token.strobe;
     first <= begins_line(token);
@@ -273,6 +277,7 @@ begin
 
   step_at(0)   <= step;
   active_at(0) <= token.strobe and pixel;
+  -- The column is counted three clocks behind the token, where the memory of the sums is asked.
   column_at(3) <= (others => '0') when step_at(3) = '1' else
                   column_at(4) + 1 when active_at(3) = '1' else
                   column_at(4);
@@ -355,6 +360,7 @@ begin
   end generate many_columns;
 
   -- The pixel that enters with the token that brings it is not in the memory yet, so it comes past it.
+  -- Chosen in front of the adder's register: a pixel that neither enters nor leaves counts as zero.
   entering <= (others => '0') when choice_at(READ).enter = '0' else
               pixels_at(READ) when choice_at(READ).enter_now = '1' else
               read_enter;

@@ -62,12 +62,14 @@ architecture rtl of pixel_banks is
   constant GEOMETRY : geometry_t := slice_geometry(geometry_of("pixel_banks", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
                                                    FIXED_SLICE);
 
-  constant M       : positive := MICRO_IMAGE_SIZE;
-  constant P       : positive := PIXELS_PER_CLOCK;
-  constant SLICES  : positive := GEOMETRY.slices;
-  constant BANKS   : positive := bank_count(M, P);
-  constant STEP    : positive := bank_step(M, P);
-  constant PLACES  : positive := token_places(M, P);
+  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant P      : positive := PIXELS_PER_CLOCK;
+  constant SLICES : positive := GEOMETRY.slices;
+  constant BANKS  : positive := bank_count(M, P);
+  constant STEP   : positive := bank_step(M, P);
+  constant PLACES : positive := token_places(M, P);
+  -- How far from the output's own row the pixels of its places can lie, what leaves and the next
+  -- row included.
   constant LOWEST  : integer  := -larger(1 - lowest_row(GEOMETRY, P), 1);
   constant HIGHEST : integer  := larger(highest_row(GEOMETRY, P) + 1, 1);
   constant WIDTH   : positive := CHANNELS * PIXEL_BITS;
@@ -120,6 +122,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
+        -- The inverse of bank_exchange's table: a bank is read for one place only.
         table(s)(entering_bank(GEOMETRY, P, s, r)) := r;
 
       end loop;
@@ -166,6 +169,9 @@ architecture rtl of pixel_banks is
   ) return std_logic is
   begin
 
+    -- Behind the begin: the row is not before the line's first one, in which it begins at bank 0.
+    -- Before the end: in an earlier row than that of the last pixel, or in the same one at an
+    -- earlier bank.
     if rows + distance >= 0 and (distance < ahead or (distance = ahead and bank < end_place)) then
       return '1';
     end if;
@@ -180,6 +186,7 @@ architecture rtl of pixel_banks is
   ) return row_t is
   begin
 
+    -- Rows wrap round, as the memories do.
     return unsigned(signed(row) + to_signed(distance, ROW_BITS));
 
   end function moved;
@@ -221,12 +228,14 @@ begin
   --------------------------------------------------------------------------------------------------
   -- A token's pixels into their banks.
 
+  -- With more banks than pixels the others get nothing: their writes are off.
   padded_1(P * WIDTH - 1 downto 0) <= pixels_1;
 
   no_pixels : if BANKS > P generate
     padded_1(BANKS * WIDTH - 1 downto P * WIDTH) <= (others => '0');
   end generate no_pixels;
 
+  -- Turned to the right by the token's place, which is to the left by the rest.
   write_turn <= 0 when write_place_1 = 0 else
                 PLACES - write_place_1;
 
@@ -257,11 +266,13 @@ begin
       next_row_2 <= write_row_1 + 1;
       read_row_2 <= read_row_1;
       rows_2     <= read_rows_1;
-      ahead_2    <= to_integer(end_row_1 - read_row_1);
-      end_2      <= STEP * end_place_1;
+      -- Rows from the output to the newest pixel; modulo the memory, which holds them all.
+      ahead_2 <= to_integer(end_row_1 - read_row_1);
+      end_2   <= STEP * end_place_1;
 
       for b in 0 to BANKS - 1 loop
 
+        -- A token's pixels lie in P banks from its place on, round the end into the next row.
         writes_2(b)  <= '0';
         wrapped_2(b) <= '0';
         if STEP * write_place_1 > b then
@@ -273,6 +284,7 @@ begin
           writes_2(b) <= write_1;
         end if;
 
+        -- The slice of the outputs is the older line's, so the tables are asked with read_slice.
         place    := PLACE_OF(0)(b);
         distance := ROW_OF(0)(b);
 
@@ -299,7 +311,8 @@ begin
         distance       := distance_2(b);
         enter_row_3(b) <= moved(read_row_2, distance);
         enters_3(b)    <= in_line(distance, rows_2, ahead_2, b, end_2);
-        bank           := (b + BANKS - M) mod BANKS;
+        -- A pixel M before lies in the bank that is M lower, round the end in the row before.
+        bank := (b + BANKS - M) mod BANKS;
         if b < M then
           distance := distance - 1;
         end if;
@@ -324,9 +337,11 @@ begin
 
   begin
 
+    -- The part of a token that goes round the end lies one row further.
     write_row <= next_row_2 when wrapped_2(b) = '1' else
                  row_2;
 
+    -- Two memories with the same pixels: one is read for what enters, one for what leaves.
     entering_pixels : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => WIDTH,
@@ -366,7 +381,7 @@ begin
     begin
 
       if rising_edge(clk) then
-
+        -- Outside of the line a pixel counts as zero, whatever the memory still holds there.
         for c in 0 to CHANNELS - 1 loop
 
           entering := (others => '0');
@@ -377,6 +392,7 @@ begin
           if leaves_4(b) = '1' then
             leaving := unsigned(leave_4(LEFT)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
           end if;
+          -- Signed, in two's complement, so the prefix sums need not know the sign.
           difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);
 
           change_5((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <= std_logic_vector(difference);
@@ -437,6 +453,7 @@ begin
       rotated  => turned
     );
 
+  -- Banks beyond P have no output.
   give : process (clk) is
   begin
 

@@ -39,6 +39,7 @@ end entity pixel_ring;
 
 architecture rtl of pixel_ring is
 
+  -- The ring has a power of two of words, so its addresses wrap round by themselves.
   constant M            : positive := MICRO_IMAGE_SIZE;
   constant ADDRESS_BITS : positive := bits_for(REACHED);
 
@@ -55,12 +56,14 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The age comes a clock before it is used, as it stands behind a comparison.
       age_at <= age;
       if active = '1' then
         write_address <= write_address + 1;
         enter_address <= write_address + 1 - to_unsigned(age_at, ADDRESS_BITS);
         leave_address <= write_address + 1 - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
       else
+        -- Without a token the newest place stays, and so do the pixels that are looked at.
         enter_address <= write_address - to_unsigned(age_at, ADDRESS_BITS);
         leave_address <= write_address - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
       end if;
@@ -82,6 +85,7 @@ begin
       read_data     => entering
     );
 
+  -- A copy of the ring, as each memory has one read port.
   pixels_leave_again : if WITH_LEAVING generate
 
     leaving_pixels : entity work.ram_simple_dual_port

@@ -68,6 +68,7 @@ architecture rtl of prefix_sums is
 
   begin
 
+    -- A bit more first, so that resizing keeps the sign.
     bits := resize(signed(difference), difference'length + 1);
 
     if SUM_BITS <= difference'length then
@@ -93,7 +94,8 @@ begin
     begin
 
       if rising_edge(clk) then
-
+        -- The last place of a block holds its sum, so each place of the block above needs one
+        -- addition.
         for j in 0 to P - 1 loop
 
           for c in 0 to CHANNELS - 1 loop
@@ -115,6 +117,7 @@ begin
 
   end generate every_level;
 
+  -- Only the last sum of a token is needed for the next, so the loop has one adder whatever P is.
   carry : process (clk) is
 
     variable before : sum_t;
@@ -127,6 +130,7 @@ begin
         for c in 0 to CHANNELS - 1 loop
 
           before := running((P - 1) * CHANNELS + c);
+          -- A line begins: the sum that was collected beside takes the place of the old line's.
           if take = '1' then
             before := unsigned(ahead((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
           end if;
@@ -175,7 +179,8 @@ begin
         begins_late <= begins;
         held_late   <= held;
 
-        -- The sum of the last place up to each that begins a group.
+        -- For each place the sum of the last place up to it that begins a group: a search by
+        -- halves, in log2 P steps.
         found  := begins_late;
         values := running;
 
@@ -199,6 +204,8 @@ begin
 
         end loop;
 
+        -- Places in front of the first group of the token belong to one that began before: in this
+        -- line, or before it.
         if active_late = '1' then
 
           for j in 0 to P - 1 loop

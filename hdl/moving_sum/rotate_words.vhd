@@ -31,6 +31,7 @@ end entity rotate_words;
 
 architecture rtl of rotate_words is
 
+  -- A multiplexer of two for each bit of the amount, so log2 levels instead of one choice of all.
   constant AMOUNT_BITS : positive := bits_for(larger(WORDS / STEP - 1, 1));
 
   type levels_t is array (natural range 0 to AMOUNT_BITS) of std_logic_vector(WORDS * WIDTH - 1 downto 0);

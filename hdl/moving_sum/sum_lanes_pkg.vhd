@@ -256,12 +256,12 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- A line memory has two columns at least.
     if pixels = 1 then
       return columns;
     end if;
 
-    -- One column would be a wire back to itself, a clock too fast for its sum.
+    -- A line memory has two columns at least: one would be a wire back to itself, a clock too fast
+    -- for its sum.
     return larger(divide_up(columns, pixels), 2);
 
   end function line_tokens;

@@ -147,11 +147,12 @@ package body sum_schedule_pkg is
 
   begin
 
+    -- The newest place in the sum with this output.
     place := output_phase + centre_offset(geometry, slice) + group_size(geometry, slice) - 1;
     found := 0;
 
-    -- A search, as it is run at elaboration alone: the re-ordering has an inverse, but no simple one.
-
+    -- A search, as it is run at elaboration alone: the re-ordering has an inverse, but no simple
+    -- one.
     for v in 0 to M - 1 loop
 
       if (v * geometry.shifts(slice) + place_in_group(geometry, slice, v) - place) mod M = 0 then
@@ -185,6 +186,7 @@ package body sum_schedule_pkg is
   ) return natural is
   begin
 
+    -- The delay is what the earliest pixel needs to have come: with it no age is negative.
     return geometry.output_delay + own_entering_age(geometry, slice, phase);
 
   end function entering_age;
@@ -353,6 +355,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
+      -- One slice of the set is enough: the sum of the first place is kept for all.
       if not begins_group(geometry, i, 0) then
         return true;
       end if;

@@ -63,6 +63,7 @@ architecture rtl of dphy_input is
 
   -- Names that the block's parameters have.
 
+  -- Number of lanes, and whether the clock lane goes on between bursts.
   function lanes_text return string is
   begin
 
@@ -154,6 +155,7 @@ begin
 
   end process divide;
 
+  -- As a receiver of CSI-2, with the block's own handling of low power.
   -- What is not named here sends, or belongs to the PLL or the register port: its inputs rest at their defaults.
   block_itself : component dphy
     generic map (

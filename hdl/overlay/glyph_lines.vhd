@@ -104,6 +104,8 @@ architecture rtl of glyph_lines is
 
     made := (others => (others => '0'));
 
+    -- Glyph after glyph, each with its lines from the top: character and line side by side are the
+    -- address.
     for i in 0 to GLYPHS * GLYPH_ROWS - 1 loop
 
       made(i) := hex_byte(FONT, 2 * i);

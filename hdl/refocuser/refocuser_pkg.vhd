@@ -81,6 +81,8 @@ package body refocuser_pkg is
 
   begin
 
+    -- In this order: what the engine cannot do at all, then sizes, then what its memories hold.
+    -- Each message names what to change.
     assert same_text(engine, "fir") or same_text(engine, "moving_sum")
       report name & ": unknown ENGINE " & engine & ", expected fir or moving_sum"
       severity failure;
@@ -98,6 +100,7 @@ package body refocuser_pkg is
       report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
       severity failure;
 
+    -- What is common to both engines.
     fits := takes_columns(name, max_columns) and takes_arithmetic(name, arithmetic) and
             takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows) and
             takes_border(name, normalised, arithmetic.exact, parallel_rows, sharpens(sharpening));
@@ -119,6 +122,7 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
+    -- Two constants of the entities themselves, so that a latency has one home.
     if same_text(engine, "moving_sum") then
       return sum_array_latency(stored, order);
     end if;
@@ -157,6 +161,8 @@ package body refocuser_pkg is
       return least_frame(geometry, order, any_rows);
     end if;
 
+    -- Filters have no state between frames: partial sums of the one before are cut off, so any
+    -- number of bands will do.
     return 1;
 
   end function engine_frame_bands;

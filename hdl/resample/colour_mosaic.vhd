@@ -60,6 +60,7 @@ architecture rtl of colour_mosaic is
 
 begin
 
+  -- The mosaic has no slices: of the order only the size counts.
   order   <= (columns, rows, x"00", '0', x"00");
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 

@@ -56,11 +56,13 @@ architecture rtl of hexagonal_rows is
   constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant LAST_PIXEL : natural  := MICRO_IMAGE_SIZE - 1;
   constant PIXEL_ADDR : positive := bits_for(larger(LAST_PIXEL, 1));
-  constant FIFO_BITS  : positive := 4;
+  -- Room for what is under way between a read and the output, and for a sink that pauses.
+  constant FIFO_BITS : positive := 4;
   -- Clocks from a pixel that is read to its place in the output buffer.
   constant READ_LATENCY : positive := 5;
 
-  -- Lenses are numbered on and on.
+  -- Lenses are numbered on and on; of the number only differences below eight count, so four bits
+  -- are enough.
   subtype number_t is signed(3 downto 0);
 
   subtype pixel_index_t is natural range 0 to larger(LAST_PIXEL, 1);
@@ -123,7 +125,7 @@ architecture rtl of hexagonal_rows is
 
 begin
 
-  -- In: four lenses at most.
+  -- In: four lenses at most, from the left one of those that are read on. Two are read, two arrive.
   take      <= '1' when in_valid = '1' and written - left_lens < 4 else
                '0';
   in_ready  <= '1' when written - left_lens < 4 else
@@ -133,6 +135,7 @@ begin
   in_bank   <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
 
   -- Out: the lens to the left of the micro image, and the one to the right.
+  -- The whole part of the place says how many lenses behind the line's first one.
   left_lens  <= line_base + place(FRACTION_BITS + number_t'length - 1 downto FRACTION_BITS);
   right_lens <= left_lens + 1;
   issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
@@ -142,6 +145,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Even and odd lenses go to their own memory, pixel after pixel.
       if take = '1' then
         if in_pixel = LAST_PIXEL then
           in_pixel <= 0;
@@ -150,6 +154,7 @@ begin
           in_pixel <= in_pixel + 1;
         end if;
         if in_pixel = 0 then
+          -- Noted with a lens's first pixel: the line that begins with this lens begins a frame.
           firsts(to_integer(unsigned(written(2 downto 0)))) <= in_first;
         end if;
       end if;
@@ -166,10 +171,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A line begins as soon as its first lens is there.
+      -- A line begins as soon as its first lens is there. Registers are read here and not earlier: the frame before
+      -- may still be read until its last line has gone out.
       if starts_line = '1' and written - line_base >= 1 then
         starts_line  <= '0';
         starts_frame <= firsts(to_integer(unsigned(line_base(2 downto 0))));
+        -- The first line of a frame takes what the registers say; the next ones keep it.
         if firsts(to_integer(unsigned(line_base(2 downto 0)))) = '1' then
           outputs_left <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
           outputs      <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
@@ -182,6 +189,7 @@ begin
           row_odd      <= '0';
         else
           outputs_left <= outputs;
+          -- In odd rows the lenses lie half a pitch off, so the first micro image has another place between them.
           if row_odd = '0' then
             place <= place_even;
           else
@@ -195,8 +203,9 @@ begin
       valid_at(1) <= '0';
       first_at(1) <= '0';
       last_at(1)  <= '0';
-      even_bank   <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
-      odd_bank    <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      -- Both memories are asked at once. The even one has the left lens, or, where that is odd, the right one.
+      even_bank <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      odd_bank  <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       if left_lens(0) = '1' then
         even_bank <= right_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       end if;
@@ -212,9 +221,11 @@ begin
         first_at(1)  <= starts_frame;
         starts_frame <= '0';
         if out_pixel = LAST_PIXEL then
-          out_pixel    <= 0;
+          out_pixel <= 0;
+          -- Behind the last pixel of a micro image the place moves on by a step.
           place        <= place + step;
           outputs_left <= outputs_left - 1;
+          -- The line has all its micro images: the next one begins as many lenses further on.
           if outputs_left = 1 then
             last_at(1)  <= '1';
             starts_line <= '1';
@@ -232,13 +243,14 @@ begin
         end if;
       end if;
 
-      -- Room in the output buffer.
+      -- Room in the output buffer. One that is read and one that leaves in the same clock change nothing.
       if issue = '1' and not (out_valid = '1' and m_axis_tready = '1') then
         room <= room - 1;
       elsif issue = '0' and out_valid = '1' and m_axis_tready = '1' then
         room <= room + 1;
       end if;
 
+      -- The registers of the frame need no reset: the first lens behind it is the first of a frame.
       if reset = '1' then
         line_base   <= (others => '0');
         place       <= (others => '0');
@@ -292,6 +304,7 @@ begin
 
   begin
 
+    -- Which memory holds the left lens was known when it was read.
     left_value  <= unsigned(even_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
                    unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
     right_value <= unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
@@ -305,12 +318,15 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- One product instead of two: left + w (right - left).
         difference := signed('0' & right_value) - signed('0' & left_value);
         part       <= difference * signed('0' & weight_3);
         left_late  <= left_value;
 
+        -- Clock 2: the left value, as far up as the product, and the half that rounds.
         sum := resize(unsigned(signed("00" & left_late & to_unsigned(0, WEIGHT_BITS)) + part), SUM_BITS + 1);
         sum := shift_right(sum + 2 ** (WEIGHT_BITS + GUARD_BITS - 1), WEIGHT_BITS + GUARD_BITS);
+        -- Values above full scale come from gains.
         if sum >= 2 ** PIXEL_BITS then
           blended((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= (others => '1');
         else

@@ -65,10 +65,13 @@ architecture rtl of lens_registers is
 
   end function other_than;
 
-  signal newest      : bank_t                            := "00";
-  signal used        : bank_t                            := "00";
-  signal writing     : bank_t                            := "01";
-  signal written     : written_t                         := (others => '0');
+  -- Bank of the newest calibration, of the frame on work, and the one that is written; registers
+  -- written into it so far.
+  signal newest  : bank_t    := "00";
+  signal used    : bank_t    := "00";
+  signal writing : bank_t    := "01";
+  signal written : written_t := (others => '0');
+  -- The copy: how many are out, and the memory's word.
   signal count       : natural range 0 to REGISTER_COUNT := 0;
   signal write_now   : std_logic;
   signal number      : unsigned(NUMBER_BITS - 1 downto 0);

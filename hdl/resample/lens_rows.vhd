@@ -121,6 +121,7 @@ architecture rtl of lens_rows is
   signal keep_now  : place_t   := (others => '0');
   signal offered   : std_logic := '0';
 
+  -- The whole part of a position: a line of the sensor.
   function whole (
     position : std_logic_vector
   ) return place_t is
@@ -168,11 +169,14 @@ begin
   line_valid     <= offered;
   fault          <= given_up or incomplete;
 
-  copy     <= '1' when state = fetch else
-              '0';
+  copy <= '1' when state = fetch else
+          '0';
+  -- What a grid must have: at least a row, and in each as many lenses as the rows' interpolation
+  -- needs.
   possible <= '1' when size_fits = '1' and unsigned(held(REGISTER_LENSES)(15 downto 0)) /= 0 and
                        unsigned(held(REGISTER_LENSES)(31 downto 16)) >= LEAST_LENSES else
               '0';
+  -- The last line of the row of lenses; its last row.
   row_ends <= '1' when line_index = MICRO_IMAGE_SIZE - 1 else
               '0';
   last_row <= '1' when row_index + 1 = signed(held(REGISTER_LENSES)(15 downto 0)) else
@@ -201,6 +205,7 @@ begin
         waiting_columns <= signed(columns);
         waiting_rows    <= signed(rows);
       end if;
+      -- Taken with the frame: until then the size is that of a frame that may still be on work.
       if state = idle and ring.frame_waits = '1' then
         bottom_line <= waiting_rows - 1;
         last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
@@ -222,6 +227,7 @@ begin
 
         when idle =>
 
+          -- Without a frame the whole ring may be overwritten; one that waits is kept from its first line on.
           if ring.frame_waits = '1' then
             base_now <= ring.frame_base;
             keep_now <= ring.frame_base;
@@ -241,6 +247,7 @@ begin
 
         when start =>
 
+          -- No raster can be made of it: the frame is left out, and the next one is tried.
           state <= borders;
           if possible = '0' then
             given_up <= '1';
@@ -259,6 +266,7 @@ begin
         when check =>
 
           state <= wait_lines;
+          -- Kept and needed are the first and the last raw line; the ring holds LINES from one to the other.
           if needed - kept >= LINES then
             given_up <= '1';
             state    <= finish;
@@ -313,6 +321,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- A frame begins with its grid's first lens.
       if state = start then
         y            <= signed(held(REGISTER_ORIGIN_Y));
         x            <= signed(held(REGISTER_ORIGIN_X));
@@ -322,10 +331,13 @@ begin
         first_line   <= '1';
         line_index   <= 0;
         line_profile <= (others => '0');
-        gap          <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
-        stride       <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
+        -- The pitch of rows varies where they are staggered: the ring must serve the smaller one
+        -- and the larger one.
+        gap    <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
+        stride <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
       elsif state = offer and line_taken = '1' then
         first_line <= '0';
+        -- The next row of lenses, which lies a step further on: alternately by one of two.
         if row_ends = '1' then
           line_index   <= 0;
           line_profile <= (others => '0');
@@ -340,6 +352,7 @@ begin
             x <= x + signed(held(REGISTER_DOWN_ODD_X));
           end if;
         else
+          -- The next line of the same lenses: their profile goes on by a line.
           line_index   <= line_index + 1;
           line_profile <= line_profile + MICRO_IMAGE_SIZE;
         end if;
@@ -360,6 +373,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- A line further down in the micro image, whatever the row's rotation: micro images are
+      -- sampled along the sensor's own axes.
       raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
       raster_line.x       <= x;
       raster_line.lens    <= row_lens;

@@ -52,11 +52,12 @@ end entity lens_samples;
 
 architecture rtl of lens_samples is
 
-  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
-  constant POSITION     : positive := 16 + WEIGHT_BITS;
-  constant SAMPLE_BITS  : positive := PIXEL_BITS + GUARD_BITS;
-  constant VALUE_BITS   : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
-  constant GAIN_WIDTH   : positive := GAIN_BITS + GAIN_INTEGER_BITS;
+  constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
+  constant POSITION    : positive := 16 + WEIGHT_BITS;
+  constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
+  constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+  constant GAIN_WIDTH  : positive := GAIN_BITS + GAIN_INTEGER_BITS;
+  -- Two clocks of the table, one of the addition.
   constant MOVE_LATENCY : positive := 3;
   -- From a position to a value; of the gain from lens_tables to the multiplier.
   constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
@@ -91,6 +92,7 @@ architecture rtl of lens_samples is
 
 begin
 
+  -- Asked with the position, so that the move comes as soon as a table can give it.
   tables : entity work.lens_tables
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -158,6 +160,7 @@ begin
 
   begin
 
+    -- Channel by channel: the weights and the gain are the same for all.
     interpolate : entity work.pixel_sample
       generic map (
         PIXEL_BITS  => PIXEL_BITS,
@@ -192,6 +195,7 @@ begin
 
   end generate channel;
 
+  -- One process for all that only waits.
   delay : process (clk) is
   begin
 

@@ -62,7 +62,7 @@ architecture rtl of mosaic_engine is
     even_column : std_logic;
   end record pixels_t;
 
-  -- Sum of two and mean of them, of four, rounded.
+  -- Means of two and of four from their sums, rounded.
   function half (
     sum : sum_t
   ) return std_logic_vector is
@@ -80,6 +80,7 @@ architecture rtl of mosaic_engine is
 
   begin
 
+    -- A bit more, as the sum of four with its half may overflow.
     rounded := resize(sum, PIXEL_BITS + 3) + 2;
 
     return std_logic_vector(resize(shift_right(rounded, 2), PIXEL_BITS));
@@ -147,8 +148,10 @@ architecture rtl of mosaic_engine is
 
 begin
 
-  column_now   <= (others => '0') when token.line_first = '1' else
-                  column;
+  -- The first pixel of a line has column 0 by itself: lines need no end.
+  column_now <= (others => '0') when token.line_first = '1' else
+                column;
+  -- Only pixels move the memory on; empty tokens leave it as it is.
   read_enable  <= token.strobe and token.pixel;
   write_enable <= token_2.strobe and token_2.pixel;
   above_new    <= above(PIXEL_BITS - 1 downto 0) & data_2;
@@ -230,7 +233,8 @@ begin
         now.own   := unsigned(above(PIXEL_BITS - 1 downto 0));
         now.above := unsigned(above(2 * PIXEL_BITS - 1 downto PIXEL_BITS));
         now.below := unsigned(data_2);
-        -- Behind the last line of a frame there is the next frame or a flush line.
+        -- Behind the last line of a frame there is the next frame or a flush line: neither is below
+        -- it, so the line above stands for it.
         if token_2.frame_first = '1' or token_2.image = '0' then
           if was_first = '1' then
             -- A frame that was cut to a line.
@@ -238,6 +242,7 @@ begin
           end if;
           now.below := now.above;
         elsif was_first = '1' then
+          -- The first line has none above: the one below stands for it.
           now.above := now.below;
         end if;
         -- The middle of the window is a line behind, and so are its fields.
@@ -245,9 +250,11 @@ begin
         now.even_column := token_2.line_first or not centre.even_column;
 
         -- The window of the column before.
+        -- The middle of the window was the last column of its line.
         ends_line := not token_2.pixel or token_2.line_first;
         right     := now;
         if ends_line = '1' then
+          -- It has none to its right: the one to its left stands for it.
           right := left;
           if centre.first = '1' then
             -- A line of one column.
@@ -255,20 +262,23 @@ begin
           end if;
         end if;
         left_3 <= left;
+        -- The first column has none to its left.
         if centre.first = '1' then
           left_3 <= right;
         end if;
-        right_3    <= right;
-        centre_3   <= centre;
-        own_3      <= centre.own;
-        valid_3    <= centre.used;
-        start_3    <= centre.start and centre.first;
-        last_3     <= ends_line;
+        right_3  <= right;
+        centre_3 <= centre;
+        own_3    <= centre.own;
+        valid_3  <= centre.used;
+        start_3  <= centre.start and centre.first;
+        last_3   <= ends_line;
+        -- What the place is: a line with red filters, and a green one in it.
         red_line_3 <= centre.even_line xor red_line;
         green_3    <= (centre.even_line xor red_line) xor (centre.even_column xor red_column);
 
         left   <= centre;
         centre <= now;
+        -- Behind the last line nothing of it is left.
         if token_2.pixel = '0' then
           centre.used <= '0';
         end if;
@@ -314,6 +324,7 @@ begin
       result.valid <= valid_4;
       result.start <= start_4;
       result.last  <= last_4;
+      -- Green: its own value; red and blue lie along the line or across it, two of each.
       if green_4 = '1' then
         result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= std_logic_vector(own_4);
         if red_line_4 = '1' then
@@ -324,6 +335,7 @@ begin
           result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= half(across_4);
         end if;
       else
+        -- Red or blue: green lies on four sides, the other one at the four corners.
         result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= quarter(cross_4);
         if red_line_4 = '1' then
           result_data(PIXEL_BITS - 1 downto 0)                  <= std_logic_vector(own_4);

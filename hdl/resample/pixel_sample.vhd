@@ -45,6 +45,8 @@ architecture rtl of pixel_sample is
 
   subtype sum_t is unsigned(SUM_BITS - 1 downto 0);
 
+  -- Clock 1: the way between the lines, for both columns. Clock 2: the columns between them. Clock
+  -- 3: the way between the columns. Clock 4: the sum, clock 5: rounded.
   signal step_0     : step_t                             := (others => '0');
   signal step_1     : step_t                             := (others => '0');
   signal from_0     : unsigned(PIXEL_BITS - 1 downto 0)  := (others => '0');
@@ -69,6 +71,7 @@ architecture rtl of pixel_sample is
 
   begin
 
+    -- Signed, as it may go down.
     difference := signed('0' & b) - signed('0' & a);
     factor     := signed('0' & weight);
 
@@ -88,6 +91,8 @@ begin
       from_1     <= pixel_01;
       weight_x_1 <= weight_x;
 
+      -- From the first line on; the result lies between both pixels, so the top bits of the sum are
+      -- not needed.
       column_0   <= resize(unsigned(signed('0' & from_0 & to_unsigned(0, WEIGHT_BITS)) + step_0), COLUMN_BITS);
       column_1   <= resize(unsigned(signed('0' & from_1 & to_unsigned(0, WEIGHT_BITS)) + step_1), COLUMN_BITS);
       weight_x_2 <= weight_x_1;
@@ -97,6 +102,7 @@ begin
 
       sum <= resize(unsigned(signed('0' & column_0_3 & to_unsigned(0, WEIGHT_BITS)) + step_3), SUM_BITS);
 
+      -- The last bits are what the weights have beyond the guard bits.
       sample <= resize(shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS), PIXEL_BITS + GUARD_BITS);
     end if;
 

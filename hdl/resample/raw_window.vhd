@@ -106,6 +106,7 @@ architecture rtl of raw_window is
 
   begin
 
+    -- The ring's places go round.
     place := newest - to_integer(age);
 
     if place < 0 then
@@ -180,6 +181,8 @@ begin
       swap_line_at(2 to WINDOW_LATENCY - 1)   <= swap_line_at(1 to WINDOW_LATENCY - 2);
       swap_column_at(2 to WINDOW_LATENCY - 1) <= swap_column_at(1 to WINDOW_LATENCY - 2);
 
+      -- The second line and column are mirrored by themselves: at a border the two are not
+      -- neighbours any more, but one is still even and one odd.
       -- 1: lines by their numbers, columns; mirrored.
       line_now   := position_y(15 + WEIGHT_BITS downto WEIGHT_BITS);
       column_now := position_x(15 + WEIGHT_BITS downto WEIGHT_BITS);
@@ -203,6 +206,7 @@ begin
         even_column := column_1;
         odd_column  := column_0;
       end if;
+      -- In pairs, so the parity does not count.
       number    := shift_right(ring_write.line, 1) - shift_right(even_line, 1);
       even_age  <= unsigned(number(AGE_BITS - 1 downto 0));
       number    := shift_right(ring_write.line, 1) - shift_right(odd_line, 1);
@@ -219,6 +223,7 @@ begin
       odd_3     <= odd_half;
 
       -- 4: addresses.
+      -- Each memory has its own pairing of line and column.
       addresses(0) <= BASES(even_slot) + even_3;
       addresses(1) <= BASES(even_slot) + odd_3;
       addresses(2) <= BASES(odd_slot) + even_3;

@@ -93,6 +93,8 @@ architecture rtl of resampler is
   constant ODD_LINES    : boolean := not takes(LINES mod 2 = 0, "resampler: LINES is odd, expected an even number");
   constant TWO_CHANNELS : boolean := not takes(CHANNELS /= 2, "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)");
 
+  -- Widths of a pixel, of an interpolated one, and of one behind its gain; of the words of both
+  -- FIFOs, with their marks.
   constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
   constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
@@ -140,6 +142,8 @@ architecture rtl of resampler is
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
 
+  -- The light at each position; the same as it goes into the output FIFO, rounded unless a
+  -- hexagonal raster follows; and as it comes out.
   signal value_valid : std_logic;
   signal value_first : std_logic;
   signal value_last  : std_logic;
@@ -151,6 +155,8 @@ architecture rtl of resampler is
 
 begin
 
+  -- A camera does not wait: the FIFO takes what comes while the ring is full or a frame has to
+  -- wait.
   input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
 
   input_fifo : entity work.axis_fifo
@@ -196,6 +202,8 @@ begin
       error_clear   => error_clear
     );
 
+  -- It numbers the lines, and says when the ring has a place for another one: the only brake on the
+  -- sequencer.
   writer : entity work.raw_writer
     generic map (
       MAX_COLUMNS => MAX_COLUMNS,
@@ -214,7 +222,7 @@ begin
       need       => need
     );
 
-  -- Users get plain ports; inside, the word goes as one to all that keep a part of it.
+  -- Users get plain ports; inside, a record goes to all that keep a part of it.
   load <= (load_write, load_kind, load_address, load_data);
 
   lines_of_lenses : entity work.lens_rows
@@ -266,7 +274,7 @@ begin
       pixel       => pixel
     );
 
-  -- A pixel that was sent a clock ago is not counted yet.
+  -- A pixel that was sent a clock ago is not counted yet, so one place more must be free.
   have_credit <= '1' when credits > 1 else
                  '0';
   drained     <= '1' when credits = CREDIT and pixel.valid = '0' else
@@ -283,6 +291,7 @@ begin
         credits <= credits + 1;
       end if;
 
+      -- A fault in the clock of the clearing is kept.
       if error_clear = '1' then
         fault_flag <= '0';
       end if;
@@ -300,6 +309,7 @@ begin
 
   error_flags <= fault_flag & flags;
 
+  -- The black level has the fraction bits of a sample.
   black <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
 
   -- It cannot stop: credits guarantee that everything it sends has a place.

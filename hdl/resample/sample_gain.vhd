@@ -34,6 +34,7 @@ architecture rtl of sample_gain is
 
   constant VALUE_BITS : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
 
+  -- The light above black; times the gain.
   signal above   : unsigned(SAMPLE_BITS - 1 downto 0)            := (others => '0');
   signal product : unsigned(VALUE_BITS + GAIN_BITS - 1 downto 0) := (others => '0');
 
@@ -43,6 +44,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Noise may lie below black; negative light would wrap round.
       if sample > black then
         above <= sample - black;
       else

@@ -66,6 +66,7 @@ end entity sensor_raster;
 
 architecture rtl of sensor_raster is
 
+  -- A mosaic gives three channels, so the resampler must have as many.
   constant REFUSED : boolean := not takes(not MOSAIC or CHANNELS = 3, "sensor_raster: MOSAIC requires CHANNELS = 3");
 
   -- Behind the mosaic.
@@ -165,6 +166,7 @@ begin
       error_clear    => error_clear
     );
 
+  -- COLOURS is CHANNELS with all generics that are allowed.
   m_axis_tdata <= raster(CHANNELS * PIXEL_BITS - 1 downto 0);
 
   -- Both see the same frames, so the same fault has the same bit.

@@ -55,6 +55,7 @@ architecture rtl of self_test is
   constant PIXEL_BITS : positive := 8;
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
 
+  -- Both registers have the polynomial P.
   subtype state_t is std_logic_vector(31 downto 0);
 
   constant SEED       : state_t := x"00000001";
@@ -74,6 +75,7 @@ architecture rtl of self_test is
 
   begin
 
+    -- As a shift register: what leaves at the top comes back at the places of the polynomial.
     product := state(30 downto 0) & '0';
 
     if state(31) = '1' then
@@ -111,6 +113,8 @@ begin
   source_last     <= '1' when column = COLUMNS - 1 else
                      '0';
 
+  -- The source never pauses by itself, and begins anew with each frame, so that all frames are
+  -- alike.
   make_pixels : process (clk) is
   begin
 
@@ -179,6 +183,7 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The core must not complain either, as the stream is right.
       if error_flags /= "00000" then
         is_passed <= '0';
       end if;
@@ -196,6 +201,7 @@ begin
         if lines = ROWS then
           next_signature := (others => '0');
         else
+          -- With each pixel the old ones move on, so their order counts, too.
           next_signature := shifted(signature);
         end if;
         next_signature(DATA_BITS - 1 downto 0) := next_signature(DATA_BITS - 1 downto 0) xor result;

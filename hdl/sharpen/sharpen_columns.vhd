@@ -157,6 +157,8 @@ begin
 
       for i in 2 to M + LATENCY loop
 
+        -- Up to the line M before by lines, as the memory is; from there on by clocks, as the taps
+        -- are.
         if step = '1' or i > M + 1 then
           line_at(i)      <= line_at(i - 1);
           above_at(i)     <= above_at(i - 1);

@@ -183,6 +183,8 @@ package body sharpen_pkg is
 
       weight := slice_shift(sharpening, i);
 
+      -- A weight that 2**candidate does not make whole needs a bit more; each candidate is tried in
+      -- its turn.
       for candidate in 2 to UNIT_BITS - 1 loop
 
         if exponent = candidate and weight mod 2 ** (UNIT_BITS - candidate) /= 0 then
@@ -219,6 +221,7 @@ package body sharpen_pkg is
 
     largest := 1;
 
+    -- At least 1, so that widths are positive.
     for i in 0 to slice_count(sharpening) - 1 loop
 
       largest := larger(largest, slice_shift(sharpening, i));
@@ -246,6 +249,7 @@ package body sharpen_pkg is
 
       weight := slice_shift(sharpening, i);
 
+      -- The first weight above 0; the others must be the same, or 0.
       if first = 0 then
         first := weight;
       elsif weight /= 0 and weight /= first then
@@ -272,6 +276,7 @@ package body sharpen_pkg is
     -- Behind the taps a sum is 1 + 4 b times as large at most, which is no more than 2.
     growth := 1;
 
+    -- Compared in 256ths, so that no product exceeds an integer.
     if (sum_max / 256 + 1) * (2 ** EXPONENT + 4 * largest_side(sharpening)) <
        2 ** (larger(bits_for(sum_max) + EXPONENT, 8) - 8) then
       growth := 0;
@@ -286,6 +291,7 @@ package body sharpen_pkg is
   ) return natural is
   begin
 
+    -- Columns, then rows.
     return choose(sharpens(sharpening), SHARPEN_COLUMNS_LATENCY + SHARPEN_ROWS_LATENCY, 0);
 
   end function sharpen_latency;

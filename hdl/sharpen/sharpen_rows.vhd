@@ -107,6 +107,7 @@ begin
                   '0';
   strobe_at(0) <= token.strobe;
 
+  -- A pixel that the token does not have is no neighbour.
   every_lane : for i in 0 to PIXELS - 1 generate
     lanes_now(i) <= token.pixel and (line_end(i) or not token.line_last);
   end generate every_lane;
@@ -139,6 +140,8 @@ begin
 
       strobe_at(1 to SHARPEN_ROWS_LATENCY) <= strobe_at(0 to SHARPEN_ROWS_LATENCY - 1);
       if reset = '1' then
+        -- Fields without strobe do not count; the pixel mark is looked at from the neighbours'
+        -- side.
         strobe_at(1 to SHARPEN_ROWS_LATENCY) <= (others => '0');
 
         for i in 1 to DELAY loop
@@ -160,6 +163,8 @@ begin
   lane : for i in 0 to PIXELS - 1 generate
 
     -- Tokens from the pixel in the middle to its neighbours, and their lanes.
+    -- Whole tokens to the right, the rest is another lane; to the left the same, counted from DELAY
+    -- tokens earlier, so that nothing is negative.
     constant RIGHT_TOKENS : natural := (i + M) / PIXELS;
     constant RIGHT_LANE   : natural := (i + M) mod PIXELS;
     constant LEFT_TOKENS  : natural := (DELAY * PIXELS + PIXELS - 1 + M - i) / PIXELS - DELAY;
@@ -274,6 +279,7 @@ begin
           result        => tapped
         );
 
+      -- OFFSET has rounded already, so the fraction bits are cut.
       whole <= tapped(TAP_BITS - 1 downto 2 * SCALE_BITS);
 
       limit : process (clk) is

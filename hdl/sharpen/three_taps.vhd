@@ -73,6 +73,7 @@ architecture rtl of three_taps is
 
   end function lowest_bit;
 
+  -- Clocks behind the value are part of the names.
   signal value_1   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_2   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_3   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
@@ -84,12 +85,15 @@ architecture rtl of three_taps is
 
 begin
 
+  -- The value times 2**SCALE_BITS, with OFFSET in the places of its fraction: that takes no adder.
   scaled_3 <= resize(value_3 & signed(to_unsigned(OFFSET, SCALE_BITS)), RESULT_BITS);
 
   add : process (clk) is
   begin
 
     if rising_edge(clk) then
+      -- 1: differences to the neighbours that are there; 2: their sum; 3 (below): times the side
+      -- weight; 4: the result.
       value_1   <= value;
       earlier_1 <= (others => '0');
       later_1   <= (others => '0');

@@ -79,6 +79,7 @@ architecture rtl of tmds_input is
 
 begin
 
+  -- It runs with the deserialisers' words, as the phase detector's verdicts come with them.
   phase : entity work.phase_detector_control
     port map (
       clk              => clk_x2,

@@ -183,12 +183,14 @@ begin
       entering_4 <= (others => '0');
       leaving_4  <= (others => '0');
 
+      -- By comparison with each phase: its words are wired, so there is no address to be computed.
       for v in 0 to M - 1 loop
 
         if enter_phase_3 = v then
           if choice_3.enter = '1' then
             entering_4 <= pixel_at(history_3, v, 0);
           end if;
+          -- Where nothing ever leaves, the memory does not have the word.
           if choice_3.leave = '1' and pixels_leave(GEOMETRY) then
             leaving_4 <= pixel_at(history_3, v, 1);
           end if;

@@ -111,10 +111,13 @@ package body focal_stack_pkg is
     bits := 0;
 
     -- Pixels for all slices; of each slice running and first sums, and held ones.
+    -- A line of one token keeps its sums in registers.
     if max_columns > 1 or pixels > 1 then
 
       for i in 0 to geometry.slices - 1 loop
 
+        -- Running and first sums; a third where the slice holds outputs, a fourth where a line
+        -- begins within a group.
         sums := sums + 2 + choose(group_size(geometry, i) > 1, 1, 0) + choose(begins_group(geometry, i, 0), 0, 1);
 
       end loop;
@@ -168,6 +171,7 @@ package body focal_stack_pkg is
 
   begin
 
+    -- The registers of the phases lie one behind the other in a word.
     lines := 0;
 
     for v in 0 to phase - 1 loop
@@ -223,6 +227,7 @@ package body focal_stack_pkg is
 
   begin
 
+    -- All slices wait for the slowest, so that their pixels leave together.
     most := 1;
 
     for i in 0 to geometry.slices - 1 loop
@@ -246,6 +251,7 @@ package body focal_stack_pkg is
 
     rows := sum_stage_latency(false, 1);
 
+    -- Of several pixels a token rows take another entity.
     if pixels > 1 then
       rows := stack_lanes_latency(geometry, pixels);
     end if;

@@ -120,6 +120,7 @@ begin
 
   own_pixels <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
+  -- Pixels of a token are channels of one pixel for columns, as they never mix there.
   columns : entity work.stack_columns
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,

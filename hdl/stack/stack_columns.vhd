@@ -107,6 +107,7 @@ begin
 
   end process count_columns;
 
+  -- One memory for all slices: they differ only in which of its words they take.
   memory : entity work.line_history
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,

@@ -161,6 +161,7 @@ begin
     -- Pixel of the sharpest slice, its index, its depth between slices, pixel of the chosen slice.
     constant FOUND_BITS : positive := index_word_bits(3, 8, between_shifts, true);
 
+    -- A colour for each index, or eight for the intervals beside it; the table is by both.
     constant COLOUR_COUNT : positive := SLICES * OWN_SHADES;
     constant COLOUR_BITS  : positive := bits_for(COLOUR_COUNT - 1);
 

@@ -79,6 +79,7 @@ architecture test of hdmi_control_bench is
 
 begin
 
+  -- No clock of the board's own; a PLL that needs no setting counts as configured.
   clocks <= ('0', '1', receive_locked, transmit_locked);
   in_ddc <= (scl, sda);
   panel  <= (button_clear => button_clear, others => '0');
@@ -102,6 +103,7 @@ begin
 
   begin
 
+    -- What no port drives is zero.
     filled                  := to_state((others => '0'));
     filled.aligned          := aligned;
     filled.following        := following;

@@ -47,6 +47,7 @@ architecture test of load_picture is
 
 begin
 
+  -- A clock that is gated between its falling edges has no short pulses.
   pixel_clk <= clk and runs;
 
   crossing : process (clk) is

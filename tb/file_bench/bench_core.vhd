@@ -85,6 +85,7 @@ begin
 
   begin
 
+    -- 0 frames a slice are no sweep; the port of the core would count them as 1.
     sweep <= '0' when sweep_frames = "00000000" else
              '1';
 
@@ -131,6 +132,7 @@ begin
         error_flags   => error_flags
       );
 
+    -- What only a stack gives stands still, so that the bench has one set of ports for all engines.
     m_axis_index  <= (others => '0');
     m_axis_depth  <= (others => '0');
     slices_tvalid <= '0';
@@ -143,6 +145,7 @@ begin
 
   stack_and_index : if STACK generate
 
+    -- Depth between slices needs the focus settings, which the index otherwise does without.
     function index_shifts return string is
     begin
 
@@ -242,6 +245,7 @@ begin
 
     begin
 
+      -- A word has the pixel, its index, and the depth on top.
       word <= found((j + 1) * WORD_BITS - 1 downto j * WORD_BITS);
 
       m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= word(DATA_BITS - 1 downto 0);
@@ -263,7 +267,8 @@ begin
     slices_tuser  <= user;
     slices_tlast  <= last;
     m_axis_tid    <= (others => '0');
-    error_flags   <= stack_errors or index_errors;
+    -- Both see the same stream, so either may tell of a fault.
+    error_flags <= stack_errors or index_errors;
 
   end generate stack_and_index;
 

@@ -87,6 +87,8 @@ package body bench_pkg is
 
   begin
 
+    -- Two numbers of 16 bits make no product beyond an integer. The high bits are drawn, as the low
+    -- ones of such a generator repeat soon.
     drawn  := (random * 25173 + 13849) mod 65536;
     stall  := (drawn / 64) * 100 < stall_percent * 1024;
     random := drawn;
@@ -122,6 +124,8 @@ package body bench_pkg is
 
     for i in 0 to data'length / bits - 1 loop
 
+      -- The file has a word for each value, whatever its width, so that Python reads and writes it
+      -- without packing.
       read(words, word);
       all_values((i + 1) * bits - 1 downto i * bits) := std_logic_vector(to_unsigned(word, bits));
 
@@ -162,6 +166,7 @@ package body bench_pkg is
     read(words, address);
     read(words, low);
     read(words, high);
+    -- A word of 40 bits does not fit an integer, so it comes in two halves.
     load <=
     (
       '1',

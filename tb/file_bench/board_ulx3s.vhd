@@ -17,6 +17,8 @@ begin
   delay_faults <= delay_fault_seed;
   slow_lock    <= slow_lock_us;
 
+  -- The bench has a clock of 100 MHz; the board's oscillator is a quarter of it, with edges of its
+  -- own.
   oscillate : process (clk_100) is
   begin
 

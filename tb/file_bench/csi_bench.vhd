@@ -118,6 +118,7 @@ architecture test of csi_bench is
 
 begin
 
+  -- Two clocks without a common source: that of the lanes comes from the camera.
   clk           <= not clk after CLOCK_PERIOD / 2 when running else
                    '0';
   byte_clk      <= not byte_clk after BYTE_PS * 1 ps / 2 when running else
@@ -194,6 +195,7 @@ begin
       error_flags   => sensor_flags
     );
 
+  -- Raw values into a core of wider pixels: in the low bits, as they are.
   widen : process (raster_tdata) is
 
     variable narrow : std_logic_vector(RAW_BITS - 1 downto 0);
@@ -253,6 +255,7 @@ begin
       error_flags   => error_flags
     );
 
+  -- It begins when the calibration is loaded: a frame that came before it would be given up.
   camera : process (byte_clk) is
 
     file input_file : words_t open read_mode is "input.bin";
@@ -266,6 +269,8 @@ begin
     if rising_edge(byte_clk) and loaded then
       lane_valid <= (others => '0');
       lane_sync  <= (others => '0');
+      -- A clock of the lanes each clock of the file, as a camera sends: nobody asks whether it is
+      -- taken.
       if clock < CLOCKS then
         first_byte <= true;
 
@@ -311,13 +316,16 @@ begin
     if rising_edge(clk) and reset = '0' then
       clock := clock + 1;
       idle  := idle + 1;
+      -- From the clock of the core in which the first byte has been seen.
       if not first_byte then
         first_in := clock;
       end if;
+      -- While the camera sends nothing hangs.
       if not sent then
         idle := 0;
       end if;
 
+      -- A word of the calibration each clock, as the load port takes them.
       load.write <= '0';
       if words < LOADS then
         read_load(loads_file, load);
@@ -331,6 +339,7 @@ begin
         last_in  := clock;
       end if;
 
+      -- The sink takes a pixel each clock.
       if m_axis_tvalid = '1' then
         if received = 0 then
           first_out := clock;
@@ -348,6 +357,7 @@ begin
         idle     := 0;
       end if;
 
+      -- Some clocks of silence behind the last pixel show that none comes in excess.
       if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
         write_count(clocks_file, "received", received);

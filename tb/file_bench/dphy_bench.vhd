@@ -53,6 +53,7 @@ architecture test of dphy_bench is
 
 begin
 
+  -- The core's clock, the PHY's own and the camera's are not related.
   clk          <= not clk after 2 ns when running else
                   '0';
   sync_clk     <= not sync_clk after 8333 ps when running else
@@ -141,6 +142,8 @@ begin
       if not sent then
         idle := 0;
       end if;
+      -- Nothing more comes: what the receiver counted is complete. Any fault shows in the counts,
+      -- so nothing is judged here.
       if idle = 1000 and running then
 
         for i in 0 to 7 loop

@@ -34,6 +34,7 @@ architecture test of dphy_camera is
 
   type words_t is file of integer;
 
+  -- What a lane's two lines show: LP-11, LP-01, LP-00, and a zero and a one in high speed.
   type levels_t is (stop, request, bridge, zero, one);
 
   type lanes_t is array (0 to 3) of levels_t;
@@ -52,6 +53,7 @@ architecture test of dphy_camera is
   ) return positive is
   begin
 
+    -- Rounded up, and a bit more: a time that the standard has as a minimum.
     return (1000 * nanoseconds + BIT_PS - 1) / BIT_PS + bits + 1;
 
   end function bits_of;
@@ -136,6 +138,7 @@ begin
 
         for i in 0 to LANES - 1 loop
 
+          -- A later lane has all of its levels later, those of low power too.
           data_p(i) <= transport positive_of(now_lanes(i)) after i * SKEW * 2 * HALF;
           data_n(i) <= transport negative_of(now_lanes(i)) after i * SKEW * 2 * HALF;
 
@@ -143,6 +146,7 @@ begin
 
         clk_p <= positive_of(now_clock);
         clk_n <= negative_of(now_clock);
+        -- The data change with the clock lane's level; its edge comes in the middle of the bit.
         wait for HALF;
 
         if running then
@@ -165,6 +169,8 @@ begin
     procedure start_clock is
     begin
 
+      -- Out of LP-11 by LP-01 and LP-00; then a zero for so long that the receiver has settled, and
+      -- whole periods before any data.
       now_clock := request;
       pass(bits_of(50, 0));
       now_clock := bridge;
@@ -179,6 +185,7 @@ begin
     procedure stop_clock is
     begin
 
+      -- The clock goes on behind the last data lane, so that the receiver gets its trail.
       pass(bits_of(60, 52));
       running   := false;
       now_clock := zero;
@@ -193,6 +200,7 @@ begin
     ) is
     begin
 
+      -- The lowest bit of a byte goes first, on all lanes at once.
       for b in 0 to 7 loop
 
         for i in 0 to LANES - 1 loop
@@ -224,6 +232,7 @@ begin
       pass(bits_of(40, 4));
       now_lanes := (others => zero);
       pass(bits_of(105, 6));
+      -- The sync sequence, on each lane.
       send_bits((x"B8", x"B8", x"B8", x"B8"));
 
       while place < length loop
@@ -253,6 +262,7 @@ begin
 
       end loop;
 
+      -- The trail: the last bit's opposite, until the lane rests.
       for i in 0 to LANES - 1 loop
 
         if last(i) = one then
@@ -292,8 +302,10 @@ begin
         pass(word);
       elsif length < 0 then
         read(input_file, word);
+        -- Packets at fixed times, so that a test knows when a line begins: what is late must not
+        -- pass as if it were in time.
         assert word >= passed
-          report "a packet has not ended when the next one is to begin"
+          report "dphy_camera: a packet of input.bin has not ended when the next one is to begin: give that a later bit"
           severity failure;
         pass(word - passed);
       else
@@ -305,6 +317,7 @@ begin
 
         end loop;
 
+        -- Without a continuous clock each burst starts the clock lane and stops it.
         if not CONTINUOUS then
           start_clock;
         end if;

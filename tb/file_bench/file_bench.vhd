@@ -212,7 +212,10 @@ begin
 
   begin
 
+    -- Everything happens at one edge: what is seen was registered at the edge before, so no delta
+    -- matters.
     if rising_edge(clk) and reset = '0' then
+      -- Only a stack has this file; opened here, as a declaration would make it for all.
       if STACK and clock = 0 then
         file_open(slices_file, "slices.bin", write_mode);
       end if;
@@ -231,6 +234,7 @@ begin
       end if;
 
       -- Offer the next one.
+      -- Only one token is on offer: the next is drawn when it was taken.
       draw(random, stall, STALL_PERCENT);
       if offered = accepted and offered < TOKENS and not stall then
         read_values(input_file, PIXEL_BITS, s_axis_tdata);
@@ -272,6 +276,7 @@ begin
         idle     := 0;
       end if;
 
+      -- Drawn anew for the sink, so that both sides stall apart from each other.
       draw(random, stall, STALL_PERCENT);
       if stall then
         m_axis_tready <= '0';
@@ -279,6 +284,8 @@ begin
         m_axis_tready <= '1';
       end if;
 
+      -- Some clocks of silence behind the last token show that none comes in excess. A core that
+      -- hangs ends the run as well, with what it gave until then.
       if (received >= TOKENS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
         if STACK then
@@ -286,6 +293,7 @@ begin
         end if;
         write_count(clocks_file, "received", received);
         write_count(clocks_file, "clocks", last_out - first_in + 1);
+        -- The latency of a stack is that of its parts, and its tests measure those.
         if not STACK then
           write_count(clocks_file, "latency", first_out - first_in);
         end if;

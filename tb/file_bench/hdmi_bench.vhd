@@ -2,21 +2,19 @@
 -- Sends serial TMDS bits from a file into a board (board_under_test: board_atlys.vhd or board_ulx3s.vhd) and writes
 -- the bits that come out into another.
 --
--- With `start` (or at once, AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
--- played, and output.bin is
--- written until it ends; `done` follows. Both hold 32-bit little-endian words, one for each pixel clock: ten
--- bits of channel 0 in bits 0 to 9, channel 1 in 10 to 19, channel 2 in 20 to 29; what is sent
--- first is lowest. The output is sampled as a monitor does it, in tenths of its own clock lane, so its
--- word phase is free. Words of the input with bit 31 set are commands: the code in bits 24 to 30, a
--- value in bits 0 to 23:
+-- With `start` (or at once with AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
+-- played, and output.bin is written until it ends; `done` follows. Both hold 32-bit little-endian words, one a pixel
+-- clock: ten bits of channel 0 in bits 0 to 9, channel 1 in 10 to 19, channel 2 in 20 to 29; what is sent first is
+-- lowest. The output is sampled as a monitor does it, in tenths of its own clock lane, so its word phase is free. Words
+-- of the input with bit 31 set are commands: the code in bits 24 to 30, a value in bits 0 to 23:
 --
 --   1 pixel clock period in fs * 64       2, 3, 4 skew of channel 0, 1, 2 in ps
 --   5 jitter of the edges, +- ps          6 clock lane: 1 runs, 0 stands still
 --   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
 --   9 blanking for as many ns             10 faults of the delay lines, see model_faults
 --   11 an open clock input that oscillates for as many ns, at ever another rate
---   13 PLLs of the ULX3S lock after so many us
 --   12 a character to the serial port, BIT_TIME * 10 ns a bit, behind those before it; the words go on meanwhile
+--   13 PLLs of the ULX3S lock after so many us
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -241,6 +239,7 @@ begin
     procedure draw is
     begin
 
+      -- A linear congruential generator, as in bench_pkg: the seed alone decides.
       random    := (random * 25173 + 13849) mod 65536;
       displaced := ((random / 16) mod (2 * jitter + 1)) * 1 ps;
 
@@ -305,6 +304,7 @@ begin
 
     file_open(input_file, "input.bin", read_mode);
     playing <= true;
+    -- The monitor opens its file in this delta, before the first word.
     wait for 0 fs;
 
     while not endfile(input_file) loop
@@ -367,7 +367,8 @@ begin
 
             while now - waited < value * 1 ns loop
 
-              -- Slow and fast in turn, each for longer than a window of the meter and shorter than two.
+              -- Slow and fast in turn, each for longer than a window of the meter and shorter than
+              -- two: no two measurements agree.
               random  := (random * 25173 + 13849) mod 65536;
               slow    := 1 - slow;
               half    := (5 + 8 * slow) * 1 ns + (random mod 4096) * 1 ps;
@@ -385,6 +386,7 @@ begin
 
           when 12 =>
 
+            -- Behind the characters that are still being sent; the words go on meanwhile.
             until_free := 0 fs;
 
             if free > now then
@@ -404,7 +406,7 @@ begin
 
           when others =>
 
-            report "hdmi_bench: unknown command in input.bin"
+            report "hdmi_bench: input.bin has a command with another code than 1 to 13"
               severity failure;
 
         end case;
@@ -470,10 +472,13 @@ begin
       period := now - last;
       last   := now;
 
+      -- Four periods alike, so that the middle of the bits is sure.
       if cycles < 4 then
         cycles := cycles + 1;
       else
         bits := (others => '0');
+        -- Bits in their middle, from the clock lane's rising edge on: wherever words begin, their
+        -- place stays the same.
         wait for period / 20;
 
         for i in 0 to 9 loop

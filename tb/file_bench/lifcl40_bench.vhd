@@ -129,6 +129,7 @@ begin
 
   begin
 
+    -- In the falling edge, where the board says that nothing else changes.
     if falling_edge(out_clk) then
       idle := idle + 1;
       if frame_valid = '1' and valid = '0' then
@@ -146,12 +147,14 @@ begin
         received := received + PIXELS_PER_CLOCK;
         idle     := 0;
       end if;
+      -- While the camera sends, nothing hangs.
       if not sent then
         idle := 0;
       end if;
       if (received = PIXELS and idle = 3000) or idle = 20000 then
         assert led_n(4 downto 3) = "11"
-          report "the board tells a fault"
+          report "the board tells a fault (0): lanes " & std_logic'image(led_n(3)) & ", raster or core " &
+                 std_logic'image(led_n(4))
           severity failure;
 
         stopped <= true;

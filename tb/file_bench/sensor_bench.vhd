@@ -164,6 +164,7 @@ begin
         idle   := 0;
       end if;
 
+      -- What is offered and not taken is counted: a camera would lose it.
       if s_axis_tvalid = '1' then
         if s_axis_tready = '1' then
           if accepted = 0 then
@@ -179,6 +180,7 @@ begin
       end if;
 
       draw(random, stall, STALL_PERCENT);
+      -- Only one pixel is on offer: the next is drawn when it was taken.
       if loaded = LOADS and offered = accepted and offered < PIXELS and not stall then
         read_values(input_file, PIXEL_BITS, s_axis_tdata);
         s_axis_tvalid <= '1';
@@ -200,6 +202,7 @@ begin
         idle     := 0;
       end if;
 
+      -- Drawn anew for the sink, so that both sides stall apart from each other.
       draw(random, stall, STALL_PERCENT);
       if stall then
         m_axis_tready <= '0';
@@ -207,6 +210,7 @@ begin
         m_axis_tready <= '1';
       end if;
 
+      -- Some clocks of silence behind the last pixel show that none comes in excess.
       if (received >= OUT_PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
         write_count(clocks_file, "received", received);

@@ -114,6 +114,7 @@ begin
 
     for number in 1 to WORDS loop
 
+      -- The clock lane rises with a word's first bit: half a tenth later is its middle.
       wait until rising_edge(out_clk_p);
       wait for TENTH / 2;
 
@@ -124,7 +125,7 @@ begin
           word(10 * c + bit) := out_data_p(c);
 
           assert out_data_n(c) = not out_data_p(c) and out_clk_n = not out_clk_p
-            report "a pair whose pins do not differ"
+            report "tangnano20k_bench: the pins of a pair are alike, expected complements from the board's buffers"
             severity failure;
 
         end loop;

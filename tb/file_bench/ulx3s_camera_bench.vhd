@@ -71,6 +71,8 @@ begin
   scl   <= 'H';
   sda   <= 'H';
 
+  -- As the pins' receivers see the wires: a pair is a bit, and each line of a data lane goes to a
+  -- pin for low power.
   hs_clk <= '1' when clk_p = 'H' else
             '0';
 
@@ -152,6 +154,7 @@ begin
 
     for number in 1 to WORDS loop
 
+      -- The clock lane rises with a word's first bit: half a tenth later is its middle.
       wait until rising_edge(out_clk);
       wait for TENTH / 2;
 

@@ -104,6 +104,7 @@ begin
   begin
 
     if rising_edge(clk) and reset = '0' then
+      -- Behind the row zeros push the sums out.
       word     := 0;
       is_pixel <= '0';
       if given < PIXELS then

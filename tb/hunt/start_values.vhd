@@ -42,6 +42,7 @@ package body start_values is
 
   begin
 
+    -- The high bit of the generator, as the low ones repeat soon.
     for i in found'range loop
 
       state := (state * 25173 + 13849) mod 65536;
@@ -58,6 +59,7 @@ package body start_values is
 
   end function bits;
 
+  -- The same for each type that a register may have.
   function bits (
     seed,
     length : natural

@@ -27,6 +27,8 @@ architecture bench of moving_sum_schedule is
 
 begin
 
+  -- Python computes the same numbers by itself and compares: a schedule that both have is the one
+  -- that is built.
   write_all : process is
 
     file results : text open write_mode is "schedule.txt";
@@ -136,6 +138,7 @@ begin
     put("pixels_leave", boolean'pos(pixels_leave(GEOMETRY)));
     put("begins_within_group", boolean'pos(begins_within_group(GEOMETRY)));
 
+    -- The least, a middle and the largest number of pixels a token.
     put_lanes(2);
     put_lanes(8);
     put_lanes(32);
@@ -166,6 +169,7 @@ begin
 
     end loop;
 
+    -- Of each slice, by phase; `held` as in initial_index.
     for s in 0 to GEOMETRY.slices - 1 loop
 
       put("group_size", s, group_size(GEOMETRY, s));

@@ -31,6 +31,7 @@ end entity core_verdict;
 
 architecture rtl of core_verdict is
 
+  -- The checks are constants, so elaboration makes them, and nothing else is built.
   constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant ARITHMETIC : arithmetic_t :=

@@ -64,6 +64,7 @@ begin
     report "DELAYF: the model knows USER_DEFINED only"
     severity failure;
 
+  -- transport, as a delay line passes every edge, however short the pulse.
   z     <= transport '0' when blocked else
            a after taps * TAP;
   cflag <= '1' when taps = 0 or taps = HIGHEST else
@@ -84,6 +85,7 @@ begin
 
   begin
 
+    -- Without faults only the ports move it, so a simulation can end.
     if delay_faults = 0 then
       wait on loadn, move, delay_faults;
     else
@@ -95,6 +97,7 @@ begin
       stubborn := delay_faults mod 2 = 1;
     end if;
 
+    -- A long LOADN frees whatever is blocked, a short one only what is not stubborn.
     if loadn'event and loadn = '0' then
       since := now;
       if not stubborn then

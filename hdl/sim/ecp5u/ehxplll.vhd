@@ -61,6 +61,7 @@ architecture behaviour of ehxplll is
   constant VCO_CYCLES  : positive := CLKFB_DIV * CLKOP_DIV;
 
   signal lock_now : std_ulogic := '0';
+  -- The other output: on its own, half a period long, or in step with the input.
   signal now_free : time       := 0 fs;
   signal free     : std_ulogic := '0';
   signal aligned  : std_ulogic := '0';
@@ -97,6 +98,8 @@ begin
     ) is
     begin
 
+      -- Scheduled from each input edge, so that the outputs stay in step with it; they end with the
+      -- input.
       for i in 0 to 2 * ratio - 1 loop
 
         if i mod 2 = 0 then
@@ -145,6 +148,7 @@ begin
       period := now - last;
       last   := now;
 
+      -- Out of the oscillator's range no edges go out, and it never locks.
       if period / VCO_CYCLES > VCO_SLOWEST or period / VCO_CYCLES < VCO_FASTEST then
         cycles := 1;
       elsif cycles < LOCK_CYCLES then
@@ -153,6 +157,7 @@ begin
         lock_now <= '1';
       end if;
 
+      -- Two periods alike, so that the length of the next one is known.
       if cycles > 2 then
         run(clkop, CLKFB_DIV, period);
         if VCO_CYCLES mod CLKOS_DIV = 0 then

@@ -21,6 +21,8 @@ end entity iddrx1f;
 
 architecture behaviour of iddrx1f is
 
+  -- Each edge takes a bit; the rising edge hands on both of the clock before, the rising edge's
+  -- first.
   signal rising_bit  : std_ulogic := '0';
   signal falling_bit : std_ulogic := '0';
 

@@ -32,6 +32,7 @@ begin
   sample : process (eclk, sclk) is
   begin
 
+    -- Both edges of ECLK take a bit; the newest is on the left.
     if eclk'event then
       window <= d & window(3 downto 1);
     end if;

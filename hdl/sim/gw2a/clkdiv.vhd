@@ -35,6 +35,7 @@ begin
       cycle  <= 0;
       clkout <= '0';
     elsif rising_edge(hclkin) then
+      -- The first rising edge behind the reset is also the first one that goes out.
       cycle <= (cycle + 1) mod 5;
       if cycle = 0 then
         clkout <= '1';

@@ -74,6 +74,7 @@ begin
 
     while (reset or reset_p) /= '1' loop
 
+      -- The length of a cycle is known from the second edge on; a missing one is twice as long.
       if cycles = 0 then
         wait until rising_edge(clkin) or (reset or reset_p) = '1' for 1 us;
       else
@@ -86,6 +87,7 @@ begin
       last   := now;
       cycles := cycles + 1;
 
+      -- With two cycles the output can begin; LOCK waits until there were more.
       if cycles = 2 then
         assert period * (IDIV_SEL + 1) / (FBDIV_SEL + 1) / ODIV_SEL <= VCO_SLOWEST and
                period * (IDIV_SEL + 1) / (FBDIV_SEL + 1) / ODIV_SEL >= VCO_FASTEST

@@ -234,6 +234,8 @@ architecture behaviour of dphy is
 
   constant SETTLE_CLOCKS : natural := number_of(U_PRG_RXHS_SETTLE);
 
+  -- Pads of the lanes; edges of the bits; lanes whose lines have settled, are in LP-11, have had a
+  -- sync in this burst; a sync, and the bytes that are shown.
   signal positive_pads : std_logic_vector(3 downto 0);
   signal negative_pads : std_logic_vector(3 downto 0);
   signal bit_clock     : std_logic                    := '0';
@@ -253,9 +255,11 @@ begin
     report "DPHY: the model knows a receiver with its own logic and 8 bits a lane only"
     severity failure;
 
+  -- The pads are split over many ports; inside they are two words.
   positive_pads <= dp3 & dp2 & dp1 & dp0;
   negative_pads <= dn3 & dn2 & dn1 & dn0;
 
+  -- A receiver drives no pad.
   ckp <= 'Z';
   ckn <= 'Z';
   dp0 <= 'Z';
@@ -282,6 +286,8 @@ begin
 
   begin
 
+    -- From the falling of the positive line on (LP-01), in clocks of the one that times are counted
+    -- by.
     for i in 0 to 3 loop
 
       if positive_pads(i) = '1' then
@@ -302,6 +308,8 @@ begin
   -- Every edge of the clock lane brings a bit of each lane.
   receive : process (bit_clock, stopped) is
 
+    -- Bits of the byte clock's period; of each lane its last eight bits, bits since the sync, its
+    -- last byte, the sync has been found, and it is new.
     variable bits    : natural                      := 0;
     variable window  : bytes_t                      := (others => x"00");
     variable counts  : counts_t                     := (others => 0);
@@ -329,18 +337,21 @@ begin
 
       end loop;
 
+      -- All lanes share the byte clock; a lane's bytes wait for it, wherever its sync was.
       bits := (bits + 1) mod 8;
       if bits = 0 then
         urwdckhs  <= '1';
         bytes_now <= whole;
         syncs     <= strobes;
-        active    <= active or strobes;
-        strobes   := "0000";
+        -- The sync is told with this byte clock, the first byte comes with the next.
+        active  <= active or strobes;
+        strobes := "0000";
       elsif bits = 4 then
         urwdckhs <= '0';
       end if;
     end if;
 
+    -- LP-11 ends the burst of a lane at any time.
     for i in 0 to 3 loop
 
       if stopped(i) = '1' then

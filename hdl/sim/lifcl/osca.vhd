@@ -41,6 +41,7 @@ architecture behaviour of osca is
 
   end function number_of;
 
+  -- Half of a period of 450 MHz, times the divider.
   constant HALF : time := (number_of(HF_CLK_DIV) + 1) * 1111 ps;
 
   signal clk : std_ulogic := '0';

@@ -25,6 +25,7 @@ end entity bufpll;
 
 architecture behaviour of bufpll is
 
+  -- Changes with each rising edge of GCLK: so the other process sees them between its own.
   signal gclk_edge : std_ulogic := '0';
 
 begin

@@ -31,6 +31,7 @@ end entity dcm_clkgen;
 
 architecture behaviour of dcm_clkgen is
 
+  -- Without an edge for so long the input counts as stopped.
   constant STOPPED : time := 1 us;
 
   signal period : time       := 0 fs;
@@ -58,6 +59,7 @@ begin
     period <= 0 fs;
     wait until rst = '0' and rising_edge(clkin);
 
+    -- The real one takes some cycles to lock; the last of them tells the period.
     for i in 1 to 16 loop
 
       last := now;
@@ -67,6 +69,7 @@ begin
 
     period <= now - last;
     locked <= '1';
+    -- Once locked it stays so until a reset: what another input would do is left out.
     wait until rst = '1';
 
   end process measure;

@@ -95,6 +95,9 @@ begin
 
   control : process is
 
+    -- Taps of a bit, half of them for the slave, the counter; steps to a calibration in clocks;
+    -- what a fault does: clocks by which an answer is late, whether it hangs, whether a reset frees
+    -- it.
     variable bit_taps : natural := 0;
     variable half     : natural := 0;
     variable counter  : natural := 0;
@@ -128,6 +131,7 @@ begin
 
     late := 0;
 
+    -- Only a command can go wrong: a line at rest stays as it is.
     if delay_faults /= 0 and (cal = '1' or ce = '1') then
       draw(12, chance);
       by_reset := delay_faults mod 2 = 0;
@@ -149,6 +153,7 @@ begin
 
     end loop;
 
+    -- Clocks since the last step, up to where a calibration is allowed.
     if stepped /= QUIET then
       stepped := stepped + 1;
     end if;
@@ -170,6 +175,7 @@ begin
       wait until rising_edge(ioclk0) for 100 ns;
       started := now;
       wait until rising_edge(ioclk0) for 100 ns;
+      -- Twice: the second and third edge are two whole bits apart, whatever the phase.
       wait until rising_edge(ioclk0) for 100 ns;
       if now - started < 100 ns then
         bit_taps := (now - started) / (2 * TAP);
@@ -200,6 +206,7 @@ begin
       end if;
     end if;
 
+    -- The slave's is half a bit longer, so that it samples the edges.
     delay <= (counter + half) * TAP;
 
   end process control;

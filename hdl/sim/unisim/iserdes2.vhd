@@ -79,6 +79,8 @@ begin
       if rising_edge(clk0) then
         -- The slave's sample of the edge before the bit `newer`, taken with it, is here now.
         if newer /= older then
+          -- At an edge the slave's sample says which of both bits it saw: with the newer one it
+          -- sampled behind the edge, and the delay should grow.
           found := found + 1;
           if shiftin = newer then
             majority := majority + 1;
@@ -111,6 +113,7 @@ begin
         q1     <= word(0);
         valid  <= '0';
         incdec <= '0';
+        -- One edge in the word is enough for VALID; INCDEC goes by majority.
         if edges > 0 then
           valid <= '1';
         end if;

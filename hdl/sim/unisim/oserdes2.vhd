@@ -83,11 +83,13 @@ begin
   begin
 
     if rising_edge(clk0) then
+      -- The word that CLKDIV took is loaded with the strobe, far from CLKDIV's edge.
       if ioce = '1' then
         bits := taken;
       else
         bits := shiftin1 & bits(3 downto 1);
       end if;
+      -- The cascade: the slave's bits go through the master to the pin.
       if SERDES_MODE = "MASTER" then
         shiftout1 <= bits(0);
         oq        <= shiftin3;

@@ -172,6 +172,7 @@ architecture behaviour of pll_adv is
 
     end loop;
 
+    -- A counter that was never written has the ratio of the attribute; "no count" is a ratio of 1.
     if low = 0 or high = 0 then
       return attribute_value;
     elsif registers(places(12) / 16)(places(12) mod 16) = '1' then
@@ -210,6 +211,7 @@ begin
     drdy <= '0';
     wait until rising_edge(dclk) and den = '1';
 
+    -- XAPP879: the PLL must be in reset while its registers change.
     if dwe = '1' then
       assert rst = '1'
         report "PLL_ADV: register written while the PLL runs"
@@ -217,7 +219,8 @@ begin
       registers(to_integer(unsigned(daddr))) <= di;
     end if;
 
-    do   <= registers(to_integer(unsigned(daddr)));
+    do <= registers(to_integer(unsigned(daddr)));
+    -- DRDY comes some clocks later, for a clock.
     wait until rising_edge(dclk);
     wait until rising_edge(dclk);
     drdy <= '1';
@@ -245,6 +248,8 @@ begin
     ) is
     begin
 
+      -- Scheduled from each input edge, so that all outputs stay in step with it; they end with the
+      -- input.
       for i in 0 to 2 * ratio - 1 loop
 
         if i mod 2 = 0 then
@@ -268,6 +273,7 @@ begin
       wait until rst = '0';
     end if;
 
+    -- Registers count from the release of RST on.
     mult     := divider(registers, FEEDBACK, CLKFBOUT_MULT);
     divide_0 := divider(registers, OUTPUT_0, CLKOUT0_DIVIDE);
     divide_1 := divider(registers, OUTPUT_1, CLKOUT1_DIVIDE);
@@ -298,6 +304,7 @@ begin
       period := now - last;
       last   := now;
 
+      -- Out of the oscillator's range no edges go out, and it never locks.
       if period / mult > VCO_SLOWEST or period / mult < VCO_FASTEST then
         cycles := 1;
       elsif cycles < LOCK_CYCLES then
@@ -306,6 +313,7 @@ begin
         lock_now <= '1';
       end if;
 
+      -- Two periods alike, so that the length of the next one is known.
       if cycles > 2 then
         run(clkout0, mult / divide_0, period);
         run(clkout1, mult / divide_1, period);

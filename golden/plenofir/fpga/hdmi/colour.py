@@ -161,6 +161,8 @@ package colour_pkg is
 
   type ways_t is array (way_t) of coefficients_t;
 
+  -- 0 and 1: RGB of full range, which stays as it is, and of limited range; 2 and 3: YCbCr of
+  -- BT.709, the same two; 4 and 5: of BT.601. The offsets hold the half that rounds.
   constant WAYS : ways_t :=
   (
 {rows}

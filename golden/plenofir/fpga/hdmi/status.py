@@ -6,6 +6,7 @@ it, ``scripts/build_docs.py`` the table of ``docs/boards.md``.
 """
 
 import re
+import textwrap
 from dataclasses import dataclass
 
 from plenofir.ground.errors import InputError
@@ -155,26 +156,37 @@ def example_line() -> str:
 def status_package() -> str:
     """VHDL of ``hdl/board/status_pkg.vhd``: the text of the line and the record of its numbers."""
     texts = [f"{f.name}={'/'.join('#' * len(f.example))}" for f in FIELDS]
-    width = max(len(f.name) for f in FIELDS)
     types = [
         f"std_logic_vector({16 * len(f.example) - 1} downto 0)"
         if len(f.example) > 1
         else "number_t"
         for f in FIELDS
     ]
+    comments = [
+        textwrap.fill(
+            f"{f.meaning[0].upper()}{f.meaning[1:]}.",
+            100,
+            initial_indent=_COMMENT,
+            subsequent_indent=_COMMENT,
+        )
+        for f in FIELDS
+    ]
     return _TEMPLATE.format(
         line=' " &\n                                   "'.join(texts),
         numbers=sum(len(f.example) for f in FIELDS),
         record="\n".join(
-            f"    {f.name.ljust(width)} : {t};" for f, t in zip(FIELDS, types, strict=True)
+            f"{comment}\n    {f.name} : {t};"
+            for f, t, comment in zip(FIELDS, types, comments, strict=True)
         ),
         vector=" &\n           ".join(f"status.{f.name}" for f in reversed(FIELDS)),
     )
 
 
+_COMMENT = "    -- "
+
 _TEMPLATE = """\
 -- The status line of the serial port; built by scripts/build_hdl.py from the list of its fields in
--- plenofir.fpga.hdmi.status, docs/boards.md says what each means.
+-- plenofir.fpga.hdmi.status.
 
 library ieee;
 use ieee.std_logic_1164.all;
