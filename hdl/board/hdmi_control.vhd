@@ -162,6 +162,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks.
 
+  -- The TMDS clock is looked at all the time, also while the board's own clock is shown.
   meter : entity work.clock_meter
     generic map (
       WINDOW => clocks_of(METER_WINDOW)
@@ -190,6 +191,7 @@ begin
   -- `configured` is of this clock already: the control writes the settings itself.
   clocks_here <= (locked_here(2), clocks.configured, locked_here(0), locked_here(1));
 
+  -- It orders the clocks and nothing else: what is shown follows from its orders.
   supervisor : entity work.link_supervisor
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
@@ -218,6 +220,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Panel, EDID.
 
+  -- Whoever sets something, board or host, it is collected here.
   settings_of_panel : entity work.board_control
     generic map (
       SLICES        => SLICES,

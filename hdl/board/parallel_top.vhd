@@ -99,6 +99,7 @@ begin
       lost          => lost
     );
 
+  -- The camera gives grey pixels, one each clock.
   refocuser : entity work.raster_refocuser
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,

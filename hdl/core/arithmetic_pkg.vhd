@@ -127,11 +127,13 @@ package body arithmetic_pkg is
   ) return boolean is
   begin
 
+    -- Beyond that the tools have no integers for the constants of an exact core.
     assert not arithmetic.exact or sums_fit(arithmetic)
       report name & ": exact sums of MICRO_IMAGE_SIZE, PIXEL_BITS and INTERPOLATION_ORDER take more than 31 bits: " &
              "take smaller ones, or EXACT => false"
       severity failure;
 
+    -- The guard bits are the highest of the fraction bits, so there cannot be more of them.
     assert arithmetic.exact or arithmetic.guard_bits <= arithmetic.fraction_bits
       report name & ": GUARD_BITS exceeds FRACTION_BITS"
       severity failure;

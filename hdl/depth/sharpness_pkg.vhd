@@ -178,6 +178,7 @@ package body sharpness_pkg is
 
   begin
 
+    -- A luma is known of one channel and of three.
     assert channels /= 2
       report name & ": CHANNELS must be 1 or 3, of which there is a luma"
       severity failure;

@@ -47,6 +47,7 @@ architecture rtl of switch_table is
   constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
+  -- A row of all taps, of which the ROM keeps those that some slice closes.
   subtype taps_t is std_logic_vector(0 to TAPS - 1);
 
   -- Switches of all taps; a power of two rows, so that every address exists.

@@ -82,6 +82,7 @@ architecture rtl of bank_exchange is
 
   constant BANK_OF : bank_tables_t := bank_table;
 
+  -- The words apart, for an index.
   signal words : words_t;
 
 begin

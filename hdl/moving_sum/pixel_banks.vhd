@@ -105,6 +105,7 @@ architecture rtl of pixel_banks is
   -- Clocks from a place to the differences of its banks.
   constant CHANGED : positive := 5 + choose(SLICES > 1, 1, 0);
 
+  -- The place of the outputs, and for the exchange their slice, until the differences are there.
   type turns_t is array (1 to CHANGED) of place_t;
 
   type slices_t is array (1 to 4) of unsigned(read_slice_1'length - 1 downto 0);
@@ -327,6 +328,7 @@ begin
 
   end process find_rows;
 
+  -- A bank is written by one pixel of a token at most, and read for one output at most.
   every_bank : for b in 0 to BANKS - 1 generate
 
     -- Place of the pixel that leaves with the entering one of this bank.

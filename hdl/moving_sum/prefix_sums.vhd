@@ -79,6 +79,7 @@ architecture rtl of prefix_sums is
 
   end function widened;
 
+  -- Sums of growing blocks, level after level; the last level with the carry on top.
   signal partial : partial_t := (others => (others => (others => '0')));
   signal running : sums_t    := (others => (others => '0'));
 
@@ -189,6 +190,8 @@ begin
           -- From the top: the places below are still those of the level before.
           for j in P - 1 downto 2 ** l loop
 
+            -- A place without a begin takes the value of the one 2 ** l below, which has looked as
+            -- far down as its level reaches.
             if found(j) = '0' then
 
               for c in 0 to CHANNELS - 1 loop

@@ -265,6 +265,8 @@ begin
 
   end process follow;
 
+  -- Four lenses of M pixels, in two memories: a ring of lenses, of which two are read and two are
+  -- written.
   even_lenses : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => DATA_BITS,

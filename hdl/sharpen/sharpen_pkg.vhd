@@ -111,6 +111,7 @@ package body sharpen_pkg is
       report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
       severity failure;
 
+    -- It works on sums that are not rounded yet, in raster order.
     assert not sharpens(sharpening) or (exact and parallel_rows = 1)
       report name & ": SHARPENING needs EXACT and PARALLEL_ROWS = 1"
       severity failure;

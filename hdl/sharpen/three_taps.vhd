@@ -155,6 +155,7 @@ begin
 
     type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
 
+    -- The weight by slice; a number beyond the set, which never comes, has the largest one.
     function side_table return sides_t is
 
       variable table : sides_t;

@@ -150,6 +150,7 @@ architecture rtl of column_sum is
 
 begin
 
+  -- Of one slice alone, so its tables are constants.
   control : entity work.moving_sum_control
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -209,6 +210,7 @@ begin
 
   end process pick;
 
+  -- It keeps running and first sums for each column; with held results those, too.
   adder : entity work.moving_sum_adder
     generic map (
       COLUMNS      => COLUMNS,

@@ -201,6 +201,7 @@ package body focal_stack_pkg is
   ) return positive is
   begin
 
+    -- M pixels of full white.
     return bits_for(micro_image_size * (2 ** lane_bits - 1));
 
   end function column_sum_bits;

@@ -168,6 +168,7 @@ package body picture_pkg is
 
             made(i) := 3;
 
+          -- The refocused slice; other letters have been refused by then.
           when others =>
 
             made(i) := 0;
@@ -242,6 +243,7 @@ package body picture_pkg is
     constant M        : positive   := arithmetic.micro_image_size;
     constant GEOMETRY : geometry_t := geometry_of(name, M, shifts, true);
 
+    -- Checks of the parts, each of which names the generic that is wrong.
     variable fits : boolean;
 
   begin
@@ -347,6 +349,7 @@ package body picture_pkg is
              index_latency(slice_count(shifts), radius, vote_radius, between, 1);
     end if;
 
+    -- One shell and its engine.
     return total_delay(GEOMETRY, order) + STREAM_LATENCY +
            engine_latency(engine, stored, order, broadcast_taps);
 
@@ -370,6 +373,7 @@ package body picture_pkg is
   ) return positive is
   begin
 
+    -- A text with more than a colour for each slice has all shades.
     return choose(colours'length > 6 * slice_count(shifts), MOST_SHADES, 1);
 
   end function shades;

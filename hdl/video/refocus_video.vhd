@@ -156,6 +156,7 @@ begin
   core_reset <= reset or not followed.running;
   rows       <= std_logic_vector(resize(followed.timing.rows, 16));
 
+  -- Its raster defines the frames for all that follows: bit errors of the input do not move them.
   to_stream : entity work.video_to_stream
     generic map (
       MAX_COLUMNS  => choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS),
@@ -290,6 +291,7 @@ begin
       error_flags   => core_errors
     );
 
+  -- The same timing again, as late as the core is; a picture of another size stands in its middle.
   to_video : entity work.stream_to_video
     generic map (
       DELAY_PIXELS => DELAY_PIXELS,
