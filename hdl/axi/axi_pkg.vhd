@@ -291,7 +291,6 @@ package body axi_pkg is
   ) return natural is
   begin
 
-    -- Fields of numbers alone.
     return radius * 2 ** SHARPNESS_RADIUS + vote_radius * 2 ** SHARPNESS_VOTE_RADIUS;
 
   end function sharpness_word;

@@ -368,8 +368,7 @@ begin
       end loop;
 
       -- A new size restarts the core, because its content belongs to the old size, and half a frame of each size would
-      -- come out.
-      -- The command acts for a clock, and a good size like one.
+      -- come out. Either acts for one clock.
       restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
 
       if reset = '1' then

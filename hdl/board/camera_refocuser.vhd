@@ -366,8 +366,8 @@ begin
       error_flags   => core_flags
     );
 
-  -- What the camera has sent is counted where the raster takes it, so a line counts when it is in
-  -- the ring of raw lines.
+  -- What the camera has sent is counted where the raster takes it, so a line counts when the raster
+  -- has it.
   follow : process (clk) is
   begin
 

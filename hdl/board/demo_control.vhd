@@ -125,8 +125,8 @@ begin
   end process go;
 
   going <= going_now;
-  -- The sweep of the core starts anew behind the last slice (slice_select); this one turns round, so it is
-  -- made here and a plain slice is asked for.
+  -- The sweep of the core starts anew behind the last slice (slice_select); this one turns round, so
+  -- it is made here and a plain slice is asked for.
   choice <=
   (
     pass_through => '0',

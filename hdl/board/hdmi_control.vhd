@@ -82,8 +82,8 @@ end entity hdmi_control;
 
 architecture rtl of hdmi_control is
 
-  -- TMDS clocks that are accepted, in units of 100 kHz. The placers' constraints end with the
-  -- fastest one; constraints/atlys.ucf has its period.
+  -- TMDS clocks that are accepted, in units of 100 kHz; constraints/atlys.ucf has the period of the
+  -- fastest one.
   constant ANY_SLOWEST : positive := 240;
   constant ANY_FASTEST : positive := 743;
   constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));

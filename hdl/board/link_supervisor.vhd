@@ -208,7 +208,6 @@ begin
 
         when write_setting =>
 
-          -- setting.
           if clocks.configured = '1' and waited >= 3 then
             receive_reset_now <= '0';
             state             <= lock_receive;
@@ -237,7 +236,6 @@ begin
 
       end case;
 
-      -- nothing to lose yet.
       if state /= quiet and state /= choose and (source_ok = '0' or own /= want_own) then
         give_up := true;
       end if;

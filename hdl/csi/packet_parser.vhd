@@ -175,6 +175,7 @@ begin
       crc_data      <= data;
       told          <= (others => '0');
 
+      -- Bytes of this word that belong to the packet, and to its payload.
       few     := to_integer(left(2 downto 0));
       needed  := LANES;
       payload := LANES;
@@ -225,8 +226,7 @@ begin
         kind                   := facts(5 downto 0);
         -- A damaged header says nothing for certain, its length included: all up to the next burst is filler.
         if known_bad = '0' then
-          -- Payload and two bytes of checksum. Packets of other types are followed, too: a wrong checksum of any
-          -- tells of the link.
+          -- Payload and checksum. Packets of other types are followed, too: a wrong checksum tells of the link.
           if kind >= LONG_KINDS then
             busy        <= '1';
             left        <= resize(unsigned(facts(23 downto 8)), 17) + 2;

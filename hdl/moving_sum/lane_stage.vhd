@@ -123,9 +123,9 @@ architecture rtl of lane_stage is
 
   constant BEGINS_OF : begins_t := begins_table;
 
+  -- For each token the places of its outputs that begin a group.
   type begins_list_t is array (natural range <>) of lanes_t;
 
-  -- For each token the places of its outputs that begin a group.
   -- The token begins a line, whose slice is read with it.
   signal first : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);

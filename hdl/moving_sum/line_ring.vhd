@@ -83,10 +83,10 @@ architecture rtl of line_ring is
 
   subtype address_t is unsigned(WORD_BITS - 1 downto 0);
 
-  -- By phase.
   -- A power of two, so that slice and phase side by side are an index.
   constant SLICE_STEP : positive := phase_words(M);
 
+  -- By phase.
   type places_t is array (natural range 0 to SLICE_STEP - 1) of place_t;
 
   -- By slice and phase.

@@ -101,8 +101,7 @@ architecture rtl of moving_sum_array is
   constant LANES      : positive := P * CHANNELS;
   constant LAST_STAGE : positive := 2 * PASSES - 1;
 
-  -- Exact sums filter columns first, stored products rows.
-  -- Whether a stage filters columns.
+  -- Whether a stage filters columns: exact sums begin with them, stored products with rows.
   function filters_columns (
     stage : natural
   ) return boolean is

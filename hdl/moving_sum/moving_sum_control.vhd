@@ -71,10 +71,10 @@ architecture rtl of moving_sum_control is
   constant OTHER_REACH   : boolean := not takes(REACHED = reach(GEOMETRY),
                                                 "moving_sum_control: REACHED must be reach of the others");
 
-  -- Steps from a pixel to the output of the same index; words of a phase in the tables.
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant SLICES : positive := GEOMETRY.slices;
-  constant DELAY  : natural  := GEOMETRY.output_delay;
+  -- Steps from a pixel to the output of the same index.
+  constant DELAY : natural := GEOMETRY.output_delay;
   -- Indices reach to here when M steps have passed.
   constant LEFT_MAX : positive := REACHED + 1 - M;
 

@@ -113,9 +113,8 @@ package body moving_sum_pkg is
 
     oldest := oldest_entering(geometry, phase);
 
-    -- The first line of a frame may come early, that of phase v by M-1-v lines at most.
     -- Where frames have multiples of M lines, the lines of a phase are M apart across frames, too;
-    -- otherwise one may come early.
+    -- otherwise the first line of a frame may come early, that of phase v by M-1-v lines at most.
     if any_rows and (oldest > 0 or pixels_leave(geometry)) then
       oldest := oldest + geometry.micro_image_size - 1 - phase;
     end if;
@@ -235,8 +234,8 @@ package body moving_sum_pkg is
   ) return positive is
   begin
 
-    -- The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
-    -- Three of the control, two for the addresses, two for the words, three for the sums.
+    -- Three of the control, two for the addresses, two for the words, three for the sums. The memory
+    -- of lines (ram_blocks) takes a clock more than that of a line's last pixels.
     return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 
   end function sum_stage_latency;

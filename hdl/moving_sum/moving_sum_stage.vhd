@@ -86,9 +86,8 @@ architecture rtl of moving_sum_stage is
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
   constant SLICE_BITS   : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- Ages come from a table and are compared a clock later: pixels wait so long in front of the
-  -- memory.
-  -- Clocks from a token to the addresses of the memory, and to its words.
+  -- Clocks from a token to the addresses of the memory, and to its words. Ages come from a table and
+  -- are compared a clock later: so long pixels wait in front of the memory.
   constant ADDRESSED : positive := 5;
   constant READ      : positive := ADDRESSED + choose(DEPTH > 1, 3, 2);
 

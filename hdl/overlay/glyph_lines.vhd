@@ -186,8 +186,6 @@ begin
             ones when digit_1(0) = '1' else
             read_1;
 
-  -- The font is addressed by the character and its line, so it is one ROM with both side by side as
-  -- the address.
   read_line : process (clk) is
   begin
 

@@ -122,7 +122,7 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
-    -- Two constants of the entities themselves, so that a latency has one home.
+    -- Each engine's package has its own, beside the entities that it counts the clocks of.
     if same_text(engine, "moving_sum") then
       return sum_array_latency(stored, order);
     end if;

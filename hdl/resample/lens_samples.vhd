@@ -195,7 +195,6 @@ begin
 
   end generate channel;
 
-  -- One process for all that only waits.
   delay : process (clk) is
   begin
 

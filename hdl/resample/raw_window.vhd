@@ -106,7 +106,6 @@ architecture rtl of raw_window is
 
   begin
 
-    -- The ring's places go round.
     place := newest - to_integer(age);
 
     if place < 0 then

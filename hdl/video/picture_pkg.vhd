@@ -243,12 +243,12 @@ package body picture_pkg is
     constant M        : positive   := arithmetic.micro_image_size;
     constant GEOMETRY : geometry_t := geometry_of(name, M, shifts, true);
 
-    -- Checks of the parts, each of which names the generic that is wrong.
     variable fits : boolean;
 
   begin
 
-    -- Each assertion names the generic of the entity that was instantiated, by its name.
+    -- The parts check their generics, too; here a message names the entity that a user has
+    -- instantiated.
     assert are_outputs(outputs)
       report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
       severity failure;

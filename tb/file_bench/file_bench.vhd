@@ -233,7 +233,6 @@ begin
         s_axis_tvalid <= '0';
       end if;
 
-      -- Offer the next one.
       -- Only one token is on offer: the next is drawn when it was taken.
       draw(random, stall, STALL_PERCENT);
       if offered = accepted and offered < TOKENS and not stall then
