@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.progress import Progress, track
 from rich.table import Table
 
-from plenofir.camera.calibration import calibrate, decode, text_calibration
+from plenofir.camera.calibration import calibrate, decode, thesis_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
@@ -305,15 +305,15 @@ def ray_model_table() -> Table:
 
 
 def calibration_table() -> Table:
-    """Time calibration by the grid fit and by the text's method, and decoding."""
-    table = Table(title="calibration, pitch 11.03, in multiples of the text's method")
+    """Time calibration by the grid fit and by the thesis's method, and decoding."""
+    table = Table(title="calibration, pitch 11.03, in multiples of the thesis's method")
     for column in ("white image", "text's method / s", "grid fit", "decode", "decode, cubic"):
         table.add_column(column, justify="right")
     for size in track((1100, 3201), description="calibration"):
         grid = regular_grid((size, size), 11.03, rotation_degrees=0.1)
         white = white_image((size, size), grid)
         calibration = calibrate(white)
-        text = median_seconds(partial(text_calibration, grey(white)), 3)
+        text = median_seconds(partial(thesis_calibration, grey(white)), 3)
         works = (
             partial(calibrate, white),
             partial(decode, white, calibration, 11),

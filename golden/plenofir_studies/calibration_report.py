@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from plenofir.camera.calibration import calibrate, decode, text_calibration
+from plenofir.camera.calibration import calibrate, decode, thesis_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.grid import Grid, Layout
-from plenofir.camera.calibration.text_method import rotated
+from plenofir.camera.calibration.thesis_method import rotated
 from plenofir.camera.lightfield import fourier_slice, shifted_views
 from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir.ground.errors import InputError
@@ -64,14 +64,14 @@ def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accu
 
 
 def both_methods(image: Image, truth: Floats, pitch: float) -> tuple[Accuracy, Accuracy]:
-    """Calibrate with the grid fit (all missed where it refuses) and with the text's method."""
+    """Calibrate with the grid fit (all missed where it refuses) and with the thesis's method."""
     start = time.perf_counter()
     try:
         centres = calibrate(image).centres.reshape(-1, 2)
     except InputError:
         centres = np.full((1, 2), np.nan)
     middle = time.perf_counter()
-    text = text_calibration(grey(image))
+    text = thesis_calibration(grey(image))
     end = time.perf_counter()
     found = centres[~np.isnan(centres[:, 0])]
     return (
@@ -182,7 +182,7 @@ def _rotation(report: Report) -> None:
         straight = rotated(truth, -degrees, shape)
         row = [f"{degrees:g}"]
         for found in (
-            text_calibration(grey(image)).rotation_degrees,
+            thesis_calibration(grey(image)).rotation_degrees,
             calibrate(image).grid.rotation_degrees,
         ):
             off = np.linalg.norm(rotated(truth, -found, shape) - straight, axis=1).max()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text's experiments with a real camera (section 5.3), done with the synthetic one.
+"""The thesis's experiments with a real camera (section 5.3), done with the synthetic one.
 
 Objects stand at known distances; the raw captures are calibrated, decoded, and refocused or matched
 as real ones would be. The predictions come from the ray model, which the pictures were taken
@@ -33,7 +33,7 @@ Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 CAMERA = "f197-mla2"
-"""The camera of the text's experiments."""
+"""The camera of the thesis's experiments."""
 FOCUS_MM = {"a": inf, "b": inf, "c": 4000.0}
 """Focus of the parts of Table 5.10; Table 5.11 has that of (b), Table 5.12 that of (c)."""
 OBJECT_LENSES = 26
@@ -139,7 +139,7 @@ class Focused:
 
 
 def model_of(m: int, focus_mm: float = inf) -> RayModel:
-    """The text's camera."""
+    """The thesis's camera."""
     return RayModel.focused(load_camera(CAMERA), focus_mm, m)
 
 
@@ -168,7 +168,7 @@ def focus_experiment(
 
 
 def placed(part: str) -> list[float]:
-    """Focus settings at which the text placed objects and markers (parts of Table 5.10)."""
+    """Focus settings at which the thesis placed objects and markers (parts of Table 5.10)."""
     return [row["a"] for row in load_table("5.10").part(part).rows if "object" in row.labels]
 
 
@@ -187,14 +187,14 @@ class ViewPair:
         return f"views {self.first} and {self.first + self.gap}, window {self.window}"
 
 
-# The text does not say which views it took; here the pairs of gap 4 share one view.
+# The thesis does not say which views it took; here the pairs of gap 4 share one view.
 FIGURES = {
     "5.17": (ViewPair(-4, 4, 29, 5), ViewPair(-4, 8, 39, 9), ViewPair(0, 4, 29, 5)),
     "5.18": (ViewPair(-4, 4, 33, 5), ViewPair(-4, 8, 39, 9), ViewPair(0, 4, 33, 5)),
 }
 """Views and windows of the disparity maps (b), (c), (d) of Figs. 5.17 and 5.18."""
 FIGURE_OBJECT_LENSES = 60
-"""Width of the objects for these windows: the views are then about as wide as the text's."""
+"""Width of the objects for these windows: the views are then about as wide as the thesis's."""
 SMALL_PAIRS = (ViewPair(-2, 4, 15, 8), ViewPair(-4, 8, 15, 16))
 """Views and windows for objects of usual width."""
 
@@ -209,7 +209,7 @@ class Measured:
     predicted_px: float
     found_px: float
     baseline_mm: float  # baseline from depth and measured disparity (Eq. 5.24)
-    tilt_degrees: float  # tilt from depth and measured disparity (Eq. 5.25), positive as the text's
+    tilt_degrees: float  # tilt from depth and measured disparity (Eq. 5.25), sign as in the thesis
 
 
 @dataclass(frozen=True)

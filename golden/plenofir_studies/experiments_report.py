@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
+"""The thesis's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ _TABLES = {"5.17": ("5.11", "b"), "5.18": ("5.12", "c")}
 
 
 def _focused(part: str) -> list[Focused]:
-    """The text's objects and markers of a part of Table 5.10, swept."""
+    """The thesis's objects and markers of a part of Table 5.10, swept."""
     model = model_of(_PARTS[part], FOCUS_MM[part])
     return focus_experiment(model, [float(d) for d in model.distance(placed(part)).mm])
 
@@ -50,7 +50,7 @@ def sharpness_pictures() -> Image:
 
 
 def disparity_maps(figure: str) -> tuple[DisparityExperiment, Image]:
-    """Fig. 5.17 or 5.18: views at the text's distances, measured and drawn."""
+    """Fig. 5.17 or 5.18: views at the thesis's distances, measured and drawn."""
     number, part = _TABLES[figure]
     depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
     pairs = FIGURES[figure]
@@ -63,14 +63,14 @@ def disparity_maps(figure: str) -> tuple[DisparityExperiment, Image]:
 def _focus(report: Report) -> None:
     report.say(
         "## Objects at predicted distances",
-        "The text's experiment (Fig. 5.16, Table 5.10) with the synthetic camera: textured objects "
-        "at the distances that the ray model predicts for the slices of the text's objects and "
-        "markers, captured (pitch 14.27 pixels, rotated by 0.3 degree, 1 % noise), calibrated, "
-        "decoded, swept. The camera renders by the ray model, so this tests what capture and "
-        "search do, not the model (`plenofir report pictures` does). (c) is focused to 4 m, as its "
-        "table is; the figure's caption says 404 cm. "
-        "Distances from the micro lenses; the last column compares the distance of the sharpest "
-        "setting, between slices.",
+        "The thesis's experiment (Fig. 5.16, Table 5.10) with the synthetic camera: textured "
+        "objects at the distances that the ray model predicts for the slices of the thesis's "
+        "objects and markers, captured (pitch 14.27 pixels, rotated by 0.3 degree, 1 % noise), "
+        "calibrated, decoded, and refocused to many settings. The camera renders by the ray model, "
+        "so this tests the capture and the search, not the model (`plenofir report pictures` "
+        "does). (c) is focused to 4 m, as its table is; the figure's caption says 404 cm. "
+        "Distances are from the micro lenses; the last column compares the distance of the "
+        "sharpest setting, interpolated between slices.",
     )
     rows = []
     for part, m in _PARTS.items():
@@ -95,9 +95,9 @@ def _focus(report: Report) -> None:
 def _disparity(report: Report) -> None:
     report.say(
         "## Baselines and tilts",
-        "Disparities between two views at the text's distances, with the windows of Figs. 5.17 and "
-        "5.18, and what follows from them (Eqs. 5.24, 5.25; Tables 5.11, 5.12). Both pairs of gap "
-        "4 give the same baseline and tilt: the virtual cameras are evenly spaced.",
+        "Disparities between two views at the thesis's distances, with the windows of Figs. 5.17 "
+        "and 5.18, and what follows from them (Eqs. 5.24, 5.25; Tables 5.11, 5.12). Both pairs of "
+        "gap 4 give the same baseline and tilt: the virtual cameras are evenly spaced.",
     )
     rows = []
     for figure, (number, part) in _TABLES.items():

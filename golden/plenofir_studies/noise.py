@@ -38,7 +38,7 @@ ARITHMETICS: tuple[Arithmetic, ...] = (
     StoredProductArithmetic(fraction_bits=4, guard_bits=2),
     StoredProductArithmetic(fraction_bits=0, guard_bits=0),
 )
-"""Arithmetics that are measured; the last one is the text's."""
+"""Arithmetics that are measured; the last one is the thesis's."""
 NOISE = 8.0
 """Standard deviation of the raw image's noise in grey levels."""
 _LEVEL = 120.0
@@ -47,7 +47,7 @@ _LENSES = 60
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise behind the operator."""
+    """Noise after the operator."""
 
     m: int
     shift: int  # a'

@@ -85,8 +85,8 @@ def _validation(report: Report, checks: list[Check]) -> None:
 def _real_rays(report: Report) -> None:
     report.say(
         "## Real rays",
-        "The f100 lens of the text from its prescription: micro image centres from real chief rays "
-        "beside the text's simulation.",
+        "The f100 lens of the thesis from its prescription: micro image centres from real chief "
+        "rays beside the thesis's simulation.",
     )
     rows = []
     for number in ("5.3", "5.4"):
@@ -101,8 +101,8 @@ def _real_rays(report: Report) -> None:
     report.table(["table", "micro lens", "printed / mm", "traced / mm", "difference"], rows)
     report.say(
         "Refocusing distances predicted by the ray model and found with real rays, M = 13, micro "
-        "lenses (II), focus at infinity, 550 nm. The text's predictions stay within 0.35 % of its "
-        "simulation.",
+        "lenses (II), focus at infinity, 550 nm. The thesis's predictions stay within 0.35 % of "
+        "its simulation.",
     )
     settings = np.array([0.5, 1.0, 2.0, 3.0, 4.0])
     figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
@@ -142,7 +142,7 @@ def _virtual_cameras(report: Report) -> None:
         "## Real rays of virtual cameras",
         "Virtual cameras and triangulated distances (section 5.2.3), predicted and found with real "
         "rays: G = 6, i = 0, micro lenses (II), 550 nm. Disparities of 0, 1 and 2 micro lenses for "
-        "each view of the gap, as in Table 5.9. Largest deviations in percent; those of the text "
+        "each view of the gap, as in Table 5.9. Largest deviations in percent; those of the thesis "
         "for its lenses are 0.9 (pupil), 0.14 (baseline), 0.28 (tilt) and 0.33 (distances).",
     )
     rows = []
@@ -170,10 +170,10 @@ def _virtual_cameras(report: Report) -> None:
 def _stability(report: Report, outcomes: list[Outcome]) -> None:
     report.say(
         "## Numerical stability",
-        "Relative error against an oracle of 700 digits, worst case of each group, and the text's "
-        "formulas beside it. Where there is no distance, the model says so by name (`infinity`, "
-        '`beyond infinity`); "no number" means that a formula gave inf or nan, or a number where '
-        "there is none.",
+        "Relative errors of the ray model and of the thesis's formulas against an oracle of 700 "
+        "digits, worst case of each group. Where there is no distance, the model says so by name "
+        '(`infinity`, `beyond infinity`); "no number" means that a formula gave inf or nan, or a '
+        "number where there is none.",
     )
     ways = list(dict.fromkeys(way for outcome in outcomes for way in outcome.naive))
     groups = list(dict.fromkeys(outcome.group for outcome in outcomes))

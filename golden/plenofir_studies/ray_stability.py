@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stiff and extreme cases: the ray model and the text's formulas against a high-precision oracle.
+"""Stiff and extreme cases: the ray model and the thesis's formulas against a high-precision oracle.
 
 The oracle evaluates the definitions to 700 digits (mpmath): two rays, their intersection, the lens
 equation. It shares no formula with `RayModel`.
@@ -41,7 +41,7 @@ class Outcome:
     want: float | None  # the oracle's number, or None where there is none
     state: str  # what the model says of the plane
     error: float  # relative error of the model; 0 where both say that there is no number
-    # relative errors of the text's formulas, by name; inf where they give no number
+    # relative errors of the thesis's formulas, by name; inf where they give no number
     naive: dict[str, float]
     # of the number with regard to all inputs; None where it was not computed
     condition: float | None = None

@@ -33,7 +33,7 @@ class Check:
 
 
 def _as_printed(distances: Distances) -> float:
-    """Distance as the text prints it: planes at and beyond infinity are infinity."""
+    """Distance as the thesis prints it: planes at and beyond infinity are infinity."""
     value = float(distances.mm)
     beyond = (State.INFINITY, State.BEYOND_INFINITY)
     return inf if isnan(value) and distances.state() in beyond else value
@@ -44,8 +44,8 @@ def table_model(
 ) -> RayModel:
     """Model of a table's camera.
 
-    The text's tables start from the image distance of Table 5.2, rounded to 0.1 um (`rounded`), the
-    commands from the distance in focus.
+    The thesis's tables start from the image distance of Table 5.2, rounded to 0.1 um (`rounded`),
+    the commands from the distance in focus.
     """
     camera = load_camera(f"{lens}-mla{len(mla)}")
     if not rounded:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables 5.5 to 5.9 by own rays: all focus settings and micro lens arrays, the shipped lenses.
 
-The text simulates f193 and f90, whose prescriptions are not at hand. The same planes, borders,
+The thesis simulates f193 and f90, whose prescriptions are not at hand. The same planes, borders,
 virtual cameras and triangulated distances are predicted and traced here through lenses that are.
 """
 
@@ -114,7 +114,7 @@ def plane_deviations(found: Traced, *, near: bool) -> list[Values]:
 
 
 def _printed(lens: str, mla: str) -> list[float]:
-    """The text's largest deviations of the same, from its own real rays."""
+    """The thesis's largest deviations of the same, from its own real rays."""
     planes: dict[bool, list[float]] = {True: [], False: []}
     cameras, depths = dict[str, list[float]](), []
     for number in _TABLES:

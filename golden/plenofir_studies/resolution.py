@@ -38,7 +38,7 @@ _BINS = 16
 
 
 def aligned_model(m: int) -> RayModel:
-    """The text's camera with micro images of exactly M pixels: raw captures need no decoding."""
+    """The thesis's camera with micro images of exactly M pixels: raw captures need no decoding."""
     return with_pitch(RayModel.focused(load_camera(CAMERA), inf, m), float(m))
 
 

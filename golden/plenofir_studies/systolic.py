@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broadcast nets of a row filter compared: all taps at once, latches, and full-systolic.
 
-The text's filters are semi-systolic; it recommends to convert them (section 6.3). The filters of
+The thesis's filters are semi-systolic; it recommends to convert them (section 6.3). The filters of
 ``data/row_filter.vhd`` are the same but for the net; tests hold that they give the same sums.
 `python scripts/resources.py nets` places them for an ECP5.
 """

@@ -23,7 +23,7 @@ from matplotlib.ticker import NullFormatter
 from pydantic import BaseModel, ConfigDict
 from scipy.spatial import cKDTree
 
-from plenofir.camera.calibration import calibrate, text_calibration
+from plenofir.camera.calibration import calibrate, thesis_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
@@ -175,7 +175,7 @@ def _calibration() -> list[Point]:
     truth = grid.centres(i, j).reshape(-1, 2)
     ways: dict[str, Callable[[], np.ndarray]] = {
         "grid fitted to centroids": lambda: calibrate(white).centres,
-        "the thesis's centroids": lambda: text_calibration(grey(white)).centroids,
+        "the thesis's centroids": lambda: thesis_calibration(grey(white)).centroids,
     }
     found = []
     for name, way in ways.items():

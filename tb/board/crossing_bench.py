@@ -13,7 +13,7 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def words_built_in_then_words_written(dut: Any) -> None:
-    """All words in order behind every reset; then those of the port, one at a time."""
+    """All words in order after every reset; then those of the port, one at a time."""
     rng = random.Random(cocotb.RANDOM_SEED)
     built_in = [int(word, 16) for word in read_case()["words"]]
     arrived: list[int] = []
@@ -52,7 +52,7 @@ async def words_built_in_then_words_written(dut: Any) -> None:
     Clock(dut.pixel_clk, rng.choice([4, 14, 26]), "ns").start()
     for _ in range(4):
         await idle()
-        # The first one may be sent in the reset and behind it.
+        # The first one may be sent in the reset and after it.
         if arrived[:2] == [built_in[0]] * 2:
             arrived.pop(0)
         assert arrived == built_in

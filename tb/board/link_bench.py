@@ -408,7 +408,7 @@ async def frame_rates(dut: Any) -> None:
     assert int(dut.rate.value) == 0
     dut.v_sync.value = 0
     await ClockCycles(dut.clk, 2)
-    # The first edge behind the silence is no frame.
+    # The first edge after the silence is no frame.
     await frames(30000, 1)
     dut.v_sync.value = 1
     await ClockCycles(dut.clk, 4)

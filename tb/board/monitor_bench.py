@@ -199,7 +199,7 @@ async def edids_of_monitors(dut: Any) -> None:
         (monitor(HD1080, extension=cea(16, 4, 31)), HD720.name, True),
         (monitor(HD1080, extension=cea(16, 31, 0x93)), HD720_50.name, True),
         (monitor(HD1080, extension=cea(16, 31)), HD720.name, False),
-        # Of audio, 4 is no code of a mode; nor is a tag or what stands behind the blocks.
+        # Of audio, 4 is no code of a mode; nor is a tag or what stands after the blocks.
         (monitor(HD1080, extension=cea(16, audio=6, detailed=(XGA,))), HD720.name, False),
         (monitor(HD1080, extension=cea(16, detailed=(XGA, HD720))), HD720.name, True),
         (monitor(HD1080, extension=cea(detailed=(XGA, HD720))), HD720.name, True),
@@ -292,7 +292,7 @@ async def faults_of_the_lines(dut: Any) -> None:
         for _ in range(2):
             assert await reads.next() == (LINE_LOW, NOTHING, False)
             assert (str(dut.scl_low.value), str(dut.sda_low.value)) == ("0", "0")
-    # Or from the middle on: behind the first byte, the clock line.
+    # Or from the middle on: after the first byte, the clock line.
     await works()
     await RisingEdge(dut.scl_low)
     await ClockCycles(dut.clk, 60 * 4 * CASE["quarter"] + rng.randrange(1000))

@@ -228,7 +228,7 @@ async def delay_lines_that_hang(dut: Any) -> None:
         await channel.clocks(patience, until_tracking=1)
         assert int(dut.tracking.value), fault
         assert channel.hung == 1, fault
-        # That of the time-out, and that behind the calibration.
+        # That of the time-out, and that after the calibration.
         assert channel.resets == 2, fault
         assert channel.taps() == 0
         channel.steps.clear()

@@ -148,7 +148,7 @@ async def reset_without_bounces(dut: Any) -> None:
     begins, ends = CASE["assert_clocks"], CASE["release_clocks"]
     dut.request.value = 0
     Clock(dut.clk, 10, "ns").start()
-    # Of the synchroniser's two clocks one behind those that count.
+    # Of the synchroniser's two clocks one after those that count.
     level, late = 1, 1
 
     async def hold(request: int, clocks: int, want: int) -> None:
@@ -172,7 +172,7 @@ async def reset_without_bounces(dut: Any) -> None:
 
 @for_entity("hot_plug")
 async def monitor_is_plugged_in(dut: Any) -> None:
-    """So many clocks behind each reset, and behind the configuration."""
+    """So many clocks after each reset, and after the configuration."""
     dut.reset.value = 0
     Clock(dut.clk, 10, "ns").start()
     for _ in range(3):

@@ -97,7 +97,7 @@ class Bench:
         return make_frame(kind, rows, columns, self.channels, self.core.pixel_bits, self.rng)
 
     def beats(self, frame: Frame) -> list[Beat]:
-        """Transfers of a frame; what stands behind a line's last pixel is of no account."""
+        """Transfers of a frame; what stands after a line's last pixel is of no account."""
         beats = frame_beats(frame, self.core.pixel_bits, self.pixels)
         width = self.channels * self.core.pixel_bits
         used = ((frame.shape[1] - 1) % self.pixels + 1) * width
@@ -432,7 +432,7 @@ async def broken_frames(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["thorough"])
 async def complete_frames_come_out(dut: Any) -> None:
-    """Behind a frame's last pixel its mark is missing, or stray pixels never end."""
+    """After a frame's last pixel its mark is missing, or stray pixels never end."""
     bench = Bench(dut)
     columns, rows = bench.random_size()
     await bench.reset(columns, rows)
@@ -452,7 +452,7 @@ async def complete_frames_come_out(dut: Any) -> None:
 
 @cocotb.test(skip=not (read_case()["thorough"] or "resets" in read_case()))
 async def reset_begins_anew(dut: Any) -> None:
-    """A clock of reset anywhere, behind whatever came: then clock for clock as a new core."""
+    """A clock of reset anywhere, after whatever came: then clock for clock as a new core."""
     bench = Bench(dut)
     resets = read_case().get("resets", 2)
     longest = bench.core.max_columns if resets > 2 else 0

@@ -190,7 +190,7 @@ async def words_that_wait(dut: Any) -> None:
 
 @cocotb.test()
 async def a_stall_costs_nothing(dut: Any) -> None:
-    """Behind any stall of the sink words leave each clock, as long as the engine has some."""
+    """After any stall of the sink words leave each clock, as long as the engine has some."""
     bench = Bench(dut)
     dut.in_valid.value = dut.in_skip.value = 0
     await bench.reset(3)

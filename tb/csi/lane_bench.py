@@ -74,7 +74,7 @@ async def bursts_at_any_phase(dut: Any) -> None:
     rng = lane.rng
     await lane.play(lane.noise(STOP, 32))
     for phase in range(24):
-        # What is behind the sync may look like a sync.
+        # What is after the sync may look like a sync.
         data = [rng.choice([0xB8, rng.getrandbits(8)]) for _ in range(rng.randint(1, 9))]
         await lane.play(lane.burst(data, phase))
         lane.check([data])

@@ -141,7 +141,7 @@ class TransmitterOnPins:
         return found
 
     async def _read(self, bits: list[list[int]]) -> None:
-        """Bits in high speed, that is behind LP-11, LP-01, LP-00, up to the next LP-11."""
+        """Bits in high speed, that is after LP-11, LP-01, LP-00, up to the next LP-11."""
         steps = [0] * self.lanes
         low_power = ((1, 1), (0, 1), (0, 0))
         await Timer(self.bit_ps // 2, "ps")
@@ -157,7 +157,7 @@ class TransmitterOnPins:
             await Timer(self.bit_ps, "ps")
 
     def _bytes(self, bits: list[int]) -> bytes:
-        """Bytes behind the sync."""
+        """Bytes after the sync."""
         text = "".join(map(str, bits))
         begin = text.index(f"{self.SYNC:08b}"[::-1]) + 8
         return bytes(int(text[n : n + 8][::-1], 2) for n in range(begin, len(text) - 7, 8))

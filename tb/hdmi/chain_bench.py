@@ -258,7 +258,7 @@ async def garbage_on_the_serial_port(dut: Any) -> None:
     for _ in range(3):
         for _ in range(60):
             code = bench.random.choice((bench.random.randrange(256), 0x20, 0x0D))
-            # Without line ends behind letters, which would be commands.
+            # Without line ends after letters, which would be commands.
             for bit in (0, *(code >> i & 1 for i in range(8)), 1):
                 dut.uart_rx.value = bit
                 await Timer(round(bit_ns * bench.random.uniform(0.96, 1.04)), "ns")
@@ -347,7 +347,7 @@ async def drifting_delays(dut: Any) -> None:
 
 
 async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
-    """Let delay lines go wrong for some frames; right again within a time behind the last fault."""
+    """Let delay lines go wrong for some frames; right again within a time after the last fault."""
     bench = Board(dut)
     await bench.link.reset()
     dut._log.info("seed of the faults: %d", seed)

@@ -22,7 +22,7 @@ from hunt.streams import FaultError
 class Bench:
     """An entity with its clock and its ports; the one coroutine of a hunt steps them.
 
-    A port has `step(clock)`, called behind each rising edge with the clock's number (signals still
+    A port has `step(clock)`, called after each rising edge with the clock's number (signals still
     have the values from before the edge), and `restart()`, called by a reset. `design` is what
     `draw` gave.
     """

@@ -102,12 +102,12 @@ class Hunt:
         packed = sum((n & 0xFFFF) << 16 * i for i, n in enumerate(numbers))
         self.bench.set(status_values=packed)
         port.text = b""
-        # As fast, or as slow, as a receiver can follow that looks half a bit, rounded down, behind
+        # As fast, or as slow, as a receiver can follow that looks half a bit, rounded down, after
         # a bit's first clock: the last bit, or the stop bit, has that clock in it and no other.
         bits = 9 * self.bit
         fastest, slowest = bits - (self.bit - self.bit // 2 - 1), bits + self.bit // 2
         factor = rng.choice([fastest / bits, 1, slowest / bits])
-        # The line rests for a whole bit behind fast characters.
+        # The line rests for a whole bit after fast characters.
         rest = self.bit if factor < 1 else 0
         for code in line:
             if rng.random() < 0.1:

@@ -17,7 +17,7 @@ Picture = Callable[[np.ndarray, dict[str, Any], int], Words]
 
 
 def pack(picture: np.ndarray, bits: int, pixels: int = 1) -> Words:
-    """Words of a picture (rows, columns, channels): neighbouring pixels together, zeros behind."""
+    """Words of a picture (rows, columns, channels): neighbouring pixels together, zeros after."""
     rows, columns, channels = picture.shape
     tokens = -(-columns // pixels)
     whole = np.zeros((rows, tokens * pixels, channels), dtype=object)
@@ -103,7 +103,7 @@ class CoreHunt:
         return -(-self.columns // self.pixels)
 
     def words(self) -> list[Beat]:
-        """Beats of a drawn frame; what stands behind a line's last pixel is of no account."""
+        """Beats of a drawn frame; what stands after a line's last pixel is of no account."""
         frame = draw_frame(self.rng, self.rows, self.columns, self.channels, self.bits)
         lines = pack(frame, self.bits, self.pixels)
         used = ((self.columns - 1) % self.pixels + 1) * self.channels * self.bits

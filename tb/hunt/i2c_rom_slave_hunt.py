@@ -31,7 +31,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
 class Lines:
     """Two open-drain lines; levels that last less than FILTER clocks come and go on them.
 
-    The slave may move the data line only while the clock line is low, or behind a start or stop.
+    The slave may move the data line only while the clock line is low, or after a start or stop.
     """
 
     def __init__(self, dut: Any, filter_: int) -> None:

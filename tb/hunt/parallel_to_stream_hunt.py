@@ -61,7 +61,7 @@ class Camera:
 
 
 def video(rng: random.Random, width: int, bench: Any) -> list[tuple[int, int, int]]:
-    """Clocks of video behind some of a camera at rest."""
+    """Clocks of video after some of a camera at rest."""
     kind = rng.choice(["regular", "regular", "no blanking", "noise", "glitches"])
     bench.counts[f"camera: {kind}"] += 1
     clocks: list[tuple[int, int]] = [(0, 0)] * 3
@@ -97,7 +97,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     camera.queue = [(0, 0, 0)] * 8
     await bench.clocks(8)
     camera.restart()
-    # A pixel that is written behind this edge is taken with the next one.
+    # A pixel that is written after this edge is taken with the next one.
     camera.begin = bench.clock + 2
     sent = video(rng, bench.design["generics"]["WIDTH"], bench)
     camera.queue = [*sent, *[(0, 0, 0)] * 6]

@@ -106,7 +106,7 @@ class SensorHunt:
         self.refused_from = 1 << 30
         self.rasters: dict[tuple[int, int, int], tuple[int, int, list[Beat]]] = {}
         self.red = rng.randrange(4)
-        # Words of the load on its way, behind the last commit.
+        # Words of the load on its way, after the last commit.
         self.partial = bool(self.loader.written)
 
     # Grids.

@@ -83,7 +83,7 @@ class Screen:
             self.blind = self.blind and segment != self.segment
         place = clock - self.begin
         want = (0, 0, 0) if self.shown is None else self.shown.at(place)
-        # Behind a reset the syncs are those of the clock before; the levels of a new mode come a
+        # After a reset the syncs are those of the clock before; the levels of a new mode come a
         # clock ahead of its first pixel.
         ahead = any(begin == clock + 1 for begin, *_ in self.coming)
         syncs = (h_sync, v_sync) if self.clocks and not ahead else want[1:]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """AXI4-Stream in hunts: sources, sinks that watch the rules, stalls, damage.
 
-Ports are stepped once behind each rising edge, by the one coroutine of a hunt (`hunt.bench`).
+Ports are stepped once after each rising edge, by the one coroutine of a hunt (`hunt.bench`).
 """
 
 import random
@@ -156,7 +156,7 @@ class Sink:
                 if offer.start:
                     self.starts.append(clock)
         if self.shy:
-            # Ready in the clock behind an offer that was refused.
+            # Ready in the clock after an offer that was refused.
             self._show(int(self.refused is not None))
         else:
             self._show(int(not next(self.stalls, False)))

@@ -61,7 +61,7 @@ class Cable:
 
 
 class Hunt:
-    """Segments of video, each behind a disturbance."""
+    """Segments of video, each after a disturbance."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng = bench, rng
@@ -147,7 +147,7 @@ class Hunt:
                     cable.counts[c] -= count
                 elif cable.counts[c] < 60:
                     cable.put(c, rng.getrandbits(9), rng.randint(1, 9))
-                # A bit too much would stand on the ones behind it.
+                # A bit too much would stand on the ones after it.
                 cable.bits[c] &= (1 << cable.counts[c]) - 1
         elif kind == "pulled out":
             level = rng.choice([0, 0x3FF])

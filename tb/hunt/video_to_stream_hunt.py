@@ -81,7 +81,7 @@ class Video:
         was, self.following = self.following, following
         if overflow != (valid and not self.ready):
             raise FaultError(f"overflow {overflow}, tvalid {valid}, tready {self.ready}")
-        # The raster ends a clock behind what is followed.
+        # The raster ends a clock after what is followed.
         if following or not (was or valid):
             self._place(valid, first, last)
         elif valid and not was:
@@ -131,7 +131,7 @@ class Video:
 
 
 class Hunt:
-    """Regular video behind disturbances."""
+    """Regular video after disturbances."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng, self.g = bench, rng, bench.design["generics"]

@@ -31,7 +31,7 @@ def lines(rng: random.Random) -> list[dict[str, int]]:
 
 @cocotb.test()
 async def resets(dut: Any) -> None:
-    """Behind a reset nothing enters, leaves or is due until a line begins."""
+    """After a reset nothing enters, leaves or is due until a line begins."""
     Clock(dut.clk, 10, "ns").start()
     rng = random.Random(cocotb.RANDOM_SEED)
     inputs = lines(rng)

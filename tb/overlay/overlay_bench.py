@@ -80,7 +80,7 @@ async def texts_over_pictures(dut: Any) -> None:
 
 @cocotb.test()
 async def resets_end_the_text(dut: Any) -> None:
-    """No pixel in the clock behind a reset; up to the next frame the picture as it is."""
+    """No pixel in the clock after a reset; up to the next frame the picture as it is."""
     case = read_case()
     rng, pick = np.random.default_rng(cocotb.RANDOM_SEED), random.Random(cocotb.RANDOM_SEED)
     mode = VideoMode.model_validate(case["mode"])
@@ -109,7 +109,7 @@ async def resets_end_the_text(dut: Any) -> None:
     assert not tap.taken[-1][0]
     dut.reset.value = 0
     tap.taken = []
-    # Up to the lines behind the picture; what was on its way may still be text.
+    # Up to the lines after the picture; what was on its way may still be text.
     end = total + mode.v_active * mode.h_total
     await drive(place + 1, end)
     got = np.array(tap.taken)[2 * OVERLAY_CLOCKS :]

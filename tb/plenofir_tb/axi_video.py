@@ -65,7 +65,7 @@ def pack_pixels(frame: Frame, pixel_bits: int) -> npt.NDArray[np.object_]:
 
 
 def frame_beats(frame: Frame, pixel_bits: int, pixels_per_beat: int = 1) -> list[Beat]:
-    """Transfers of a well-formed frame, neighbouring pixels together, zeros behind a line."""
+    """Transfers of a well-formed frame, neighbouring pixels together, zeros after a line."""
     pixels = pack_pixels(frame, pixel_bits)
     rows, columns = pixels.shape
     width = pixel_bits * (1 if frame.ndim == 2 else frame.shape[2])

@@ -18,7 +18,7 @@ from plenofir_tb.case import read_case
 from plenofir_tb.serial import SerialLink, last_frames
 from plenofir_tb.sources import RGB, hdmi_source
 
-# What the documentation states: behind the time to lock (with the meter's window of this bench),
+# What the documentation states: after the time to lock (with the meter's window of this bench),
 # which is the board's, the frame under way and two whole ones go by.
 LOCK_FRAMES = 4
 

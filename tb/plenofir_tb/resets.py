@@ -18,13 +18,13 @@ async def reset_is_whole(
     long: int = 40,
     after: int = 150,
 ) -> None:
-    """Let a reset end in the middle of the same inputs, once behind a clock, once behind many.
+    """Let a reset end in the middle of the same inputs, once after a clock, once after many.
 
     `inputs` are values clock by clock of the entity's other inputs; its clock is falling now. The
     reset has ended in the clocks `ends`, at least `long`. Outputs in `cleared` must be 0 in the
     reset's last clock and in the next one, and agree from then on; `others` must agree from
-    `settled` clocks behind the last one on, when they come from what the reset left. `after`
-    clocks behind it are compared.
+    `settled` clocks after the last one on, when they come from what the reset left. `after`
+    clocks after it are compared.
     """
     for end in ends:
         runs = []

@@ -61,7 +61,7 @@ class SerialLink:
 
 
 def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
-    """Whole frames behind the last disturbance of a signal, to whose end it may last.
+    """Whole frames after the last disturbance of a signal, to whose end it may last.
 
     The beginning of the regular signal is found to `step` words.
     """

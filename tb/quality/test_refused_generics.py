@@ -384,7 +384,7 @@ def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
             units = rng.randint(1, 16)
             share = Fraction(units, 64)
             fraction = max(share.denominator.bit_length() - 1, 2)
-            # Behind the taps of columns: signed, from -2 b to 1 + 4 b times the sum, at most.
+            # After the taps of columns: signed, from -2 b to 1 + 4 b times the sum, at most.
             span = int(total * (1 + 4 * share) * 2**fraction)
             name = f"tapped_bits({total}, {chr(34)}{units}{chr(34)}) > {span.bit_length()}"
             cases.append((name, "true"))

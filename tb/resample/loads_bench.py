@@ -44,7 +44,7 @@ class LoadBench(Bench):
 
 @cocotb.test()
 async def words_behind_a_pending_commit(dut: Any) -> None:
-    """What is written behind a commit shows in no frame before its own; none after is mixed."""
+    """What is written after a commit shows in no frame before its own; none after is mixed."""
     bench = LoadBench(dut)
     for some in (1, 9, 15):
         a, b = await bench.begin(2)

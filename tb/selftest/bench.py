@@ -38,7 +38,7 @@ async def result_of_three_frames(dut: Any) -> None:
     assert (tested[-1], passed[-1]) == (1, case["passes"])
     # A result from the end of the first frame on, which does not change.
     first = tested.index(1)
-    # The source begins a clock behind the reset, and the last pixel is judged a clock later.
+    # The source begins a clock after the reset, and the last pixel is judged a clock later.
     assert first == case["latency"] + case["pixels"] + 1
     assert all(tested[first:])
     assert set(passed[:first]) == {1}

@@ -47,7 +47,7 @@ def draw_frame(rng: random.Random) -> Frame:
 
 
 def line_tokens(rng: random.Random, line: np.ndarray, about: Token) -> Iterator[Token]:
-    """Tokens of a line, and the empty ones behind it that are wanted at least."""
+    """Tokens of a line, and the empty ones after it that are wanted at least."""
     count = -(-len(line) // PIXELS)
     rest = len(line) - (count - 1) * PIXELS
     for n in range(count):
@@ -79,7 +79,7 @@ def frame_tokens(rng: random.Random, frame: Frame) -> Iterator[Token]:
 
 
 def flush_tokens(rng: random.Random, columns: int, lines: int) -> Iterator[Token]:
-    """Tokens of lines that belong to no frame, and of empty steps behind the last."""
+    """Tokens of lines that belong to no frame, and of empty steps after the last."""
     for _ in range(lines):
         zeros = np.zeros((columns, CHANNELS), np.int64)
         yield from line_tokens(rng, zeros, {"image": 0, "frame_first": 0, "slice": 0})
@@ -143,7 +143,7 @@ def expected(frames: list[Frame]) -> list[tuple[tuple[int, ...], list[int]]]:
 
 @cocotb.test()
 async def every_sum(dut: Any) -> None:
-    """Frames one after another, without a gap, behind flush lines, behind a reset."""
+    """Frames one after another, without a gap, after flush lines, after a reset."""
     rng = random.Random(cocotb.RANDOM_SEED)
     bench = Bench(dut, rng)
     dut.reset.value = 1

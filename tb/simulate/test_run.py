@@ -49,7 +49,7 @@ def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percen
 
 
 def test_a_band_of_one_line_waits_no_longer_than_it_must(tmp_path: Path) -> None:
-    # The filters turn through three rows: the fourth line waits for a clock behind a band of 14.
+    # The filters turn through three rows: the fourth line waits for a clock after a band of 14.
     engine = FirEngine(parallel_rows=3)
     core = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=24, engine=engine)
     frames = random_image((3, 4, 14))
@@ -163,7 +163,7 @@ def test_frames_of_any_rows_without_a_pause(tmp_path: Path) -> None:
         report = json.loads((tmp_path / "out" / "report.json").read_text())
         assert report["mismatches"] == 0
         clocks[bool(any_rows)] = report["clocks_per_pixel"]
-    # Three blank lines behind the first of the two frames, or none.
+    # Three blank lines after the first of the two frames, or none.
     assert clocks[False] > clocks[True] == 1
 
 

@@ -24,7 +24,7 @@ MODE = shrunken(
 FRAME = MODE.h_total * MODE.v_total
 # Frames until the receiver is locked and knows the source.
 FIRST_FRAMES = 3
-# What is told comes two clocks behind the last word of its packet.
+# What is told comes two clocks after the last word of its packet.
 TOLD_LATE = 2
 
 

@@ -258,7 +258,7 @@ async def alignment_begins_anew(dut: Any) -> None:
     await reset_is_whole(
         dut, inputs, ends, cleared=["aligned"], others=["word", "token"], after=120
     )
-    # So many clocks behind a reset and no less it counts as aligned: tokens before it do not count.
+    # So many clocks after a reset and no less it counts as aligned: tokens before it do not count.
     run = CASE["run"]
     dut.bits.value = tmds.TOKENS[1]
     for _ in range(2 * run):
@@ -386,7 +386,7 @@ async def swapped_wires(dut: Any) -> None:
 
 @for_entity("info_frame_reader")
 async def reader_begins_anew(dut: Any) -> None:
-    """A reset anywhere, also behind the last word of a packet: nothing is told of it."""
+    """A reset anywhere, also after the last word of a packet: nothing is told of it."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     inputs, ends = [], []

@@ -33,7 +33,7 @@ class MeterSource:
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
-        # Whether the timing was stable, a clock behind each start of a frame.
+        # Whether the timing was stable, a clock after each start of a frame.
         self.stable: list[int] = []
         self.timings: list[list[int]] = []
 

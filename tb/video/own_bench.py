@@ -31,7 +31,7 @@ async def stored_in_the_middle(dut: Any) -> None:
     packed = signals.pixels.astype(int) @ PACKED
     for clocks in (rng.randrange(len(packed)), len(packed)):
         await reset(dut, 5)
-        # The raster starts a clock behind the reset, its pixels come four clocks later.
+        # The raster starts a clock after the reset, its pixels come four clocks later.
         await ClockCycles(dut.clk, 5)
         await FallingEdge(dut.clk)
         for n in range(clocks):

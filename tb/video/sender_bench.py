@@ -13,7 +13,7 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def lines_without_gaps(dut: Any) -> None:
-    """Behind each reset: whole frames, each line in one go, nothing of what was before."""
+    """After each reset: whole frames, each line in one go, nothing of what was before."""
     rng = random.Random(cocotb.RANDOM_SEED)
     rows, columns = read_case()["rows"], read_case()["columns"]
     Clock(dut.clk, 10, "ns").start()

@@ -16,7 +16,7 @@ TINY = [
     # Another size of the raster, and the opposite rotation.
     ShownCamera(4.1, -1.0, shape=(22, 40)),
 ]
-# Lines longer than the FIFO behind the ring.
+# Lines longer than the FIFO after the ring.
 WIDE = (36, 160)
 EVEN = (44, 72)
 # M, shifts, cameras.
@@ -102,7 +102,7 @@ def test_lines_of_the_ring(
     m: int, camera: ShownCamera, options: dict[str, Any], fewer_lines: int
 ) -> None:
     # The number of lines is enough, and not larger than it has to be by more than its roundings:
-    # two lines of video to leave the ring, an even number, the FIFO behind it.
+    # two lines of video to leave the ring, an even number, the FIFO after it.
     run_cases([case(m, (1,), [camera], fewer_lines=fewer_lines, ring=True, **options)])
 
 

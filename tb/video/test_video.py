@@ -102,7 +102,7 @@ def test_blanking_of_stacks() -> None:
         mode = shrunken("stack", **{"v_active": 22, **changes})
         cases.append(video_case(m, shifts, mode, outputs=outputs, radius=radius))
     # Lines longer than the index holds: with four slices 32 pixels are under way in it, and 64
-    # words are too few behind a stall.
+    # words are too few after a stall.
     mode = shrunken("wide", h_active=80, v_active=16, v_back=5, h_back=30)
     votes = {"VOTE_RADIUS": 1, "CONFIDENCE": 5400, "MAX_COLUMNS": 80}
     run_cases([*cases, video_case(2, (-1, 0, 1, 2), mode, outputs="rad", **votes)])

@@ -160,7 +160,7 @@ async def pattern_from_its_equation(dut: Any) -> None:
     for clocks in (ends, len(packed)):
         await reset(dut, 1 if clocks == len(packed) else 3)
         assert not int(dut.active.value)
-        # The raster starts a clock behind the reset, its pixels come a clock later.
+        # The raster starts a clock after the reset, its pixels come a clock later.
         await ClockCycles(dut.clk, 2)
         await FallingEdge(dut.clk)
         for n in range(clocks):

@@ -74,7 +74,7 @@ async def every_frame_is_refocused(dut: Any) -> None:
     # The source was on before: the first frame is not whole.
     await bench.tap.drive(part(signals, bench.random.randrange(1, mode.h_total * mode.v_active)))
     got = bench.tap.frames(from_start=True)
-    # Two frames are measured behind the one that is cut; of the last one the end is missing.
+    # Two frames are measured after the one that is cut; of the last one the end is missing.
     assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
     for picture, frame in zip(frames[FRAMES_TO_FOLLOW:], got, strict=False):
         assert np.array_equal(frame.pixels, bench.golden(picture))
@@ -202,7 +202,7 @@ async def slices_change_between_frames(dut: Any) -> None:
             "sweep": bench.random.randrange(2),
             "sweep_frames": bench.random.randrange(3),
         }
-        # Behind the beginning of the frame before at the output.
+        # After the beginning of the frame before at the output.
         late = CASE["delay_lines"] * mode.h_total + 100
         at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - late)
         await bench.tap.drive(part(signals, begin, at))
@@ -231,7 +231,7 @@ async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
         await FallingEdge(dut.clk)
         active = int(dut.out_active.value) if dut.out_active.value.is_resolvable else 0
         blank_lines = 0 if active else blank_lines + 1
-        # Longer than a line's blanking: the first pixel behind is that of a frame.
+        # Longer than a line's blanking: the first pixel after is that of a frame.
         if active and was > 2 * MINI_BLANK:
             names = ("on_show_slice", "on_show_place", "on_show_raw")
             tags.append(tuple(int(getattr(dut, name).value) for name in names))

@@ -60,7 +60,7 @@ def log_scale(axis: Axis) -> None:
 
 
 def label_log_axis(axis: Axis) -> None:
-    """Numbers as they are, at 1, 2 and 5 of each power of ten; any range where nothing is shown."""
+    """Label 1, 2 and 5 of each power of ten in plain numbers; any range if the axis is empty."""
     low, high = axis.get_view_interval()
     if not (0 < axis.get_minpos() < inf and 0 < high < inf):
         axes = axis.axes
@@ -86,7 +86,7 @@ def draw_ranges(
 ) -> None:
     """Draw depths of field as bars over the distance; an arrow means up to infinity.
 
-    A slice in which nothing in front of the lens is sharp is a text: its name and why.
+    A slice in which nothing in front of the lens is sharp is given as text: its name and why.
     """
     known = [r for r in ranges if isinstance(r, SharpRange)]
     # Distances inside of a lens may be negative; the axis, of logarithms, has none of them.
@@ -144,7 +144,7 @@ def sharpness_picture(
 def depth_picture(depth: Floats, *, in_mm: bool) -> Image:
     """Map of distances in mm, or of disparities a, in colours with a scale; grey where unknown.
 
-    Colours of distances are even in 1/distance, so that near and far are told apart alike.
+    Colours are linear in 1/distance, which resolves near and far equally well.
     """
     rows, columns = depth.shape
     if in_mm:
@@ -178,7 +178,7 @@ def depth_picture(depth: Floats, *, in_mm: bool) -> Image:
 
 
 def _distance_ticks(near: float, far: float) -> list[float]:
-    """Round distances for a scale that is even in 1/distance."""
+    """Round distances for a scale that is linear in 1/distance."""
     decades = 10.0 ** np.arange(np.floor(np.log10(near)), np.ceil(np.log10(far)))
     round_ones = np.outer(decades, [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8]).ravel()
     inside = round_ones[(near <= round_ones) & (round_ones <= far)]

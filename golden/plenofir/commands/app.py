@@ -66,7 +66,7 @@ def _root(
         raise typer.Exit
 
 
-# In the order of the help, under these headings.
+# Headings and order of the help.
 _PHOTOGRAPHS = (develop, view, inspect, capture, light_fields, batch)
 _FPGA = "VHDL and FPGA"
 _STUDIES = "Studies"
@@ -147,7 +147,7 @@ def run(arguments: Sequence[str]) -> int:
             called_by_make(variables)
             words += found
             options = parameters
-        # Not command.main, which takes a broken pipe for the end of the program.
+        # Not command.main, which ends the program at a broken pipe.
         with inputs_kept(), command.make_context("plenofir", words) as context:
             command.invoke(context)
     except typer.Exit as done:
@@ -168,7 +168,7 @@ def explained(error: BaseException) -> tuple[int, str]:
         case ToolError():
             kind = "simulation failed: " if type(error).__name__ == "SimulationError" else ""
             return EXIT_TOOL_FAILED, f"{kind}{error}"
-        # The reader has seen enough; Rich makes an exit of it.
+        # The reader has closed the pipe; Rich turns that into an exit.
         case BrokenPipeError() | SystemExit(__context__=BrokenPipeError()):
             return 128 + signal.SIGPIPE, ""
         case SystemExit(code=int(code)):

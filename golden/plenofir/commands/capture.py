@@ -96,7 +96,7 @@ def calibrate(
         measured = [] if pupils is None else pupils.lines(found)
     with Results(path.parent) as results:
         results.write(path.name, found.text())
-        # Both or none: if the picture cannot be written, the block ends here.
+        # Both files or none: if the picture cannot be written, the block ends here.
         if picture_path is not None:
             publish({picture_path.name: _marked(image, found.centres)}, picture_path.parent)
     rows, columns = found.lenses

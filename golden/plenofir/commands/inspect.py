@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from plenofir.camera.recognise.picture import Recognition
     from plenofir.refocus.operator import Image
 
-# Micro images of this diameter (in pitches) fill their cells well; much smaller ones waste sensor.
+# Micro images of this diameter (in pitches) fill their cells; much smaller ones waste sensor area.
 _SMALL = 0.85
 _CLIPPED = 0.01
-# Best positions of an array's sides that differ by more standard errors than this: it is tilted.
+# The array is tilted if best positions of its sides differ by more than this many standard errors.
 _TILT_ERRORS = 4.0
 
 app = typer.Typer()

@@ -454,7 +454,7 @@ def synth(
                 netlist = design.synthesise(Path(work))
                 if design.plan is not None and scene:
                     publish_files(Path(work), folder)
-                    # Once more, because the lists of sources are relative to their folder.
+                    # Written again, because the lists of sources are relative to their folder.
                     write_project(design.plan, folder)
             same = known.get(design.name)
             state = "" if same is None else "same" if same == netlist.figures else "differs"

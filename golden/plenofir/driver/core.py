@@ -26,7 +26,7 @@ _POLL_S = 0.001
 
 @dataclass(frozen=True)
 class Description:
-    """What a core is built for, as its registers tell."""
+    """What a core is built for, from its registers."""
 
     release: tuple[int, int, int]  # of plenofir
     parts: frozenset[str]  # refocuser, stack, depth_index, resampler, mosaic
@@ -38,8 +38,8 @@ class Description:
     pixels_per_clock: int
     max_columns: int
     parallel_rows: int
-    # What the registers `engine`, `sharpness`, `confidence`, `resampler` and `lenses` say, by
-    # "register.field"; those of parts that are not there are left out.
+    # Values of the registers `engine`, `sharpness`, `confidence`, `resampler` and `lenses`, by
+    # "register.field"; without those of parts that the core does not have.
     details: dict[str, int]
 
     @property
@@ -64,9 +64,9 @@ class Counters:
 class Core:
     """A core behind a bus; its access reads and writes words of 32 bits.
 
-    An access with a method ``wait(timeout_s) -> bool`` (`plenofir.driver.Uio`) is asked for
-    interrupts; with any other the registers are looked at again and again, with `pause` seconds
-    between. InputError if there is no such core, or one with another map.
+    If the access has a method ``wait(timeout_s) -> bool`` (`plenofir.driver.Uio`), interrupts are
+    used; otherwise the registers are polled every `pause` seconds. InputError if there is no core,
+    or one with another register map.
     """
 
     def __init__(self, access: Access, *, pause: Callable[[float], object] = time.sleep) -> None:
@@ -125,7 +125,7 @@ class Core:
         )
 
     def _need(self, part: str) -> None:
-        # A processor may be stopped by an access to a register that is not there.
+        # An access to a register that does not exist may hang a processor.
         if part not in self.description.parts:
             there = ", ".join(sorted(self.description.parts))
             raise InputError(f"was built without a {part}; it has {there}", where="core")
@@ -164,7 +164,7 @@ class Core:
         self.registers.write_control(enable=control.enable, sweep=control.sweep)
 
     def enable(self) -> None:
-        """Let frames in that begin from now on."""
+        """Accept frames that begin from now on."""
         self.registers.write_control(enable=1, sweep=self.registers.read_control().sweep)
 
     def disable(self) -> None:
@@ -248,7 +248,7 @@ class Core:
         return number
 
     def sweep(self, frames: int = 1) -> None:
-        """Go through the slices, so many frames each: 1 to 255, or it is an InputError."""
+        """Sweep through the slices, with 1 to 255 frames for each; InputError for other numbers."""
         self._need("refocuser")
         if not 1 <= frames <= 255:
             raise InputError(f"a slice cannot stay for {frames} frames; use 1 to 255", where="core")

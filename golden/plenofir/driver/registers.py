@@ -40,7 +40,7 @@ class _Field:
 class _Register:
     address: int  # in bytes
     mode: str  # r, r_w, wpulse or r_wpulse
-    needs: tuple[str, ...]  # parts of which it needs one; none: it is always there
+    needs: tuple[str, ...]  # it exists if the core has one of these parts; empty: always
     fields: Mapping[str, _Field]
     values: Callable[..., Any]  # what a read gives, by the names of the fields
 

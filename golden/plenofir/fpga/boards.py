@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of boards: a row is all that the project knows of one."""
+"""The table of boards, one row each."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,12 +23,12 @@ _CONSTRAINTS: dict[Flow, str] = {
 class CameraInput:
     """A board's lanes for a camera with MIPI CSI-2."""
 
-    top: str  # top level with a camera; `constraints` of its name if it has other pins
-    lane_mbits: float  # what a lane may bring by the data sheet (docs/resampling.md)
+    top: str  # top level with a camera; constraints of its name, if there are any
+    lane_mbits: float  # largest rate of a lane by the data sheet (docs/resampling.md)
     out_bits: int = 0  # of its parallel video; 0 with a screen
     # What its screen shows of a camera; None: parallel video, with the frames' own timing.
     screen: VideoMode | None = None
-    screen_mhz: float = 0  # pixel clock that it has for that
+    screen_mhz: float = 0  # pixel clock of the screen
 
 
 @dataclass(frozen=True)
@@ -42,17 +42,17 @@ class Board:
     flow: Flow
     top: str
     library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
-    # What its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI in.
+    # Ranges that its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI in.
     clock_ranges: tuple[int, ...] = ()
     pixel_mhz: float = 0  # of a board without HDMI
-    # What the core refocuses of the mode that a board without HDMI in shows.
+    # Part of the shown mode that the core of a board without HDMI in refocuses.
     own_mode: VideoMode | None = None
-    scene: str = ""  # shipped one that is built without options
+    scene: str = ""  # shipped scene that is built by default
     camera: CameraInput | None = None  # lanes of MIPI CSI-2
 
     @property
     def constraints(self) -> Path:
-        """Pins and clocks; no such file for a target without pins of its own."""
+        """File of pins and clocks; it does not exist for a target without pins."""
         return project.root() / "constraints" / f"{self.name}.{_CONSTRAINTS[self.flow]}"
 
     def constraints_of(self, top: str) -> Path:

@@ -2,7 +2,7 @@
 """Constraints of a design (clock, crossings, pins), written in the language of each tool.
 
 Crossings from one clock to another are registers whose names in the VHDL begin with ``crossing_``
-(`CROSSINGS`); tools keep them, with what each puts behind a register's name.
+(`CROSSINGS`). Tools keep these names and append a suffix of their own.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,14 +18,14 @@ Language = Literal[
 
 @dataclass(frozen=True)
 class Crossing:
-    """Registers that lie between two clocks: paths to them, or from them, need no time."""
+    """Registers between two clocks, with paths to or from them that are not timed."""
 
     register: str
     end: Literal["to", "from"]
 
 
 CROSSINGS: Mapping[str, Crossing] = {
-    # Level, reset and data are taken whenever they come; data stand still while they are taken.
+    # Levels and resets may be sampled at any time; data are stable while they are sampled.
     "synchroniser": Crossing("crossing_first", "to"),
     "reset_bridge": Crossing("crossing_reset", "to"),
     "bus_crossing": Crossing("crossing_data", "from"),
@@ -69,7 +69,7 @@ _PINS: Mapping[Language, str] = {
     "ccf": 'NET "{port}" Loc = "{pin}";',
     "lpf": 'LOCATE COMP "{port}" SITE "{pin}";',
 }
-# How each tool finds registers by a part of their name; Vivado's names end with _reg.
+# Pattern by which each tool finds registers; Vivado's names end with _reg.
 _REGISTERS: Mapping[Language, str] = {
     "xdc": "[get_cells -hierarchical -filter {{NAME =~ *{name}_reg*}}]",
     "quartus-sdc": "[get_registers {{*{name}*}}]",

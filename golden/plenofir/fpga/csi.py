@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera with MIPI CSI-2 sends: raw frames as packets, packets on a D-PHY's lanes."""
+"""The signal of a camera with MIPI CSI-2: raw frames as packets, packets on a D-PHY's lanes."""
 
 from binascii import crc_hqx
 from collections.abc import Sequence
@@ -62,7 +62,7 @@ def long_packet(channel: int, kind: int, payload: bytes) -> bytes:
 
 
 def word_pixels(lanes: int, bits: int, pixels_per_clock: int) -> int:
-    """Pixels of a word between the lanes' clock and the core's (pixels_of_word of csi_pkg)."""
+    """Pixels in a word between the lanes' clock and the core's (csi_pkg.pixels_of_word)."""
     pixels = _GROUP[bits]
     while pixels * bits < 8 * lanes:
         pixels *= 2
@@ -99,18 +99,18 @@ def frame_packets(
 
 
 def lane_bytes(packet: bytes, lanes: int) -> list[bytes]:
-    """Bytes of each lane: dealt out in turn."""
+    """Bytes of each lane, distributed in turn."""
     return [packet[lane::lanes] for lane in range(lanes)]
 
 
 def lane_clocks(
     packets: Sequence[bytes], lanes: int, *, skews: Sequence[int] = (), gap: int = 8
 ) -> npt.NDArray[np.uint16]:
-    """Clocks (clocks, lanes) of the lanes, a burst for each packet, `gap` clocks behind each.
+    """Clocks (clocks, lanes) of the lanes, a burst for each packet, `gap` clocks after each.
 
-    The low byte of an entry is the lane's byte, bit 8 says that there is one, bit 9 that it is the
-    first one behind the sync. Lane n is `skews[n]` clocks late. Behind their last bytes lanes have
-    the opposite of their last bit until all have ended, as a D-PHY's trail.
+    The low byte of an entry is the lane's byte, bit 8 tells that there is one, bit 9 that it is the
+    first one after the sync. Lane n is `skews[n]` clocks late. After its last byte, a lane repeats
+    the opposite of its last bit until all have ended, as a D-PHY's trail.
     """
     late = list(skews) or [0] * lanes
     parts = []
@@ -130,8 +130,8 @@ def lane_clocks(
 def settle_clocks(lane_mbits: float) -> int:
     """SETTLE of `dphy_lane` for the bit rate of a lane.
 
-    In the middle of what D-PHY allows, 85 ns and 6 bits to 145 ns and 10 bits, less the clocks that
-    a level takes to come in.
+    In the middle of what D-PHY allows (85 ns plus 6 bits to 145 ns plus 10 bits), less the clocks
+    that a level takes to be registered.
     """
     clock_ns = 8000 / lane_mbits
     return max(round((115 / clock_ns) + 1 - 3), 0)
@@ -140,7 +140,7 @@ def settle_clocks(lane_mbits: float) -> int:
 def wire_words(
     packets: Sequence[bytes], wait_bits: int = 0, starts: Sequence[int] = ()
 ) -> npt.NDArray[np.int32]:
-    """Words of ``tb/file_bench/dphy_camera.vhd``: packets, each with bits to wait behind it.
+    """Words for ``tb/file_bench/dphy_camera.vhd``: packets, each with the bits to wait after it.
 
     `starts` are the bits since the start at which packets begin.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a device has and what a design takes of it."""
+"""The table of devices with their resources, and the resources that a design takes."""
 
 import re
 from dataclasses import dataclass, field
@@ -53,15 +53,15 @@ class Usage:
 class Device:
     """An FPGA, with the amounts of its data sheet."""
 
-    name: str  # as people type it, without package and speed grade
-    total: Usage = field(default_factory=Usage)  # what it has
-    # That it comes in, with the slowest usual speed grade: part for the tools.
+    name: str  # as users type it, without package and speed grade
+    total: Usage = field(default_factory=Usage)  # its resources
+    # The usual package, and the part with it and the slowest usual speed grade.
     package: str = ""
     family: Family = "spartan6"
     part: str = ""  # as the vendor's tool names it, package and speed grade included
-    # Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. What placed
-    # designs reach at least, which tests hold; for Spartan-6 what the board's build asks for; for
-    # families without an open router what was placed on the nearest one (`assumed`).
+    # Clocks that cores reach in the slowest grade: most pixels a clock, and MHz. Placed designs
+    # reach them (tests check that); for Spartan-6 it is what the board's build requires; for
+    # families without an open router, what the nearest family reaches (`assumed`).
     clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
     assumed: bool = False
     source: str = ""  # where the amounts are from
@@ -72,7 +72,7 @@ class Device:
         return self.name.upper()
 
     def clock_mhz(self, pixels_per_clock: int) -> float:
-        """Clock in MHz that cores with so many pixels a clock keep; 0 if it is not known."""
+        """Clock in MHz that cores with this many pixels a clock reach; 0 if unknown."""
         return next((mhz for most, mhz in self.clocks_mhz if pixels_per_clock <= most), 0)
 
     def amounts(self, usage: Usage) -> dict[str, int]:
@@ -80,7 +80,7 @@ class Device:
         return usage.amounts(self.family)
 
     def overflow(self, usage: Usage) -> list[str]:
-        """Resources that a design needs more of than there are, each with both numbers."""
+        """Resources of which a design needs more than there are, each with both numbers."""
         totals = self.amounts(self.total)
         return [
             f"{needed} of {totals[name]} {name}"
@@ -157,7 +157,7 @@ _CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
     "gw5a": ((1, 100.0), (8, 80.0)),
     "gatemate": ((1, 25.0),),
 }
-# 28 nm, as fast as ECP5 (40 nm) at least.
+# 28 nm, so at least as fast as ECP5 (40 nm).
 _ASSUMED: tuple[Family, ...] = ("series7", "cyclonev")
 _OTHER_NAMES = {
     "gw2a-18": "gw2ar-18",

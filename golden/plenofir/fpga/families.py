@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Families of FPGAs: what each calls its parts, and how Yosys maps a design to them.
 
-A row holds all that the estimates and the counts of a netlist know of a family. Memories and
-multipliers follow the rules of Yosys (``memory_libmap``, ``memory_bram``, ``mul2dsp``) with the
-numbers of its technology files, so that block RAM and multipliers are predicted exactly.
+A row holds all facts of a family for estimates and for counting netlists. Memories and multipliers
+follow the rules of Yosys (``memory_libmap``, ``memory_bram``, ``mul2dsp``) with the numbers of its
+technology files, so that block RAM and multipliers are predicted exactly.
 """
 
 from collections.abc import Mapping
@@ -19,22 +19,22 @@ Family = Literal[
 class BlockRam:
     """A kind of block RAM."""
 
-    cost: int  # what Yosys reckons it costs
+    cost: int  # its cost in Yosys
     widths: Mapping[int, int]  # bits of a word for each number of address bits
-    units: int = 1  # of the blocks that the family's devices are counted in
-    half: bool = False  # half a block
-    byte: int = 9  # bits that are written alone: a word takes a multiple of them
+    units: int = 1  # in blocks as the family's devices are counted
+    half: bool = False  # whether it is half a block
+    byte: int = 9  # bits with a write enable of their own: words are rounded up to a multiple
 
 
 @dataclass(frozen=True)
 class LutRam:
     """Memory in look-up tables: one write port, one read port."""
 
-    words: tuple[int, ...]  # of one, for each way to use it
+    words: tuple[int, ...]  # of one memory, for each of its widths
     widths: tuple[int, ...]
     cost: float
-    luts: int  # that one takes
-    # Bits that a narrower one costs as much as, where its cost grows with its width.
+    luts: int  # of one memory
+    # Least width in bits that is charged, if the cost grows with the width.
     scaled: bool = False
 
 
@@ -44,10 +44,10 @@ class Multiplier:
 
     most: tuple[int, int]
     least: tuple[int, int]
-    units: int  # of the multipliers that devices are counted in
-    part: int = 0  # of the first factor, where it is divided; 0: the largest
-    signed: bool = False  # takes signed factors alone: a bit more for ours
-    product: int = 0  # bits of the least product
+    units: int  # in multipliers as devices are counted
+    part: int = 0  # bits of the parts of a divided first factor; 0: the largest
+    signed: bool = False  # factors are signed: unsigned ones need one more bit
+    product: int = 0  # bits of the smallest product
 
 
 @dataclass(frozen=True)
@@ -62,15 +62,15 @@ class Facts:
     block_rams: tuple[BlockRam, ...]
     lut_ram: LutRam | None
     multipliers: tuple[Multiplier, ...] = ()
-    rom_cost: float = 1 / 16  # of a bit of a ROM in logic
-    # ``memory_bram`` in place of ``memory_libmap``: the fullest block RAM above a share of 5 %.
+    rom_cost: float = 1 / 16  # Yosys's cost of a bit of a ROM in logic
+    # ``memory_bram`` instead of ``memory_libmap``: the best filled block RAM, if at least 5 % full.
     fullest: bool = False
-    clocks_from: str = ""  # where the clocks that the planner counts on are known from
-    ports: str = ""  # option that leaves out pads, so that ports need no pins
+    clocks_from: str = ""  # source of the clocks that the planner assumes
+    ports: str = ""  # option of Yosys that leaves out pads, so that ports need no pins
 
 
 def _widths(address_bits: int, *widths: int) -> dict[int, int]:
-    """Widths from the deepest word on, an address bit less each."""
+    """Widths by address bits, from the deepest configuration on."""
     return {address_bits - i: width for i, width in enumerate(widths)}
 
 

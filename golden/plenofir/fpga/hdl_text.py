@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the text of a VHDL source declares: generics, ports, instances, clocks.
+"""Reads declarations from a VHDL source: generics, ports, instances, clocks.
 
 The sources are written in one style (``scripts/vsg.yaml``), so that a few patterns read them.
 """
@@ -66,7 +66,7 @@ def unexplained_ports(text: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Instance:
-    """One instance: label, entity or component, and what its generics and ports are joined to."""
+    """One instance: label, entity or component, and the actuals of its generics and ports."""
 
     label: str
     of: str
@@ -83,7 +83,7 @@ def _without_comments(text: str) -> str:
 
 
 def _map(text: str, kind: str) -> dict[str, str]:
-    """Associations of the generic or port map that the text begins with, if it does."""
+    """Associations of the generic or port map at the beginning of the text, if there is one."""
     begin = re.match(rf"\s*{kind} map\s*\(", text)
     if begin is None:
         return {}

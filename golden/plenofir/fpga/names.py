@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names that users type: of engines, boards, simulators.
 
-They stand alone, so that the command line knows them without importing what they name.
+This module imports nothing, so that the command line has the names without loading the rest.
 """
 
 from typing import Literal, NamedTuple, get_args
@@ -16,7 +16,7 @@ class EngineRow(NamedTuple):
     """What the command line knows of an engine."""
 
     what: str  # how it computes
-    fields: tuple[str, ...]  # of its configuration that users set and not all engines have
+    fields: tuple[str, ...]  # options that users set and not all engines have
 
 
 ENGINE_ROWS: dict[SliceEngineName, EngineRow] = {

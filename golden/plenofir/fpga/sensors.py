@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is written into a sensor before its first frame: the generic REGISTERS of `sensor_setup`.
+"""Register settings of sensors: the generic REGISTERS of `sensor_setup`.
 
 Addresses and values of the IMX219 are facts of the driver that Linux has for it
 (drivers/media/i2c/imx219.c, commit 0050c97941353219e000275707ccade7e1f91ec6), whose comments name
-Raspberry Pi's firmware as their source; the names of the registers are Sony's. Two are other than
-older ones of the driver have them: the own registers are unlocked by 0x05, 0x0c (until commit
-3cdc776e0a5f, "fix msr access command sequence", it was 0x0c, 0x05, against the data sheet); and the
-window of the sensor's picture is as large as the frame for 640 x 480, too, where the tables of the
-driver had 1640 x 1232.
+Raspberry Pi's firmware as their source; the names of the registers are Sony's. Two differ from
+older versions of the driver: the manufacturer's registers are unlocked by 0x05, 0x0c (until commit
+3cdc776e0a5f, "fix msr access command sequence", it was 0x0c, 0x05, against the data sheet); and for
+640 x 480, too, the window of the test pattern is as large as the frame, where the driver's tables
+had 1640 x 1232.
 """
 
 import math
@@ -50,14 +50,14 @@ class SensorMode:
         return next(n for n in (1, 2, 4, 8) if n * core_hz >= self.line_rate)
 
     def buffer_bits(self, core_hz: float, bits: int = 10) -> int:
-        """BUFFER_BITS of `csi_receiver` for a core that takes a pixel, or several, each clock.
+        """BUFFER_BITS of `csi_receiver` for a core that takes one or more pixels each clock.
 
-        A line comes at `pixel_rate` and leaves at the core's: what is left of it waits.
+        A line arrives at `pixel_rate` and leaves at the core's rate; the difference is buffered.
         """
         together = self.pixels_per_clock(core_hz)
         word = word_pixels(2, bits, together)
         waiting = self.columns * max(1 - together * core_hz / self.pixel_rate, 0)
-        # Sides see each other some words late.
+        # Each side sees the other's pointer a few words late.
         return max((math.ceil(waiting / word) + 6).bit_length(), 5)
 
     @property
@@ -75,7 +75,7 @@ SensorPattern = Literal["off", "solid", "bars", "grey-bars", "noise"]
 PATTERNS: dict[SensorPattern, int] = {"off": 0, "solid": 1, "bars": 2, "grey-bars": 3, "noise": 4}
 """The sensor's own pictures; "bars" are eight colours, "noise" is a PN9 sequence."""
 
-# What the driver writes beside what the data sheet names: the maker's own registers.
+# Undocumented registers of the manufacturer that the driver writes.
 _UNLOCK = ((0x30EB, 5), (0x30EB, 0x0C), (0x300A, 0xFF), (0x300B, 0xFF), (0x30EB, 5), (0x30EB, 9))
 _OWN = (
     *((0x455E, 0x00), (0x471E, 0x4B), (0x4767, 0x0F), (0x4750, 0x14), (0x4540, 0x00)),
@@ -132,9 +132,9 @@ def imx219(
 
     `bits` are 8 or 10 (RAW8, RAW10), `pattern` a key of `PATTERNS`, `gain` 0 to 232: the sensor
     amplifies by 256 / (256 - gain); `lane_mbits` a lane's rate, a multiple of 8 from that of the
-    pixels' own PLL (456) to that of the driver (912); `mode` one of `imx219_mode` in place of the
-    size's own. It sends from the last entry on. InputError for a size that is none of
-    `IMX219_MODES`, or what the registers do not hold.
+    pixels' PLL (456) to that of the driver (912); `mode` one of `imx219_mode` instead of the size's
+    own. The sensor starts sending with the last entry. InputError for a size that is none of
+    `IMX219_MODES`, or values that do not fit the registers.
     """
     mode = mode or imx219_mode(columns, rows)
     longest = mode.frame_lines - 4
@@ -157,9 +157,9 @@ def imx219(
             f"there is no {pattern!r}; use one of {', '.join(PATTERNS)}", where="pattern"
         )
     return [
-        # Behind its reset the sensor wants 6.2 ms.
+        # After its reset the sensor needs 6.2 ms.
         *((PAUSE, 7), (0x0100, 0), *_UNLOCK),
-        # Two lanes, timing of the lanes by the sensor, the clock that it gets in 1/256 MHz.
+        # Two lanes, automatic lane timing, the external clock in 1/256 MHz.
         *((0x0114, 1), (0x0128, 0), *_word(0x012A, 24 << 8)),
         *(*_word(0x0160, mode.frame_lines), *_word(0x0162, mode.line_pixels)),
         *(*_word(0x0164, mode.left), *_word(0x0166, mode.left + mode.width - 1)),
@@ -171,7 +171,7 @@ def imx219(
         *((0x030B, 1), *_word(0x030C, lane_mbits // 8), (0x0309, bits)),
         *((0x018C, bits), (0x018D, bits), *_OWN),
         *((0x0157, gain), *_word(0x015A, exposure_lines)),
-        # The sensor's picture, as large as the frame.
+        # The window of the test pattern, as large as the frame.
         *(*_word(0x0624, columns), *_word(0x0626, rows), *_word(0x0600, PATTERNS[pattern])),
         (0x0100, 1),
     ]
@@ -214,7 +214,7 @@ class KnownSensor:
 
     def pixels_per_clock(self, core_hz: float) -> int | None:
         """The fewest pixels a clock (1 to 8) with which a core keeps up; None if 8 are too few."""
-        # A tenth more: blanking is short in the fastest modes.
+        # With a margin of a tenth, as blanking is short in the fastest modes.
         needed = min(1.1 * self.mean_pixels, self.lane_pixels)
         return next((n for n in (1, 2, 4, 8) if n * core_hz >= needed), None)
 

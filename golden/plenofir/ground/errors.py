@@ -39,7 +39,7 @@ def validation_error(error: "ValidationError", *, where: str) -> InputError:
         return InputError(f"there is no field {field}", where=where)
     text = re.sub("^(Value error, )?([A-Z][a-z]+ (?=should ))?", "", text)
     if isinstance(first["input"], dict):
-        # A rule about several fields says which; their values would fill the line.
+        # A rule about several fields names them; their values would fill the line.
         return InputError(f"{field}: {text}" if field else text, where=where)
     colon = "" if text.startswith("should ") else ":"
     return InputError(f"{field} = {first['input']!r}{colon} {text}", where=where)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writing results: refused before any work is done, then all files at once or none.
+"""Writing results: checked before any work is done, then all files appear at once or none.
 
-Every file is written whole beside its place, flushed to the disk, and then renamed, so that a full
-disk, a killed run or a lost network leaves what was there before. A command's results never replace
-a file that the command has read (`inputs_kept`, `input_file`).
+Every file is written in full beside its destination, flushed to the disk, and then renamed, so that
+after a full disk, a killed run or a lost network the old file is still there. A command's results
+never replace a file that it has read (`inputs_kept`, `input_file`).
 """
 
 import contextlib
@@ -69,7 +69,7 @@ def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
 
 
 def unusable(error: OSError) -> InputError:
-    """One line for what the system refuses: the file, the cause, what to do."""
+    """One line for a refusal of the system: the file, the cause, what to do."""
     return InputError(
         f"{error.strerror or error}; "
         f"{_REMEDIES.get(error.errno or 0, 'does it exist, and may you use it?')}",
@@ -86,7 +86,7 @@ def check_result(target: Path, where: str = "", inputs: Iterable[Path] = ()) -> 
     if target.is_dir():
         raise InputError(f"{target} is a folder; a file is to be written there", where=where)
     for path in {*(_inputs.get() or ()), *inputs}:
-        # One of them that does not exist is not the other.
+        # If one of them does not exist, they are different files.
         with contextlib.suppress(OSError):
             if target.samefile(path):
                 raise InputError(
@@ -196,11 +196,11 @@ def checksum(path: Path) -> str:
 
 
 def publish_run(folder: Path, out: Path, report: str) -> None:
-    """Copy the files of a run into another folder, in the place of all of an earlier run.
+    """Copy the files of a run into another folder, replacing those of an earlier run.
 
-    The report, a JSON object among the files, gets a list of them all, ``files``, and ``sha256`` of
-    the others. What the report in `out` lists and this run has not goes. Other files stay, and so
-    do those that the command has read.
+    The report, a JSON object among the files, gets a list of all of them, ``files``, and ``sha256``
+    of the others. Files that the old report in `out` lists and this run does not have are removed,
+    except those that the command has read; other files stay.
     """
     names = sorted(file.name for file in folder.iterdir() if file.is_file())
     content = json.loads((folder / report).read_bytes()) | {"files": names}
@@ -235,7 +235,7 @@ def write_file(path: Path, content: bytes | str) -> None:
 
 
 def check_folder(folder: Path, where: str, names: Iterable[str] = ()) -> None:
-    """Refuse a folder for results that cannot be written, or that these names are taken in.
+    """Refuse a folder for results that cannot be written, or in which these names cannot be used.
 
     It need not exist yet; for names see `check_result`.
     """
@@ -245,7 +245,8 @@ def check_folder(folder: Path, where: str, names: Iterable[str] = ()) -> None:
     if not existing.is_dir():
         raise InputError(f"{existing} is not a folder; name one that can be written", where=where)
     try:
-        # A trial says more than the permission bits: root, read-only and full file systems.
+        # A trial write detects more than the permission bits: root, read-only and full file
+        # systems.
         with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):
             pass
     except OSError as error:

@@ -21,7 +21,7 @@ _ADVICE = "give a video that OpenCV can read"
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """What FFmpeg prints by itself goes nowhere."""
+    """Suppress what FFmpeg prints itself."""
     kept = os.dup(2)
     try:
         with open(os.devnull, "wb") as nowhere:
@@ -80,7 +80,7 @@ def write_webm(path: Path, frames: Sequence[Image], rate: float) -> bool:
     except ModuleNotFoundError:
         return False
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
-    # Half the colours, so even sizes.
+    # Colours are subsampled by two, so sizes are even.
     rows, columns = (n // 2 * 2 for n in frames[0].shape[:2])
     with _quiet():
         code = cv2.VideoWriter.fourcc(*"VP80")

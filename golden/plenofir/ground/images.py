@@ -3,12 +3,12 @@
 
 Each format is read by the library that reports its errors best: PNG by libpng (imagecodecs), TIFF
 by tifffile, PNM by netpbmfile, JPEG and BMP by Pillow. JPEG, PNM and BMP, and TIFF without
-compression or with LZW or PackBits, have no checksum: there a wrong length is found, a flipped bit
-may not be.
+compression or with LZW or PackBits, have no checksum: a wrong length is detected, a flipped bit may
+not be.
 
-What the numbers mean travels with them. White below the type's largest value: in a TIFF by its bits
-or the tag WhiteLevel (50717, as in DNG), in a PNG by a text chunk of this project, "White level".
-Gamma: in a PNG gAMA and sRGB, in a TIFF the tag Gamma (42240, as in EXIF). ICC profiles: where each
+The meaning of the values is stored with them. White below the type's largest value: in a TIFF its
+bits or the tag WhiteLevel (50717, as in DNG), in a PNG a text chunk of this project, "White level".
+Gamma: in a PNG gAMA and sRGB, in a TIFF the tag Gamma (42240, as in EXIF). ICC profiles: where the
 format has them.
 """
 
@@ -27,7 +27,7 @@ import numpy.typing as npt
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file, write_file
 
-# What they say of a file that they read is not printed.
+# Their log messages about files are not printed.
 for _library in ("imagecodecs", "netpbmfile", "tifffile"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
@@ -40,17 +40,17 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
-# What screens show values with, about: sRGB, JPEG.
+# Approximate gamma of screens, sRGB and JPEG.
 SCREEN_GAMMA = 2.2
 
 
 class Picture(NamedTuple):
-    """An image as its file has it, and what the file says of its numbers.
+    """An image as stored in its file, with the meaning of its values.
 
     `pixels`: shape (rows, columns) or (rows, columns, 3), uint8 or uint16. `full_scale`: value of
-    white: 4095 of a camera's 12 bit capture in words of 16. `gamma`: light is value^gamma, 1 of a
-    camera's linear data, 2.2 of pictures made for screens, None where the file does not tell.
-    `profile`: ICC profile of the colours. `xmp`: packet of what else is known, for writing alone.
+    white, 4095 for a camera's 12 bit capture in words of 16. `gamma`: light is value^gamma; 1 for a
+    camera's linear data, 2.2 for pictures made for screens, None if the file does not tell.
+    `profile`: ICC profile of the colours. `xmp`: packet of other metadata, only written.
     """
 
     pixels: Image
@@ -60,21 +60,21 @@ class Picture(NamedTuple):
     xmp: bytes | None = None
 
     def like(self, pixels: Image) -> "Picture":
-        """Other pixels whose numbers mean the same; what sharpening lifts above white is white."""
+        """Other pixels with the same meaning; values raised above white by sharpening are cut."""
         if self.full_scale < np.iinfo(pixels.dtype).max:
-            # A file may itself have values above the white that it names.
+            # A file may already have values above its white.
             white = max(self.full_scale, int(self.pixels.max()))
             pixels = np.minimum(pixels, min(white, np.iinfo(pixels.dtype).max))
         return self._replace(pixels=pixels)
 
 
 def bare(pixels: Image) -> Picture:
-    """An image of which nothing is known: white is the largest value of its type."""
+    """An image without metadata: white is the largest value of its type."""
     return Picture(pixels, int(np.iinfo(pixels.dtype).max))
 
 
 class _DamagedError(ValueError):
-    """A file that is not whole."""
+    """A damaged or incomplete file."""
 
 
 def _png(data: bytes) -> Picture:
@@ -97,7 +97,7 @@ def _png(data: bytes) -> Picture:
         elif kind == b"sRGB":
             gamma = SCREEN_GAMMA
         elif kind == b"iCCP":
-            # Behind its name and the kind of compression.
+            # After its name and the kind of compression.
             packed = body.partition(b"\0")[2][1:]
             profile = zlib.decompressobj().decompress(packed, _LARGEST_PROFILE)
         elif kind == b"tEXt" and body.startswith(_WHITE_LEVEL + b"\0"):
@@ -150,7 +150,7 @@ def _netpbm(data: bytes) -> Picture:
 
 
 def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
-    # Not PIL.Image.open, which takes more than 179 million pixels for an attack.
+    # Not PIL.Image.open, which refuses more than 179 million pixels as an attack.
     with getattr(import_module(f"PIL.{plugin}Plugin"), f"{plugin}File")(io.BytesIO(data)) as image:
         image.load()
         if image.mode not in ("L", "RGB"):
@@ -171,7 +171,7 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
 
 
 def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
-    """Read an image as it is stored, and what it counts as white.
+    """Read an image as it is stored, with the meaning of its values.
 
     `drop_alpha`: leave out a fourth channel instead of refusing it. Raises `InputError` if the file
     cannot be read, is damaged, holds several images, or its depth or number of channels is not
@@ -245,7 +245,7 @@ def eight_bits(image: Image, full_scale: int | None = None) -> Image:
 
 
 def _chunks(picture: Picture) -> bytes:
-    """What a PNG says of its numbers."""
+    """A PNG's chunks about the meaning of its values."""
     from PIL.PngImagePlugin import putchunk
 
     chunks = io.BytesIO()
@@ -262,19 +262,19 @@ def _chunks(picture: Picture) -> bytes:
 
 
 def encode_png(image: Image | Picture) -> bytes:
-    """PNG with the depth and channels of the array, and what is known of its numbers."""
+    """PNG with the depth and channels of the array, and the meaning of its values."""
     from imagecodecs import png_encode
 
     picture = image if isinstance(image, Picture) else bare(image)
     with_channels = picture.pixels.reshape(*picture.pixels.shape[:2], -1)
     content = bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
-    # Behind the header.
+    # After the header.
     place = len(_PNG) + 25
     return content[:place] + _chunks(picture) + content[place:]
 
 
 def encode_tiff(picture: Picture) -> bytes:
-    """TIFF with the bits that its white needs, and what is known of its numbers."""
+    """TIFF with the bits that its white needs, and the meaning of its values."""
     from tifffile import imwrite
 
     file = io.BytesIO()
@@ -302,7 +302,7 @@ def encode_tiff(picture: Picture) -> bytes:
 
 
 def encode_picture(suffix: str, image: Image | Picture) -> bytes:
-    """A file of the kind that its ending says: PNG, TIFF, or JPEG, whose 16 bit become 8."""
+    """An image file by its suffix: PNG, TIFF, or JPEG, for which 16 bits become 8."""
     picture = image if isinstance(image, Picture) else bare(image)
     if suffix.lower() in (".tif", ".tiff"):
         return encode_tiff(picture)

@@ -7,7 +7,7 @@ from plenofir.ground.errors import InputError
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _CHECKOUT = _PACKAGE.parents[1]
-# Where pyproject.toml has the wheel put its copy of the VHDL and what goes with it.
+# Folder in the wheel with its copy of the VHDL and related files, see pyproject.toml.
 _COPY = _PACKAGE / "_project"
 
 DATA = _PACKAGE / "data"

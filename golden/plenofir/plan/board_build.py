@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bitstream of a scene's board with open tools, whichever its family has."""
+"""The bitstream of a scene's board with the open tools of its family."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def build_scene(
 ) -> NextpnrReport:
     """Build the bitstream of a scene whose board is not ISE's; see the family's own ``build``.
 
-    `beyond` takes what is faster than the data sheet gives the device.
+    `beyond` accepts clocks beyond the data sheet.
     """
     board, camera = board_of(plan.device), plan.camera
     assert board is not None

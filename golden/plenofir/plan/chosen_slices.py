@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which slices a scene needs, and what its camera does to them."""
+"""Which slices a scene needs, and effects of its camera's optics on them."""
 
 from fractions import Fraction
 from math import inf
@@ -16,7 +16,7 @@ def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
     """Drop slices whose depth of field adds nothing to that of the others."""
 
     def uncovered(slices: list[Slice]) -> float:
-        # Reciprocal distances: a gap to infinity has a finite size.
+        # In reciprocal distances a gap to infinity has a finite size.
         return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
 
     def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
@@ -58,7 +58,7 @@ def planned_slice(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
 
 
 def notes_on(model: RayModel | None) -> tuple[str, ...]:
-    """What the camera's optics do to the slices."""
+    """Notes on the effects of the camera's optics on the slices."""
     if model is None:
         return ()
     notes = diffraction_note(model.camera), model.vignetting_note(model.micro_image_size // 2)

@@ -31,15 +31,15 @@ from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
 
 CALIBRATION = "calibration.txt"
-# The clock that stills are built for: 720p at 60 frames a second.
+# Clock for stills, that of 720p at 60 frames a second.
 STILL_CLOCK_MHZ = 74.25
 
 
 def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]:
-    """Sources that an entity is built of, in order of analysis, without any other.
+    """The sources that an entity needs, in order of analysis.
 
-    `top` is VHDL that instantiates entities and uses packages; `entity` is used by no source: the
-    top itself. `sources` are in order of analysis, one unit a file, named as the unit.
+    `top` is VHDL that instantiates entities and uses packages. `sources` are in order of analysis,
+    one unit a file, named as the unit.
     """
     by_name = {source.stem: source for source in sources}
     needed: set[str] = set()
@@ -92,7 +92,7 @@ def configure(
     top = top_of(plan)
     own = _core_top(plan) if plan.path == "core" else _board_top(plan)
     needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources())
-    # Own files in the place of those that they replace, the others behind.
+    # Own files take the place of those that they replace; the others follow.
     sources = [out / path.name if path.name in own else path for path in needed]
     vhdl = (out / name for name in own if name.endswith(".vhd"))
     sources += [path for path in vhdl if path not in sources]
@@ -110,7 +110,7 @@ def configure(
         return sources
     lists[f"{top}.prj"] = "".join(f'vhdl work "{place}"\n' for place in places)
     publish({**own, **lists}, out)
-    # XST wants the folder for its temporary files to be there.
+    # XST needs an existing folder for its temporary files.
     (out / "xst").mkdir(exist_ok=True)
     return sources
 
@@ -149,18 +149,18 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
     if plan.camera is not None:
         divide = plan.camera.clock_divide
         own = {"CLOCK_DIVIDE": divide} if divide else {}
-        # A sensor's rows stand in sensor_pkg.
+        # Rows of a sensor are in sensor_pkg.
         own |= {"ROWS": plan.rows} if plan.sensor is None else {}
         return top_level.camera_generics(core, top) | own
     if plan.sensor is not None:
-        # Channels and the raster's lines stand in sensor_pkg.
+        # Channels and the raster's line length are in sensor_pkg.
         size = {"channels": 3, "max_columns": plan.sensor.columns}
         core = core.model_copy(update=size)
     return top_level.board_generics(core, top)
 
 
 def board_packages(plan: Plan) -> dict[str, str]:
-    """VHDL packages of a scene with video in and out in place of its board's own: name to text."""
+    """VHDL packages (name to text) that replace the board's for a scene with video in and out."""
     packages = {}
     if plan.camera is not None:
         packages[CAMERA_PACKAGE] = camera_package(plan.camera.board)

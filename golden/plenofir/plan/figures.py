@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The designs whose synthesis is kept watch of, and the file with their figures.
+"""The designs whose synthesis results are recorded, and the file with their figures.
 
-``data/figures.json`` holds, for each version of GHDL, what Yosys makes of each design. Tests
-synthesise them anew and want the very same counts, so that a change that costs area shows in
+``data/figures.json`` holds Yosys's counts of each design for each version of GHDL. Tests
+synthesise the designs and require the same counts, so that a change that costs area shows in
 review.
 """
 
@@ -47,17 +47,17 @@ class Design:
     """Something to synthesise."""
 
     name: str  # in the file of figures
-    built: CoreConfiguration | None = None  # None: no core is part of it
-    top: str = CORE  # entity, if it is not a scene's
+    built: CoreConfiguration | None = None  # None: it contains no core
+    top: str = CORE  # entity, unless it is a scene's
     generics: Generics | None = None  # None: those of the core
-    plan: Plan | None = None  # of the scene that it is
+    plan: Plan | None = None  # of its scene
     slow: bool = True  # its synthesis takes a minute or more
-    index: DepthIndexConfiguration | None = None  # if it is a depth index
+    index: DepthIndexConfiguration | None = None  # only of a depth index
     usage: Usage | None = None  # the estimate, if it is not that of a core
 
     @property
     def core(self) -> CoreConfiguration:
-        """The core; asked of designs that have one."""
+        """The core, for designs that have one."""
         assert self.built is not None, self.name
         return self.built
 
@@ -83,19 +83,19 @@ def scene_design(plan: Plan) -> Design:
 def scene_designs() -> tuple[Design, ...]:
     """Design of each shipped scene: a core, or the whole board.
 
-    Boards that nextpnr is for are not among them: their builds are in ``data/boards.json``.
+    Boards for nextpnr are not among them: their builds are in ``data/boards.json``.
     """
     plans = (make_plan(load_scene(file)) for file in scene_files())
     return tuple(scene_design(plan) for plan in plans if not is_nextpnr_board(plan))
 
 
 def is_nextpnr_board(plan: Plan) -> bool:
-    """Whether nextpnr makes a scene's bitstream; then it has no netlist for Spartan-6."""
+    """Whether nextpnr makes a scene's bitstream, so that it has no netlist for Spartan-6."""
     return plan.path != "core" and DEVICES[plan.device].family != "spartan6"
 
 
 def core_designs() -> Iterator[Design]:
-    """Core of each shipped scene without a sensor, without the video path around it ("core")."""
+    """Core of each shipped scene without a sensor, with path "core" instead of its video path."""
     for design in scene_designs():
         plan = design.plan
         assert plan is not None
@@ -109,7 +109,7 @@ def core_designs() -> Iterator[Design]:
 
 
 def full_plan(plan: Plan) -> Plan:
-    """The core of a plan alone, as its full build: all slices and channels, no shortcuts."""
+    """The core of a plan as a full build: all slices and channels, no shortcuts."""
     core = full_core(plan.core)
     m = core.micro_image_size
     slices = (
@@ -121,9 +121,9 @@ def full_plan(plan: Plan) -> Plan:
 
 
 def compared_designs() -> Iterator[tuple[Design, Design]]:
-    """Core of each shipped scene beside its full build, what is around them left out.
+    """Core of each shipped scene beside its full build, both without surrounding logic.
 
-    Not those with a sensor, or with all slices at once.
+    Without scenes with a sensor, or with all slices at once.
     """
     for file in scene_files():
         plan = make_plan(load_scene(file))
@@ -138,20 +138,20 @@ def compared_designs() -> Iterator[tuple[Design, Design]]:
 
 
 def grey_core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfiguration:
-    """A core for grey pixels of 8 bits, 640 columns, unless `fields` say something else."""
+    """A core for grey pixels of 8 bits and 640 columns, apart from `fields`."""
     values = {"micro_image_size": m, "shifts": shifts, "max_columns": 640, **fields}
     return CoreConfiguration.model_validate(values)
 
 
 def filter_designs() -> Iterator[Design]:
-    """What no scene has: linear interpolation, and the array of filters by itself."""
+    """Designs that no scene has: linear interpolation, and the array of filters by itself."""
     linear = grey_core(5, (2,), order=1)
     yield Design("core M=5 a'=2 linear interpolation", linear)
     rows = grey_core(3, (1,), engine={"kind": "fir", "parallel_rows": 3})
     yield Design("array M=3 a'=1 iota=3", rows, ARRAY, slow=False)
 
 
-# Slices of the stacks: with the same ends, so that delay and shared memory are equal.
+# Slices of the stacks have the same ends, so that delay and shared memory are equal.
 _STACK_SHIFTS = ((-3, 3), (-3, 0, 3))
 
 
@@ -175,7 +175,7 @@ _TEXT_SHIFTS = (0, 1, 2, 3, 4)
 
 
 def picture_designs() -> Iterator[Design]:
-    """The core of a video path that shows all in focus and depth; a text over the picture."""
+    """The core of a video path that shows all in focus and depth; text over the picture."""
     shifts = _STACK_SHIFTS[1]
     core = grey_core(5, shifts, channels=3, engine=StackEngine(input_lines=5))
     screen = Screen(outputs="rad", radius=1, colours=slice_colours(shifts))
@@ -186,7 +186,7 @@ def picture_designs() -> Iterator[Design]:
     yield Design("text of 5 slices", None, "text_overlay", generics, usage=usage)
 
 
-# What differs from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
+# Differences from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
 SENSORS: dict[str, dict[str, object]] = {
     "grey": {},
     "grey, M = 13, 860 columns, 16 lines": {
@@ -210,7 +210,7 @@ def sensor_design(what: str) -> Design:
     return Design(f"sensor, {what}", None, SENSOR, generics, usage=usage)
 
 
-# The second board differs from the first by its core alone, which is among them.
+# The second board differs from the first only by its core, which is already listed.
 _NOT_RECORDED = ("rgb-720p",)
 _FULL = "grey-microscope"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a full build has and a scene does not need."""
+"""Features of a full build that a scene does not need."""
 
 from collections.abc import Iterator, Mapping
 
@@ -19,10 +19,10 @@ from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
-# What the grid of a full build spans: a = -1 to 1.
+# Slices of a full build: a = -1 to 1.
 _FULL_RANGE = 1
 _FULL_CHANNELS = 3
-# As a scene has them that does not say more.
+# Defaults of a scene.
 _STORED = StoredProductArithmetic(fraction_bits=8, guard_bits=2)
 _STORED_NAME = "stored products (exact sums need none)"
 _BORDER = "normalised border"
@@ -33,17 +33,17 @@ _REASONS = {
 
 
 class LeftOut(BaseModel):
-    """Something that the scene does not need."""
+    """A feature that the scene does not need."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     what: str
-    # Resources that it would take on top of the plan, and those that the plan takes more for doing
-    # without it: the device's name to the amount.
+    # Resources that it would add to the plan, and those that the plan needs in addition without it,
+    # by the device's names.
     saves: dict[str, int]
     costs: dict[str, int]
-    # Where it costs something: the largest share of the device's that it saves and that it costs,
-    # and if that is more, why it is left out all the same. Else empty.
+    # If leaving it out costs something: the largest shares of a resource of the device that it
+    # saves and costs, and if it costs more, why it is left out all the same. Else empty.
     weighed: str = ""
 
 
@@ -79,12 +79,12 @@ def _largest_share(amounts: Mapping[str, int], device: Device) -> tuple[float, s
 
 
 def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:
-    """Weight of each slice that `auto` takes."""
+    """Weight of each slice for `auto`."""
     return tuple(automatic_units(core.micro_image_size, shift, core.order) for shift in shifts)
 
 
 def full_core(core: CoreConfiguration) -> CoreConfiguration:
-    """Build that serves any scene of a camera: every a' from -M to M and the scene's, RGB."""
+    """Build for any scene of a camera: every a' from -M to M and the scene's, RGB."""
     m, engine = core.micro_image_size, core.engine
     low = min(-m * _FULL_RANGE, *core.shifts)
     high = max(m * _FULL_RANGE, *core.shifts)
@@ -100,7 +100,7 @@ def full_core(core: CoreConfiguration) -> CoreConfiguration:
 
 
 def extent(core: CoreConfiguration) -> str:
-    """What of a core grows with its set of slices."""
+    """Size of the part of a core that grows with its set of slices."""
     engine = core.engine
     if isinstance(engine, SliceEngine):
         return f"{engine.extent(core)} {engine.UNIT}"
@@ -117,7 +117,7 @@ def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
 
 
 def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
-    """What the scene leaves out: each text with the core that would have it."""
+    """Features that the scene leaves out: text, and the core with the feature."""
     full, engine = full_core(core), slice_engine(core)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
@@ -157,12 +157,12 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
 
 
 def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
-    """Something left out: what it would take more."""
+    """A feature left out, with the resources that it would add."""
     return _left_out(what, device.amounts(more), device.amounts(less), device)
 
 
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
-    """What a board could show besides, and does not."""
+    """Outputs of a board that the scene does not use."""
     family = device.family
     if shown.needs_stack:
         full, taken = full_core(core), picture_usage(core, shown, family)
@@ -190,7 +190,7 @@ def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> 
 def left_out(
     core: CoreConfiguration, path: str, device: Device, shown: Screen
 ) -> tuple[LeftOut, ...]:
-    """Everything that a core on a device, or the board around it, does without."""
+    """All features that a core on a device, or the board around it, leaves out."""
     on_screen = tuple(_screen_left_out(core, shown, device)) if path == "video" else ()
     if shown.needs_stack:
         return on_screen
@@ -210,7 +210,7 @@ def left_out(
 def _sensor_differences(
     chip: SensorChip,
 ) -> Iterator[tuple[str, ResamplerConfiguration, bool]]:
-    """What a sensor does without: each text with the resampler, and whether it has a mosaic."""
+    """Features that a sensor leaves out: text, the resampler with it, whether it has a mosaic."""
     core, mosaic = chip.core, chip.mosaic is not None
     lenses = chip.raster[0] * chip.raster[1] // core.micro_image_size**2
     if not mosaic:
@@ -228,7 +228,7 @@ def _sensor_differences(
 
 
 def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut]:
-    """Everything that the way from a sensor to the core does without."""
+    """All features left out between a sensor and the core."""
     if chip is None:
         return
     needs = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)

@@ -30,7 +30,7 @@ class PlannedSlice(BaseModel):
 
 
 class EngineOption(BaseModel):
-    """One of the engines, as it was weighed."""
+    """One of the engines as a candidate."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -51,15 +51,15 @@ class PlannedSensor(BaseModel):
     calibrated: bool  # a calibration is built in; else one is loaded at run time
     lines: int  # raw lines that the ring holds
     ring_bits: int
-    full_rate: bool  # a source without gaps is never refused
+    full_rate: bool  # a source without gaps never has to wait
     needs: dict[str, int]  # resources (estimate)
     # Words for the load port, if a calibration is built in.
     loads: tuple[Load, ...] = Field(default=(), exclude=True)
     raster_columns: int  # of the longest line of the raster
-    shown: Shown | None = None  # what a board's screen takes; None without video out
+    shown: Shown | None = None  # limits by a board's screen; None without video out
 
     def board_sensor(self, late: int = 0) -> BoardSensor:
-        """What the board's package says of it; `late` lines of the ring are no calibration's."""
+        """The sensor of the board's package; calibrations cannot use `late` lines of the ring."""
         told = self.core.model_copy(update={"lines": self.core.lines - late})
         return BoardSensor(
             core=self.core,
@@ -93,7 +93,7 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
 
 
 class Plan(BaseModel):
-    """What is built for a scene."""
+    """The plan of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
@@ -112,30 +112,30 @@ class Plan(BaseModel):
     # (near, far) of what no slice of the grid covers; far None for infinity.
     gaps_mm: tuple[tuple[float, float | None], ...]
     core: CoreConfiguration
-    columns: int  # of a frame; with a sensor of the raster, the largest if a calibration is loaded
+    columns: int  # of a frame; with a sensor, of the (largest) raster
     rows: int
     taps: int  # of the filters of each dimension
     # Lines that each channel keeps: of partial sums, or of pixels.
     line_buffers: int
-    line_buffer_bits: int  # of all of them
+    line_buffer_bits: int  # bits of all these lines
     error_bound: float  # largest distance from the real-valued operator in grey levels
-    engines: tuple[EngineOption, ...]  # both, with what they take
+    engines: tuple[EngineOption, ...]  # all, with their resources
     engine_reason: str  # why the one of `core` was chosen
     needs: dict[str, int]  # resources of the plan (estimate)
-    # Those of them that the video path and the board's control take; None for a core.
+    # The part of them for video path and board control; None for a core.
     video_needs: dict[str, int] | None
     full: dict[str, int]  # resources of the full build
-    full_build: str  # what that is
+    full_build: str  # its description
     available: dict[str, int]  # resources of the device
-    left_out: tuple[LeftOut, ...]  # what is not there, each with what it would take
-    screen: Screen = Screen()  # what a board shows, and the text over it
-    screen_needs: dict[str, int] | None = None  # resources that the text takes; None without one
-    # Light field that the board keeps, and the resources that it takes.
+    left_out: tuple[LeftOut, ...]  # features left out, each with the resources that it would take
+    screen: Screen = Screen()  # outputs of a board's screen, and the text over them
+    screen_needs: dict[str, int] | None = None  # resources of the text; None without one
+    # Light field stored on the board, and its resources.
     stored: StoredLightField | None = Field(default=None, exclude=True)
     stored_needs: dict[str, int] | None = None
-    # In hexadecimal, the EDID that the board serves instead of its own; None for its own.
+    # EDID in hexadecimal that the board serves instead of its own; None for its own.
     edid: str | None = None
-    camera: PlannedCamera | None = None  # whose lanes come in, and sets its sensor up
-    # What makes the raster of a sensor's raw frames; None if the frames are the raster.
+    camera: PlannedCamera | None = None  # camera on the board's CSI-2 lanes
+    # Resampler of a sensor's raw frames; None if the frames are the raster.
     sensor: PlannedSensor | None = None
-    notes: tuple[str, ...] = ()  # what the camera's optics do to the slices
+    notes: tuple[str, ...] = ()  # effects of the camera's optics on the slices

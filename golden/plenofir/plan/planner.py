@@ -32,7 +32,7 @@ from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 def _arithmetics(
     loaded: LoadedScene,
 ) -> Iterator[ExactArithmetic | StoredProductArithmetic]:
-    """What may be used, best first."""
+    """Permitted arithmetics, best first."""
     build = loaded.scene.build
     if build.arithmetic in ("auto", "exact"):
         yield ExactArithmetic()
@@ -50,7 +50,7 @@ def _arithmetics(
 def _candidates(
     loaded: LoadedScene, shifts: tuple[int, ...], device: Device
 ) -> Iterator[CoreConfiguration]:
-    """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
+    """Suitable cores in order of preference: best arithmetic first, then smallest."""
     scene = loaded.scene
     if loaded.shown.needs_stack:
         yield _stack_core(loaded, shifts)
@@ -109,7 +109,7 @@ def _stack_core(loaded: LoadedScene, shifts: tuple[int, ...]) -> CoreConfigurati
 def _variants(
     loaded: LoadedScene, core: CoreConfiguration, kind: type[SliceEngine], device: Device
 ) -> list[CoreConfiguration]:
-    """A core with each variant of an engine; without blanking frames must not want a pause."""
+    """A core with each variant of an engine; without blanking, those that need no pause."""
     scene = loaded.scene
     blanking = scene.build.path != "core" or scene.frame.rate_hz is None
     rows = None if blanking else scene.frame.rows
@@ -119,10 +119,7 @@ def _variants(
 
 
 def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> CoreConfiguration:
-    """A core with the pixels a clock that the scene wants, or the fewest that keep its rate.
-
-    Where none keep it, with one.
-    """
+    """A core with the scene's pixels per clock; by default the fewest for its rate, else one."""
     # The resampler gives one pixel a clock.
     wanted = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
     if core.engine.kind not in engines_with("pixels_per_clock"):
@@ -136,7 +133,7 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
 
 
 def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> str:
-    """Why a core on a device does not keep the scene's frame rate; empty if it does."""
+    """Why a core on a device does not reach the scene's frame rate; empty if it does."""
     frame, pixels, lanes = loaded.scene.frame, core.pixels_per_clock, loaded.scene.lanes
     needed, kept = _clock(loaded, core, None)[0], device.clock_mhz(pixels)
     if loaded.scene.build.path == "video" or needed is None or needed <= kept:
@@ -151,7 +148,7 @@ def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> s
 
 
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
-    """Largest share of a resource of the device that a design takes, and the resource."""
+    """The resource of which a design takes the largest share of the device, and that share."""
     totals = device.amounts(device.total)
     needs = device.amounts(usage)
     return max((needed / totals[name], name) for name, needed in needs.items() if totals[name])
@@ -174,7 +171,7 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
 
 
 def _check_limits(loaded: LoadedScene, core: CoreConfiguration) -> None:
-    """Refuse what cannot be built, the depth index behind a stack too."""
+    """Refuse configurations that cannot be built, the depth index of a stack included."""
     core.check_limits()
     if loaded.shown.needs_stack:
         loaded.shown.index(core).check_limits()
@@ -195,7 +192,7 @@ def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
 def _engine_choice(
     loaded: LoadedScene, core: CoreConfiguration, device: Device
 ) -> tuple[tuple[EngineOption, ...], str]:
-    """Both engines with the arithmetic of the chosen core, and the reason in a line."""
+    """All engines with the arithmetic of the chosen core, and the reason of the choice."""
     if loaded.shown.needs_stack:
         refused = "gives one slice at a time; what the screen shows needs all"
         engines = (EngineOption(engine=e, needs=None, refused=refused) for e in SLICE_ENGINES)
@@ -248,7 +245,7 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
 
 
 def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usage:
-    """What a core takes, with the video path around it where there is one."""
+    """Resources of a core, with the video path around it if there is one."""
     shown = loaded.shown
     if shown.needs_stack:
         usage = picture_usage(core, shown, device.family)
@@ -293,7 +290,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
 
 
 def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
-    """What could keep a frame rate that a device does not keep."""
+    """Advice for a frame rate that a device does not reach."""
     camera = loaded.scene.build.path == "camera"
     for device in DEVICES.values():
         if camera and ((board := board_of(device.name)) is None or board.camera is None):
@@ -330,7 +327,7 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     if (chip := loaded.sensor) is not None:
         blank_lines = max(blank_lines, SENSOR_BLANK_LINES)
         mosaic = chip.mosaic is not None
-        # The least raster is none at all.
+        # The smallest raster is empty.
         lines += sensor_delay_lines(core.micro_image_size, mosaic=mosaic) + (rows + 1) // 2
     if delay >= mode.h_total or lines >= mode.v_total or blank_lines > mode.v_total - rows:
         raise InputError(
@@ -350,7 +347,7 @@ def _clock(
     rate = frame.rate_hz
     if mode is not None:
         return mode.pixel_clock / 1000, mode.h_total * mode.v_total
-    # A token each clock on the raster's streams, however many rows the array takes at once.
+    # One token per clock on the raster's streams, however many rows the array takes at once.
     tokens = core.line_tokens(frame.columns)
     clocks = max(tokens, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
     if core.parallel_rows > 1:
@@ -359,7 +356,7 @@ def _clock(
         clocks = max(clocks, loaded.sensor.columns * loaded.sensor.rows)
     needed = None if rate is None else clocks * rate / 1e6
     if (lanes := loaded.scene.lanes) is not None:
-        # As they come while a line comes: no buffer keeps a line.
+        # The rate within a line, as no buffer holds a whole line.
         needed = max(needed or 0, lanes.pixels_mhz(frame.bits) / core.pixels_per_clock)
     return needed, clocks
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plan as a picture: what its slices see sharp, and what it takes of the device."""
+"""A plan as a picture: depths of field of its slices, and its shares of the device."""
 
 from math import inf
 

@@ -37,11 +37,11 @@ class Tool:
     title: str
     families: tuple[Family, ...]
     flow: bool  # whether edalize has it as a flow, or as one of its older tools
-    # Ending of the file, its language, and edalize's type of it.
+    # Suffix of the constraints file, its language, and edalize's type of it.
     constraints: tuple[str, Language, str]
     options: Callable[[Device], dict[str, Any]]
-    run: str  # what builds it, for people
-    verilog: bool = False  # takes no VHDL: GHDL makes Verilog of it
+    run: str  # command that builds it, for the readme
+    verilog: bool = False  # does not accept VHDL: GHDL converts it to Verilog
 
 
 TOOLS: dict[str, Tool] = {
@@ -133,9 +133,9 @@ def _with_parallel_camera(plan: Plan, out: Path) -> list[Path]:
 
 
 def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -> list[str]:
-    """Write a project: its VHDL, constraints, and what the tool reads; all of it or nothing.
+    """Write a project: VHDL, constraints, and the tool's files; all of it or nothing.
 
-    `name`: a key of `TOOLS`. `parallel`: the top is `PARALLEL`, a whole design but for its pins.
+    `name`: a key of `TOOLS`. `parallel`: the top is `PARALLEL`, a whole design except for its pins.
     Returns the names of the files, the VHDL left out. InputError if edalize is not installed.
     """
     if importlib.util.find_spec("edalize") is None:
@@ -145,7 +145,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado
 
-    # It says that a tool is not installed, which nobody asked for.
+    # It warns that the tool is not installed, which is not needed here.
     logging.getLogger("edalize").setLevel(logging.CRITICAL)
     tool, device = TOOLS[name], DEVICES[plan.device]
     top = PARALLEL if parallel else top_of(plan)
@@ -179,7 +179,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
 
 
 def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
-    """What a project is, for who opens its folder."""
+    """Readme of a project's folder."""
     crossings = ", ".join(crossing.register for crossing in constraints.crossings)
     about = (
         "its streams are ports. Join them to your design, or give them\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scene: what a camera sees and what is wanted of it, from ``scene.toml``."""
+"""The scene profile, ``scene.toml``: camera, frame, depths, and what to build."""
 
 import tomllib
 from fractions import Fraction
@@ -43,7 +43,7 @@ class _Part(BaseModel):
 
 
 def _refuse_first(*rules: tuple[bool, str]) -> None:
-    """Refuse what the first rule says that is broken."""
+    """Refuse with the message of the first broken rule."""
     if broken := next((text for is_broken, text in rules if is_broken), ""):
         raise ValueError(broken)
 
@@ -52,7 +52,7 @@ class SceneCamera(_Part):
     """The camera."""
 
     micro_image_size: Annotated[int, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)]  # M in pixels
-    # Shipped camera or TOML file (relative to the scene file); needed for a depth range.
+    # Shipped camera or TOML file (relative to the scene file); required for a depth range.
     model: Annotated[str, Field(min_length=1)] | None = None
     # Distance that the main lens is focused to, from the micro lenses; inf allowed.
     focus_mm: Distance = inf
@@ -75,7 +75,7 @@ class SceneFrame(_Part):
 
 
 class SceneDepth(_Part):
-    """What is to be in focus: a range of depths, or slices by name."""
+    """What is to be in focus: a range of depths, or slices by their a."""
 
     near_mm: Distance | None = None  # from the micro lenses; far may be inf
     far_mm: Distance | None = None
@@ -110,8 +110,8 @@ class SceneBuild(_Part):
     guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
     # Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
     interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
-    # "off", "auto" or the weight b of taps a lens apart that take back what refocusing between
-    # integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
+    # "off", "auto" or the weight b, such as "1/16", of taps a lens apart that sharpen what
+    # refocusing between integer a blurs; with exact arithmetic, one row at a time, path "core".
     sharpen: str = "off"
     # "normalise": near the border, where not all views reach, divide by the number that do; "zero":
     # count the others as black. With exact arithmetic, one row at a time, path "core", no sharpen.
@@ -190,12 +190,12 @@ class Scene(_Part):
     frame: SceneFrame
     depth: SceneDepth
     build: SceneBuild = SceneBuild()
-    # What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
+    # Source of raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
-    # A camera whose frames are the raster already.
+    # Lanes of a camera whose frames already are the raster.
     lanes: SceneLanes | None = None
-    # Light field that the chip keeps, in place of the test pattern.
+    # Light field stored on the chip, instead of the test pattern.
     stored: SceneStored | None = None
 
     @model_validator(mode="after")
@@ -296,7 +296,7 @@ class Scene(_Part):
 
 
 class LoadedScene(BaseModel):
-    """A scene with what its file refers to."""
+    """A scene with everything that its file refers to."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
@@ -305,10 +305,10 @@ class LoadedScene(BaseModel):
     camera: Camera | None  # that it names
     shifts: tuple[int, ...] | None  # a' of the slices that it names
     edid: bytes | None = None  # that it names, checked
-    sensor: SensorChip | None = None  # what makes the raster of its sensor's raw frames
+    sensor: SensorChip | None = None  # the resampler of its sensor's raw frames
     registers: tuple[Entry, ...] = ()  # of its lanes' sensor
-    shown: Screen = Screen()  # what its board shows, once its slices are known
-    stored: StoredLightField | None = None  # that its board keeps
+    shown: Screen = Screen()  # its board's screen, once its slices are known
+    stored: StoredLightField | None = None  # light field on its board
 
     @property
     def video_size(self) -> tuple[int, int]:
@@ -335,8 +335,8 @@ def scene_files() -> list[Path]:
 def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     """Load a shipped scene profile by name, or any scene profile from a file.
 
-    `device` takes the place of the scene's own; where no board with it takes such video the scene
-    gets the core alone.
+    `device` replaces the scene's own; if no board with it accepts such video, the scene gets only
+    the core.
 
     InputError if there is no such file, or it is not valid: field, value and what is allowed.
     """
@@ -364,7 +364,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
             build.pop("edid", None)
             content.pop("stored", None)
             content.pop("lanes", None)
-            # A text is the board's; other outputs than the refocused one are another core.
+            # Text is a part of the board; outputs other than the refocused one need another core.
             if _text_alone(content.get("screen")):
                 content.pop("screen")
             if isinstance(content.get("sensor"), dict):
@@ -419,12 +419,12 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
 
 
 def _text_alone(screen: object) -> bool:
-    """Whether a scene's screen asks for nothing that the core makes."""
+    """Whether a scene's screen has only text, which does not affect the core."""
     return isinstance(screen, dict) and screen.get("output", ["refocused"]) == ["refocused"]
 
 
 def _takes(board: Board, frame: dict[str, Any]) -> bool:
-    """Whether a board has video in, or shows frames of this size of its own."""
+    """Whether a board has video in, or shows frames of this size without a source."""
     own = board.own_mode
     size = None if own is None else (own.h_active, own.v_active)
     return bool(board.clock_ranges) or size == (frame.get("columns"), frame.get("rows"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The screen of a scene: what a board shows besides the refocused slice, and the text over it."""
+"""The screen of a scene: outputs besides the refocused slice, and the text over them."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -25,30 +25,30 @@ from plenofir.refocus.shifts import shift_to_text
 
 Output = Literal["refocused", "all-in-focus", "depth"]
 _LETTERS: dict[Output, str] = {"refocused": "r", "all-in-focus": "a", "depth": "d"}
-# From here on lengths are told in metres.
+# From here on lengths are given in metres.
 _METRE_MM = 1000.0
 _GREY_LEVELS = 255
 
 
 class SceneScreen(BaseModel):
-    """What a board shows."""
+    """Outputs of a board's screen."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    # Pictures that can be chosen while video runs, the first one after a reset: "refocused" (the
-    # chosen slice), "all-in-focus", "depth" (false colours); all but the refocused slice alone take
-    # a focal stack and its depth index.
+    # Pictures that can be selected while video runs, the first one after a reset: "refocused" (the
+    # selected slice), "all-in-focus", "depth" (false colours); the last two need a focal stack and
+    # its depth index.
     output: Annotated[tuple[Output, ...], Field(min_length=1)] = ("refocused",)
     overlay: bool = False  # a line of text and a ruler of the slices are written over the picture
     # Sharpness is judged in a window of (2 radius + 1)^2 micro images.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
-    # Texture that a micro image has at least, in grey levels; those with less take their
-    # neighbours' slice, see `plenofir.refocus.sharpness.confidence_level`.
+    # Micro images with less texture, in grey levels, take their neighbours' slice, see
+    # `plenofir.refocus.sharpness.confidence_level`.
     confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = TEXTURE
     # Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
     # keeps its own slice.
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
-    # Whether depth is coloured between slices, of which there are three or more, going up or down.
+    # Whether depth is interpolated between slices: three or more in ascending or descending order.
     between_slices: bool = False
 
     @model_validator(mode="before")
@@ -99,13 +99,13 @@ def plane_of(model: RayModel, a: Fraction) -> Plane:
 
 
 def _number(length: float) -> str:
-    """About three digits, two at least behind the point below 10."""
+    """About three digits; below 10 at least two decimals."""
     decimals = 3 if length < 0.1 else 2 if length < 10 else 1 if length < 100 else 0
     return f"{length:.{decimals}f}"
 
 
 def _words(mm: float) -> str:
-    """What is said of a distance that is no number."""
+    """Words for a distance that is no number."""
     return "inf" if mm == inf else "beyond inf" if mm == -inf else "in the lens"
 
 
@@ -139,15 +139,17 @@ def _label(mm: float) -> str:
 def slice_colours(shifts: tuple[int, ...], shades: int = 1) -> tuple[tuple[int, int, int], ...]:
     """Red, green, blue of each slice in a picture of depth: viridis, from far (dark) to near.
 
-    With several shades of each slice those of depth between slices, which go up or down.
+    With several shades of each slice, colours for depth between slices in ascending or descending
+    order.
     """
-    # matplotlib has the table, CC0 of its authors.
+    # The table is matplotlib's, CC0 by its authors.
     from matplotlib import colormaps
 
     order = np.argsort(np.argsort(shifts))
     places = order / max(len(shifts) - 1, 1)
     if shades > 1:
-        # Those of a slice go from the middle of the interval before it to that of the one behind.
+        # Shades of a slice range from the middle of the interval before it to the middle of the
+        # next.
         off = ((np.arange(shades) + 0.5) / shades - 0.5) * (places[-1] - places[0])
         places = np.add.outer(places, off / (len(shifts) - 1)).ravel().clip(0, 1)
     table = np.round(255 * colormaps["viridis"](places)[:, :3]).astype(int)
@@ -160,7 +162,7 @@ def scene_overlay(
     model: RayModel | None = None,
     colours: tuple[tuple[int, int, int], ...] = (),
 ) -> Overlay:
-    """Texts and labels of slices; without the focused camera's distances the texts name a alone."""
+    """Texts and labels of slices; without a focused camera the texts have only a, no distances."""
     names = [shift_to_text(shift, micro_image_size) for shift in shifts]
     texts, labels, reach = [f"a = {name}" for name in names], names, ""
     if model is not None:
@@ -190,11 +192,11 @@ def screen_of(
     *,
     where: str,
 ) -> Screen:
-    """What a board shows for a scene.
+    """The board's screen for a scene.
 
-    Without a part for it that is the refocused slice alone, without a text. `size` is rows and
-    columns of the picture, `where` the scene's file for messages. InputError if the slices cannot
-    be told apart, or the text is larger than the picture.
+    A scene without a screen has the refocused slice only, without text. `size` is rows and columns
+    of the picture, `where` the scene's file for messages. InputError if slices have the same label,
+    or the text is larger than the picture.
     """
     if part is None:
         return Screen()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light field of a scene that is kept on the chip, to see refocusing without any source."""
+"""The light field of a scene that is stored on the chip, to show refocusing without a source."""
 
 from pathlib import Path
 from typing import Annotated
@@ -27,10 +27,10 @@ class SceneStored(BaseModel):
     raw: Annotated[str, Field(min_length=1)]
     top: Place = 0  # first micro image of the part
     left: Place = 0
-    rows: Extent | None = None  # micro images of it; as many as there are
+    rows: Extent | None = None  # number of micro images, as `columns`; None for all
     columns: Extent | None = None
-    # What is sharp at a in the raw image is so at a + move_focus on the chip: its views are moved
-    # by whole micro images.
+    # A plane that is sharp at a in the raw image is sharp at a + move_focus on the chip: its views
+    # are moved by whole micro images.
     move_focus: Annotated[int, Field(ge=-8, le=8)] = 0
 
 
@@ -53,14 +53,14 @@ def _moved(part: SceneStored, m: int, scene: Path) -> tuple[npt.NDArray[np.uint8
 
 
 def stored_raw(part: SceneStored, micro_image_size: int, scene: Path) -> npt.NDArray[np.uint8]:
-    """The light field that a scene file keeps a part of: the whole of it, its focus moved too."""
+    """The whole light field of which a scene file stores a part, with its focus moved."""
     pixels, margin = _moved(part, micro_image_size, scene)[0], _margin(part, micro_image_size)
     edge = margin * micro_image_size
     return pixels[edge : pixels.shape[0] - edge, edge : pixels.shape[1] - edge]
 
 
 def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> StoredLightField:
-    """Read the raw image of a scene file and keep what it wants of it.
+    """Read the raw image of a scene file and compress the stored part.
 
     InputError if there is no such image, or the part reaches beyond it.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Package and top level of a scene's core, with what its sensor needs in front of it."""
+"""Package and top level of a scene's core, with the resampler of its sensor."""
 
 from plenofir.camera.resampling import red_place
 from plenofir.fpga.core.engine import Generics
@@ -155,10 +155,10 @@ def _sensor_instance(sensor: PlannedSensor) -> list[str]:
 
 
 def top_text(plan: Plan) -> str:
-    """VHDL-93 top level of a scene: the core for its frame size, ports for what it has to choose.
+    """VHDL-93 top level of a scene: the core for its frame size, with ports for run-time choices.
 
-    With a sensor `sensor_raster` stands in front of the core; a calibration that is built in loads
-    itself, another one comes through the load port.
+    With a sensor `sensor_raster` is before the core. A built-in calibration is loaded from a ROM,
+    otherwise it comes through the load port.
     """
     several, sensor = len(plan.slices) > 1, plan.sensor
     loads = sensor is not None and not sensor.calibrated

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene in Verilog, for flows that take no VHDL: what GHDL makes of it, and its sizes."""
+"""A scene in Verilog by GHDL, for flows without VHDL, and a header with its sizes."""
 
 import re
 import tempfile
@@ -54,10 +54,10 @@ _TABLE = re.compile(r"^ *reg \[\d+:0\] (n\d+)\[\d+:0\]", re.M)
 
 
 def _named_tables(text: str) -> str:
-    """Call each table of constants as the VHDL does: GHDL's names for them are numbers.
+    """Give tables of constants, which GHDL numbers, their names in the VHDL.
 
-    Behind a table GHDL's comments name the place where it is read: that of ``(`` in ``NAME(i)``,
-    or of the ``i``. A table without such a place keeps its number.
+    A comment of GHDL after a table has the position where it is read: that of ``(`` in ``NAME(i)``,
+    or of the ``i``. A table without such a comment keeps its number.
     """
     lines_of: dict[str, list[str]] = {}
 
@@ -90,7 +90,7 @@ def _named_tables(text: str) -> str:
 
 
 def _named_modules(text: str, entities: Sequence[str]) -> str:
-    """Call modules by their entities, numbered, where GHDL has a digest of generics in the name."""
+    """Name modules after their entities, numbered, instead of GHDL's digests of generics."""
     of_entity: dict[str, list[str]] = {}
     for found in re.findall(r"^module (\w+_[0-9a-f]{40})$", text, re.M):
         entity = max((e for e in entities if found.startswith(f"{e}_")), key=len)
@@ -104,7 +104,7 @@ def _named_modules(text: str, entities: Sequence[str]) -> str:
 
 
 def _tidy(text: str) -> str:
-    """GHDL's Verilog without comments, which name places in the VHDL, and as lint wants it.
+    """GHDL's Verilog without comments, which give positions in the VHDL, and clean for lint.
 
     Assignments in ``initial`` and ``always @*`` are blocking ones.
     """
@@ -134,7 +134,7 @@ def verilog_files(
     """
     board = board_of(plan.device) if plan.path != "core" else None
     library = "" if board is None else board.library
-    # First of all: whether GHDL is there.
+    # Fails first if GHDL is not installed.
     ghdl = ghdl_version()
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
         folder = Path(work)

@@ -95,7 +95,7 @@ __all__ = [
 
 
 def _like(raw: Any) -> Image:
-    """NumPy array of the shape and type of another library's array, without memory."""
+    """NumPy array with the shape and type of another library's array, but without its data."""
     try:
         from array_api_compat import array_namespace
 
@@ -185,7 +185,7 @@ def refocus(
     """
     other_library = not isinstance(raw, np.ndarray)
     if other_library:
-        # The checks need only shape and type: pixels stay in their own memory.
+        # Checks need only shape and type, so pixels are not copied from the GPU.
         check_raw(_like(raw), M)
     else:
         raw = check_raw(raw, M)
@@ -232,7 +232,7 @@ def refocus(
         )
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
-    # Compiled code is loaded only where something is refocused.
+    # Compiled code is loaded only when needed.
     from plenofir.refocus.fast import fast_refocus
 
     return fast_refocus(

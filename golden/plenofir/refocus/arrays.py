@@ -64,7 +64,7 @@ def device_refocus(
         result = _fused(xp, raw, m, shift, bits, region)
         if result is not None:
             return result
-    # With sharpening the lens on each side of what is wanted, too.
+    # Sharpening needs one more lens on each side.
     taken = region
     if units:
         taken = (_wider(region[0], m, raw.shape[0]), _wider(region[1], m, raw.shape[1]))
@@ -107,7 +107,7 @@ def _both_sums(
     box = output_offset(m, 1, align)
     for axis in (1, 0):
         part, length = region[axis], raw.shape[axis]
-        # Outputs that the moving sums of interpolation take, last one first.
+        # Ranges that each of the interpolation's moving sums needs, the last one first.
         low, high = part.start * step, (part.stop - 1) * step + 1
         ranges = [(low, high)]
         for _ in range(order):
@@ -124,7 +124,7 @@ def _both_sums(
 
 
 def _stream(raw: Any) -> int:
-    """The stream that the array's library works on."""
+    """The CUDA stream of the array's library."""
     if is_torch_array(raw):
         import torch
 
@@ -158,7 +158,7 @@ def _fused(
 
 
 def _moving_sum(xp: Any, x: Any, m: int, axis: int, wanted: range) -> Any:
-    """Sums of the M pixels up to each wanted one; there is nothing outside of x."""
+    """Sums of the M pixels up to each wanted one; 0 outside of x."""
     length = x.shape[axis]
     total = xp.cumulative_sum(x, axis=axis, dtype=xp.int64, include_initial=True)
     last = np.asarray(wanted) + 1

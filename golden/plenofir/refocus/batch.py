@@ -3,8 +3,8 @@
 
 Each worker process has one thread and refocuses one frame at a time. Only paths are sent to it,
 never pixels, so workers on other machines need the same file system. Workers write into a hidden
-folder of their run; the run itself puts results in their places and notes them in the record. So
-nothing that an earlier run has left behind, not even a worker, can touch a result.
+folder of their run; the run itself moves results to their places and adds them to the record. So
+nothing left from an earlier run, not even a worker, can change a result.
 """
 
 import glob
@@ -92,13 +92,13 @@ class Settings:
         focus = " ".join(str(a) for a in self.a)
         text = f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
         weights = self.weights()
-        # Records of settings without sharpening stay as they were.
+        # Old records, which have no sharpening, stay valid.
         return f"{text} sharpen={' '.join(map(str, weights))}" if any(weights) else text
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame and what became of it."""
+    """A frame and its outcome."""
 
     source: Path  # raw image
     results: tuple[Path, ...]  # refocused images, one for each focus setting
@@ -107,9 +107,9 @@ class Frame:
 
 
 def find_frames(patterns: Iterable[str]) -> list[Path]:
-    """Frames of names and patterns, those of a pattern in the order of the numbers in them.
+    """Files of names and patterns, those of a pattern in the order of the numbers in their names.
 
-    A name that is a file's is no pattern, whatever brackets it has.
+    A name of an existing file is not a pattern, even if it has brackets.
     """
 
     def by_number(path: str) -> list[tuple[int, int, str]]:
@@ -160,7 +160,7 @@ class Made(NamedTuple):
 
     results: tuple[tuple[Path, Content], ...] = ()  # in the order of the focus settings
     failure: str = ""  # what is wrong with the frame
-    stop: OSError | None = None  # why the next one cannot be written: no frame's could be
+    stop: OSError | None = None  # a failure to write that would stop every frame
 
 
 def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
@@ -195,7 +195,7 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
 
 
 def worker_count(scheduler: str, workers: int | None) -> int:
-    """Local processes to start; refuses a scheduler that has no address, and too many of them."""
+    """Local processes to start; refuses a scheduler without an address, and too many processes."""
     if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
         raise InputError(
             f"{scheduler!r} is not a scheduler; use local or tcp://HOST:PORT", where="scheduler"
@@ -221,7 +221,7 @@ def failure(error: BaseException) -> str:
 
 @contextmanager
 def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
-    """Client of a Dask cluster: a new one on this machine, or one that is running already."""
+    """Client of a Dask cluster: a new one on this machine, or a running one."""
     try:
         import cryptography  # noqa: F401  (of Security.temporary)
         import dask
@@ -231,12 +231,13 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
             f"the package {error.name} is not installed; pip install distributed cryptography"
         ) from None
     if scheduler == "local":
-        # Ctrl-C is for this process alone: workers inherit the signals blocked in the cluster's
-        # threads, unless the first of them starts multiprocessing's tracker, which resets these.
+        # Only this process handles Ctrl-C: workers inherit the signals blocked in the cluster's
+        # threads, unless the first worker starts multiprocessing's tracker, which unblocks them.
         resource_tracker.ensure_running()
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        # Who reaches a port of these processes runs code as their user: all of them want a
-        # certificate that only this run has. HTTP servers cannot be left out: they have no pages.
+        # Whoever reaches a port of these processes can run code as their user, so all of them
+        # require a certificate that only this run has. HTTP servers cannot be disabled, but have no
+        # pages.
         routes: dict[str, list[str]] = {
             f"distributed.{role}.http.routes": [] for role in ("scheduler", "worker")
         }
@@ -248,7 +249,7 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
                     processes=True,
                     security=Security.temporary(),
                     dashboard_address=None,
-                    # Any port that is free, for other runs on this machine.
+                    # Any free port, so that several runs can share the machine.
                     scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
                     worker_dashboard_address=None,
                     silence_logs=50,
@@ -274,7 +275,7 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
 
 @contextmanager
 def _staging(out: Path) -> Iterator[Path]:
-    """Hidden folder for the workers of this run; what runs that were killed have left goes."""
+    """Hidden folder for the workers of this run; folders of killed runs are removed."""
     for left in out.glob(f"{_STAGING}*"):
         shutil.rmtree(left, ignore_errors=True)
     folder = out / f"{_STAGING}{uuid4().hex}"
@@ -289,7 +290,7 @@ def _staging(out: Path) -> Iterator[Path]:
 
 
 def _mark(source: Path, settings: Settings) -> str:
-    """What changes when the file or the settings change."""
+    """Text that changes with the file and the settings."""
     try:
         status = source.stat()
         identity = f"{status.st_size} {status.st_mtime_ns}"
@@ -302,7 +303,7 @@ def _mark(source: Path, settings: Settings) -> str:
 def _made(
     sources: Sequence[Path], settings: Settings, folder: Path, client: Any
 ) -> Iterator[tuple[int, Made]]:
-    """Frames in the order in which the workers finish them."""
+    """Frames in the order in which workers finish them."""
     from distributed import as_completed
 
     waiting = iter(enumerate(sources))
@@ -338,11 +339,11 @@ def run_batch(
 ) -> list[Frame]:
     """Refocus many frames, with the record ``batch.jsonl`` beside their results.
 
-    Frames whose results are there already, made from the same file with the same settings and
-    unchanged since (size and hash), are kept, so a run that was interrupted continues where it
-    stopped. `scheduler` is "local" or the address of a Dask scheduler; there are as many local
-    processes as processors unless `workers` says so. After an InputError (a full disk, say) frames
-    that are done stay done. Those returned are in the order of `sources`.
+    Existing results of the same file and settings that are unchanged (size and hash) are kept, so
+    an interrupted run continues where it stopped. `scheduler` is "local" or the address of a Dask
+    scheduler; `workers` is the number of local processes, by default one for each processor. After
+    an InputError (a full disk, say) finished frames are kept. Result: frames in the order of
+    `sources`.
     """
     settings.check()
     count = worker_count(scheduler, workers)

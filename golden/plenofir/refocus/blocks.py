@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled loops of the fast refocuser: from sums of columns to blocks of the picture.
 
-Transposed sums of columns are summed along their lines, divided, transposed back and written, a
-piece at a time; with interpolation and sharpening whole lines of sums come between.
+Transposed sums of columns are summed along lines, divided, transposed back and written, in pieces;
+interpolation and sharpening need whole lines of sums in between.
 """
 
 from typing import NamedTuple
@@ -39,10 +39,10 @@ PIECE = 512
 
 
 class Weights(NamedTuple):
-    """What sums are divided by: of each row the weight times that of each column, and `twice`."""
+    """Divisors of sums: the weight of the row times that of the column times `twice`."""
 
     rows: Integers
-    # for each column the place in the next, which has all different ones
+    # for each column the index of its weight in the next, which has each weight once
     places: Integers
     columns: Integers
     twice: int  # a factor of the divisor
@@ -51,11 +51,10 @@ class Weights(NamedTuple):
 
 @compiled
 def weights_table(weights: Weights, rows: Integers, table: Integers) -> None:
-    """Numbers to divide by weights with: for each weight of a column half, scale and multiplier."""
+    """Constants for division by weights: half, scale and multiplier for each weight of a column."""
     # table: shape (columns' weights, 3, lanes)
     bits = 8 * table.itemsize
-    # floor((n scale) multiplier / 2^drop) is the quotient for weights scaled to half of this at
-    # least, and at most this.
+    # floor((n scale) multiplier / 2^drop) is the quotient; scaled weights are most / 2 to most.
     one = np.uint64(1)
     most = one << np.uint64(bits - weights.bits)
     drop = 2 * bits - weights.bits - 1
@@ -74,7 +73,7 @@ def weights_table(weights: Weights, rows: Integers, table: Integers) -> None:
                     multiplier = multiplier + multiplier + above
                     rest = rest + rest - above * scaled
                 if rest + rest >= scaled:
-                    # The next multiplier is nearer, and above.
+                    # The next multiplier is nearer, and not too small.
                     multiplier += one
                 elif rest > 0:
                     half += one
@@ -84,14 +83,14 @@ def weights_table(weights: Weights, rows: Integers, table: Integers) -> None:
 
 
 class Row(NamedTuple):
-    """Sums along lines, of several lines at once."""
+    """Sums along several lines at once."""
 
     ranges: Integers
     low: int  # pixels of a line that are taken
     high: int
-    words: Integers  # sums of columns, M pixels of nothing on both sides
-    start: Integers  # places of what the sum before the first has
-    # of what enters then; for number t those from ends[t] on, or one each if there are no ends
+    words: Integers  # sums of columns, with M zero pixels on both sides
+    start: Integers  # places of the pixels in the sum before the first
+    # places of pixels that enter: for sum t those from ends[t] on; without ends, one for each sum
     places: Integers
     ends: Integers
     carry: Integers
@@ -103,7 +102,7 @@ class Row(NamedTuple):
 def _row(
     plan: Plan, taps: Taps, first: Integers, s0: int, s1: int, word: Integers, like: Integers
 ) -> Row:
-    """Work out sums s0 to s1 - 1 of a line, and get memory for them."""
+    """Plan sums s0 to s1 - 1 of a line, and allocate memory for them."""
     m, columns = plan.micro_image_size, plan.columns
     pixel = plan.channels * LINE_BYTES // word.itemsize
     ranges = ranges_of(plan, columns, taps, s0, s1)
@@ -119,7 +118,7 @@ def _row(
     for t in range(steps):
         n = entering(plan, first, plan.step * (t0 + t), low, high + m, places, n)
         if single and n == t:
-            # Nothing enters, nothing leaves.
+            # No pixel enters or leaves.
             places[n] = high + 2 * m
             n += 1
         ends[t + 1] = n
@@ -141,9 +140,9 @@ def _row(
 
 @compiled
 def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[Integers, int]:
-    """Sharpened sums of whole lines, and where the first that is wanted is.
+    """Sharpened sums of whole lines, and the index of the first wanted one.
 
-    Without sharpening those below the last moving sum, whose sum before the first is in `carry`.
+    Without sharpening: the input of the last moving sum, whose sum before the first is in `carry`.
     """
     m, words, totals, other = plan.micro_image_size, row.words, row.totals, row.other
     pixel, ranges = row.carry.size, row.ranges
@@ -155,7 +154,7 @@ def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[In
     one_each = np.empty(0, np.int64)
     numbers = np.arange(made + 2 * m)
     for level in range(1, plan.order + 1):
-        # There is nothing outside of the sums below.
+        # The sums below are 0 outside of their range.
         totals[:margin] = 0
         totals[made * pixel + margin : made * pixel + 2 * margin] = 0
         row.carry[:] = 0
@@ -221,7 +220,7 @@ def refocus_blocks(
         width = (column1 - column0) * channels
         pitch = width + 2 * PAD
         picture = np.empty(lanes * pitch, out.dtype)
-        # Which sum each sample has, and which weight each sum.
+        # The sum of each sample, and the weight of each sum.
         index = np.empty((column1 - column0) * channels + PAD, np.int64)
         for k in range(index.size):
             o = min(column0 + k // channels, column1 - 1)
@@ -236,7 +235,7 @@ def refocus_blocks(
         for k in range(entries.size):
             part = k // channels // piece
             alike[part] &= int(entries[k] == entries[part * piece * channels])
-        # Sums of lines above the first follow from nothing.
+        # Sums of lines above the first begin with 0.
         begin = t0
         if not plain:
             begin = lines.ranges[0, 0] - int(taps.side > 0) * m - plan.order * plan.box_offset

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The border of a picture: what to divide by where not all views reach.
+"""The border of a picture, where some views have no pixel.
 
-An output takes one pixel of each view. Near the border some views have none there: their pixels
-would lie outside of the raw image. ``border="zero"`` counts these as black, so pictures get darker
-towards their border, by half of a' (M - 1) pixels. ``border="normalise"`` divides by the weights
-that did reach an output instead. These are a product of one number for its row and one for its
-column, which follow from M, a', the order and the size of the frame. Elsewhere both are equal.
+An output takes one pixel of each view. Near the border pixels of some views would lie outside of
+the raw image. ``border="zero"`` counts these as black, so pictures get darker at their border, over
+half of a' (M - 1) pixels. ``border="normalise"`` divides by the sum of the weights of the existing
+pixels instead. This is a product of one number for the row and one for the column, which follow
+from M, a', the order and the size of the frame. In the interior both are equal.
 """
 
 from functools import lru_cache
@@ -28,9 +28,9 @@ def check_border(border: str) -> None:
 
 @lru_cache(maxsize=512)
 def arrived(length: int, micro_image_size: int, shift: int, order: int, align: Align) -> Sums:
-    """Weights that reach each output of one dimension; M^(1 + order) where all views do.
+    """Sums of weights for each output of one dimension, shape (length,); M^(1 + order) inside.
 
-    They are the sums of a row of ones, shape (length,).
+    They are the sums of a row of ones.
     """
     ones = np.ones(length, np.int64)
     weights = interpolated_sums(ones, micro_image_size, shift, axis=0, align=align, order=order)
@@ -41,9 +41,9 @@ def arrived(length: int, micro_image_size: int, shift: int, order: int, align: A
 def sharpened_inside(
     sums: Sums, weights: tuple[Sums, Sums], full: int, micro_image_size: int, units: int
 ) -> Sums:
-    """The taps of `sharpened_sums` where all views reach the pixel; it stays as it is elsewhere.
+    """Sharpen as `sharpened_sums` where all views have a pixel; leave other pixels unchanged.
 
-    A tap that some views do not reach counts as the pixel itself, as one outside the picture does.
+    A tap with missing views is replaced by the pixel itself, as one outside of the picture.
     """
     filter_ = taps(units)
     for axis, reached in enumerate(weights):

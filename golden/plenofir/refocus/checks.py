@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every call of the refocuser accepts; everything else is refused in one line."""
+"""Checks of the refocuser's arguments, with errors in one line."""
 
 from typing import Any, Literal
 

@@ -18,7 +18,7 @@ from numba import int32
 from plenofir.refocus.fast import division
 from plenofir.refocus.operator import output_offset
 
-# numba gives it types for the host alone.
+# numba has types for it on the host only.
 cuda: Any = numba_cuda
 
 THREADS = 256
@@ -58,7 +58,7 @@ def _refocus_tile(
     for v in range(thread, stride, threads):
         sums[first + v * shift % m] = v
     cuda.syncthreads()
-    # Columns that the tile takes begin here; `width` of them.
+    # First of the `width` columns that the tile reads.
     origin = column0 + column_base - m + min(0, -(m - 1) * (shift - 1))
     for k in range(thread, width, threads):
         column = origin + k

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fast refocuser: bit-exact, with a cost that depends on neither M nor a'.
 
-Rows and columns of a block are summed in one go while the lines at work are in the processor's
-cache, and blocks are shared out to threads; see `plenofir.refocus.kernels` for the loops. Only the
-region asked for is computed.
+Rows and columns of a block are summed together while its lines are in the processor's cache, and
+blocks are distributed to threads; see `plenofir.refocus.kernels` for the loops. Only the requested
+region is computed.
 """
 
 import threading
@@ -21,13 +21,13 @@ from plenofir.refocus.operator import Align, Image, check_sums, output_offset
 from plenofir.refocus.sharpening import neighbours, taps
 from plenofir.refocus.threads import processors
 
-# Bytes of transposed sums of a block: they fit into the second-level cache, with room for lines.
+# Bytes of a block's transposed sums, which fit into the second-level cache, with room for lines.
 _BLOCK_BYTES = 400_000
-# Below this many samples a second thread is not worth its start.
+# Fewer samples are not worth the start of a second thread.
 _SAMPLES_FOR_A_THREAD = 1 << 19
-# A block is as high as so many micro images: its first line of sums costs M additions of lines.
+# Height of a block in micro images: its first line of sums costs M additions of lines.
 _BLOCK_LENSES = 4
-# Pictures of more bytes are written past the caches: the next frame comes before they are read.
+# Larger pictures, in bytes, bypass the caches when written: the next frame would evict them.
 _PAST_CACHES = 4 << 20
 _NONE = np.empty(0, np.int64)
 
@@ -42,9 +42,9 @@ class Division(NamedTuple):
 
 
 def division(divisor: int, most: int, largest: int = 0, *, least_bits: int = 16) -> Division:
-    """Narrowest words for sums, and numbers that make their quotients exact, halves rounded up.
+    """Narrowest words for sums, and constants for exact quotients, halves rounded up.
 
-    `most`: largest quotient. `largest`: what sums need room for beside quotients.
+    `most`: largest quotient. `largest`: largest number that the words must hold besides.
     """
     # With d = divisor 2^t and multiplier = (2^k + e) / d, |e| <= d / 2, the quotient n 2^t / d is
     # right if e n < 2^k; or, for e < 0 and n + 1 in the place of n, if -e (n + 1) <= 2^k. d is at
@@ -65,7 +65,7 @@ def division(divisor: int, most: int, largest: int = 0, *, least_bits: int = 16)
 
 
 class Work(NamedTuple):
-    """One slice of one image: arguments of `refocus_blocks`, and how wide its words are."""
+    """One slice of one image: arguments of `refocus_blocks`, and the width of its words."""
 
     plan: Plan
     taps: Taps
@@ -87,7 +87,7 @@ def plan(
     upsample: bool,
     normalise: bool,
 ) -> Work:
-    """Work out one slice."""
+    """Plan the computation of one slice."""
     m = micro_image_size
     offset, common = output_offset(m, shift, align), gcd(shift, m)
     step, scale = (1, 1) if order or units else (common, common if upsample else 1)
@@ -101,7 +101,7 @@ def plan(
     line_bits = 16 if made.bits == 32 and white * full < 1 << 15 else made.bits
     most, bias, drop = white, 0, 0
     if units:
-        # Sharpened sums lose all but one of the scale's bits. They are above -bias.
+        # All bits of the scale but one are dropped from sharpened sums, which are above -bias.
         gain, drop, divisor = (
             (filter_.centre + 2 * filter_.side) ** 2,
             2 * filter_.bits - 1,
@@ -151,7 +151,7 @@ def plan(
 
 
 def _taps_inside(inside: npt.NDArray[np.bool_], micro_image_size: int) -> npt.NDArray[np.int64]:
-    """1 where the tap before an output counts, + 2 where that behind it does."""
+    """For each output 1 if the tap before it counts, plus 2 if the one after it does."""
     own = np.arange(inside.size)
     before, behind = neighbours(inside.size, micro_image_size)
     there = [inside & inside[k] & (k != own) for k in (before, behind)]
@@ -182,7 +182,7 @@ def _blocks(work: Plan, word_bytes: int, threads: int) -> npt.NDArray[np.int64]:
 def _share_out(
     work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArray[np.int64], threads: int
 ) -> None:
-    """Work on blocks in several threads, which take the next few when they are done."""
+    """Compute blocks in several threads, each of which takes the next few when it is done."""
     chunks = iter(np.array_split(blocks, min(len(blocks), 4 * threads if threads > 1 else 1)))
     failures: list[BaseException] = []
 
@@ -240,11 +240,11 @@ def fast_refocus(
         units=units,
         region=region,
         upsample=upsample,
-        # The only view is everywhere.
+        # With M = 1 the only view covers all outputs.
         normalise=normalise and m > 1,
     )
-    # One compiled variant for arrays that may and may not be written, and for wide sums that are
-    # rarely needed (M or order large) only that of 16 bit pixels: each takes seconds to compile.
+    # Each variant takes seconds to compile. So read-only arrays have no variant of their own, and
+    # wide sums, which are rare (large M or order), only that for 16 bit pixels.
     wide = work.sum_bits == 64
     x = np.ascontiguousarray(raw, np.uint16 if wide else None)
     x = x.reshape(raw.shape[0], -1)

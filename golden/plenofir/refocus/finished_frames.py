@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Record of a batch: a line for each frame that is done, appended when it is; one run at a time.
+"""Record of a batch: a line is appended for each finished frame; one run at a time.
 
-A run that is killed while it writes leaves half a line at the end, which the next run cuts off.
+A run that is killed while it writes leaves an incomplete line, which the next run removes.
 """
 
 import fcntl
@@ -20,7 +20,7 @@ _OLD_RECORD = "batch.json"
 
 
 class Content(BaseModel):
-    """What is in a file."""
+    """Content of a file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -28,7 +28,7 @@ class Content(BaseModel):
     sha256: str
 
     def is_in(self, path: Path) -> bool:
-        """Whether a file holds it; the file is read whole."""
+        """Whether a file has this content; reads the whole file."""
         try:
             with path.open("rb") as file:
                 return (
@@ -50,7 +50,7 @@ class Entry(BaseModel):
 
 
 class Record:
-    """The record in a folder, made where there is none; locked while the block lasts.
+    """The record in a folder, created if missing, and locked during the block.
 
     `entries` are the last ones of each mark.
     """
@@ -107,7 +107,7 @@ class Record:
 
     def add(self, entry: Entry) -> None:
         """Append a frame that is done."""
-        # Not flushed to the disk: a line that is lost costs no more than making its frame again.
+        # Not flushed to the disk: a lost line only costs making its frame again.
         rest = memoryview(entry.model_dump_json().encode() + b"\n")
         try:
             while rest:

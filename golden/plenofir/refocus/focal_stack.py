@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Several slices at once from one column memory, step by step.
 
-The slices of a stack share their pixels and their delay; each has sums of its own. Pixel ages
-depend on phase and slice alone (`plenofir.refocus.moving_sum`), so if the lines of each phase form
-a shift register, one place further with each line of the phase, then each slice finds its pixels at
-places that never change, and the column is the only address. Frames must begin a multiple of M
-lines apart for that. The VHDL (``hdl/stack/focal_stack_pkg.vhd``) has the same functions.
+The slices of a stack share their pixels and their delay; each has its own sums. Ages of pixels
+depend only on phase and slice (`plenofir.refocus.moving_sum`). So if the lines of each phase form a
+shift register, which advances with each line of the phase, each slice finds its pixels at fixed
+places, and the column is the only address. For that, frames must begin a multiple of M lines apart.
+The VHDL (``hdl/stack/focal_stack_pkg.vhd``) has the same functions.
 """
 
 from collections.abc import Iterable, Iterator
@@ -42,7 +42,7 @@ class StackLayout(SumLayout):
         return 2 + (self.group_size(slice_) > 1) + (not self.begins_group(slice_, 0))
 
     def least_steps(self, length: int, *, columns: bool) -> int:
-        """As in `SumLayout`; for columns a multiple of M."""
+        """Least steps between line starts, see `SumLayout`; for columns a multiple of M."""
         steps = max(length, self.delay + 1)
         m = self.micro_image_size
         return -(-steps // m) * m if columns else steps
@@ -53,8 +53,9 @@ def focal_stack_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sums of all slices, one after the other without a gap.
 
-    This is the engine step by step: a pixel that the memory no longer holds cannot be used. Lines
-    have any length K (for columns: one column of each frame); S of each is of shape (slices, K).
+    This models the engine step by step: a pixel that the memory no longer holds cannot be used.
+    Lines have any length K (for columns: one column of each frame); S of each has the shape
+    (slices, K).
     """
     m, delay = layout.micro_image_size, layout.delay
     queue = [np.asarray(line, np.int64) for line in lines]
@@ -107,7 +108,7 @@ def focal_stack_lines(
                     result[s] = total[s]
             if due >= 0 and output < len(queue[due]):
                 results[due][s].append(result[s])
-        # What is read in this step is read before.
+        # Reads of this step come before its write.
         history[phase] = [value, *history[phase]][: len(history[phase])]
         if due >= 0 and output == len(queue[due]) - 1:
             yield np.array(results[due], np.int64)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled code on disk: a damaged, truncated or stale file is ignored.
 
-numba's own files hold no checksum, and know the function's own source alone: a file that is cut off
-ends every call from then on, a bit that has flipped is run, and inlined functions of other modules
-stay as they were. Here each variant is one file that begins with a hash of all that it depends on.
+numba's cache files have no checksum, and depend only on the function's own source: a truncated file
+makes every later call fail, flipped bits are executed, and changes of inlined functions in other
+modules go unnoticed. Here each variant is one file that begins with a hash of all that it depends
+on.
 """
 
 import pickle
@@ -38,7 +39,7 @@ class _Files:
         return whole.digest()
 
     def load(self, key: Any) -> Any:
-        """What was saved, None if there is nothing that can be used."""
+        """What was saved; None if there is no valid file."""
         name = repr(key).encode()
         try:
             found = self._path(name).read_bytes()
@@ -48,7 +49,7 @@ class _Files:
         return pickle.loads(content) if found[:_HASH_BYTES] == self._hash(name, content) else None
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep a variant; raises OSError, and then there is what was there before."""
+        """Save a variant; after an OSError the old file is still there."""
         name, content = repr(key).encode(), dumps(data)  # type: ignore[no-untyped-call]
         path = self._path(name)
         whole = path.with_suffix(f".{uuid4().hex}")
@@ -64,7 +65,7 @@ class _Files:
 class KeptCode(FunctionCache):
     """Cache of a function's compiled variants, for a dispatcher of numba.
 
-    Raises RuntimeError where there is no folder that could be written.
+    Raises RuntimeError if there is no writable folder.
     """
 
     def __init__(self, function: Callable[..., Any], sources: Iterable[Path] = ()) -> None:
@@ -75,6 +76,6 @@ class KeptCode(FunctionCache):
         self._cache_file: Any = _Files(Path(self.cache_path), self._impl.filename_base, made_from)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Save it, or go on without (a full disk)."""
+        """Save it, or continue without (a full disk)."""
         with suppress(OSError):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled loops of the fast refocuser: moving sums of whole lines, then along several lines.
 
-A block of the output is made from top to bottom, as many lines at a time as a vector has lanes:
+A block of the output is computed from top to bottom, as many lines at once as a vector has lanes:
 
 1. Columns: each line of sums is the line above, plus the input line that enters the box, minus the
    one that leaves it (`plenofir.refocus.operator.moving_sums`). Interpolation takes moving sums of
    such sums, and sharpening three of them, M lines apart: each follows from the line above it, so
-   that a few lines are kept, whatever M is.
-2. Rows: along one line this is a chain of single additions. So the lines are transposed: a vector
-   (`plenofir.refocus.vectors`) holds a sample of each of them, and one addition serves them all.
+   only a few lines are kept, whatever M is.
+2. Rows: along one line this is a chain of dependent additions. So lines are transposed: a vector
+   (`plenofir.refocus.vectors`) holds one sample of each line, and one addition serves all lines.
 3. The sums are divided and rounded, transposed back and written; lines that repeat are copied.
 
-Arrays are filled element by element: for whole ones the compiler takes seconds more, as it has to
-word what is wrong with others of another shape.
+Arrays are filled element by element: assignments of whole arrays take seconds more to compile,
+because of their error messages about shapes.
 
 No sum can overflow: `plenofir.refocus.fast.plan` derives its width from M, order and depth.
 """
@@ -42,7 +42,7 @@ PAD = 32
 """Samples behind a line that may be read, and written over."""
 _PITCH = CHUNK + PAD
 
-# Their functions become part of the code of others.
+# Modules whose functions are inlined into others.
 _SHARED = (Path(__file__), Path(vectors.__file__), Path(vector_code.__file__))
 
 Work = TypeVar("Work", bound=Callable[..., Any])
@@ -50,15 +50,15 @@ Integers = npt.NDArray[Any]
 
 
 def compiled(work: Work) -> Work:
-    """Compile for this machine at the first call; kept on disk where that is possible."""
+    """Compile for this machine at the first call; cached on disk if possible."""
     dispatcher: Any = numba.njit(nogil=True)(work)
-    with suppress(RuntimeError, OSError):  # no folder that could be written
+    with suppress(RuntimeError, OSError):  # no writable folder
         dispatcher._cache = KeptCode(work, _SHARED)
     return cast("Work", dispatcher)
 
 
 class Axis(NamedTuple):
-    """What one dimension needs, all in whole numbers."""
+    """Parameters of one dimension, all integers."""
 
     length: int  # pixels of the input
     outputs: int  # pixels of the output
@@ -69,7 +69,7 @@ class Axis(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """One slice of one image, all in whole numbers."""
+    """Parameters of one slice of one image, all integers."""
 
     micro_image_size: int  # M
     shift: int  # a'
@@ -86,7 +86,7 @@ class Plan(NamedTuple):
 @compiled
 def first_pixels(plan: Plan) -> Integers:
     """For each p mod M the first pixel u with u a' = p modulo M; -1 if there is none."""
-    # The others follow at distances of M / gcd(a', M).
+    # Further ones follow at distances of M / gcd(a', M).
     m = plan.micro_image_size
     first = np.full(m, -1, np.int64)
     for u in range(m // plan.common):
@@ -96,9 +96,9 @@ def first_pixels(plan: Plan) -> Integers:
 
 @compiled
 def whole(plan: Plan, p: int, low: int, high: int, found: Integers, n: int) -> int:
-    """Pixels low to high - 1 that S[p] sums: found[n ...]; where they end."""
+    """Write the pixels low to high - 1 in the sum S[p] to found[n ...]; result: their end."""
     m, shift = plan.micro_image_size, plan.shift
-    # Pixel u of a micro image is less than M away from p - u a'.
+    # Pixel u of its micro image is less than M away from p - u a'.
     first, last = 0, m
     if shift > 0:
         first, last = max(0, (p - high - m) // shift), min(m, (p - low + m) // shift + 1)
@@ -116,7 +116,7 @@ def whole(plan: Plan, p: int, low: int, high: int, found: Integers, n: int) -> i
 def entering(
     plan: Plan, first: Integers, p: int, low: int, high: int, found: Integers, n: int
 ) -> int:
-    """Pixels low to high - 1 in S[p], but not in S[p - step]: found[n ...]; where they end."""
+    """The same for the pixels in S[p], but not in S[p - step]."""
     u = first[p % plan.micro_image_size]
     while 0 <= u < plan.micro_image_size:
         k = p - u * (plan.shift - 1)
@@ -135,7 +135,7 @@ class Taps(NamedTuple):
     # the result is (sharpened sum + bias) >> drop, less as much for the bias
     bias: int
     drop: int
-    # for each output, 1 if the tap before it counts, + 2 if that behind it does
+    # for each output, 1 if the tap before it counts, + 2 if that after it does
     rows: Integers
     columns: Integers
 
@@ -148,11 +148,11 @@ def positions_of(plan: Plan, taps: Taps) -> int:
 
 @compiled
 def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
-    """First and last + 1 sum that outputs t0 to t1 - 1 take; line j: after j moving sums more."""
+    """First and last + 1 sum that outputs t0 to t1 - 1 need; line j: after j more moving sums."""
     ranges = np.empty((plan.order + 1, 2), np.int64)
     ranges[plan.order, 0], ranges[plan.order, 1] = t0, t1
     if positions_of(plan, taps) > 1:
-        # The picture has no others.
+        # Limited to the picture.
         low, high = axis.offset, axis.offset + axis.length
         reach = int(taps.side > 0) * plan.micro_image_size
         for level in range(plan.order, -1, -1):
@@ -165,7 +165,7 @@ def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
 
 @compiled
 def copy(target: Integers, line: Integers) -> None:
-    """Copy numbers."""
+    """Copy elements."""
     for k in range(target.size):
         target[k] = line[k]
 
@@ -183,13 +183,13 @@ def _subtract(target: Integers, line: Integers) -> None:
 
 
 class Lines(NamedTuple):
-    """Sums of columns at work."""
+    """Working memory for sums of columns."""
 
     ranges: Integers
-    left: int  # sample of a line of the image that is the first
+    left: int  # first sample within a line of the image
     width: int  # samples of a line
-    sums: Integers  # a line of nothing, lines of a chunk, what each position's last sums were
-    found: Integers  # where lines begin in the image
+    sums: Integers  # a line of zeros, lines of a chunk, the last sums of each position
+    found: Integers  # beginnings of lines in the image
     ends: Integers
 
 
@@ -230,7 +230,7 @@ def column_sums(
     width, span, made = lines.width, lines.width + PAD, words.size > 0
     sharpened, positions = int(taps.side > 0), positions_of(plan, taps)
     plain = positions == 1
-    # All pixels of S anew where those that enter and leave are as many.
+    # Sum all pixels anew if that takes no more additions than those that enter and leave.
     anew = plain and 2 * plan.step >= m
     n = 0
     for position in range(positions):
@@ -252,7 +252,7 @@ def column_sums(
             for k in range(ends[here], n):
                 found[k] *= x.shape[1]
             ends[here + 2] = n
-    # What the same line of the next lines will want, if it is not there yet.
+    # Prefetch what the next lines will need.
     coming = np.empty(lanes, np.int64)
     for line in range(0 if anew else count):
         coming[line] = found[ends[2 * line]]

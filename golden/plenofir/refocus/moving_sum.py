@@ -31,12 +31,12 @@ class SumLayout:
     micro_image_size: int  # M in pixels
     shifts: tuple[int, ...]  # the set of a' in pixels; a slice is an index into it
     align: Align = "centred"  # see `plenofir.refocus.operator.output_offset`
-    # Columns of any length follow each other without a gap, not only multiples of M.
+    # Columns of any length, not only multiples of M, follow each other without a gap.
     any_length: bool = False
 
     @cached_property
     def delay(self) -> int:
-        """Steps from a pixel to the output of the same index; that of the switched filter."""
+        """Steps from a pixel to the output of the same index, as in the switched filter."""
         return FilterLayout(self.micro_image_size, self.shifts, self.align).delay
 
     def group_size(self, slice_: int) -> int:
@@ -44,7 +44,7 @@ class SumLayout:
         return math.gcd(self.shifts[slice_], self.micro_image_size)
 
     def place_in_group(self, slice_: int, phase: int) -> int:
-        """Place r of a phase among the pixels with the same J; the one that comes last is last."""
+        """Place r of a phase among the pixels with the same J, in the order in which they come."""
         group = self.group_size(slice_)
         index = phase // (self.micro_image_size // group)
         return group - 1 - index if self.shifts[slice_] >= 1 else index
@@ -78,8 +78,8 @@ class SumLayout:
     def initial_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
         """Index of the pixel of a phase that is in the sum with output 0, or None.
 
-        With `held` it is the sum of output 0 itself, else the sum as it goes on from there, which
-        within a group already holds pixels of the next one.
+        With `held` it is the sum of output 0 itself, otherwise the running sum, which within a
+        group already holds pixels of the next one.
         """
         m, group = self.micro_image_size, self.group_size(slice_)
         first = self._offset(slice_)
@@ -93,8 +93,8 @@ class SumLayout:
     def is_initial(self, slice_: int, phase: int, *, held: bool) -> bool:
         """Whether the pixel of `initial_index` is added to the first sum.
 
-        If each group has a new sum, the sum that goes on from output 0 holds no pixel of
-        the group before.
+        If each group begins a new sum, the running sum at output 0 holds no pixel of the group
+        before.
         """
         index = self.initial_index(slice_, phase, held=held)
         if index is None or held or self.pixels_leave:
@@ -156,11 +156,11 @@ class SumLayout:
 
     @property
     def sum_words(self) -> int:
-        """Sums that are kept of each column: running, first, and where needed held ones."""
+        """Sums that are stored for each column: running, first, and if needed held ones."""
         return 2 + self.holds_outputs + self.begins_within_group
 
     def least_steps(self, length: int, *, columns: bool) -> int:
-        """Steps from a line's beginning to the next one's at the earliest, `length` or more.
+        """Least steps from a line's beginning to the next one's, `length` or more.
 
         A column's memory is a ring for each phase.
         """
@@ -178,10 +178,10 @@ def moving_sum_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sum, one after the other without a gap where that is possible.
 
-    This is the engine step by step, with its rings of pixels for each phase: a pixel that they no
-    longer hold cannot be used. Empty steps fill up lines that are too short, and push the tail of
-    the last line out. Lines have any length K, S of each has the same shape; slices are that of
-    each line, the first of the set for all if None.
+    This models the engine step by step, with its rings of pixels for each phase: a pixel that they
+    no longer hold cannot be used. Empty steps fill up lines that are too short, and flush the last
+    line. Lines have any length K, S of each has the same shape; `slices` has one for each line, the
+    first of the set for all if None.
     """
     m, delay = layout.micro_image_size, layout.delay
     queue = [np.asarray(line, np.int64) for line in lines]
@@ -246,7 +246,7 @@ def moving_sum_lines(
             if layout.begins_group(slice_, output):
                 result = total
         if sample is not None:
-            # What is read in this step is read before.
+            # Reads of this step come before its write.
             rings[phase][write[phase] % len(rings[phase])] = sample
             write[phase] += 1
         if due >= 0 and output < len(queue[due]):

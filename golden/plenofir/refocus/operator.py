@@ -8,8 +8,8 @@ The sums of one dimension (Eq. 6.1 of the thesis) are
 and the refocused image is S of the rows, then of the columns, divided by M^2. Outside the image the
 light field is zero.
 
-`gather_sums` is the reference. The others are compared with it; each of them is the way in which
-some hardware computes the operator.
+`gather_sums` is the reference. The others are compared with it; each corresponds to a hardware
+architecture.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
 def clamped_shift(micro_image_size: int, shift: int, shape: tuple[int, ...]) -> int:
     """A shift with the same sums whose size is bounded by the picture's: itself or a multiple of M.
 
-    Beyond it all views but the one that stays in place have left the picture, and add nothing.
+    For larger shifts all views except the one that stays in place have left the picture.
     """
     # Views move by a' (u - c) pixels; for even M the middle ones by half of a'.
     reach = max(shape[:2]) + micro_image_size + 1

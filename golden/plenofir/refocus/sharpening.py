@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sharpening at the distance of a lens: what the operator blurs, three taps take back.
+"""Sharpening with three taps a lens apart, against the operator's blur.
 
 With g = gcd(a', M) the shifted micro images meet an output pixel at M/g places, g/M of a lens
 apart. Their mean is a box with the second moment (1 - g^2/M^2) / 12 in lenses squared; each order
 of interpolation adds a box of M pixels, (1 - 1/M^2) / 12. The filter (-b, 1 + 2b, -b), whose taps
-are a lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment leaves
-none; over natural pictures, whose power falls with the square of the frequency up to half a cycle a
+are a lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment cancels
+it; for natural pictures, whose power falls with the square of the frequency up to half a cycle a
 lens, three quarters of it are best (`plenofir_studies.sharpening`). For an integer a all views meet
-at one place: there is nothing to take back, and b is 0.
+at one place, so there is no blur, and b is 0.
 """
 
 import re
@@ -43,12 +43,12 @@ class Taps(NamedTuple):
 
     @property
     def scale(self) -> int:
-        """What the filter multiplies a flat picture by, in each dimension."""
+        """Gain of the integer filter for a flat picture, in each dimension."""
         return 1 << self.bits
 
     @property
     def noise_gain(self) -> float:
-        """Noise behind the filter of one dimension over noise in front, as standard deviations."""
+        """Noise after over noise before the filter of one dimension, as standard deviations."""
         return float(np.hypot(self.centre, np.sqrt(2) * self.side)) / self.scale
 
 
@@ -116,7 +116,7 @@ def check_sharpen(sharpen: Sharpen, where: str = "sharpen") -> Sharpen:
 
 
 def neighbours(length: int, distance: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
-    """Index of the pixels a distance before and behind each; its own where there is none."""
+    """Indices of the pixels a distance before and after each; its own if there is none."""
     own = np.arange(length)
     before = np.where(own >= distance, own - distance, own)
     behind = np.where(own + distance < length, own + distance, own)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Depth index and all-in-focus picture of a focal stack, in integers: what the VHDL computes.
+"""Depth index and all-in-focus picture of a focal stack, bit-true to the VHDL.
 
-Sharpness is judged between micro lenses, as in `plenofir.camera.lightfield.stack.all_in_focus`:
-finer detail is only replicas. Each step is a sum or a comparison, so that hardware and model agree
-in every bit.
+Sharpness is measured between micro lenses, as in `plenofir.camera.lightfield.stack.all_in_focus`:
+finer detail is only replicas. All arithmetic is in integers.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,7 +19,7 @@ from plenofir.refocus.operator import Image
 
 Integers = npt.NDArray[np.int64]
 
-# Lines that are put together at once.
+# Lines that are composed at once.
 _BAND = 128
 
 MAX_SHARPNESS_RADIUS = 8
@@ -34,14 +33,14 @@ SURE = 16
 """Confidence of depth between slices whose sharpness bends by that much."""
 FRACTION_BITS = 8
 """Bits of the place between two slices."""
-# Where nothing is known between slices: in the middle, which is the slice.
+# Value for unknown depth between slices: the middle, which is the slice itself.
 _MIDDLE = 1 << (FRACTION_BITS - 1)
 
 
 class Slices(Protocol):
-    """Slices of a focal stack, which may be made one by one each time they are gone through.
+    """Slices of a focal stack, which may be computed one by one at each iteration.
 
-    If it has a method `lines(first, last)`, that makes these lines of each slice and no others.
+    A method `lines(first, last)`, if there is one, computes only these lines of each slice.
     """
 
     def __len__(self) -> int:
@@ -52,9 +51,9 @@ class Slices(Protocol):
 
 
 def bands(stack: Slices, rows: int) -> Iterator[tuple[slice, Iterator[Image]]]:
-    """Neighbouring lines, and these lines of each slice.
+    """Bands of lines, and these lines of each slice.
 
-    A picture that is put together from slices needs no whole slice beside it.
+    So a picture can be composed without a whole slice in memory.
     """
     make = getattr(stack, "lines", None)
     for first in range(0, rows, _BAND):
@@ -70,8 +69,8 @@ class DepthIndex:
     index: npt.NDArray[np.uint8]
     # All-in-focus picture: each micro image from its slice; type and size of the slices.
     image: Image
-    # Depth between slices: the place between the middles of the two intervals beside the slice, in
-    # 256ths, and how sharp the peak is, 0 where there is none; shape (t, s), see `between_slices`.
+    # Depth between slices: position between the middles of the two neighbouring intervals, in
+    # 256ths, and confidence, 0 if unknown; shape (t, s), see `between_slices`.
     fraction: npt.NDArray[np.uint8] | None = None
     confidence: npt.NDArray[np.uint8] | None = None
 
@@ -122,8 +121,9 @@ def confidence_level(
 ) -> int:
     """Confidence in units of the sharpness, for `depth_index`.
 
-    `levels`: how far the sharpness of the sharpest and the dullest slice are apart, in grey levels
-    of 8 bits: of the Laplacian's mean absolute value in the window, between means of micro images.
+    `levels`: least difference in sharpness between the sharpest and the least sharp slice, in grey
+    levels of 8 bits of the Laplacian's mean absolute value in the window, between means of micro
+    images.
     """
     weight = 1 if channels == 1 else 4
     window = (2 * radius + 1) ** 2
@@ -135,10 +135,10 @@ def vote(
 ) -> npt.NDArray[np.uint8]:
     """Give micro images without texture the slice of their neighbours.
 
-    Those that are `sure` keep their `index`, both of shape (t, s). Others get the slice most
-    frequent among the neighbours with texture in the window, `vote_radius` micro images from its
-    middle to its edge, the first of equal ones; without any, what the micro image above has got,
-    in the first row the one to the left.
+    Those that are `sure` keep their `index`, both of shape (t, s). Others get the most frequent
+    slice among the neighbours with texture in the window, `vote_radius` micro images from its
+    middle to its edge, the first of equally frequent ones; without such neighbours, the slice given
+    to the micro image above, in the first row to the left.
     """
     counts = []
     for number in range(slices):
@@ -162,18 +162,18 @@ def vote(
 
 
 def slice_weight(shift: int, micro_image_size: int) -> int:
-    """Sixteenths by which the sharpness of a slice a' counts beside that of others.
+    """Weight in sixteenths of the sharpness of slice a' in comparison with other slices.
 
-    Sums over whole micro images interpolate each view linearly between micro images, at the
-    fractions of a that its pixels have: n = M / gcd(a', M) of them, 0 first. With a whole a
-    nothing is interpolated, so the slice is sharper than its neighbours.
+    Sums over whole micro images interpolate each view linearly between micro images, at n = M /
+    gcd(a', M) different fractions. For an integer a nothing is interpolated, which makes the slice
+    sharper than its neighbours.
     """
     fractions = micro_image_size // gcd(shift, micro_image_size)
     return 16 - round(4 / fractions**2)
 
 
 def has_order(shifts: Sequence[int]) -> bool:
-    """Whether slices follow each other in depth, so that there is depth between them."""
+    """Whether slices are in ascending or descending order, so that depth between them exists."""
     steps = np.diff(np.array(shifts))
     return bool((steps > 0).all() or (steps < 0).all())
 
@@ -193,9 +193,9 @@ def between_slices(
     the vertex lies at p / (p + q), p = r (own - before), q = l (own - after). So it never leaves
     the slice's half of either interval.
 
-    Returns floor(256 p / (p + q)), at most 255; and the confidence, the curvature
-    2 own - before - after over a power of two, of which `confidence` has 16 to 31, held between 1
-    and 255. The first and the last slice, and what is not `known`, have 128 and 0.
+    Returns floor(256 p / (p + q)), at most 255; and the confidence, the curvature 2 own - before -
+    after over the power of two for which `confidence` becomes 16 to 31, limited to 1 to 255. The
+    first and the last slice, and those not `known`, have 128 and 0.
     """
     before, own, after = peak
     inner = known & (index > 0) & (index < len(shifts) - 1)
@@ -204,7 +204,7 @@ def between_slices(
     whole = p + np.where(inner, (own - after) * steps[index], 1)
     fraction = np.zeros_like(p)
     for _ in range(FRACTION_BITS):
-        # A bit at a time: 256 p may have more than 64 bits.
+        # Bit by bit, as 256 p may have more than 64 bits.
         p *= 2
         bit = p >= whole
         p -= np.where(bit, whole, 0)
@@ -217,11 +217,11 @@ def between_slices(
 
 
 class _Peaks:
-    """Of each micro image the sharpest slice so far, and the sharpness of those beside it."""
+    """For each micro image the sharpest slice so far, and the sharpness of its neighbours."""
 
     def __init__(self, first: Integers) -> None:
         self.index = np.zeros(first.shape, np.uint8)
-        # Beside the first and the last slice there is one neighbour: the other does not count.
+        # The first and the last slice have only one neighbour.
         self.most = self.least = self.before = self.after = self._last = first
         self._slices = 1
 
@@ -244,14 +244,14 @@ def depth_index(
     vote_radius: int = 0,
     shifts: Sequence[int] = (),
 ) -> DepthIndex:
-    """Find the slice in which each micro image is sharpest, and take it from there.
+    """Find the slice in which each micro image is sharpest, and compose the picture in focus.
 
-    The stack (slices, rows, columns[, 3]) has at most 256. A micro image has texture where the
-    sharpness (`local_sharpness`) of its sharpest slice is `confidence` above that of its dullest
-    one (`confidence_level`). Those without take their neighbours' slice (`vote`), unless
-    `vote_radius` is 0. With `shifts`, a' of each slice, going up or down, slices are weighed
-    (`slice_weight`) and depth between them is found too (`between_slices`); of what has taken its
-    neighbours' slice none is known.
+    The stack (slices, rows, columns[, 3]) has at most 256 slices. A micro image has texture if the
+    sharpness (`local_sharpness`) of its sharpest slice is `confidence` above that of its least
+    sharp one (`confidence_level`). Those without take their neighbours' slice (`vote`), unless
+    `vote_radius` is 0. With `shifts`, a' of each slice in ascending or descending order, sharpness
+    is weighted (`slice_weight`) and depth between slices is found too (`between_slices`); it is
+    unknown for micro images that took their neighbours' slice.
     """
     if not 1 <= len(stack) <= MAX_STACK:
         raise InputError(f"{len(stack)} slices are not possible; use 1 to {MAX_STACK}")
@@ -270,7 +270,7 @@ def depth_index(
         )
     peaks: _Peaks | None = None
     numbers = count()
-    # Not enumerate, which keeps a slice until it has the next one.
+    # Not enumerate, which keeps a slice in memory until it has the next one.
     for image in stack:
         number = next(numbers)
         energy = local_sharpness(image, micro_image_size, radius)

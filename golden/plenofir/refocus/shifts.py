@@ -20,7 +20,7 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
     if isinstance(a, str) and any(c in a for c in ".eE_"):
         raise InputError(f"{a!r} is not a focus setting; {advice}", where=where)
     try:
-        # NumPy's integers would stay inside of the fraction, and overflow there.
+        # A fraction of NumPy's integers could overflow.
         return Fraction(int(a) if isinstance(a, Integral) else a)
     except (ValueError, ZeroDivisionError):
         raise InputError(f"{a!r} is not a focus setting; {advice}", where=where) from None

@@ -3,15 +3,15 @@
 
 Output o takes in pixel e(o) = o + offset(o mod M), whose offset depends on o mod M alone
 (`plenofir.refocus.moving_sum`), and gives back l(o) = e(o) - M. So the P outputs of a token are the
-sum behind the token before plus the prefix sums of
+sum after the previous token plus the prefix sums of
 
     d(o) = x[e(o)] - x[e(o) - M],    x = 0 outside the line.
 
 Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank
 i mod B, row i div B. P neighbouring pixels lie in different banks, and so do the pixels that enter
-with P neighbouring outputs, because e(o + M) = e(o) + M. What enters with output o comes from the
-bank that belongs to o mod B, whatever o is: a fixed exchange for each slice, and a rotation by the
-place of the token in the B outputs.
+with P neighbouring outputs, because e(o + M) = e(o) + M. The bank of the pixel that enters with
+output o depends only on o mod B: a fixed permutation for each slice, and a rotation by the token's
+position in the B outputs.
 
 The VHDL (``hdl/moving_sum/sum_lanes_pkg.vhd``) has the same functions.
 """
@@ -50,11 +50,11 @@ class LaneLayout:
         return self.sums.delay - self.sums.entering_age(slice_, phase)
 
     def bank(self, slice_: int, place: int) -> int:
-        """Bank of the pixel that enters with the outputs of a place o mod B."""
+        """Bank of the pixel that enters with outputs of the same o mod B."""
         return (place + self.offset(slice_, place)) % self.banks
 
     def row(self, slice_: int, place: int) -> int:
-        """Its row, counted from the output's o div B."""
+        """Its row, relative to the output's o div B."""
         return (place + self.offset(slice_, place)) // self.banks
 
     def first_output(self, slice_: int, index: int) -> int:
@@ -63,7 +63,7 @@ class LaneLayout:
         return index + self.sums.entering_age(slice_, phase) - self.sums.delay
 
     def is_initial(self, slice_: int, index: int, *, held: bool) -> bool:
-        """Whether a pixel is in the sum ahead of output 0; with held: in that of its group."""
+        """Whether a pixel is in the sum before output 0; with `held`, in that of its group."""
         m = self.sums.micro_image_size
         last = -1
         if held:
@@ -80,8 +80,8 @@ class LaneLayout:
     def rows(self) -> int:
         """Rows of a bank, a power of two.
 
-        From the newest pixel back to the oldest that leaves, and rows that are not full where a
-        line ends.
+        They hold pixels from the newest back to the oldest that leaves, with incomplete rows at
+        ends of lines.
         """
         oldest = self.delay * self.pixels - self.sums.delay + self.pixels - 1 + self.sums.reach
         rows = -(-oldest // self.banks) + 3

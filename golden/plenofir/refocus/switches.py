@@ -4,9 +4,9 @@
 The pixel is broadcast to W taps; tap w delays it by W-1-w steps. A pixel of phase p = k mod M is
 added by the M neighbouring taps whose delay lies in p (a'-1) + o .. p (a'-1) + o + M-1.
 
-One filter serves a set of shifts, from which a slice is chosen while it runs. All slices have the
-output delay of the slice that needs most, so that a tap's place tells the output that its partial
-sum belongs to, for every slice.
+One filter serves a set of shifts, one of which is selected at run time. All slices have the largest
+of their output delays, so that the position of a tap determines the output of its partial sum for
+every slice.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,12 +22,12 @@ SwitchMatrix = npt.NDArray[np.bool_]
 
 
 def _tap_origin(micro_image_size: int, shift: int) -> int:
-    """Delay o of the tap that yields S[k] at step k in a filter for one shift alone."""
+    """Delay o of the tap that yields S[k] at step k in a filter for a single shift."""
     return 0 if shift >= 1 else (micro_image_size - 1) * (1 - shift)
 
 
 def _own_delay(micro_image_size: int, shift: int, align: Align) -> int:
-    """Output delay of a filter for one shift alone."""
+    """Output delay of a filter for a single shift."""
     return _tap_origin(micro_image_size, shift) + output_offset(micro_image_size, shift, align)
 
 
@@ -101,8 +101,8 @@ def filter_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through one FIR filter, one after the other without a gap.
 
-    This is the filter register by register, with the moving mask that keeps neighbouring lines
-    apart. Empty steps behind the last line push its tail out.
+    This models the filter register by register, with the moving mask that separates neighbouring
+    lines. Empty steps after the last line flush it.
 
     `lines`: lines of samples, each of shape (K,), lengths may differ. `layout`: taps and switches.
     `slices`: slice of each line; the first of the set if None. Yields one line of sums for each

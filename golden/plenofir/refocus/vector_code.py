@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code in LLVM's own vectors, for numba: numbers, variables and arrays that write it.
+"""Generates LLVM code with vector types for numba, by way of values, variables and arrays.
 
-LLVM breaks the vectors down to what the processor has: AVX-512, AVX2, NEON.
+LLVM maps the vectors to those of the processor: AVX-512, AVX2, NEON.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,23 +20,23 @@ TILE_BYTES = 16
 
 
 class Value:
-    """A number of the generated code, or a vector; a number meets a vector in each of its lanes."""
+    """A number or vector in the generated code; numbers are broadcast to vectors."""
 
     def __init__(self, builder: Any, llvm: Any) -> None:
         self.builder, self.llvm = builder, llvm
 
     @property
     def lanes(self) -> int:
-        """Numbers of a vector; 1 of a number."""
+        """Lanes of a vector; 1 for a number."""
         return int(getattr(self.llvm.type, "count", 1))
 
     @property
     def bits(self) -> int:
-        """Bits of each."""
+        """Bits of a lane."""
         return int(getattr(self.llvm.type, "element", self.llvm.type).width)
 
     def of_lanes(self, lanes: int, bits: int) -> "Value":
-        """A number as a vector that has it everywhere."""
+        """A vector with the number in all lanes."""
         one = self.as_wide_as(bits).llvm
         if lanes == 1:
             return Value(self.builder, one)
@@ -47,7 +47,7 @@ class Value:
         return Value(self.builder, self.builder.shuffle_vector(first, nothing, mask))
 
     def as_wide_as(self, bits: int, *, signed: bool = False) -> "Value":
-        """Each widened, or cut off, to so many bits."""
+        """Lanes extended or truncated to a number of bits."""
         if bits == self.bits:
             return self
         kind: Any = ir.IntType(bits)
@@ -77,23 +77,23 @@ class Value:
         return self._with(other, self.builder.sub)
 
     def __mul__(self, other: "Value | int") -> "Value":
-        """Product of each lane, of as many bits."""
+        """Product of each lane, truncated to its bits."""
         return self._with(other, self.builder.mul)
 
     def __floordiv__(self, other: int) -> "Value":
-        """Quotient of each lane without a sign."""
+        """Unsigned quotient of each lane."""
         return self._with(other, self.builder.udiv)
 
     def __lshift__(self, other: "Value | int") -> "Value":
-        """Each lane moved up."""
+        """Each lane shifted left."""
         return self._with(other, self.builder.shl)
 
     def __rshift__(self, other: "Value | int") -> "Value":
-        """Each lane moved down, zeros behind it."""
+        """Each lane shifted right, filled with zeros."""
         return self._with(other, self.builder.lshr)
 
     def __or__(self, other: "Value | int") -> "Value":
-        """Bits that either lane has."""
+        """Bitwise or of each lane."""
         return self._with(other, self.builder.or_)
 
     def lowest(self, limit: int) -> "Value":
@@ -108,13 +108,13 @@ class Value:
         return (product >> bits).as_wide_as(bits)
 
     def at_most(self, other: "Value") -> "Value":
-        """The smaller one of each lane and a limit, without signs."""
+        """Unsigned minimum of each lane and a limit."""
         limit = other.of_lanes(self.lanes, self.bits).llvm
         below = self.builder.icmp_unsigned("<", self.llvm, limit)
         return Value(self.builder, self.builder.select(below, self.llvm, limit))
 
     def at_least_nothing(self) -> "Value":
-        """Each lane, or 0 for a negative one."""
+        """Each lane, with 0 for negative ones."""
         nothing = ir.Constant(self.llvm.type, [0] * self.lanes)
         above = self.builder.icmp_signed(">", self.llvm, nothing)
         return Value(self.builder, self.builder.select(above, self.llvm, nothing))
@@ -126,13 +126,13 @@ class Value:
             yield Value(self.builder, loop.index)
 
     def is_nothing(self) -> Any:
-        """Two branches: it is 0, or not."""
+        """Branches for zero and for other values."""
         nothing = ir.Constant(self.llvm.type, 0)
         return self.builder.if_else(self.builder.icmp_signed("==", self.llvm, nothing))
 
 
 class Variable:
-    """What changes in a loop."""
+    """A variable, which changes in a loop."""
 
     def __init__(self, value: Value) -> None:
         self.builder = value.builder
@@ -140,16 +140,16 @@ class Variable:
         self.set(value)
 
     def set(self, value: Value) -> None:
-        """Give it a value."""
+        """Set its value."""
         self.builder.store(value.llvm, self.place)
 
     def get(self) -> Value:
-        """The value that it has."""
+        """Its value."""
         return Value(self.builder, self.builder.load(self.place))
 
 
 class Array:
-    """A contiguous array of numbers, by places counted from its first."""
+    """A contiguous array of numbers, with flat indices."""
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.builder, self.bits = builder, kind.dtype.bitwidth
@@ -157,7 +157,7 @@ class Array:
         self.data, self._size = array.data, array.nitems
 
     def size(self) -> Value:
-        """How many numbers."""
+        """Number of elements."""
         return Value(self.builder, self._size)
 
     def _pointer(self, place: Value, lanes: int, bits: int) -> Any:
@@ -167,13 +167,13 @@ class Array:
         return self.builder.bitcast(pointer, kind.as_pointer())
 
     def load(self, place: Value, lanes: int = 1) -> Value:
-        """So many numbers from a place on."""
+        """A vector of elements from an index on."""
         value = self.builder.load(self._pointer(place, lanes, self.bits))
         value.align = self.bits // 8
         return Value(self.builder, value)
 
     def store(self, place: Value, value: Value, *, past_caches: bool = False) -> None:
-        """`past_caches`: a whole line of a cache, which is not wanted there."""
+        """Store a vector; `past_caches`: a whole cache line, written without caching it."""
         pointer = self._pointer(place, value.lanes, value.bits)
         stored = self.builder.store(value.llvm, pointer)
         stored.align = LINE_BYTES if past_caches else self.bits // 8
@@ -182,14 +182,14 @@ class Array:
             stored.set_metadata("nontemporal", mark)
 
     def beyond_line(self, place: Value) -> Value:
-        """Numbers from there to where the next line of a cache begins."""
+        """Number of elements from an index to the next cache line."""
         pointer = self._pointer(place, 1, self.bits)
         address = Value(self.builder, self.builder.ptrtoint(pointer, ir.IntType(64)))
         before = self.builder.neg(address.llvm)
         return Value(self.builder, before).lowest(LINE_BYTES) // int(self.bits // 8)
 
     def prefetch(self, place: Value) -> None:
-        """Ask for the line of the cache that has a place."""
+        """Prefetch the cache line of an index."""
         byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
         ask = self.builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
@@ -198,7 +198,7 @@ class Array:
 
 
 def generated(write: Callable[..., None]) -> Callable[..., Any]:
-    """Function whose code is generated for the types of the arrays that it is called with."""
+    """Function whose code is generated for the types of its array arguments."""
 
     def typing(_: Any, *kinds: Any) -> Any:
         taken = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
@@ -217,7 +217,7 @@ def generated(write: Callable[..., None]) -> Callable[..., Any]:
 
     typing.__name__ = write.__name__
     names = ["context", *signature(write).parameters]
-    # numba asks for the arguments' names.
+    # numba needs the arguments' names.
     typing.__signature__ = Signature(  # type: ignore[attr-defined]
         [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
     )
@@ -225,12 +225,12 @@ def generated(write: Callable[..., None]) -> Callable[..., Any]:
 
 
 def lanes_in_line(array: Array) -> int:
-    """Numbers of an array that a line of a cache holds."""
+    """Elements of an array in a cache line."""
     return int(8 * LINE_BYTES // array.bits)
 
 
 def join_vectors(vectors: Sequence[Value]) -> Value:
-    """One vector of several, in their order."""
+    """Concatenate vectors."""
     builder, joined = vectors[0].builder, [vector.llvm for vector in vectors]
     while len(joined) > 1:
         lanes = 2 * joined[0].type.count
@@ -243,7 +243,7 @@ def join_vectors(vectors: Sequence[Value]) -> Value:
 
 
 def transposed(vectors: list[Value]) -> list[Value]:
-    """Transpose the squares that stand side by side in as many vectors as a square has lines."""
+    """Transpose square blocks that lie side by side in as many vectors as a block has lines."""
     builder, size, lanes = vectors[0].builder, len(vectors), vectors[0].lanes
     masks = [
         ir.Constant(
@@ -257,7 +257,7 @@ def transposed(vectors: list[Value]) -> list[Value]:
         for half in (0, size // 2)
     ]
     lines = [vector.llvm for vector in vectors]
-    # Shuffling each line with the one half the square below, log2 times, transposes.
+    # Interleaving each line with the one half a block below, log2 times, transposes.
     for _ in range(size.bit_length() - 1):
         lines = [
             builder.shuffle_vector(lines[n], lines[n + size // 2], mask)

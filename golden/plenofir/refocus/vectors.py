@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steps of the fast refocuser in vectors, for numba: what its compiler does not find by itself.
+"""Steps of the fast refocuser with explicit vectors, where numba does not vectorise by itself.
 
-A vector of `LINE_BYTES` holds a sample of several lines.
+A vector of `LINE_BYTES` holds one sample of several lines.
 """
 
 from collections.abc import Callable, Sequence
@@ -70,7 +70,7 @@ def next_line(
     target: Value,
     count: Value,
 ) -> None:
-    """As `sum_lines` where one line enters and one leaves; asks for those at `ahead`."""
+    """As `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
     done = count - count
     most = 8 * LINE_BYTES // x.bits
     for lanes in (most, 8, 1):
@@ -113,11 +113,11 @@ def _moving(
     lanes_of: Array,
     use: Callable[[Value, Value], None],
 ) -> None:
-    """Running sums of several lines at once, number r at r pixel; `use` takes that and the sum."""
-    # Each adds words[place ...] and subtracts words[place - behind ...] for the places number
-    # ends[first + r] to ends[first + r + 1] - 1, or without `ends` for that number first + r; all
-    # samples of a pixel on their own. The sum before the first is in `carry`, as is the last one
-    # afterwards.
+    """Running sums of several lines at once; `use` is called with r pixel and sum number r."""
+    # Sum r adds words[place ...] and subtracts words[place - behind ...] for the places with the
+    # numbers ends[first + r] to ends[first + r + 1] - 1, or without `ends` for number first + r;
+    # each sample of a pixel has its own sum. `carry` has the sum before the first, and afterwards
+    # the last one.
     lanes = lanes_in_line(lanes_of)
 
     def take(total: Variable, place: Value) -> None:
@@ -140,7 +140,7 @@ def _moving(
 
 
 def _factors(table: Array, entry: Value, lanes: int, *numbers: int) -> Sequence[Value]:
-    """Of half (0), scale (1) and multiplier (2) those asked for, from table[entry] on."""
+    """The requested ones of half (0), scale (1) and multiplier (2), from table[entry] on."""
     return [table.load(entry + lanes * k, lanes) for k in numbers]
 
 
@@ -211,7 +211,7 @@ def quotients(
             known = _factors(table, entry, lanes, 0, 1)
 
             def same(place: Value, total: Value) -> None:
-                # The multiplier from memory: LLVM knows then that it is no wider than that.
+                # Loaded from memory, so that LLVM knows the multiplier's width.
                 store(place, total, [*known, *_factors(table, entry, lanes, 2)])
 
             _moving(*moving, same)
@@ -284,7 +284,7 @@ def copy_line(
             target.store(place + k, source.load(first + k, lanes), past_caches=aligned)
         return done + (end - done) // lanes * lanes
 
-    # Whole lines of the cache in between, if there are any.
+    # Whole cache lines in between, if there are any.
     head = (target.beyond_line(place) * past).at_most(count)
     done = part(part(count - count, head, tile), head, 1)
     with past.is_nothing() as (through, around):
@@ -331,8 +331,8 @@ def sharpen(
     bias: Value,
     drop: Value,
 ) -> None:
-    """Sharpen `count` vectors: max(0, (centre own - side (before + behind)) >> drop), with sign."""
-    # `bias`, a multiple of 2^drop, is as much as the difference may be below 0.
+    """Sharpen `count` vectors: max(0, (centre own - side (before + behind)) >> drop), signed."""
+    # `bias`, a multiple of 2^drop, is the largest magnitude of a negative difference.
     lanes = lanes_in_line(lanes_of)
     with count.times() as n:
         k = place + n * lanes

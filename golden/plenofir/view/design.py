@@ -12,7 +12,7 @@ from plenofir.camera.rays import FIELDS, RayModel, camera_of
 from plenofir.ground.errors import InputError
 from plenofir.view.page import Page, Part, Wanted
 
-# What may be changed: name, text, unit, and from how small to how large beside the given value.
+# Sliders: name, text, unit, and range relative to the given value.
 _SLIDERS = (
     ("focal_length", "main lens, f_U", "mm", 10.0),
     ("exit_pupil", "exit pupil, d_A'", "mm", 10.0),
@@ -48,7 +48,7 @@ def _number(query: Mapping[str, str], name: str) -> float:
 
 
 def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design:
-    """The design with what a page's sliders say; M follows the lengths where they change."""
+    """The design for a page's sliders; M follows from the lengths if they change."""
     own = {**_values(found, focus_mm)}
     given = {name: _number(query, name) for name, *_ in _SLIDERS if name in query}
     lengths = {name: value for name, value in given.items() if name in FIELDS}
@@ -67,7 +67,7 @@ def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design
 def _slider(
     name: str, text: str, unit: str, times: float, value: float | None, assumed: str
 ) -> dict[str, Any]:
-    # What is infinite or unknown stays so until it is moved, and starts from somewhere then.
+    # A slider of an infinite or unknown value has an arbitrary start, used once it is moved.
     known = value is not None and isfinite(value)
     start = value if value is not None and known and value > 0 else 20.0 if value is None else 1e3
     shown = f"{value:g} {unit}" if known else "infinity" if value == inf else "unknown"
@@ -78,7 +78,7 @@ def _slider(
         "low": start / times,
         "high": start * times,
         "start": start,
-        # What follows from other sliders has no number of its own until it is moved.
+        # Values that follow from other sliders are not sent until they are moved.
         "shown": assumed or shown,
     }
 
@@ -103,7 +103,7 @@ def design_page(found: Design, focus_mm: float) -> Page:
         try:
             content = _changed(found, focus_mm, wanted.query).content()
         except InputError as error:
-            # Lengths that no camera can have: said beside the sliders.
+            # The page shows the error of impossible lengths beside the sliders.
             content = {"refused": str(error)}
         return Part(json.dumps(content, allow_nan=False).encode(), "application/json")
 

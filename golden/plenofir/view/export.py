@@ -12,14 +12,14 @@ from plenofir.view.page import STYLE, Page, Part
 _STYLE_LINK = '<link rel="stylesheet" href="view.css">'
 _MAIN = re.compile(r'<script type="module" src="[^"]*"></script>')
 _IMPORT = re.compile(r'from "\./([a-z_]+\.js)"')
-# A module that is data has no place that "./" could start from.
+# A data URL has no base for "./".
 _ROOM = "plenofir/"
 # Nothing is loaded from anywhere.
 _POLICY = (
     '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
     "script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:\">"
 )
-# What stands around the data, and longer notes.
+# Bytes around the data, and for longer notes.
 _TAGS = 4096
 
 
@@ -40,11 +40,11 @@ def _json(content: Mapping[str, object]) -> str:
 def export(page: Page, limit: int) -> bytes:
     """Put a page with its data into one HTML file of at most `limit` bytes.
 
-    Views are compressed, without loss where that fits, those of 16 bit in 256 steps of brightness
-    where not, and scaled down where nothing else fits. The page says so.
+    Views are compressed: without loss if that fits; else 16 bit ones in 256 steps of brightness;
+    scaled down if nothing else fits. The page says which.
     """
     room = limit - len(_assembled(page, page.field, {})) - _TAGS
-    # Base64 takes four bytes for three.
+    # Base64 has four bytes for three.
     return _assembled(page, *page.packed(max(room, 0) // 4 * 3))
 
 
@@ -53,7 +53,7 @@ def _assembled(page: Page, field: Mapping[str, object], parts: Mapping[str, Part
         name: _IMPORT.sub(rf'from "{_ROOM}\1"', page.asset(name).decode()) for name in page.scripts
     }
     main = scripts.pop(page.scripts[-1])
-    # Modules import each other by name, and a file has only itself.
+    # Modules import each other by name, which must be resolved within the file.
     modules = {
         f"{_ROOM}{name}": f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"
         for name, text in scripts.items()

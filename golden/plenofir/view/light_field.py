@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of a light field: its views, its depth and its distances, as the browser takes them."""
+"""The page of a light field: its views, depth and distances for the browser."""
 
 import base64
 import zlib
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-# A browser should not be given more at once.
+# Most samples to send to a browser.
 _LARGEST_BYTES = 1 << 30
-# Depth is searched in no more micro lenses: a finer map takes long and shows no more.
+# Most micro lenses of a depth map: a finer one takes long and shows no more.
 _LENSES = 500_000
 # Entries of the table of distances for each step of the grid.
 _FINE = 8
 _MAX_ENTRIES = 4000
-# Of the median that removes single micro lenses of a wrong depth.
+# Size of the median that removes single micro lenses with a wrong depth.
 _MEDIAN = 5
-# Focus settings of the slider, and of the table of distances, if nothing else is said.
+# Default focus settings of the slider, and of the table of distances.
 _RANGE, _TABLE = (-1.0, 2.0), (-2.0, 4.0)
-# The least that WebGL 2 promises.
+# Guaranteed by WebGL 2.
 _LEAST_GPU_TEXTURE, _LEAST_GPU_LAYERS = 2048, 256
 
 _SCRIPTS = (
@@ -64,18 +64,18 @@ class LightField:
         self.channels = raw.shape[2] if raw.ndim == 3 else 1
 
     def least_binning(self) -> int:
-        """Micro lenses to be made one, each way, so that a browser is not given too much."""
+        """Least binning of micro lenses, in each direction, that keeps the data below the limit."""
         binning = 1
         while self.raw.nbytes / binning**2 > _LARGEST_BYTES:
             binning += 1
         return binning
 
     def views(self, binning: int = 1) -> Image:
-        """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); beyond the edges they are 0."""
+        """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); 0 beyond the edges."""
         m = self.micro_image_size
         rows, columns = (-(-n // binning) for n in (self.lens_rows, self.lens_columns))
         found = np.zeros((m, m, rows, columns, *self.raw.shape[2:]), self.raw.dtype)
-        # One after the other: a large image leaves no room for more.
+        # One after the other, to save memory for large images.
         for v, u in np.ndindex(m, m):
             view = self.raw[v::m, u::m]
             if binning == 1:
@@ -106,7 +106,7 @@ class LightField:
         from plenofir.camera.lightfield.disparity import search_disparity
 
         binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
-        # The map is a texture, too.
+        # The map is a texture too, whose size is limited.
         binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // _LEAST_GPU_TEXTURE))
         if disparity is None:
             low, high = (None, None) if search is None else (end / binning for end in search)
@@ -151,7 +151,7 @@ def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any
 def exposures(
     picture: Picture, micro_image_size: int, look: Exposure | None = None
 ) -> dict[str, Any]:
-    """How a page shows values, for JSON: at the start, by auto, as stored; the largest one."""
+    """Exposures for JSON: initial, auto, and as stored; with the largest value."""
     auto = exposure(picture, micro_image_size)
     stored = exposure(picture, micro_image_size, "off")
     found: dict[str, Any] = {"start": look or auto, "auto": auto, "stored": stored}
@@ -169,7 +169,7 @@ def views_part(
 
 
 class _Content:
-    """What the page of a light field asks for."""
+    """Parts that the page of a light field requests."""
 
     def __init__(
         self,
@@ -198,7 +198,7 @@ class _Content:
 
 
 def _colours() -> str:
-    """The colour map of depths, in which equal steps look equal: 256 RGB values in base64."""
+    """The perceptually uniform colour map of depths: 256 RGB values in base64."""
     from matplotlib import colormaps
 
     rgba = colormaps["viridis"](np.arange(256), bytes=True)
@@ -213,7 +213,7 @@ def _described(
     model: "RayModel | None",
     look: Exposure | None,
 ) -> dict[str, Any]:
-    """What describes the page of a light field."""
+    """Description of the page of a light field."""
     raw, micro_image_size = field.raw, field.micro_image_size
     low, high = search or _RANGE
     most = max(field.lens_rows, field.lens_columns)
@@ -270,8 +270,8 @@ def light_field_page(
     exposure that the page starts with, auto if none is given. `search` is the first and last focus
     setting of the slider and of the search for depth; without it the slider goes from -1 to 2, and
     the search as far as it needs. `disparity`: a map (t, s) that is there already. Without a
-    camera's model, focused as it was, there are no distances. `progress` is called with the
-    candidates for the depth done and to do.
+    camera's model, focused as it was, there are no distances. `progress` is called with the numbers
+    of depth candidates done and of all.
     """
     field = LightField(raw, micro_image_size)
     picture = Picture(raw, full_scale, gamma)
@@ -327,7 +327,7 @@ def live_page(
 def _packed(
     field: LightField, described: Mapping[str, Any], content: _Content, limit: int
 ) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
-    """What an export holds: views that every GPU with WebGL 2 takes, within a size."""
+    """Data of an export: views that fit every GPU with WebGL 2, within a size."""
     made = {"depth": content.depth(Wanted())} if described["has_depth"] else {}
     room = limit - sum(len(part.content) for part in made.values())
     binning = described["scale"]

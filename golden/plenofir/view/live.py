@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames as they come: from a folder that grows, a video, a camera. Who is slow misses some."""
+"""Live frames from a growing folder, a video or a camera; a slow viewer skips some."""
 
 import threading
 import time
@@ -15,7 +15,7 @@ from plenofir.ground.images import Picture, read_picture
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
 _POLL_SECONDS = 0.02
-# A file that cannot be read may still be in the writing for this long.
+# Time that a file may take to be written before it counts as unreadable.
 _WRITING_SECONDS = 2.0
 _FIRST_SECONDS = 10.0
 _WAIT_SECONDS = 10.0
@@ -25,22 +25,21 @@ class Captured(NamedTuple):
     """A frame of a source."""
 
     picture: Picture  # as the camera gave it
-    captured: float  # when, in seconds since 1970
+    captured: float  # time in seconds since 1970
 
 
 class Frame(NamedTuple):
     """A frame that is ready to be shown."""
 
-    number: int  # 1 for the first one of the source; numbers that a page does not see were dropped
-    captured: float  # when it came, in seconds since 1970
+    number: int  # from 1; a page does not get dropped numbers
+    captured: float  # time in seconds since 1970
     picture: Picture  # aligned
 
 
 def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
     """Frames of a folder, in the order of their names, then those that are added, without end.
 
-    `rate` is the frames a second of those that are there at the start; files that cannot be read
-    are left out.
+    `rate`: frames a second for those present at the start. Files that cannot be read are left out.
     """
     known: set[Path] = set()
     start = time.time()
@@ -88,11 +87,11 @@ def video_frames(path: str) -> Iterator[Captured]:
 
 
 class Live:
-    """The newest frame of a source, made ready when somebody asks for it.
+    """The newest frame of a source, prepared when it is requested.
 
-    The source is read in a thread of its own, as fast as it gives frames; `prepare` makes a
-    frame's picture an aligned raw image, `where` is what messages call the source. InputError if
-    it gives no frame within ten seconds, or it cannot be used.
+    A thread reads the source at its own rate; `prepare` converts a frame's picture to an aligned
+    raw image, `where` is the source's name in messages. InputError if there is no frame within ten
+    seconds, or it cannot be used.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ class Mosaic(NamedTuple):
 
 
 def planes(image: Image) -> Image:
-    """The high bytes of 16 bit above the low ones: what browsers decode has 8 bit."""
+    """The high bytes of 16 bits above the low ones, because browsers decode 8 bits."""
     return np.concatenate([image >> 8, image & 255]).astype(np.uint8)
 
 
@@ -39,7 +39,7 @@ def packed_views(views: Image, limit: int) -> Mosaic | None:
     whole = np.moveaxis(views, (0, 1), (0, 2)).reshape(m * rows, m * columns, *views.shape[4:])
     if whole.dtype == np.uint8:
         return _packed(whole, limit, "Views")
-    # Low bytes are mostly noise: half of the size is the least.
+    # Low bytes are mostly noise, so at best half of the size remains.
     if whole.nbytes < 2 * limit:
         part = _without_loss(planes(whole), limit)
         if part is not None:
@@ -55,7 +55,7 @@ class _Codes(NamedTuple):
 
 
 def _coded(image: Image) -> _Codes:
-    """256 steps of brightness, even with a gamma of 2.2: dark ones are finer."""
+    """256 steps of brightness, equal with a gamma of 2.2, so that dark ones are finer."""
     black, white = int(image.min()), int(image.max())
     wide = max(white - black, 1)
     table = np.arange(white + 1, dtype=np.float64) - black
@@ -73,7 +73,7 @@ def _encoded(image: Image, kind: str, **options: object) -> bytes:
 def _without_loss(image: Image, limit: int) -> Part | None:
     small = max(image.shape[:2]) <= _WEBP_SIDE
     kind = "webp" if small else "png"
-    # For large ones, mostly noise, more effort takes thirty times as long and saves a twentieth.
+    # For large pictures more effort takes thirty times as long and saves a twentieth.
     effort = {"method": 2} if image.nbytes < _LARGE else {"method": 0, "quality": 0}
     options = {"lossless": True, **effort} if small else {}
     content = _encoded(image, kind.upper(), **options)
@@ -82,7 +82,7 @@ def _without_loss(image: Image, limit: int) -> Part | None:
 
 def _packed(whole: Image, limit: int, words: str) -> Mosaic | None:
     """A picture of 8 bit, without loss or with the best quality that fits."""
-    # What is not compressible at all costs no attempt.
+    # No attempt without loss if the data are not compressible.
     if whole.nbytes < 8 * limit:
         part = _without_loss(whole, limit)
         if part is not None:

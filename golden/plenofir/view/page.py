@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page of the viewer is made of."""
+"""Parts of a page of the viewer."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ STYLE = "view.css"
 class Wanted(NamedTuple):
     """Parameters of a page's request for a part."""
 
-    binning: int = 1  # micro lenses to be made one, in each dimension
-    after: int = 0  # number of the frame that it has; the next ones are wanted
-    query: Mapping[str, str] = MappingProxyType({})  # all that it says, as it is
+    binning: int = 1  # of micro lenses, in each dimension
+    after: int = 0  # number of the frame that the page has
+    query: Mapping[str, str] = MappingProxyType({})  # all parameters, unparsed
 
 
 class Part(NamedTuple):
@@ -24,7 +24,7 @@ class Part(NamedTuple):
 
     content: bytes
     kind: str  # media type
-    facts: Mapping[str, str] = MappingProxyType({})  # what the bytes don't tell, by name
+    facts: Mapping[str, str] = MappingProxyType({})  # headers that describe the bytes
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Page:
 
     document: str  # HTML file of the folder ``assets``
     scripts: tuple[str, ...]  # modules of that folder, the main one last
-    field: Mapping[str, Any]  # what describes the page, for JSON
-    parts: Mapping[str, Callable[[Wanted], Part]]  # data by name, made when they are asked for
-    # The description and the parts of an export of at most so many bytes.
+    field: Mapping[str, Any]  # description of the page, for JSON
+    parts: Mapping[str, Callable[[Wanted], Part]]  # data by name, made when requested
+    # Description and parts of an export of at most a number of bytes.
     packed: Callable[[int], tuple[Mapping[str, Any], Mapping[str, Part]]]
 
     def asset(self, name: str) -> bytes:

@@ -16,7 +16,7 @@ from plenofir.view.page import Page, Part, Wanted
 REPORT = "report.json"
 # In this order: the VHDL beside its golden model.
 _FIRST = ("refocused", "golden", "diff")
-# What is no picture of a scene is shown as it is.
+# Pictures that do not show a scene are not exposed.
 _MAPS = ("diff", "depth", "confidence", "sharpness")
 
 
@@ -29,9 +29,9 @@ def _order(path: Path) -> tuple[str, int, str]:
 def pictures_page(folder: Path, title: str = "") -> Page:
     """Make the page of a folder of PNG files, two at least.
 
-    Of those of ``make sim`` the refocused picture comes first, beside that of the golden model;
-    InputError if one of them is not of the run that ``report.json`` tells of. When pictures are
-    asked for they are read again: a new run shows by a reload.
+    For results of ``make sim`` the refocused picture comes first, beside that of the golden model;
+    InputError if one of them is not from the run of ``report.json``. Pictures are read at each
+    request, so a reload shows a new run.
     """
     files = {as_text(path.name): path for path in sorted(folder.glob("*.png"), key=_order)}
     if len(files) < 2:
@@ -69,7 +69,7 @@ def _report(path: Path) -> dict[str, Any]:
 
 
 def _read(path: Path) -> Picture:
-    """A picture of the folder; InputError if it is not of the run that the report tells of."""
+    """A picture of the folder; InputError if it is not from the report's run."""
     known = _report(path.with_name(REPORT)).get("sha256")
     picture = read_picture(path)
     if isinstance(known, dict) and known.get(path.name) != checksum(path):
@@ -82,12 +82,12 @@ def _read(path: Path) -> Picture:
 
 
 def _part(path: Path, first: Path) -> Part:
-    """A picture for the browser, which decodes 8 bit: 16 in two."""
+    """A picture for the browser, which decodes 8 bits: 16 bits in two parts."""
     picture = _read(path)
     pixels = picture.pixels
     look = exposure(picture, 1, "off", 1.0)
     if not path.stem.startswith(_MAPS):
-        # Pictures that are compared are exposed alike.
+        # Compared pictures have the same exposure.
         alike = _read(first)
         same = picture[1:] == alike[1:] and pixels.dtype == alike.pixels.dtype
         look = exposure(alike if same else picture, 1)
@@ -102,7 +102,7 @@ def _part(path: Path, first: Path) -> Part:
 
 
 def _of_report(path: Path) -> list[str]:
-    """What the report of a simulation says about the comparison with the golden model."""
+    """The comparison with the golden model, from the report of a simulation."""
     report = _report(path)
     notes = []
     if "mismatches" in report:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The viewer's server: this machine alone, behind a token, and nothing but the page's own parts."""
+"""The viewer's server: for this machine only, with a token, and only the page's own files."""
 
 import asyncio
 import json
@@ -51,7 +51,7 @@ class _Parts:
         return Part(self.page.asset(file), f"{_KINDS[file.rpartition('.')[2]]}; charset=utf-8")
 
     def make(self, name: str, wanted: Wanted) -> "Future[Part]":
-        """A part in the making; its thread does not keep the program from ending."""
+        """Make a part in a thread, which does not keep the program from ending."""
         made: Future[Part] = Future()
 
         def work() -> None:
@@ -65,10 +65,10 @@ class _Parts:
 
 
 class _Nothing(RequestHandler):
-    """What any other address gets: no such page."""
+    """Answers any other address with "no such page"."""
 
     def set_default_headers(self) -> None:
-        """Nothing is kept, framed, or loaded from elsewhere."""
+        """Forbid caching, framing, and loading from elsewhere."""
         self.clear_header("Server")
         for name, value in _HEADERS.items():
             self.set_header(name, value)
@@ -93,12 +93,12 @@ class _Handler(_Nothing):
     """The page and its parts."""
 
     def initialize(self, parts: _Parts, hosts: set[str]) -> None:
-        """Take the page in."""
+        """Keep the page."""
         self.parts, self.hosts = parts, hosts
 
     def prepare(self) -> None:
-        """Refuse what was not asked for by this server's own address."""
-        # A name of another site that leads to this machine is no way in.
+        """Refuse requests with another host name than this server's address."""
+        # Another site's name may resolve to this machine (DNS rebinding).
         if self.request.host not in self.hosts:
             raise HTTPError(403)
 

@@ -7,7 +7,7 @@ from math import ceil, floor
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.calibration.text_method import regression, rotated
+from plenofir.camera.calibration.thesis_method import regression, rotated
 from plenofir_studies.errata.entry import Erratum, Shown
 
 Weights = Callable[[float, float], npt.NDArray[np.float64]]
@@ -109,7 +109,7 @@ def _rotation() -> Shown:
 
 
 def _hexagonal() -> Shown:
-    # Distances of samples, in lens distances, behind the doubling of the columns.
+    # Distances of samples, in lens distances, after the doubling of the columns.
     along, across = 0.5, np.sqrt(3) / 2
     printed, holds = along / (across * np.sqrt(3)), along * np.sqrt(3) / across
     return Shown(
@@ -150,7 +150,7 @@ ERRATA = (
         "Section 4.2.2, below Eq. 4.12",
         "views of a hexagonal array: doubled in one dimension, then down-sampled by sqrt(3) in the "
         "other one",
-        "down-sampled by sqrt(3) in the same dimension, as the text does a page later (Fig. 4.11)",
+        "down-sampled by sqrt(3) in the same dimension, as the thesis does a page on (Fig. 4.11)",
         _hexagonal,
     ),
 )

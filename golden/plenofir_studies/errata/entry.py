@@ -23,7 +23,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Erratum:
-    """A place of the text that is wrong, contradicts another, or says less than it seems to."""
+    """A place of the thesis that is wrong, contradicts another, or says less than it seems to."""
 
     key: str
     where: str

@@ -250,7 +250,7 @@ ERRATA = (
         "example-of-the-listings",
         "Appendix A, example of the listings (section 3.3)",
         "the main lens f193 with an exit pupil 108.1293 mm from the micro lenses; this is as noted "
-        "from another copy, for the text that was at hand here leaves the listings out",
+        "from another copy, because the copy at hand leaves the listings out",
         "111.0324 mm, which Table 5.2 has for f193 at infinity, and the script that the author "
         "published apart; 108.1293 mm belongs to f100",
         _example_of_the_listings,

@@ -240,8 +240,8 @@ def _simulated_far_border() -> Shown:
         f"The far border's deviation is {row['error_far_pct']:+.4f} %, those of the plane and the "
         f"near border {others[1]:+.4f} and {others[0]:+.4f} %. With 1549.3287 mm, one digit "
         f"changed, it would be {corrected:+.4f} %. The prescription of f193 is in a "
-        "source that the text cites, which is not at hand, so this cannot be decided; the printed "
-        "deviation was computed from the printed number.",
+        "source that the thesis cites, which is not at hand, so this cannot be decided; the "
+        "printed deviation was computed from the printed number.",
         abs(row["error_far_pct"] - high),
         max(0.0, low - corrected, corrected - high),
         0.01,
@@ -475,7 +475,7 @@ ERRATA = (
         "Table 5.10(c)",
         "distances counted from the front of the lens, 12.7 cm ahead of the micro lenses",
         "13.8 cm: focused to 4 m the lens stands 11.27 mm farther from the micro lenses than in "
-        "(a) and (b), unless its front stays where it is, which the text does not say",
+        "(a) and (b), unless its front stays where it is, which the thesis does not say",
         _front_of_the_lens,
     ),
     Erratum(

@@ -73,7 +73,7 @@ def test_frames_on_lanes() -> None:
     assert [packet[0] for packet in packets] == [0x40, 0x40 | Kind.RAW8, 0x40 | Kind.RAW8, 0x41]
     assert packets[1][4:10] == bytes(range(6))
     clocks = lane_clocks(packets[:2], 2, skews=(0, 1), gap=3)
-    # Two and six bytes on each lane, a clock of skew and three of gap behind each packet.
+    # Two and six bytes on each lane, a clock of skew and three of gap after each packet.
     assert clocks.shape == (2 + 1 + 3 + 6 + 1 + 3, 2)
     assert (clocks[:, 0] >> 8 == [3, 1, 0, 0, 0, 0, 3, 1, 1, 1, 1, 1, 0, 0, 0, 0]).all()
     assert (clocks[:-1, 0] >> 8 == clocks[1:, 1] >> 8).all()

@@ -147,7 +147,7 @@ def test_each_phase_closes_m_neighbouring_switches(m, shifts_, align):
         closed = np.flatnonzero(row)
         assert len(closed) == m
         assert closed[-1] - closed[0] == m - 1
-    # No tap is needed before the first or behind the last that some phase closes.
+    # No tap is needed before the first or after the last that some phase closes.
     assert layout.switched[[0, -1]].all()
     assert 0 <= layout.delay <= layout.taps - 1
 

@@ -49,7 +49,7 @@ def test_objects_and_focus_of_the_text() -> None:
 
 
 def test_baselines() -> None:
-    """Table 5.11: baselines from disparities at the text's distances, small objects."""
+    """Table 5.11: baselines from disparities at the thesis's distances, small objects."""
     model = model_of(11)
     rows = load_table("5.11").part("a").rows
     objects = disparity_experiment(model, [10 * row["distance_cm"] for row in rows]).objects
@@ -58,7 +58,7 @@ def test_baselines() -> None:
         want = float(model.baseline(found.pair.gap))
         assert found.baseline_mm == pytest.approx(want, rel=0.025)
         assert found.found_px == pytest.approx(found.predicted_px, rel=0.025)
-    # The text's disparities are those of gap 4.
+    # The thesis's disparities are those of gap 4.
     for row, found in zip(rows, objects[:4], strict=True):
         assert found.predicted_px == pytest.approx(row["disparity_px"], abs=0.02)
 
@@ -68,7 +68,7 @@ def test_baselines() -> None:
     ("number", "figure", "part"), [("5.11", "5.17", "b"), ("5.12", "5.18", "c")]
 )
 def test_disparity_maps(number: str, figure: str, part: str) -> None:
-    """Figs. 5.17, 5.18: the text's windows, gap 4 at two positions, gap 8."""
+    """Figs. 5.17, 5.18: the thesis's windows, gap 4 at two positions, gap 8."""
     model = model_of(11, FOCUS_MM[part])
     table = load_table(number)
     depths = [10 * row["distance_cm"] for row in table.part("a").rows]

@@ -15,7 +15,7 @@ CHECKS = all_checks()
 )
 def test_printed_prediction(check: Check) -> None:
     if check.erratum:
-        # Known to be wrong in the text, and by how much.
+        # Known to be wrong in the thesis, and by how much.
         assert not check.agrees
         assert abs(check.computed / check.printed.value - 1) < 2e-4
     else:

@@ -78,7 +78,7 @@ def window(request: pytest.FixtureRequest) -> Iterator["Tab | ChromiumTab"]:
 
 
 def opened(window: Any, address: str) -> Any:
-    # The same address with other words behind # is no other page.
+    # The same address with other words after # is no other page.
     window.goto("about:blank")
     window.goto(address)
     window.evaluate("plenofir.ready")

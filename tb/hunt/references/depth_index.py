@@ -86,7 +86,7 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
 def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
     """Words of the picture: pixel of the index, index, depth, pixel of the chosen slice.
 
-    Neighbouring pixels together, with zeros behind a line's last one.
+    Neighbouring pixels together, with zeros after a line's last one.
     """
     rows, columns, _ = raw.shape
     m, channels, bits = g["MICRO_IMAGE_SIZE"], g["CHANNELS"], g["PIXEL_BITS"]

@@ -26,7 +26,7 @@ def edid_faults(block: Sequence[int], columns: int) -> list[str]:
 class Device:
     """A device's side of the lines: `low` says whether it pulls the data line.
 
-    `content` is sent from the address on that was written, 0xFF behind its end; None: no answer.
+    `content` is sent from the address on that was written, 0xFF after its end; None: no answer.
     `refuse` is the number of a byte of a transfer that is not acknowledged; 2: the address to read.
     """
 
@@ -37,7 +37,7 @@ class Device:
         self.lines = (1, 1)
         self.mode, self.bits, self.byte, self.number = "idle", 0, 0, 0
         self.low = False
-        # Bytes taken, bytes sent with the master's bit behind them, starts and stops.
+        # Bytes taken, bytes sent with the master's bit after them, starts and stops.
         self.log: list[tuple[str, int, int]] = []
 
     def sends(self, byte: int) -> None:

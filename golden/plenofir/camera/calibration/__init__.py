@@ -26,7 +26,7 @@ from plenofir.camera.calibration.spots import (
     infinity_focus,
     measure_spots,
 )
-from plenofir.camera.calibration.text_method import TextCalibration, text_calibration
+from plenofir.camera.calibration.thesis_method import ThesisCalibration, thesis_calibration
 
 __all__ = [
     "Calibration",
@@ -38,7 +38,7 @@ __all__ = [
     "InfinityFocus",
     "Layout",
     "Spots",
-    "TextCalibration",
+    "ThesisCalibration",
     "WhiteInspection",
     "calibrate",
     "calibration_of_grid",
@@ -52,5 +52,5 @@ __all__ = [
     "load_calibration",
     "measure_spots",
     "raster_window",
-    "text_calibration",
+    "thesis_calibration",
 ]

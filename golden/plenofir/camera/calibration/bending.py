@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a grid is bent by a tilted array and a distorting lens, and which model its lenses bear out.
+"""Fit of a grid bent by a tilted array and a distorting lens, with the choice of its model.
 
-Few lenses cannot tell all terms of a polynomial of order 3, but they can tell the few terms that a
-camera has (`plenofir.camera.calibration.models`).
+A few lenses do not determine all terms of a polynomial of order 3, but they do determine the few
+terms that a camera has (`plenofir.camera.calibration.models`).
 
-Each factor has a normal distribution that is known beforehand (of the even ones nothing is), so a
-model has a likelihood that pays for its terms. The most likely one is taken. What the others say of
-a centre, each as likely as it is, goes into its standard error: lenses too few or too noisy to tell
-models apart leave centres uncertain.
+Each factor has a normal prior (a flat one for the terms of an even grid), so models are compared by
+their evidence, which penalises terms that the data do not need. The model with the most evidence is
+taken. The predictions of the others, weighted by their probability, go into the standard error of a
+centre: where lenses are too few or too noisy to distinguish models, centres are uncertain.
 
-Lenses that do not fit the richest model that can be tried are outliers. A model with fewer terms
-makes no outliers, so lenses at the border that it misses tell against it.
+Outliers are the lenses that do not fit the model with the most terms. They are the same for all
+models, so a simpler model cannot discard lenses at the border that contradict it.
 """
 
 from collections.abc import Callable
@@ -43,26 +43,27 @@ from plenofir.camera.calibration.moire import USUAL, waves
 _TUKEY = 6.0
 _FIRST_ROUNDS, _ROUNDS = 6, 20
 _SETTLED = 1e-3
-# Models are compared by so many lenses, drawn at random (always the same).
+# Models are compared on at most this many lenses, drawn at random with a fixed seed.
 _COMPARED = 4000
-# Centroids err together by so much, in pixels: at least, by the pitch, and by its reciprocal.
+# Error in pixels that all centroids have in common: the largest of a constant, a multiple of the
+# pitch, and a multiple of its reciprocal.
 _COMMON = (0.0001, 0.0000075, 0.00075)
-# So much of the scatter moves centroids together, where models are compared.
+# Share of the scatter that centroids are taken to have in common when models are compared.
 _TOGETHER = 0.06
-# Logarithm of how much more likely an even grid is beforehand than one of another model.
+# Logarithm of the prior odds of an even grid against another model.
 _EVEN_ODDS = 4.0
-# What is less than this many pixels is left out; a tilt is not larger than this.
+# Terms of higher order below this many pixels are left out; largest tilt.
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
-# Lenses and rows of them that it takes to try all terms of an order.
+# For each order: lenses, and rows and columns of them, that fitting all its terms takes.
 _NEEDED = {2: (24, 4), 3: (40, 6), 4: (80, 8), 5: (160, 12)}
 
 
 @dataclass(frozen=True)
 class _Robust:
-    """A model fitted robustly, and the linear system that it is about its solution."""
+    """A model fitted robustly, and the fit's linear system at the solution."""
 
     factors: Floats  # of the terms in pixels, then the strengths of the pull
-    tukey: Floats  # weight of each lens, its prior left out
+    tukey: Floats  # weight of each lens, without its prior weight
     scatter: float
     design: Floats  # shape (2 lenses, factors)
     target: Floats  # shape (2 lenses,)
@@ -70,19 +71,19 @@ class _Robust:
 
 @dataclass(frozen=True)
 class BentFit:
-    """The model that lenses bear out."""
+    """The model with the most evidence."""
 
     order: int  # Of the polynomial in `Lenses.points`.
     # What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
     basis: Floats
     factors: Floats  # Of the model's terms, in pixels.
-    fixed: Floats  # What coefficients are without factors.
-    weights: Floats  # Robust weights of the lenses; of many, 0 for those that were not looked at.
+    fixed: Floats  # The coefficients if all factors are 0.
+    weights: Floats  # Robust weights of the lenses; 0 for lenses that were not drawn.
     scatter: float  # Robust standard deviation of the lenses from the model in pixels.
     # Of the coefficients of a polynomial of order `covariance_order`, for y and x: shape (2,
-    # coefficients, 2, coefficients). It takes in what less likely models say.
+    # coefficients, 2, coefficients). Includes the uncertainty of the choice of the model.
     covariance: Floats
-    own: Floats  # The same of the model alone, were it the true one.
+    own: Floats  # The same if this model is the true one.
     covariance_order: int
     # For the orders 2 and 3, by how many pixels (root mean square) they predict lenses left out of
     # the fit better than the best lower order, negative if worse.
@@ -91,7 +92,7 @@ class BentFit:
 
     @property
     def coefficients(self) -> Floats:
-        """Of the polynomial, for y and x: shape (coefficients, 2)."""
+        """Coefficients of the polynomial for y and x: shape (coefficients, 2)."""
         return np.asarray(self.fixed + self.basis @ self.factors)
 
 
@@ -105,20 +106,20 @@ class Lenses:
     points: Floats
     lattice: Floats
     values: Floats
-    prior: Floats  # How much each counts.
-    floor: float  # Least scatter in pixels that makes outliers.
+    prior: Floats  # Weight of each lens.
+    floor: float  # Lower limit of the scatter in pixels, from which outliers are judged.
     pitch: float  # In pixels.
-    pulled: bool  # Whether pixels pull centroids.
-    scale: tuple[float, Floats]  # Lattice coordinates are points times this, plus that.
+    pulled: bool  # Whether the pixel raster biases centroids (`plenofir.camera.calibration.moire`).
+    scale: tuple[float, Floats]  # Scale and offset from points to lattice coordinates.
 
     def tried(self, order: int) -> bool:
-        """Whether there are lenses enough to try all terms of an order."""
+        """Whether there are enough lenses to fit all terms of an order."""
         lenses, rows = _NEEDED[order]
         sides = [len(np.unique(np.floor(line))) for line in self.lattice.T]
         return len(self.points) >= lenses and min(sides) >= rows
 
     def _known(self, groups: tuple[str, ...]) -> Floats:
-        """What is known of factors beforehand: the reciprocals of their variances."""
+        """Priors of the factors: the reciprocals of their variances."""
         known = 1 / (SPREADS[places_of(groups)] * self.frame.half) ** 2
         pulls = (self.pitch / USUAL) ** 2 if self.pulled else np.empty(0)
         return np.concatenate([known, pulls])
@@ -133,14 +134,14 @@ class Lenses:
         )
 
     def _lens(self, groups: tuple[str, ...], factors: Floats) -> tuple[Floats, float]:
-        """Tilt and distortion that the factors of some groups tell."""
+        """Tilt and distortion from the factors of some groups."""
         whole = np.zeros(len(TERMS))
         whole[places_of(groups)] = factors[: len(places_of(groups))] / self.frame.half
         tilt, radial = whole[places_of(("tilt",))], whole[places_of(("radial",))]
         return np.clip(tilt, -_LARGEST_TILT, _LARGEST_TILT), float(radial[0])
 
     def _robust(self, groups: tuple[str, ...], *, perspective: bool) -> _Robust:
-        """Fit all terms of some groups, outliers left out."""
+        """Fit all terms of some groups robustly."""
         complexes = columns(self.frame.places(self.lattice), groups)
         size = complexes.shape[1]
         terms = np.stack([complexes.real, complexes.imag], axis=1).reshape(-1, size)
@@ -171,7 +172,7 @@ class Lenses:
             scatter = self._scatter(away, freedom)
             distance = np.linalg.norm(away, axis=1)
             if n < _FIRST_ROUNDS:
-                # The sum of distances instead of that of squares: it has one minimum.
+                # Minimises the sum of distances first: unlike Tukey's biweight it has one minimum.
                 new = scatter / np.maximum(distance, scatter)
             else:
                 share = distance / (_TUKEY * scatter)
@@ -188,7 +189,7 @@ class Lenses:
         return max(spread * sqrt(away.size / max(1.0, away.size - freedom)), self.floor)
 
     def fit(self, models: tuple[Model, ...] = MODELS, order: int | None = None) -> BentFit:
-        """Fit the most likely of some models, or that with all terms of an order."""
+        """Fit the model with the most evidence, or the one with all terms of an order."""
         few = self
         drawn: Indices | slice = slice(None)
         if len(self.points) > _COMPARED:
@@ -209,7 +210,7 @@ class Lenses:
         allowed = [n for n, m in enumerate(models) if given in (None, m)]
         best = max(allowed, key=lambda n: chances[n])
         model, chosen = models[best], fits[best]
-        # What other models say of the factors, each as likely as it is.
+        # Covariance over all models, weighted by their probability (total variance).
         away = np.stack([f.factors - chosen.factors for f in fits])
         others = np.einsum("m,mi,mj->ij", chances, away, away)
         others += np.einsum("m,mij->ij", chances, np.stack([f.covariance for f in fits]))
@@ -257,12 +258,12 @@ class Lenses:
         )
 
     def _more(self, lens: tuple[Floats, float]) -> Floats:
-        """What a tilt and a distortion add to centres beyond their first order, in pixels."""
+        """Terms of higher order that follow from a tilt and a distortion, in pixels."""
         more = self.frame.half * beyond(self.frame.places(self.lattice), *lens)
         return np.stack([more.real, more.imag], axis=1).ravel()
 
     def _polynomial(self, of: Callable[[Complexes], Complexes], order: int) -> Floats:
-        """Coefficients of the polynomials in `points` that functions of places are."""
+        """Coefficients, in `points`, of polynomials given as functions of places."""
         steps = np.linspace(-1, 1, order + 2)
         samples = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
         scale, middle = self.scale
@@ -280,7 +281,7 @@ class _Solved(NamedTuple):
 
 
 class _Compared:
-    """Models compared by the same lenses, with the weights that the richest gave them."""
+    """Models compared on the same lenses, weighted as in the fit with the most terms."""
 
     def __init__(
         self, lenses: Lenses, rich: _Robust, groups: tuple[str, ...], plain: Floats, more: Floats
@@ -290,7 +291,8 @@ class _Compared:
         self.weights = (lenses.prior * rich.tukey).repeat(2)
         rows = self.weights[:, np.newaxis] * rich.design
         self.gram = rows.T @ rich.design
-        # Of models that have no more than their terms, and of those that have.
+        # For models without and with the terms of higher order that follow from tilt and
+        # distortion.
         targets = plain, plain - more
         self.rights = [rows.T @ target for target in targets]
         self.squares = [float(self.weights @ target**2) for target in targets]
@@ -302,12 +304,12 @@ class _Compared:
             freedom = float(np.trace(np.linalg.lstsq(system, self.gram, rcond=None)[0]))
             count = 2 * float(rich.tukey.sum())
             self.noise = max(squares / max(1.0, count - freedom), lenses.floor**2)
-        # Errors that lenses share do not average out.
+        # Errors that all lenses have in common do not average out.
         common = max(_COMMON[0], _COMMON[1] * lenses.pitch, _COMMON[2] / lenses.pitch)
         self.common = common**2 * float(self.weights.sum() / 2)
 
     def part(self, model: Model) -> Indices:
-        """Where a model's factors are among all of them, the pull's strengths too."""
+        """Indices of a model's factors, and of the pixels' pulls, among all factors."""
         places = places_of(self.groups)
         pulls = np.arange(len(places), len(self.gram))
         return np.concatenate([np.searchsorted(places, places_of(model.groups)), pulls])
@@ -317,7 +319,7 @@ class _Compared:
         part = self.part(model)
         gram, known = self.gram[np.ix_(part, part)], self.known[part]
         right = self.rights[model.perspective][part]
-        # What moves centroids together grows with their scatter: it is no distortion.
+        # A common error in proportion to the scatter: it must not be taken for distortion.
         noise = self.noise * (1 + _TOGETHER**2 * float(self.weights.sum() / 2)) + self.common
         system = gram / noise + np.diag(known)
         evidence = 0.5 * (
@@ -339,7 +341,7 @@ class _Compared:
         return target - self.rich.design @ solved.factors
 
     def gains(self, models: tuple[Model, ...], fits: list[_Solved]) -> tuple[float, ...]:
-        """By how many pixels each order predicts lenses left out better than any lower one."""
+        """For each order, by how many pixels it predicts left-out lenses better than lower ones."""
         result: list[float] = []
         least = None
         for order in (1, 2, 3):

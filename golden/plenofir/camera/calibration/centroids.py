@@ -2,10 +2,10 @@
 """Centroids of micro images in a smooth window around where they are expected.
 
 The window (a raised cosine, a little wider than the pitch) weighs the dark gaps on both sides of a
-micro image evenly, so a window that is in the right place has its centroid in the middle however
-bright the background and the neighbours are; no threshold and no labels are needed. Off the right
-place, the centroid follows the micro image in proportion, and one factor for all of them, measured
-by moving the windows a little, turns it into a distance.
+micro image equally, so the centroid of a window centred on a micro image is in its middle whatever
+the brightness of background and neighbours; no threshold and no labelling is needed. The centroid's
+offset is proportional to that of the micro image. The factor, one for all micro images, is measured
+by moving the windows a little.
 """
 
 from dataclasses import dataclass
@@ -23,11 +23,12 @@ HALF_WIDTH = 0.6
 CORE_HALF_WIDTH = 0.35
 """Half width of the window over the middle of a micro image, in pitches."""
 _BLOCK_PIXELS = 1 << 21
-# Window of matched micro images, in pitches: even to the first, nothing beyond the second.
+# Window for matching micro images, in pitches: 1 up to the first radius, 0 beyond the second.
 _EVEN_TO, _NOTHING_FROM = 0.42, 0.58
 _MATCHED_SAMPLES = 28
 _TEMPLATE_LENSES = 1000
-# Slopes and shifts of small round spots look alike; above this correlation only shifts are fitted.
+# A brightness slope and a shift of a small round spot are hard to tell apart; if they correlate by
+# more than this, only shifts are fitted.
 _ALIKE = 0.85
 _TRIAL = 0.05
 _PLACES_A_PITCH = 24
@@ -44,8 +45,7 @@ class Moments:
 
 
 def reach(pitch: float) -> float:
-    """Pixels around a centre that its window needs."""
-    # The trial moves of `response` included.
+    """Pixels around a centre that its window needs, the trial moves of `response` included."""
     return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 3
 
 
@@ -56,9 +56,9 @@ def raised_cosine(distance: Floats, half_width: float) -> Floats:
 
 
 def _between(pitch: float) -> Floats:
-    """Weights of places between pixels for the pixels from 2 before to 2 behind."""
-    # A window of a few pixels that is only evaluated at the pixels pulls its centroid to them; so
-    # it is evaluated between them too, where the image is interpolated (Keys's cubic).
+    """Weights of the pixels from 2 before to 2 after for places between pixels."""
+    # A window of a few pixels that is evaluated at pixel centres only biases the centroid towards
+    # them, so it is evaluated between pixels too, on the interpolated image (Keys's cubic).
     count = max(1, int(np.ceil(_PLACES_A_PITCH / pitch)))
     places = (np.arange(count) + 0.5) / count - 0.5
     away = np.abs(places[:, np.newaxis] - np.arange(-2, 3))
@@ -120,9 +120,9 @@ def response(
 
 
 def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
-    """How far micro images are from positions, by comparison with the mean of them all.
+    """Offsets of micro images from positions, by matching each to the mean of all.
 
-    Large micro images tell their place by their borders: that takes in less noise than a centroid.
+    The borders of large micro images locate them with less noise than a centroid does.
     The mean is made symmetric about its middle, so that it is centred like a centroid.
     """
     step = max(1.0, min(pitch) / _MATCHED_SAMPLES)

@@ -15,19 +15,19 @@ from plenofir.camera.calibration.lattice import no_grid, primitive_vectors, redu
 
 _CELL_SAMPLES = 12
 _CELL_LENSES = 600
-# Lenses (most of them) that are darker than this share of the usual in every second or third row:
-# the grid is too fine.
+# If the lenses of every second or third row are mostly darker than this share of the usual
+# brightness, the grid is too fine.
 _EVEN_CLASSES = 0.4
-# Micro images of every second row or column that differ from the usual one by this share of its
-# contrast (root mean square, less what noise does) are overlaps of larger ones.
+# If micro images of every second row or column differ from the mean one by this share of its
+# contrast (root mean square, noise subtracted), they are overlaps of larger micro images.
 _UNLIKE = 0.06
 _ALIKE_SAMPLES, _ALIKE_LENSES, _FEWEST_ALIKE = 25, 60, 4
-# Outliers are alike if they are neighbours (in pitches), in one direction (cosine) and of a size
-# (ratio), as bright as usual within a share, and off by a share of a pitch; this share of all is
-# too many.
+# Outliers belong together if they are at most this far apart (in pitches), their offsets have the
+# same direction (cosine) and size (ratio), their brightness is usual (relative deviation), and the
+# offset matters (in pitches). `_MOST_ALIKE` is the largest accepted share of such lenses.
 _NEIGHBOUR, _ALONG, _OF_A_SIZE, _USUAL, _MATTERS = 1.3, 0.9, 2.0, 0.1, 0.01
 _MOST_ALIKE = 0.04
-# Of so few pixels a micro image has no form to compare.
+# Micro images with a pitch of fewer pixels are too coarse to compare their shapes.
 _FORMLESS = 4.0
 # A second spot is at least this many pitches from the first.
 _SECOND_SPOT = 0.47
@@ -78,18 +78,18 @@ def check_classes(grid: Grid, t: Indices, s: Indices, level: Floats) -> None:
 
 
 def unlikeness(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> float:
-    """How much micro images of every second row, column or diagonal differ from the usual one.
+    """How much micro images of every second row, column or diagonal differ from the mean one.
 
-    Root mean square as a share of its contrast, less what noise does; 0 where that cannot be told.
+    Root mean square as a share of its contrast, noise subtracted; 0 if it cannot be determined.
     """
     # Round micro images that overlap are brightest between two lenses, at places that repeat at a
-    # shorter pitch. Their forms alternate: each lies across the line between its two lenses.
+    # shorter pitch. Their shapes alternate: each lies across the line between its two lenses.
     vectors = primitive_vectors(fitter.grid)
     if min(reduced_lengths(fitter.grid)) < _FORMLESS:
         return 0.0
     steps = (np.arange(_ALIKE_SAMPLES) + 0.5) / _ALIKE_SAMPLES - 0.5
     cell = steps[:, np.newaxis, np.newaxis] * vectors[0] + steps[:, np.newaxis] * vectors[1]
-    # The mean of four pixels: a colour filter mosaic makes no difference.
+    # The mean of four pixels cancels a colour filter mosaic.
     pixels = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) - 0.5
     moves = cell.reshape(-1, 1, 2) + pixels
     m, n = primitive_indices(fitter.grid, t, s)
@@ -121,13 +121,13 @@ def unlikeness(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> f
 
 
 def check_alike(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> None:
-    """Refuse a grid of overlaps: they repeat like micro images, but do not all look alike."""
+    """Refuse a grid of overlaps: they repeat like micro images, but differ in shape."""
     if unlikeness(fitter, t, s, centres) > _UNLIKE:
         raise no_grid("micro images overlap: those of every second row differ")
 
 
 def check_outliers(fitter: GrowingFit) -> None:
-    """Refuse a grid with outliers that are no single lenses: neighbours that are off alike."""
+    """Refuse a grid if neighbouring lenses deviate from it together: the model is wrong there."""
     away = fitter.measured - fitter.grid.positions(fitter.fitted)
     distance = np.linalg.norm(away, axis=1)
     level = fitter.core(fitter.measured)
@@ -148,6 +148,6 @@ def check_outliers(fitter: GrowingFit) -> None:
     if len(alike) > max(_FEWEST_ALIKE, _MOST_ALIKE * len(fitter.weights)):
         off = float(np.median(distance[out][alike]))
         raise no_grid(
-            f"{len(alike)} micro images off by {off:.2f} pixels together: bent in a way that the "
-            "others do not tell"
+            f"{len(alike)} neighbouring micro images are off the grid by {off:.2f} pixels in the "
+            "same direction"
         )

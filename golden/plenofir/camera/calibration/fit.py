@@ -51,26 +51,25 @@ _FIRST_RADIUS = 5.0
 _GROWTH = 1.6
 # Below this share of the brightness around it, a micro image counts as missing.
 _MISSING = 0.05
-# If centroids scatter by more than this share of a pitch, there is no grid.
+# Largest scatter of centroids, in pitches; beyond it there is no grid.
 _LARGEST_SCATTER = 0.12
 _FEWEST_USED = 0.5
-# Light and centres are fitted in turn, until no centre moves by more than this many pixels;
-# if one still moves by more than the other number, there is no grid.
+# Light and centres are fitted in turn until no centre moves by more than the first number of
+# pixels; if one still moves by more than the second after `_MOST_ROUNDS`, there is no grid.
 _SETTLED, _RESTLESS = 0.01, 0.1
 _MOST_ROUNDS = 10
 _FEWEST_LENSES = 14
 _LARGEST_MISSING = 0.45
 _LARGEST_CENTRE_ERROR, _LARGEST_OF_BENT = 0.19, 0.12
-# Light that falls off and dirt add to it.
+# The limit once the errors by light fall-off and by changes of the pitch are added.
 _LARGEST_CLAIM = 0.25
-# By how much outliers (their share times this) make the variance of centres larger, before it is
-# compared.
+# The variance of centres grows by this times the share of outliers before it is compared.
 _HARMED = 8.0
-# So many standard errors of the standard error of centres are added to it, before it is compared.
+# Standard errors of the standard error that are added to it before it is compared.
 _SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
 _CANDIDATES = 4
-# Lattices with less than this share of the highest score are not tried.
+# Lattices that score less than this share of the best one are not tried.
 _LIKELY = 0.5
 # Lens vectors may differ from those of a square or hexagonal array by this share of a pitch.
 _LARGEST_MISFIT = 0.04
@@ -120,10 +119,9 @@ def fit_grid(
 ) -> Fit:
     """Find the grid of a white image and fit it to all its micro images.
 
-    The grid starts in the middle from the shifts that repeat the image and grows: lenses around
-    the ones that are known are where the grid says, their centroids are measured, and the grid is
-    fitted to all of them again, outliers left out. A grid that its lenses do not bear out is
-    refused.
+    The first guess is the lattice of shifts that map the image to itself. From the middle the grid
+    grows: it predicts the lenses around the known ones, their centroids are measured, and it is
+    fitted to all of them again, without outliers. A grid that does not fit its lenses is refused.
 
     Raises `InputError` if there is no grid, or too little speaks for it.
 
@@ -199,7 +197,8 @@ def _fit(
     level = fitter.core(centres)
     bright = level > DIMMEST * float(np.percentile(level, 80))
     check_classes(fitter.grid, t, s, level)
-    # Not flattened, too: a grid that is too fine has no smooth brightness to divide by.
+    # Checked without flattening too: the smooth brightness fitted to a grid that is too fine is
+    # wrong.
     smooth = fitter.smooth()
     raw = ndimage.map_coordinates(smooth, centres.T, order=1, mode="nearest")
     check_classes(fitter.grid, t, s, raw - float(np.percentile(smooth[::3, ::3], 1)))
@@ -238,12 +237,12 @@ def _fit(
     error, alone = (float(np.sqrt(spread.max())) for spread in spreads)
     every = shared + spreads[0]
     claimed = float(np.sqrt(every.max()))
-    # Few lenses leave the standard error uncertain too.
+    # With few lenses the standard error itself is uncertain.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)
-    # So do lenses that are off: others may be off by less than makes outliers.
+    # So it is with outliers: other lenses may be off by too little to be outliers.
     sure *= np.sqrt(1 + _HARMED * float((fitter.weights == 0).mean()))
-    # Bent grids go astray beyond the lenses that they were fitted to: they have to be surer.
+    # Bent grids diverge beyond the lenses that they were fitted to, so their limit is lower.
     largest_error = _LARGEST_CENTRE_ERROR if fit.grid.order == 1 else _LARGEST_OF_BENT
     if alone * sure > largest_error:
         raise no_grid(f"centres uncertain by {alone * sure:.2f} pixels (standard error)")
@@ -272,7 +271,7 @@ def _pitch_error(fitter: GrowingFit) -> float:
     """Standard error of `Grid.lens_pitch`, from the covariance of the grid's linear terms."""
     vectors = fitter.grid.vectors
     (down_y, down_x), (right_y, right_x) = vectors
-    # How the area of a cell changes with the vectors' parts along y and along x.
+    # Derivatives of a cell's area with respect to the vectors' components along y and x.
     slopes = np.array([[right_x, -down_x], [-right_y, down_y]])
     linear = fitter.covariance[:, 1:3, :, 1:3] / fitter.grid.scale**2
     variance = float(np.einsum("ai,aibj,bj->", slopes, linear, slopes))
@@ -281,7 +280,7 @@ def _pitch_error(fitter: GrowingFit) -> float:
 
 
 def _shading(fitter: GrowingFit) -> Floats:
-    """Smooth part of the brightness as it is in the image, from the lenses' middles."""
+    """Smooth part of the image's brightness, from the middles of the micro images."""
     _, _, centres = fitter.whole_lenses(max(fitter.shape))
     centres = centres[enough(len(centres))]
     level = core_brightness(fitter.raw, centres + fitter.margin, extents(fitter.grid))
@@ -292,7 +291,7 @@ def _shading(fitter: GrowingFit) -> Floats:
 
 
 def _finish(fitter: GrowingFit, used: int, evidence: Evidence) -> Fit:
-    """Count lenses from the top left; tell which are there."""
+    """Number the lenses from the top left and find which are present."""
     shape = fitter.shape
     t, s = lens_indices(fitter.grid, shape)
     centres = fitter.grid.centres(t, s)

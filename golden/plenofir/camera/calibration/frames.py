@@ -11,7 +11,7 @@ from plenofir.refocus.operator import Image
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
 _DARKEST_LEVELS = 16
 _CLIPPED_SHARE = 0.5
-# From this share on clipped pixels change the form of micro images; percentile of their signal.
+# From this share of clipped pixels on, micro images are flattened; percentile of their signal.
 _MANY_CLIPPED, _LOWEST_CLIPPED = 0.002, 5
 _SMALLEST = 12
 _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}

@@ -202,7 +202,7 @@ class Grid(BaseModel):
 
     @property
     def lens_pitch(self) -> float:
-        """Distance of neighbouring micro images in pixels, in the middle: the mean of all ways."""
+        """Distance of neighbouring micro images in pixels in the middle: mean of all directions."""
         down, right = self.vectors
         area = abs(float(down[0] * right[1] - down[1] * right[0]))
         return float(np.sqrt(area / (1.0 if self.layout == "rectangular" else np.sqrt(0.75))))

@@ -34,17 +34,18 @@ from plenofir.camera.calibration.white import (
 _SMALLEST_PITCH = 2.8
 _LEAST_FIT = 9
 _SMALL_PITCH = 8.0
-# Length of the mean of all directions 2 pi (place between pixels) from which places are alike.
+# Centres are at about the same place between pixels if the mean of exp(2 pi i centre) exceeds this.
 _ALIKE_PLACES = 0.3
-# Smallest scatter (in pitches) that large micro images are given: a missing neighbour moves them
-# a little, which makes no outliers of them.
+# Lower limit of the scatter of large micro images, in pitches: a missing neighbour shifts them a
+# little, which must not make them outliers.
 _LARGE_FLOOR = 1e-4
-# Shares of what the light's slope and changes of the pitch do to centroids that stay in them; the
-# slope's part goes with the variance of micro images in their window, in pitches. Large ones are
-# matched by their borders, which it moves less.
+# Shares of the shifts by the light's slope (of clipped images, too) and by changes of the pitch
+# that remain after correction. The first is proportional to the variance of a micro image in its
+# window (`_SPREAD`, in pitches). Large micro images are located by their borders, which shift less.
 _MATCHED = 0.1
 _UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _SPREAD = 0.001, 0.025, 0.002, 0.2
-# What is subtracted from centres may make their scatter larger by this factor and so many pixels.
+# A correction of centres is accepted if it increases their scatter by no more than this factor plus
+# this many pixels.
 _WORSE, _NOTHING = 1.25, 0.002
 
 
@@ -58,7 +59,7 @@ class GrowingFit(WhiteImage):
         self.fitted: Floats = np.empty((0, 2))
         self.measured: Floats = np.empty((0, 2))
         self._fit: BentFit | None = None
-        # Of the grid's coefficients, and what it would be if the grid's model were sure.
+        # Covariance of the grid's coefficients, and the same if the model is the true one.
         self.covariance: Floats = np.empty(0)
         self.own: Floats = np.empty(0)
 
@@ -78,7 +79,7 @@ class GrowingFit(WhiteImage):
         *,
         last: bool = False,
     ) -> None:
-        """Measure and fit the lenses within a radius: of many, all if it is the last time."""
+        """Measure and fit the lenses within a radius: a random part of many, all if `last`."""
         lit_before: tuple[Indices, Indices, Flags] | None = None
         for n in range(rounds):
             pitch = extents(self.grid)
@@ -111,7 +112,7 @@ class GrowingFit(WhiteImage):
                 prior = counting(self.light(centres))
             if corrected is not None:
                 measured, prior = corrected, prior * self.as_drawn(centres)
-            # Only the borders of large micro images count, which are at all places between pixels.
+            # Large micro images are not biased by pixels: their borders average over all places.
             lenses = Lenses(
                 frame=self.frame(),
                 points=points,
@@ -143,16 +144,16 @@ class GrowingFit(WhiteImage):
                 raise no_grid(f"micro images of {size:.1f} pixels, too small")
 
     def corrected(self, measured: Floats, t: Indices, s: Indices, points: Floats) -> Floats | None:
-        """Measured centres less what measuring does to drawn ones; None if it makes them worse."""
+        """Measured centres, corrected by the error found on drawn ones; None if that is worse."""
         if self.drawn_grid is None:
             return None
         drawn = self.drawn_grid.centres(t, s)
-        # A grid that has left the image since is no help.
+        # The drawn grid does not cover lenses that have come in since.
         if ((drawn < 0) | (drawn > np.array(self.shape) - 1)).any():
             return None
         stretch = self.stretch
         result = measured - (self.measure(self.redrawn, drawn) - drawn)
-        # Where micro images do not look as drawn, they scatter more than without.
+        # Where micro images look different from the drawn ones, the correction adds scatter.
         order = max(n for n in range(1, min(self.grid.order, 3) + 1) if n == 1 or len(t) >= 8 * n)
         terms = polynomial_terms(points, order)
         before, after = (robust_fit(terms, part, 1e-4)[2] for part in (measured, result))
@@ -162,15 +163,15 @@ class GrowingFit(WhiteImage):
         return result
 
     def frame(self) -> Frame:
-        """The even grid that this one is like in the middle of the image."""
+        """The even grid that approximates this one in the middle of the image."""
         middle = (np.array(self.shape) - 1) / 2
         origin = self.grid.inverse(middle)
         return Frame(self.grid.jacobian(origin), origin, middle, float(np.hypot(*middle)))
 
     def stretched(self, coefficients: Floats, count: int) -> Floats:
-        """Covariance of a grid that may be stretched from the middle of the image."""
-        # An error of the inner slope moves all centroids, the farther out the more: the scatter of
-        # centroids does not show it.
+        """Covariance from an uncertain scale about the middle of the image."""
+        # An error of the inner slope moves centroids in proportion to their distance from the
+        # middle, so their scatter does not show it.
         moves = np.zeros((count, 2))
         moves[: len(coefficients)] = coefficients * self.stretch
         moves[0] -= (np.array(self.shape) - 1) / 2 * self.stretch
@@ -180,7 +181,7 @@ class GrowingFit(WhiteImage):
         return result
 
     def fit_pixels(self) -> None:
-        """Fit the grid to the pixels themselves, where their pull looks like another grid."""
+        """Fit the grid to the pixels where their bias of centroids looks like another pitch."""
         grid = self.grid
         if min(reduced_lengths(grid)) > _SMALL_PITCH or len(self.fitted) < MANY_LENSES:
             return
@@ -209,7 +210,7 @@ class GrowingFit(WhiteImage):
 
     def shared_errors(self, t: Indices, s: Indices, centres: Floats) -> Floats:
         """Errors of centres that the scatter does not show, (y, x) in pixels."""
-        # The slope of the light moves centroids, and what is divided out of it is not sure.
+        # The light's slope moves centroids, and the correction for it is uncertain.
         if self.shading is None:
             return np.zeros_like(centres)
         steps = np.eye(2) * 0.5
@@ -225,7 +226,7 @@ class GrowingFit(WhiteImage):
         if self.large:
             unsure *= _MATCHED
         moved = unsure * slopes * (_SPREAD * np.array(extents(self.grid))) ** 2
-        # Where the pitch changes, neighbours reach into windows from one side.
+        # Where the pitch changes, neighbours reach farther into the window from one side.
         lattice, bent = self.grid.lattice(t, s), np.zeros_like(centres)
         for step in np.eye(2):
             ends = self.grid.positions(lattice + step) + self.grid.positions(lattice - step)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a white image tells of a camera's aperture: gaps, touching or overlapping micro images.
+"""The fill factor from a white image: micro images with gaps, touching or overlapping.
 
-All of it is read off the mean micro image (section 4.1.2, Fig. 4.4).
+It is measured on the mean micro image (section 4.1.2, Fig. 4.4).
 """
 
 from dataclasses import dataclass
@@ -28,10 +28,11 @@ _LARGEST_STEP_PX = 0.5
 _SAMPLES = 61
 _MOST_SAMPLES = 241
 _MEAN_LENSES = 400
-# Half way to the neighbours: brighter than this share of the middle, micro images touch.
+# Micro images touch if half way to the neighbours they are brighter than this share of the middle.
 _TOUCHING = 0.5
-# Brighter than the middle by this, or nowhere darker than these shares of it: they overlap. Where
-# lenses are hexagonal the gaps between touching discs are small, and so they are of few pixels.
+# They overlap if half way it is brighter than the middle by the first factor, or nowhere darker
+# than a share of it. Gaps between touching discs are smaller in hexagonal arrays and for few
+# pixels.
 _BRIGHTER = 1.15
 _NOWHERE_DARK = {"rectangular": 0.22, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}
 _FEW_PIXELS, _NOWHERE_DARK_OF_FEW = 7.0, 0.6
@@ -136,7 +137,7 @@ class FillFactor:
 
 
 def nowhere_dark(layout: Layout, pitch_px: float, darkest: float) -> bool:
-    """Whether there is no dark place between micro images, as where they overlap.
+    """Whether there is no dark gap between micro images, as if they overlap.
 
     `layout`: arrangement of the lenses. `pitch_px`: distance of neighbouring micro images in
     pixels. `darkest`: brightness of the darkest place, as a share of the middle's. Result: whether
@@ -147,7 +148,7 @@ def nowhere_dark(layout: Layout, pitch_px: float, darkest: float) -> bool:
 
 
 def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
-    """Tell by the mean micro image whether micro images touch, overlap or leave gaps.
+    """Whether micro images touch, overlap or leave gaps, from the mean micro image.
 
     `mean`: of a white image. `pitch_px`: distance of neighbouring micro images in pixels. Result:
     its numbers; the level without light is taken from the darkest place where there are gaps.
@@ -164,7 +165,7 @@ def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
         verdict = "overlapping"
     elif between - darkest > _TOUCHING * (1 - darkest):
         verdict = "touching"
-    # What is as dark as that is no light: black level, stray light.
+    # The darkest level is black level and stray light.
     half = (darkest + 1) / 2 * middle
     share = float((smooth > half)[mean.cell].mean())
     area = 1.0 if mean.layout == "rectangular" else np.sqrt(0.75)

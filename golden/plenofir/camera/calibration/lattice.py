@@ -4,7 +4,7 @@
 The autocorrelation of a white image peaks at every shift by a whole number of lenses. Missing, dim
 or merged micro images make these peaks lower but add none, few lenses are enough, and sharp-edged
 or tiny micro images peak at the same shifts. The image is looked at in coarser and coarser
-versions, so that the pitch is a handful of pixels in one of them.
+versions, so that in one of them the pitch is a few pixels.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ GRID_ADVICE = (
 
 _CROP = 1024
 _LEAST_SIDE = 12
-# Shifts looked at in one version of the image, in its pixels.
+# Largest shift examined in one version of the image, in its pixels.
 _SHORTEST, _LONGEST = 2.3, 15.0
 _REACH = 34
 _SMALL_SCALE, _LARGE_SCALE = 0.5, 6.0
@@ -34,9 +34,9 @@ _WEAKEST = 0.04
 _RINGS = 2
 # Lattices whose vectors differ by less than this share are the same.
 _SAME = 0.12
-# Lattices that are farther (in pitches) from both layouts are no micro lenses.
+# Largest deviation from both layouts, in pitches, of a lattice of micro lenses.
 _UNUSUAL_LAYOUT = 0.15
-# A finer lattice counts if its score is at least this share of that of a part of it.
+# A finer lattice is preferred if it scores at least this share of its sublattice's score.
 _OF_THE_WHOLE = 0.5
 
 
@@ -49,7 +49,7 @@ class Lattice:
 
 
 def _even(image: Image32) -> Image32:
-    """Without slow changes of the light, and with the same contrast everywhere."""
+    """The image without slow changes of the light, and with the same contrast everywhere."""
     # Gaussian filters of the image mirrored at its borders, by its cosine transform.
     small, large, wide = (
         np.multiply.outer(*(_gaussian_gains(n, scale) for n in image.shape))
@@ -124,7 +124,7 @@ def reduced(a: Floats, b: Floats) -> tuple[Floats, Floats]:
 
 
 def _score(splines: Floats, overlap: Floats, vectors: Floats) -> float:
-    """How much higher the autocorrelation is on a lattice than half or a third of the way."""
+    """How much higher the autocorrelation is on a lattice than half or a third of a step off it."""
     middle = np.array(splines.shape) // 2
 
     def mean(fractions: list[tuple[float, float]]) -> float:
@@ -149,7 +149,7 @@ def _score(splines: Floats, overlap: Floats, vectors: Floats) -> float:
 
 
 def lattices(image: Image32, layout: Layout | None = None) -> list[Lattice]:
-    """Lattices that an image may have, the one with the most evidence first."""
+    """Candidate lattices of an image, best score first."""
     starts = [max(0, (n - _CROP) // 2) for n in image.shape]
     work = image[tuple(slice(b, b + _CROP) for b in starts)].astype(np.float32)
     found: list[Lattice] = []
@@ -187,7 +187,7 @@ def lattices(image: Image32, layout: Layout | None = None) -> list[Lattice]:
     for lattice in found:
         if not any(_same(lattice.vectors, other.vectors) for other in different):
             different.append(lattice)
-    # Every second or third lens is a lattice too: behind the one that it is part of.
+    # Every second or third lens forms a lattice too; such sublattices go behind the full one.
     whole = [
         lattice
         for lattice in different
@@ -200,7 +200,7 @@ def lattices(image: Image32, layout: Layout | None = None) -> list[Lattice]:
 
 
 def _part(vectors: Floats, others: Floats) -> bool:
-    """Whether one lattice is part of a finer one."""
+    """Whether one lattice is a sublattice of a finer one."""
     steps = vectors @ np.linalg.inv(others)
     whole = np.round(steps)
     return bool(np.abs(steps - whole).max() < 2 * _SAME and abs(np.linalg.det(whole)) > 1.5)
@@ -250,7 +250,7 @@ def classified(vectors: Floats, layout: Layout | None) -> tuple[Layout, Floats, 
     if layout == "hexagonal-rows" or (layout is None and rows):
         right = _positive(flat, 1)
         other = _positive(next(v for v in ring if v is not flat), 0)
-        # Across the rows: to the next lens minus half a step, whichever side it leans to.
+        # Perpendicular to the rows: to a lens in the next row, less half a step to either side.
         down = other - right * (0.5 if other @ right > 0 else -0.5)
         return "hexagonal-rows", down, right
     down = _positive(steep, 0)
@@ -269,7 +269,7 @@ def guess(image: Image32, vectors: Floats, layout: Layout | None = None) -> Grid
     a, b = reduced(*vectors)
     inverse = np.array([a, b]).T
     reciprocal = np.linalg.inv(inverse)
-    # Phases near the middle, where errors of the vectors do not count yet.
+    # The offset is found near the middle, where errors of the vectors have not added up yet.
     size = int(np.ceil(8 * max(hypot(*a), hypot(*b))))
     starts = [max(0, (n - size) // 2) for n in image.shape]
     crop = image[tuple(slice(start, start + size) for start in starts)]

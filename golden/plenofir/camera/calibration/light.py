@@ -9,16 +9,16 @@ from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import unit_positions
 
 _ORDER = 4
-# Light is not divided by where it is less than this share of the brightest part.
+# Lower limit of the light that is divided by, as a share of the brightest.
 _DARKEST = 0.03
-# Brightness (share of the brightest) of lenses that count half.
+# Brightness, as a share of the brightest, at which lenses have half the weight.
 _HALF_WEIGHT = 0.15
 _BAND = 32
 _FEWEST_ROUND = 25
 
 
 def light_order(lenses: int) -> int:
-    """Order of the polynomial that so many lenses can tell."""
+    """Order of the polynomial that this many lenses determine."""
     return next((n for n in range(_ORDER, 0, -1) if lenses >= 4 * n * n + 1), 0)
 
 
@@ -33,7 +33,7 @@ def constant(value: float, coefficients: Floats) -> Floats:
 
 
 def counting(light: Floats) -> Floats:
-    """How much lenses count in so much light."""
+    """Weights of lenses by the light on them."""
     light = light / light.max()
     return np.asarray(light**2 / (light**2 + _HALF_WEIGHT**2))
 
@@ -43,9 +43,10 @@ def fitted_light(
 ) -> Floats:
     """Coefficients of the logarithm of the light, from levels at places of an image.
 
-    `probes` are 1 at places around the middle of a micro image: darker than it by the same share in
-    all of them, they tell the slope of the light besides the level. Lenses that differ among
-    themselves by more than the light does tell a lower order, unless `every` term is asked for.
+    `probes` are 1 at places around the middle of a micro image. These are darker than the middle by
+    the same share in all micro images, so they give the slope of the light besides its level. Where
+    lenses differ among themselves more than the light does, a lower order is fitted, unless `every`
+    term is asked for.
     """
     positions = unit_positions(places, shape)
     count = len(places) * (3 / 5 if probes.any() else 1)
@@ -65,10 +66,10 @@ def fitted_light(
         best = int(np.argmin(costs))
         if best < min(order, 2):
             order = best
-    # Fewer lenses tell the term of order 4 that a round falling off of the light has.
+    # Rotationally symmetric fall-off adds one term of order 4, for which fewer lenses suffice.
     rounded = 1 < order < _ORDER and count >= _FEWEST_ROUND
     terms = polynomial_terms(positions, 2 if rounded else order)
-    # The square of the distance from the middle is the product of these and squared positions.
+    # Product of these and the squared positions: squared distance from the middle.
     y, x = (np.array(shape) - 1.0) ** 2 / ((np.array(shape) - 1.0) ** 2).sum()
     if rounded:
         order = _ORDER
@@ -87,14 +88,14 @@ def fitted_light(
 
 
 def divide_by_light(image: Image32, dark: float, coefficients: Floats, result: Image32) -> None:
-    """Divide an image above its level without light by light."""
+    """Subtract an image's dark level and divide the rest by the light."""
     order = order_of(coefficients)
     table = np.zeros((order + 1, order + 1), dtype=np.float32)
     for value, (m, n) in zip(coefficients, exponents(order), strict=True):
         table[m, n] = value
     y, x = (np.linspace(-1, 1, n, dtype=np.float32) for n in image.shape)
     lines = np.polynomial.polynomial.polyvander(y, order) @ table
-    # Some lines at a time, which the processor's cache holds.
+    # A few lines at a time, which fit the processor's cache.
     for start in range(0, len(y), _BAND):
         band = slice(start, start + _BAND)
         shade = np.zeros((len(lines[band]), len(x)), dtype=np.float32)

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera does to an even grid: the terms of it, and the models that are made of them.
+"""How a camera distorts an even grid: the terms, and the models composed of them.
 
-With z a lens's place in an even grid from the middle of the image, in half diagonals, a complex
-number, centres are sums of terms z^a conj(z)^b with real factors:
+With z, a complex number, the position of a lens in an even grid relative to the middle of the image
+in half diagonals, centres are sums of terms z^a conj(z)^b with real factors:
 
     even        1, i, z, iz, conj(z), i conj(z)     offset, pitch, rotation, shear
     radial      z |z|^2                             distortion, r' = r + k r^3
     tilt        z Re(z), z Im(z)                    perspective
     axis        |z|^2, i |z|^2                      distortion about another point
-    quadratic, cubic                                all that is left of orders 2 and 3
+    quadratic, cubic                                remaining terms of orders 2 and 3
     high        z |z|^4, z |z|^2 Re(z), z |z|^2 Im(z)
-    quintic                                         all that is left of orders 4 and 5
+    quintic                                         remaining terms of orders 4 and 5
 
-Perspective and distortion are exact where orders 2 and 3 are not tried in full: a camera's
-terms of higher order follow from tilt and distortion (`beyond`).
+Where orders 2 and 3 are not fitted in full, perspective and distortion are exact: their terms of
+higher order follow from tilt and distortion (`beyond`).
 """
 
 from dataclasses import dataclass
@@ -73,7 +73,7 @@ class Model:
 
     @property
     def needs(self) -> tuple[int, ...]:
-        """Orders all of whose terms have to be tried for it."""
+        """Orders of which it has all terms."""
         found = {"quadratic": 2, "cubic": 3, "high": 4, "quintic": 5}
         return tuple(found[name] for name in self.groups if name in found)
 
@@ -107,7 +107,7 @@ _ALL = tuple(GROUPS)
 
 @cache
 def places_of(groups: tuple[str, ...]) -> npt.NDArray[np.int64]:
-    """Where the terms of some groups are among all of them."""
+    """Indices of the terms of some groups among all terms."""
     ends = np.cumsum([0, *(len(GROUPS[name][0]) for name in _ALL)])
     parts = [np.arange(ends[_ALL.index(n)], ends[_ALL.index(n) + 1]) for n in groups]
     return np.sort(np.concatenate(parts))
@@ -131,7 +131,7 @@ def columns(z: Complexes, groups: tuple[str, ...]) -> Complexes:
 
 
 def beyond(z: Complexes, tilt: Floats, bend: float) -> Complexes:
-    """What a tilt and a distortion add beyond their first order, in half diagonals.
+    """Terms of higher order that follow from a tilt and a distortion, in half diagonals.
 
     It is z / (1 - s), s = tilt . z, distorted, up to the fifth order.
     """
@@ -141,7 +141,7 @@ def beyond(z: Complexes, tilt: Floats, bend: float) -> Complexes:
 
 @dataclass(frozen=True)
 class Frame:
-    """An even grid in the middle of an image: what places z are counted in.
+    """An even grid in the middle of an image, in which places z are measured.
 
     `vectors` are its steps along rows and columns in pixels, `origin` the lattice coordinates at
     `middle` (y, x), and `half` the half diagonal in pixels.

@@ -22,7 +22,7 @@ def add_windows(
 
     `halves` are the windows' half widths, `sides` the pixels on each side that count, all along y
     and x. Each pixel has `len(keys)` places at which the window is evaluated; row j of `keys` has
-    the weights of place j for the pixels from 2 before to 2 behind. A row of `result` holds the sum
+    the weights of place j for the pixels from 2 before to 2 after. A row of `result` holds the sum
     of the weights, and of the pixels times weight times 1, dy, dx, dy^2, dx^2.
     """
     rows, columns = 2 * sides[0] + 1, 2 * sides[1] + 1
@@ -38,7 +38,7 @@ def add_windows(
             own = weights[axis]
             own[:, : pixels + 4] = 0.0
             off = positions[n, axis] - np.rint(positions[n, axis])
-            # Turned on from place to place instead of a cosine each.
+            # Rotated from place to place: cheaper than a cosine for each.
             angle = np.pi / half * (0.5 / count - 0.5 - side - off)
             turn = np.pi / half / count
             real, imaginary = np.cos(angle), np.sin(angle)
@@ -63,7 +63,7 @@ def add_windows(
         left = int(np.rint(positions[n, 1])) - sides[1]
         total_y = total_x = one = dy = dx = dyy = dxx = 0.0
         down, right = weights[0, :, 2 : rows + 2], weights[1, :, 2 : columns + 2]
-        # Columns first: whole lines, so it vectorises.
+        # Summed over the lines first, so that the inner loop runs along a line and vectorises.
         sums[:, :columns] = 0.0
         line, line_y, line_yy = sums[0], sums[1], sums[2]
         for i in range(rows):

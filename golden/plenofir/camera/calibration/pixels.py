@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fit of a grid to the pixels of small micro images whose centres all lie alike between pixels.
+"""Fit of a grid to the pixels of small micro images whose centres lie alike between pixels.
 
 Micro images of a few pixels have details finer than a pixel, so pixels pull their centroids
 (`plenofir.camera.calibration.moire`). Where all centres lie at nearly the same place between pixels
-(an integer pitch, a small rotation), the pull looks like another pitch. The pixels tell more than
-centroids do: they are samples of one periodic function, the mean micro image with the pixel's area
-taken in,
+(an integer pitch, a small rotation), the pull looks like another pitch. The pixels contain more
+information than centroids: they are samples of one periodic function, the mean micro image
+convolved with a pixel's area,
 
     pixel at x = L(x) S(x - centre),    S(d) = sum over k of a_k b_k cos(2 pi k . u(d))
 
-with the light L (a polynomial in x), lattice coordinates u, and pairs of integers k. There are
-cosines alone, as S is symmetric about its middle, which defines the centre. All k that are equal by
-the lattice's symmetry share one a_k; b_k is the pixel's own part, a product of sinc (1 in square
-lattices: square pixels have their symmetry, so a_k takes it in). Grid, light and a_k are fitted
-together (Gauss-Newton), with a_k known beforehand to fade with k.
+with the light L (a polynomial in x), lattice coordinates u, and pairs of integers k. There are only
+cosines, as S is symmetric about its middle, which defines the centre. All k that are equivalent by
+the lattice's symmetry share one a_k; b_k is the pixel's transfer function, a product of sinc (1 in
+square lattices: square pixels have their symmetry, so a_k includes it). Grid, light and a_k are
+fitted together (Gauss-Newton), with a prior by which a_k decreases with k.
 """
 
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ from plenofir.camera.calibration.centroids import HALF_WIDTH, Image32, raised_co
 from plenofir.camera.calibration.grid import Floats, Indices, exponents, polynomial_terms
 from plenofir.camera.calibration.shading import unit_positions
 
-# Details finer than this many waves a pixel are not modelled; pixels average them away.
+# Highest modelled frequency in waves per pixel; pixels average finer details away.
 _FINEST = 2.1
-# Standard deviation of a_k as a share of the mean brightness at the slowest wave. It fades with the
-# square of the wave number, as sharp bends do.
+# Prior standard deviation of a_k at the lowest frequency, as a share of the mean brightness. It
+# decreases with the square of the frequency, as the spectrum of a profile with sharp bends does.
 _USUAL = 0.5
 _LIGHT_ORDER = 4
 _STEPS = 6
@@ -47,7 +47,7 @@ class PixelFit:
 
 
 def _waves(vectors: Floats, *, square: bool) -> tuple[Indices, Floats, Floats]:
-    """Waves k of half the plane, the class of each with its weight b_k, and usual a_k."""
+    """Waves k of half the plane, the class and weight b_k of each, and prior deviations of a_k."""
     reciprocal = np.linalg.inv(vectors)
     reach = np.arange(-16, 17)
     k = np.stack(np.meshgrid(reach, reach, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -67,7 +67,7 @@ def _waves(vectors: Floats, *, square: bool) -> tuple[Indices, Floats, Floats]:
 
 
 def _turns(lattice: Floats, k: Indices) -> npt.NDArray[np.complex128]:
-    """exp(2 pi i k . u) for all waves, as products of powers."""
+    """exp(2 pi i k . u) for all waves, from powers."""
     highest = int(np.abs(k).max())
     powers = []
     for axis in (0, 1):
@@ -97,9 +97,9 @@ def pixel_fit(
 ) -> PixelFit:
     """Fit a grid to the pixels around its lenses.
 
-    The image has a margin that does not count, other than in `places`. `vectors` are those of
-    neighbouring lenses in the middle, shape (2, 2). Lenses are at `places`, shape (n, 2), plus the
-    product of `terms`, shape (n, 2, factors), and the factors; `weights` say how much each counts.
+    The image has a margin, included in `places`, whose pixels are not fitted. `vectors` are those
+    of neighbouring lenses in the middle, shape (2, 2). Lenses are at `places`, shape (n, 2), plus
+    the product of `terms`, shape (n, 2, factors), and the factors; `weights` are theirs.
     """
     inverse = np.linalg.inv(vectors)
     k, classes, usual = _waves(vectors, square=square)
@@ -113,7 +113,7 @@ def pixel_fit(
     places, terms, weights = places[lenses], terms[lenses], weights[lenses]
     ends = np.cumsum([0, len(factors), 1 + classes.shape[1], len(exponents(_LIGHT_ORDER)) - 1])
     grid, spot, light = (slice(*part) for part in pairwise(ends))
-    # Parameters: the grid's factors, a_k (of k = 0 first), the light's (1 first).
+    # Parameters: the grid's factors, a_k (k = 0 first), the light's coefficients (constant first).
     found = np.zeros(ends[-1])
     found[grid] = factors
     known = np.zeros(len(found))
@@ -158,7 +158,7 @@ def pixel_fit(
             total += float(window.sum())
         sums = scores.sum(axis=0)
         if n == 0:
-            # Nothing is known of S yet, so nothing of slopes.
+            # S is unknown in the first round, so its slopes, and shifts of centres, are too.
             own = matrix[spot, spot]
             ridge = 1e-9 * np.trace(own) * np.eye(len(own))
             found[spot] = np.linalg.solve(own + ridge, sums[spot])
@@ -169,7 +169,7 @@ def pixel_fit(
         found += step
         if np.abs(step[grid]).max() < _SMALL_STEP:
             break
-    # By the scatter of what single lenses say, with what is known of the details.
+    # From the scatter of single lenses' contributions, with the prior of a_k.
     spread = scores.T @ scores + noise / total * np.diag(known)
     covariance = uncertainty @ spread @ uncertainty
     return PixelFit(found[grid], covariance[grid, grid])

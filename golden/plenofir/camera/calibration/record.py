@@ -85,7 +85,7 @@ class Calibration(BaseModel):
     @model_validator(mode="after")
     def _fits_together(self) -> "Calibration":
         rows, columns = self.lenses
-        # Rows of a turned grid are counted across both sides of the image.
+        # A rotated grid has more rows than fit the image's height.
         if max(self.lenses) > sum(self.image_shape) + _OUTSIDE:
             raise ValueError(f"{columns} x {rows} lenses are more than the image has pixels")
         places = [place[:2] for place in (*self.missing, *self.uneven)]
@@ -98,7 +98,7 @@ class Calibration(BaseModel):
             raise ValueError("profile: 2 or more lines of 2 or more values, all of one length")
         if rows * columns > _MOST_LENSES:
             raise ValueError(f"{columns} x {rows} lenses are too many")
-        # Nothing is cached here, or copies would not compare equal.
+        # No cached property: copies would not compare equal.
         centres = self.grid.centres(*np.indices(self.lenses))
         if max(map(abs, self.shading)) > _LARGEST_SHADING:
             raise ValueError("shading: too large")
@@ -146,7 +146,7 @@ class Calibration(BaseModel):
     def text(self) -> str:
         """What `save` writes."""
         content = self.model_dump()
-        # A line for each field keeps the file readable and small.
+        # One line for each field keeps the file readable and small.
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in content.items()]
         return "{\n" + ",\n".join(lines) + "\n}\n"
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A white image drawn again from what was found: what measuring does to known centres.
+"""A white image redrawn at known centres, to find the errors of measuring them.
 
-Where the pitch changes, neighbours reach into the windows of centroids from one side more than from
-the other, and lenses without a neighbour are pulled too. So the usual micro image is taken from the
-white image as a function of the distance from its centre alone, and drawn at all centres of the
-grid found. There the same windows see the same neighbours, and the centres are known.
+Where the pitch changes, or a neighbour is missing, neighbours reach into a centroid's window
+unequally from both sides, which biases it. So the mean micro image is taken from the white image as
+a function of the distance from its centre, and drawn at all centres of the grid found. The same
+windows then see the same neighbours around known centres, which gives the bias.
 """
 
 import numpy as np
@@ -15,22 +15,22 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Flags, Floats
 from plenofir.refocus.kernels import compiled
 
-# The usual micro image: its radius in pitches; places at which it is known in a pitch, and their
-# least distance in pixels.
+# The mean micro image: radius in pitches; samples of its profile per pitch, and their least
+# distance in pixels.
 _RADIUS, _PLACES, _FINEST = 0.75, 50.0, 0.35
 _LENSES, _PIXELS = 400, 40_000
 _NEIGHBOURS = 7
-# How even the usual micro image is beforehand, as a share of what the pixels tell.
+# Strength of the profile's smoothness prior, relative to the pixels' information.
 _EVEN = 1e-3
-# Pixels off by more than so many times what nine of ten are off by do not count.
+# Pixels that deviate by more than this many times the 90th percentile are outliers.
 _OUTLIERS = 3.0
 
 
 def redrawn(image: Image32, places: Floats, levels: Floats, usual: Flags, pitch: float) -> Image32:
     """An image drawn again.
 
-    Lenses are at `places` of it, so bright (1 is usual, 0 unlit); the `usual` ones tell what micro
-    images look like.
+    `places` are the lenses' positions in it, with their brightness (1 is usual, 0 unlit); the mean
+    micro image is taken from the `usual` ones.
     """
     result = np.zeros_like(image)
     if usual.any():
@@ -42,9 +42,9 @@ def redrawn(image: Image32, places: Floats, levels: Floats, usual: Flags, pitch:
 def usual_spot(
     image: Image32, places: Floats, levels: Floats, chosen: Floats, pitch: float
 ) -> tuple[Floats, float]:
-    """Brightness of the usual micro image by the distance from its centre, and the step of it.
+    """Brightness of the mean micro image by the distance from its centre, and the step of it.
 
-    `chosen` are places of lenses to learn from.
+    `chosen` are positions of the lenses that it is taken from.
     """
     step = max(_FINEST, pitch / _PLACES)
     count = int(np.ceil(_RADIUS * pitch / step))
@@ -79,7 +79,7 @@ def usual_spot(
 
 
 def _bends(count: int) -> Floats:
-    """Squares of second differences of a profile that is even in its middle and 0 at its end."""
+    """Squared second differences of a profile that is symmetric at its middle and 0 at its end."""
     whole = np.vstack([np.eye(count)[1], np.eye(count), np.zeros(count)])
     second = np.diff(whole, 2, axis=0)
     return np.asarray(second.T @ second)
@@ -89,7 +89,7 @@ def _bends(count: int) -> Floats:
 def add_spots(
     image: npt.NDArray[np.float32], places: Floats, levels: Floats, spot: Floats, step: float
 ) -> None:
-    """Add a round spot at each place, so many times as bright."""
+    """Add a round spot at each place, multiplied by its brightness."""
     reach = step * (len(spot) - 1)
     for n in range(len(places)):
         if levels[n] == 0.0:

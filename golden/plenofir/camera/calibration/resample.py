@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a raw capture to an aligned raster of M x M pixels for each micro lens.
 
-Rotation, pitch and the fraction of each centre are taken up in one interpolation: pixel (v, u) of
+One interpolation corrects rotation, pitch and the fractional part of each centre: pixel (v, u) of
 lens (t, s) is the raw capture at
 
     centre(t, s) + (v - c) e_v + (u - c) e_u,    c = (M - 1) / 2
@@ -36,7 +36,7 @@ DARKEST = 0.1
 
 _BLOCK_PIXELS = 1 << 21
 _LIT = 0.5
-# Pixels between micro images, where the light of two lenses mixes.
+# Width in pixels of the border between micro images where the light of two lenses mixes.
 _BETWEEN = 0.7
 
 
@@ -96,7 +96,7 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
 
 
 def odd_size_within(pitch: float) -> int:
-    """Largest odd number of pixels that have the light of one lens alone, by their pitch."""
+    """Largest odd number of pixels that receive the light of one lens only, from the pitch."""
     return max(1, int((pitch - _BETWEEN - 1) // 2 * 2 + 1))
 
 
@@ -117,7 +117,7 @@ def largest_odd_size(calibration: Calibration) -> int:
 
 
 def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> None:
-    """Refuse micro image sizes that the calibration's grid does not have."""
+    """Refuse micro image sizes that the calibration's grid cannot give."""
     if m < 1:
         raise InputError(f"M = {m}, but a micro image has at least 1 pixel")
     if scale not in ("native", "fit"):
@@ -194,7 +194,7 @@ def decode(
     sources = [_channels(raw, count), []]
     if white is not None and devignette:
         sources[1] = _channels(white, count)
-    # No white image, no channels.
+    # Without a white image there is one brightness for all channels.
     sources = [
         [image - level for image, level in zip(images, levels, strict=False)] for images in sources
     ]
@@ -238,7 +238,7 @@ def decode(
 
 
 def _channels(image: Image, count: int) -> list[Image32]:
-    """An image's channels: as many as the raw capture has, whether it is grey or not."""
+    """An image's channels, repeated for an RGB capture if it is grey."""
     if count == 1 or image.ndim == 2:
         return [grey(image)] * count
     return [image[:, :, k].astype(np.float32) for k in range(count)]
@@ -298,7 +298,7 @@ def hexagonal_to_rectangular(
             f"a hexagonal grid needs at least {fewest} lenses in a row for interpolation of order "
             f"{order}, this one has {lenses}"
         )
-    # From half a pitch to the last lens of the rows that are not moved: covered by all rows.
+    # All rows cover the range from half a pitch to the last lens of the rows that are not moved.
     count = int(np.floor((lenses - 1.5) / step)) + 1
     places = 0.5 + step * np.arange(count)
     parts = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Least squares that outliers cannot bend."""
+"""Robust least squares."""
 
 from math import sqrt
 
@@ -23,7 +23,7 @@ def weighted_fit(terms: Floats, values: Floats, weights: Floats) -> Floats:
 def robust_fit(
     terms: Floats, values: Floats, floor: float, prior: Floats | None = None, rounds: int = 12
 ) -> tuple[Floats, Floats, float]:
-    """Least squares that outliers cannot bend: iterated, with Tukey's biweight."""
+    """Robust least squares: iteratively reweighted, with Tukey's biweight."""
     prior = np.ones(len(values)) if prior is None else prior
     weights: Floats = prior
     scale = 0.0

@@ -12,7 +12,7 @@ from plenofir.camera.calibration.grid import (
     polynomial_terms,
 )
 
-# Pixels reach half a pixel beyond their centres; a little more for centres on the very border.
+# Pixels extend half a pixel beyond their centres; a little more includes centres on the border.
 BORDER = 0.52
 _LARGEST_LOG = 30.0
 
@@ -21,7 +21,7 @@ def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, 
     """Smooth part of the white image: vignetting of the main lens."""
     order = next(n for n in range(20) if len(exponents(n)) == len(coefficients))
     logs = polynomial_terms(unit_positions(positions, image_shape), order) @ coefficients
-    # Far from all lenses the polynomial goes anywhere.
+    # Far from all lenses the polynomial is meaningless.
     return np.exp(np.clip(logs, -_LARGEST_LOG, _LARGEST_LOG))
 
 

@@ -26,11 +26,11 @@ from plenofir.refocus.operator import Image
 
 SIDES = ("left", "right", "top", "bottom")
 _FEWEST_POSITIONS = 3
-# A spot of this radius (in pitches) fills its cell, and its size says little.
+# A spot of this radius (in pitches) fills its cell, so its size cannot be measured.
 LARGEST_SPOT = 0.25
 _BACKGROUND_PERCENTILE = 10
-# Light of a point source stands out by this many deviations of the darker half of the picture,
-# and by this share of the brightest pixel.
+# Light of a point source exceeds the background by this many standard deviations of the picture's
+# darker half, and by this share of the brightest pixel.
 _STANDS_OUT, _SHARE_OF_BRIGHTEST = 8.0, 0.05
 _LARGEST_LIT_SHARE = 0.25
 
@@ -74,7 +74,7 @@ def best_position(positions: Sequence[float], radii: Sequence[float]) -> Best | 
         )
     middle, scale = z.mean(), np.ptp(z) / 2
     terms = np.stack([np.ones_like(z), (z - middle) / scale, ((z - middle) / scale) ** 2], axis=-1)
-    # Errors of a variance grow with it.
+    # The error of a variance is proportional to it.
     weights = 1 / np.maximum(variances, 1e-12)
     weighted = terms * weights[:, np.newaxis]
     covariance = np.linalg.pinv(weighted.T @ weighted)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A white image as its grid shows it: its lenses, their light and where they are."""
+"""A white image with its grid: the lenses, their light, and the measurement of their centres."""
 
 import numpy as np
 from scipy import ndimage
@@ -42,7 +42,7 @@ from plenofir.camera.calibration.shading import (
 
 _SLOPE_LENSES = 8000
 DARK = 0.02
-# Flattened micro images beyond these shares of the usual brightness are left out.
+# Flattened micro images darker or brighter than these shares of the usual brightness are left out.
 DIMMEST, _BRIGHTEST = 0.25, 1.8
 # A lens beside this many unlit ones is at the border of the image circle, which cuts it off.
 _UNLIT_NEIGHBOURS = 3
@@ -50,34 +50,36 @@ _SMOOTH = 0.06
 _ENOUGH_LENSES = 12000
 MANY_LENSES = 400
 _LARGE_PITCH = 16.0
-# Lenses of less than this share of the usual brightness show the light of their neighbours.
+# Lenses below this share of the usual brightness are unlit: what they show is their neighbours'
+# light.
 _UNLIT = 0.1
 _PROBE = 0.18
-# Lenses whose brightness varies less than this say nothing about the level without light.
+# The dark level can only be found if the brightness of lenses varies by more than this share.
 _EVEN_LIGHT = 0.15
-# Standard deviation of what cells of twice the area take of the light between lenses, as a share of
-# the brightest.
+# Prior standard deviation of how much darker the gaps are in cells of e times the area, as a share
+# of the brightest lens.
 _WIDER = 0.5
 _WEAKEST_RESPONSE = 0.02
 _EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
 _FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
-# Windows are not made smaller than by this share where distortion makes cells smaller.
+# Smallest scale of the windows where distortion makes cells smaller.
 _SMALLEST_CELL = 0.8
-# Steps by which the light of clipped micro images is found, how much brighter they are tried, and
-# the least share by which they have to grow with their light.
+# The light of clipped micro images is found from their width: number of rounds, factor of
+# brightness by which the growth is measured, and least relative growth.
 _RELIT, _BRIGHTER, _LEAST_WIDER = 3, 1.05, 0.01
-# Half width in pitches of the window that tells how wide they are, and the share of the usual
-# brightness from which they are taken to be as bright as the others.
+# Half width in pitches of the window in which their width is measured, and the share of the usual
+# brightness above which they are redrawn with the usual brightness.
 _AS_WIDE, _CLIPPED_ALIKE = 0.5, 0.6
-# Lenses count half where drawn and true image differ by so many times as much as usual, and by a
-# share of the light at least, in a window of this half width in pitches.
+# Lenses have half the weight where redrawn and true image differ by this many times the usual
+# difference (at least by this share of the light), in a window of this half width in pitches.
 _MISSED_USUALLY, _LEAST_MISSED, _AROUND = 2.5, 0.01, 0.65
-# Response of the small window, as a share of what spots would give it, for an even middle.
+# Micro images have an even middle if the small window responds to shifts less than with spots, by
+# this share.
 _EVEN_MIDDLE = 0.6
 
 
 def enough(count: int) -> slice | Indices:
-    """Lenses that suffice of so many: all, or some at random (always the same)."""
+    """Indices of enough lenses: all, or a random part of many (with a fixed seed)."""
     if count <= _ENOUGH_LENSES:
         return slice(None)
     return np.random.default_rng(6).permutation(count)[:_ENOUGH_LENSES]
@@ -103,14 +105,14 @@ class WhiteImage:
         # Level without light.
         self.dark = 0.0
         self._smooth: Image32 | None = None
-        # Standard errors of the grid's size along y and x, as shares, that come of inner slopes.
+        # Relative standard errors of the grid's scale along y and x, from the inner slopes.
         self.stretch: Floats = np.zeros(2)
-        # Places along an axis, without and with the correction for inner slopes.
+        # By axis: places without and with the correction for inner slopes.
         self._sloped: dict[int, tuple[Floats, Floats]] = {}
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
         self.margin = int(reach(1.1 * max(extents(grid)))) + 2
         self.raw = np.pad(image, self.margin, mode="edge")
-        # Lenses in boxes, of the grid as it is.
+        # Cache of `lenses` for one grid.
         self._listed_for = grid
         self._listed: dict[tuple[tuple[float, ...], ...], tuple[Indices, Indices, Floats]] = {}
         self.padded = self.raw
@@ -120,7 +122,7 @@ class WhiteImage:
         self.missed = self.raw
 
     def windows(self) -> tuple[float, float]:
-        """Pitch along y and x for windows, which fit the smallest cell of the image."""
+        """Pitch along y and x for windows, from the smallest cell of the image."""
         down, right = extents(self.grid)
         if self.grid.order > 1:
             end = np.array(self.shape) - 1.0
@@ -132,7 +134,7 @@ class WhiteImage:
         return down, right
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
-        """Lenses in the box of a radius around the middle, and margin inside the image."""
+        """Lenses in a box of this half width around the middle, at least margin from the border."""
         end = np.array(self.shape) - 1.0
         middle = end / 2
         low = np.maximum(middle - radius, margin)
@@ -150,7 +152,7 @@ class WhiteImage:
         return self._listed[box]
 
     def whole_lenses(self, radius: float) -> tuple[Indices, Indices, Floats]:
-        """Lenses whose micro images are whole; of few lenses also those close to the border."""
+        """Lenses with whole micro images; if they are few, also those close to the border."""
         pitch = max(extents(self.grid))
         found = self.lenses(radius, 0.5 * pitch)
         if len(found[0]) > MANY_LENSES:
@@ -181,22 +183,22 @@ class WhiteImage:
 
     @property
     def large(self) -> bool:
-        """Whether micro images tell their place by their borders."""
+        """Whether micro images are large enough to be located by their borders."""
         return self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
 
     def inner_slope(
         self, image: Image32, centres: Floats, moments: Moments, factors: Floats
     ) -> tuple[Floats, Floats]:
-        """Slope of the light within micro images, besides that of the shading.
+        """Slope of the light within micro images that the shading does not account for.
 
-        Of each micro image along y and x, and by how many pixels (standard error) the correction
-        makes the places of those at the border of the image less sure.
+        Result: the slope in each micro image along y and x, and the standard error in pixels that
+        the correction adds to places at the border of the image.
         """
         # Light falls off with the angle to the axis, so micro images far from the middle are a
-        # little brighter on one side, which moves their centroids but not their borders. The slope
-        # shows in a small window over the middle, which does not reach the borders. It points away
-        # from the axis, so the slope along y grows with y only, and along x with x. Spots have no
-        # even middle: for them it is not known.
+        # little brighter on one side, which moves their centroids but not their borders. A small
+        # window over the middle, which does not reach the borders, measures the slope. It is radial
+        # from the axis, so the slope along y depends on y only, and along x on x. It cannot be
+        # measured on spots, which have no even middle.
         pitch = self.windows()
         few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
         places = centres[few] + self.margin
@@ -219,15 +221,15 @@ class WhiteImage:
             slope = (slope / known[axis])[:, np.newaxis]
             terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
             coefficients, weights, _ = robust_fit(terms, slope, 1e-9)
-            # Without the constant: the axis is in the middle, and sampling adds another constant.
+            # Without the constant, which is an effect of sampling: the axis is in the middle.
             result[:, axis] = far[:, axis] * coefficients[0, 0]
-            # What the correction adds to the scatter of centroids: it is measured with their noise.
+            # The correction is measured on noisy pixels, so it adds to the scatter of centroids.
             place = moments.offsets[few, axis, np.newaxis] / factors[axis]
             moved = place - slope * spread[axis] / factors[axis]
             if image is self.padded:
                 self._sloped[axis] = place, moved
             elif axis in self._sloped:
-                # Of what drawn micro images do as well nothing is left.
+                # Only the scatter that redrawn micro images do not have.
                 place, moved = (
                     a - b for a, b in zip((place, moved), self._sloped[axis], strict=True)
                 )
@@ -243,7 +245,7 @@ class WhiteImage:
             return np.asarray(level > DARK * float(np.percentile(level, 95)))
         usual = float(np.median(level[level > DIMMEST * float(np.percentile(level, 80))]))
         lit = (level > DIMMEST * usual) & (level < _BRIGHTEST * usual)
-        # Inside the image circle: lenses beyond the image count as lit.
+        # Count unlit neighbours; lenses beyond the image count as lit.
         states = np.ones(np.array([np.ptp(t), np.ptp(s)]) + 3)
         places = t - t.min() + 1, s - s.min() + 1
         states[places] = level > DIMMEST * usual
@@ -260,7 +262,7 @@ class WhiteImage:
         pitch = extents(self.grid)
         width = CORE_HALF_WIDTH
         if min(pitch) > _LARGE_PITCH:
-            # Large micro images show the slope of the light themselves.
+            # In large micro images the slope of the light is measured too.
             moves = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]) * _PROBE * min(pitch)
             places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
             probes = np.tile([0.0, 1.0, 1.0, 1.0, 1.0], len(centres))
@@ -271,7 +273,7 @@ class WhiteImage:
             raise no_grid("micro images no brighter than the gaps between them")
         bright = places[lit]
         if self.clipped is not None:
-            # Clipped ones do not tell the light.
+            # The light cannot be measured on clipped ones.
             told = lit & (level < _TOLD_BELOW * (self.clipped - self.dark))
             lit = told if told.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
         every = self.clipped is not None
@@ -291,8 +293,8 @@ class WhiteImage:
         inner = self.padded[self.margin : -self.margin, self.margin : -self.margin]
         divide_by_light(self.image, self.dark, self.shading, inner)
         if self.clipped is not None:
-            # Clipped micro images are even; divided by the light they would lean to one side. Cut
-            # off below, all are even, those that are not clipped too.
+            # Clipped micro images are flat; divided by the light they would be sloped. Cut off at a
+            # lower level, all are flat again, those that were not clipped included.
             np.minimum(inner, self.cut, out=inner)
         repeat_edges(self.padded, self.margin)
         self.redraw()
@@ -311,7 +313,7 @@ class WhiteImage:
         )
 
     def relight(self, centres: Floats) -> None:
-        """Correct the light by how wide clipped micro images are: the brighter, the wider."""
+        """Correct the light by the width of clipped micro images, which grows with their light."""
         if self.shading is None:
             return
         centres = centres[self.core(centres) > DIMMEST * self.cut]
@@ -341,9 +343,9 @@ class WhiteImage:
         level = self.core(centres[inside])
         level = level / float(np.median(level[level > DIMMEST * np.percentile(level, 80)]))
         level = np.where(level > _UNLIT, np.minimum(level, _BRIGHTEST), 0.0)
-        if self.clipped is not None:  # Their light is what has to be found.
+        if self.clipped is not None:  # Their brightness is unknown.
             level = np.where(level > _CLIPPED_ALIKE, 1.0, level)
-        # Those beyond the border are taken to be as bright as the nearest.
+        # Lenses beyond the border get the brightness of the nearest.
         level = level[cKDTree(centres[inside]).query(centres)[1]]
         inner = ((centres > pitch / 2) & (centres < end - pitch / 2)).all(axis=1)
         self.redrawn = redrawn(
@@ -355,7 +357,7 @@ class WhiteImage:
         self.drawn_grid = self.grid
 
     def as_drawn(self, centres: Floats) -> Floats:
-        """How much lenses count: less if they or their neighbours do not look as drawn."""
+        """Weights of lenses: lower if they or their neighbours look different from the redrawn."""
         around, light = (
             core_brightness(image, centres + self.margin, extents(self.grid), _AROUND)
             for image in (self.missed, self.redrawn)
@@ -364,13 +366,13 @@ class WhiteImage:
         return np.asarray(1 / (1 + (around / usual) ** 4))
 
     def smooth(self) -> Image32:
-        """The image with less noise."""
+        """The image smoothed a little against noise."""
         if self._smooth is None:
             self._smooth = ndimage.gaussian_filter(self.image, _SMOOTH * min(extents(self.grid)))
         return self._smooth
 
     def base(self) -> float:
-        """Level of the image without light: what the darkest places keep where lenses are dark."""
+        """Dark level: brightness of the gaps, extrapolated to lenses without light."""
         t, s, centres = self.whole_lenses(max(self.shape))
         few = enough(len(centres))
         t, s, centres = t[few], s[few], centres[few]
@@ -383,7 +385,7 @@ class WhiteImage:
         low, middle, high = np.percentile(core, [10, 50, 90])
         if high - low < _EVEN_LIGHT * middle:
             return 0.0
-        # Gaps that are wider where lenses are darker look like light that lenses have not.
+        # If gaps are wider where lenses are darker, that must not be taken for a dark level.
         cells = np.abs(np.linalg.det(self.grid.jacobian(self.grid.lattice(t, s))))
         wider = np.log(cells / np.median(cells))
         share = core / high
@@ -392,6 +394,6 @@ class WhiteImage:
         known = np.diag([0.0, 0.0, (scatter / (_WIDER * float(high))) ** 2])
         weighted = terms * weights[:, np.newaxis]
         level = np.linalg.lstsq(weighted.T @ terms + known, weighted.T @ gap, rcond=None)[0]
-        # Nor is it brighter than a lens that is not lit.
+        # It is not brighter than an unlit lens.
         darkest = min(float(np.percentile(gap, 5)), float(core.min()))
         return float(np.clip(level[0], 0.0, max(0.0, darkest)))

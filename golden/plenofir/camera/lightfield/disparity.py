@@ -32,12 +32,12 @@ windows; slopes in epipolar plane images."""
 
 # Candidates are this many pixels apart in the views that are farthest from each other.
 _STEP = 0.25
-# More than this share of the matched pixels at an end of the range: what they see lies beyond it.
+# If more than this share of the matched pixels is found at an end of the range, it is too small.
 MANY = 0.03
-# No end is moved farther out than this without being asked to.
+# Limit to which an end of the range is moved automatically.
 _WIDEST = 8.0
-# Guided: differences beyond this share of the picture's deviation count alike. They are of points
-# that one of the views does not see.
+# Guided: differences are limited to this share of the picture's standard deviation. Larger ones
+# come from points that are hidden in one of the views.
 _HIDDEN = 0.4
 # Other views on each side of the central one.
 _SIDE = 4
@@ -144,7 +144,7 @@ def sad_disparity(
         splines.append((values, gap))
     guide = GuidedMean(reference, window) if guided else None
     limit = _HIDDEN * float(base.std()) if guided else np.inf
-    # Costs of the best candidate, of those next to it and of the last one; never of all of them.
+    # Only the costs of the best candidate, its neighbours and the latest one are kept.
     least, total = np.full(base.shape, np.inf), np.zeros(base.shape)
     best = np.zeros(base.shape, np.int64)
     before, after, last = (np.zeros(base.shape) for _ in range(3))
@@ -174,13 +174,14 @@ def sad_disparity(
     if guided:
         pixels = ndimage.median_filter(pixels, 3, mode="nearest")
     usual = total / len(candidates)
-    # Squared: noise lifts even the best match, and those that fit somewhat better are right.
+    # Squared: noise raises the cost of even the best match, and those that fit somewhat better are
+    # right.
     confidence = np.clip(1 - (least / np.maximum(usual, 1e-9)) ** 2, 0, 1)
     return Disparity(pixels, np.where(usual > 1e-9, confidence, 0.0))
 
 
 def _moved(splines: Floats, disparity: float, gap: tuple[float, float]) -> Floats:
-    """A view moved so that points of a disparity lie as in the reference; cubic splines."""
+    """A view moved so that points of a disparity coincide with the reference; cubic splines."""
     moved = splines
     for axis in (0, 1):
         if gap[axis]:

@@ -22,7 +22,7 @@ _ADVICE = "views (M x M) have their row and column, or a running number, in thei
 
 
 def _numbers(path: Path) -> list[int]:
-    """Whole numbers in a name; the coordinates of some data sets (-776.88) are none."""
+    """Whole numbers in a name; coordinates as some data sets have them (-776.88) do not count."""
     return [int(n) for n in re.findall(r"(?<![\d.])\d+(?![\d.]*\.\d|\d)", path.stem)]
 
 
@@ -37,7 +37,7 @@ def arrange(paths: list[Path], where: str) -> Places:
     if len({len(n) for n in numbers}) > 1:
         raise InputError(f"some names have more numbers than others; {_ADVICE}", where=where)
     columns = [sorted({n[k] for n in numbers}) for k in range(fields)]
-    # The last pair that fits: exposures and dates stand in front.
+    # The last pair that fits: exposures and dates come before it.
     for first, second in reversed(list(combinations(range(fields), 2))):
         a, b = columns[first], columns[second]
         pairs = {(n[first], n[second]) for n in numbers}

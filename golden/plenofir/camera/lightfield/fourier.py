@@ -51,7 +51,7 @@ def _slicing(
     if m % 2 == 0:
         # Pixels are half-integers from the centre: their spectrum changes sign each period.
         weights *= (-1.0) ** periods
-    # What the window does to the pixels is undone there; they are counted from the centre.
+    # Divide by the window's transform at the pixels, which are counted from the centre.
     offset = np.arange(m) - (m - 1) / 2
     undone = 1 / kaiser_bessel_transform(offset / samples, width, beta)
     turns = np.exp(-2j * np.pi * np.outer(np.arange(samples), offset) / samples)
@@ -63,10 +63,10 @@ def fourier_slice(
 ) -> Floats:
     """Refocus by slicing the 4-D spectrum (Eq. 2.17).
 
-    `a`: focus setting, any number. `width`: width of the Kaiser-Bessel window in samples; the text
-    takes 3.5. `oversampling`: samples of the spectrum for each of the pixels of a micro image, 1 or
-    more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]). Raises
-    `InputError` if the oversampling is below 1.
+    `a`: focus setting, any number. `width`: width of the Kaiser-Bessel window in samples; the
+    thesis takes 3.5. `oversampling`: samples of the spectrum for each of the pixels of a micro
+    image, 1 or more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[,
+    3]). Raises `InputError` if the oversampling is below 1.
     """
     if not oversampling >= 1:
         raise InputError(f"oversampling of {oversampling} is too small; use 1 or more")

@@ -3,7 +3,7 @@
 
 A light field has the axes (t, s, v, u[, channels]): row and column of the micro lens, row and
 column of the pixel in its micro image. Pixel k of a raw line is pixel u = k mod M of micro image
-s = floor(k / M); the text counts u from the micro image's centre, i = u - c with c = (M - 1) / 2.
+s = floor(k / M); the thesis counts u from the micro image's centre, i = u - c with c = (M - 1) / 2.
 """
 
 import numpy as np

@@ -63,13 +63,13 @@ def read_source(
 ) -> LightFieldSource:
     """Read a light field, whatever it is stored as: a folder or video of views, a picture, .mat.
 
-    `order` is of a folder's names (`read_views`); `layout` of a picture: views side by side, or
-    micro images, "auto" looks; `size` its views (pixels of a micro image) along each side, None to
-    find out.
+    `order`: of the numbers in a folder's names (`read_views`). `layout`: of a picture, views side
+    by side or micro images; "auto" finds out. `size`: views (pixels of a micro image) along each
+    side, None to find out.
     """
     try:
         there = path.exists()
-    except (OSError, ValueError):  # No name at all, or a folder that cannot be looked into.
+    except (OSError, ValueError):  # Not a file name, or a folder that cannot be read.
         there = False
     if not there:
         raise InputError(

@@ -29,24 +29,24 @@ from plenofir.refocus.sharpness import Slices
 Floats = npt.NDArray[np.float64]
 Floats32 = npt.NDArray[np.float32]
 Focus = int | str | Fraction
-# Lines that are worked on at once, where a whole picture of numbers would fill the memory.
+# Lines processed at once, where floats for a whole picture would fill the memory.
 _LINES = 64
-# Lines of `all_in_focus` that are put together at once: the first of them costs as much as M more.
+# Lines of `all_in_focus` made at once: each band costs M additional lines.
 _BAND = 256
 
 PICTURE: dict[str, Any] = {"interpolation": "linear", "sharpen": Fraction(3, 16)}
-"""How pictures to be looked at are refocused (options of `plenofir.refocus.refocus`): without
-squares where a is a whole number, and not softer than the central view."""
+"""How pictures for people are refocused (options of `plenofir.refocus.refocus`): without blocks
+where a is a whole number, and not softer than the central view."""
 
 # `all_in_focus`: weight b of the taps, a micro lens apart, that sharpen the central view.
 _VIEW_SHARPENING = 1 / 16
-# So many times what a quarter of the lenses are off at most comes of the central view's noise. The
-# median is no measure of it where most of them have objects' borders in them.
+# Differences up to this many times the lower quartile are noise of the central view. (The median is
+# too large where most lenses see borders of objects.)
 _USUAL = 2.0
 
 
 class FocalStack:
-    """Focal stack whose slices are made when they are asked for, and not kept.
+    """Focal stack whose slices are made when they are needed, and not kept.
 
     `settings`, `border`, `interpolation`, `sharpen`: as `plenofir.refocus.refocus` takes them.
     Raises `InputError` if the raw image or a setting cannot be used, or there is none.
@@ -138,7 +138,7 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
         depending on how the views' samples fall, not on the focus.
     low
         Q / Omega: share of the frequencies, from zero on, that count as low (at least the first
-        two); the text takes 1/100.
+        two); the thesis takes 1/100.
     """
     m = micro_image_size
     if min(region.shape[:2]) < 4 * m:
@@ -219,7 +219,7 @@ def all_in_focus(
     view = _CentralView(raw, m, np.asarray(settings, np.float64))
     lenses = view.settings.shape
     picture = np.empty_like(raw)
-    # How far the mean of a micro lens is off.
+    # For each micro lens, how far its mean differs from the central view's.
     off = np.zeros(lenses)
     for part in _parts(raw.shape[0], m):
         blended = _blended_slices(raw, m, view.focus(part), part)
@@ -243,9 +243,9 @@ def all_in_focus(
 
 
 def _doubt(off: Floats) -> Floats:
-    """How much of the central view to take, by how far the means of micro lenses are off."""
-    # What the view's noise makes of them is `usual`; the rest of their square is the slices' error.
-    # With these shares the square error is least.
+    """Share of the central view in the mixture, from the differences of micro lenses' means."""
+    # Noise of the view contributes `usual`; the rest of the square is the slices' error. These
+    # shares minimise the mean squared error.
     usual = max(_USUAL * float(np.quantile(off, 0.25)), 1.0)
     return np.asarray(1 - (usual / np.maximum(off, usual)) ** 2)
 
@@ -263,7 +263,7 @@ class _CentralView:
     def __init__(self, raw: Image, m: int, settings: Floats) -> None:
         self.m, self.shape, self.settings = m, raw.shape, settings
         self.doubt: Floats = np.zeros(settings.shape)
-        # For even M it is half a view off the middle.
+        # For even M the central view is half a view beside the middle.
         self.aside = m // 2 - (m - 1) / 2
         view = seen = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
         for axis in (0, 1):
@@ -314,7 +314,7 @@ class _CentralView:
         return np.stack(colours, axis=-1).reshape(*places.shape[1:], *self.shape[2:])
 
     def limited(self, values: Floats, part: slice) -> Floats:
-        """Lines kept within what the lenses around see: sharpening leaves no halos at edges."""
+        """Lines limited to the range of the lenses around, so that edges get no halos."""
         low, high = (
             np.stack(
                 [self.interpolated(limit[..., k], part) for k in range(limit.shape[2])], axis=-1
@@ -333,7 +333,7 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
         share = np.maximum(0, 1 - np.abs(shifts - shift))
         there = np.flatnonzero(share.any(0))
         if there.size:
-            # No wider than it is needed.
+            # Only the columns that need this slice.
             across = slice(int(there[0]), int(there[-1]) + 1)
             lines = part, across
             image = refocus(raw, m, Fraction(shift, m), border="normalise", region=lines, **PICTURE)

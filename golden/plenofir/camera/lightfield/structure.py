@@ -33,8 +33,9 @@ def structure_tensor_disparity(
 ) -> tuple[Floats, Floats]:
     """Disparity of the central view in pixels per view, and coherence from 0 to 1; both (t, s).
 
-    `search`: smallest and largest disparity: views are moved by whole pixels per view in between,
-    and the most coherent slope counts. `window`: side of what is averaged, about.
+    `search`: smallest and largest disparity. Views are moved by each whole number of pixels per
+    view in between, and the most coherent slope is taken. `window`: approximate side of the
+    averaged area.
     """
     m = micro_image_size
     images, centre = views(raw, m), m // 2

@@ -3,7 +3,7 @@
 
 After a header of 16 bytes come sections. Each begins with 12 bytes that tell its kind (LFM: a table
 of contents in JSON; LFC: content), 4 bytes of length (big endian), and, if that is not 0, the name
-of the content, its SHA-1, padded with zeros to 80 bytes. Zeros fill the space behind the content.
+of the content, its SHA-1, padded with zeros to 80 bytes. Zeros fill the space after the content.
 The format is not published; this is what N. Patel's lfptools and the readers of imageio know of it.
 """
 
@@ -47,12 +47,12 @@ class Container:
 
     @property
     def contents(self) -> Contents:
-        """Raw frame, refocused pictures, their depth alone, a camera's stored files, or other."""
+        """Kind of content: raw frame, refocused pictures, only their depth, stored files, other."""
         if self.frame is not None:
             return "raw"
         if "files" in self.table:
             return "storage"
-        # Pictures are JPEGs, or the frames of an H.264 stream that only the table tells of.
+        # Pictures are JPEGs, or frames of an H.264 stream that only the table of contents names.
         made = part_of(self.table, "picture", "accelerationArray")
         kinds = {part_of(part, "type") for part in made} if isinstance(made, list) else set()
         jpeg = any(part.startswith(b"\xff\xd8\xff") for part in self.sections.values())

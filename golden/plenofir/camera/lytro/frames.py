@@ -161,7 +161,7 @@ def _entries(path: Path) -> Entries:
 
 
 def _raw_frame(path: Path) -> bool:
-    """Whether a container has a raw frame, by its name: none of a camera's storage has."""
+    """Whether a container has a raw frame, by its name: those of a camera's storage do not."""
     return path.suffix.lower() in _CONTAINERS and not path.stem.lower().startswith("data.c")
 
 

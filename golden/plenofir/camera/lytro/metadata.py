@@ -23,12 +23,12 @@ _LAYOUTS: dict[str, Layout] = {
     "hexUniformRowMajor": "hexagonal-rows",
     "squareUniform": "rectangular",
 }
-# Pitches that cannot be resolved, or of which a picture holds too few.
+# Smaller micro images cannot be resolved; of larger ones a picture holds too few.
 _SMALLEST_PITCH, _LARGEST_PITCH = 2.8, 200.0
 
 
 class Numbers(BaseModel):
-    """Base of the parts: other fields are left alone, no nan or infinity."""
+    """Base of the parts: other fields are ignored, nan and infinity refused."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 

@@ -205,5 +205,5 @@ def paraxial_properties(
 
 
 def _is_telecentric(element: float, departure: float) -> bool:
-    """Whether an element of a ray matrix is zero, but for rounding: that pupil is at infinity."""
+    """Whether an element of a ray matrix is zero up to rounding, so its pupil is at infinity."""
     return abs(element) <= 16 * float(np.finfo(np.float64).eps) * max(1.0, abs(departure))

@@ -55,7 +55,7 @@ class Rays:
         return self.directions[:, :2] / self.directions[:, 2:]
 
     def at(self, z_mm: npt.ArrayLike) -> FloatArray:
-        """Points of the rays in planes across the axis.
+        """Points of the rays in planes perpendicular to the axis.
 
         `z_mm`: position of the plane in mm, one or one for each ray. Result: (x, y) in mm, shape
         (rays, 2).
@@ -171,7 +171,7 @@ def _meet_sphere(
     # the cosines between ray and normal; the values of rays that miss it are meaningless.
     forward = directions[:, 2] > 0
     dz = np.where(forward, directions[:, 2], 1.0)
-    # A ray across the axis may overflow here; it then counts as one that misses the sphere.
+    # A ray perpendicular to the axis may overflow; it then counts as missing the sphere.
     with np.errstate(over="ignore", invalid="ignore"):
         on_plane = points[:, :2] - directions[:, :2] * (points[:, 2] / dz)[:, np.newaxis]
         f = curvature * np.sum(on_plane**2, axis=1)
@@ -232,7 +232,7 @@ def intersect(first: Rays, second: Rays) -> Meetings:
     p1, d1, p2, d2 = first.points, first.directions, second.points, second.directions
     lost = ~np.all(np.isfinite(np.concatenate([p1, d1, p2, d2], axis=1)), axis=1)
     between = p2 - p1
-    # The direction that is across both rays; its length is the sine of the angle between them.
+    # Common perpendicular of both rays; its length is the sine of the angle between them.
     across = np.cross(d1, d2)
     sine_squared = np.sum(across**2, axis=1)
     parallel = ~lost & (sine_squared <= (4 * _EPS) ** 2)

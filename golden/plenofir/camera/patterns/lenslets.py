@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Micro lenses in a capture of a scene, found without a white image.
 
-The picture repeats at shifts by whole lenses, as its micro images are darker between than within.
-What shifts it repeats at is guessed from the autocorrelation of its middle (as for white images).
-Scenes have repetitions of their own; so a guess counts only if the slowest waves of its lattice are
-there all over the picture, and in phase (`plenofir.camera.patterns.match.match_capture`).
+Micro images are darker at their borders, so the picture resembles itself shifted by whole lenses.
+The shifts are guessed from the autocorrelation of its middle (as for white images). Scenes have
+repetitions of their own, so a guess is accepted only if the lowest frequencies of its lattice are
+present in phase all over the picture (`plenofir.camera.patterns.match.match_capture`).
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _CANDIDATES = 4
 _LEAST_AGREEMENT, SURE = 0.7, 0.9
 _SMALLEST_PITCH = 2.8
 _FEWEST_LENSES = 5
-# Parts of the picture that the pitch of repetition is compared between, and what is the same.
+# Size of the parts whose pitch of repetition is compared (share of the picture, limit in pixels).
 _PART, _LARGEST_PART = 0.5, 768
 _PLACES = ((0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0))
 _REPEATS, _MOST_PARTS = 0.25, 4
@@ -64,9 +64,9 @@ class Lenslets:
 
 
 def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lenslets | None:
-    """Find micro lenses in a capture: the lattice that most of it agrees with.
+    """Find micro lenses in a capture: the lattice that agrees with most of it.
 
-    None where no lattice is seen all over the picture; `guesses` are its `lattices`, if known.
+    None if no lattice is found all over the picture; `guesses` are its `lattices`, if known.
     """
     found: list[Lenslets] = []
     for lattice in (lattices(grey) if guesses is None else guesses)[:_CANDIDATES]:
@@ -110,10 +110,7 @@ class Repetition:
         return (self.largest - self.smallest) / self.largest < _SAME_PITCH
 
     def of_lenses(self, grid: Grid) -> bool:
-        """Whether it is that of a grid: parts differ as what is in them disturbs them, both ways.
-
-        What lenses see with parallax repeats at other pitches than theirs all over.
-        """
+        """Whether the median pitch is the grid's; content with parallax repeats at another."""
         side = float(np.sqrt(abs(np.linalg.det(np.array(grid.vectors)))))
         return abs(self.middle / side - 1) < _SAME_PITCH
 
@@ -126,7 +123,7 @@ def repetition(grey: Image32) -> Repetition | None:
         top = int((grey.shape[0] - side[0]) * down)
         left = int((grey.shape[1] - side[1]) * right)
         best = lattices(grey[top : top + side[0], left : left + side[1]])[:1]
-        # Several lenses along each side, or it is no lens array.
+        # A lens array has several lenses along each side.
         for lattice in best:
             pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
             if lattice.score > _REPEATS and pitch * _FEWEST_LENSES < min(side):
@@ -134,7 +131,7 @@ def repetition(grey: Image32) -> Repetition | None:
     if not found:
         return None
     pitches = [pitch for pitch, _ in found]
-    # A part that repeats at a multiple says nothing about the others.
+    # Parts in which a multiple of the pitch was found are left out.
     middle = float(np.median(pitches))
     near = [pitch for pitch in pitches if 0.75 * middle < pitch < 1.33 * middle]
     score = float(np.median([score for _, score in found]))
@@ -142,7 +139,7 @@ def repetition(grey: Image32) -> Repetition | None:
 
 
 def unevenness_of_neighbours(grey: Image32, grid: Grid) -> float:
-    """How much the middles of micro images differ from those beside them, as a share.
+    """Relative difference of the middles of micro images from their neighbours.
 
     Small in a white image, whatever the light; large where a picture has content.
     """

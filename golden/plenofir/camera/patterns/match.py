@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well a grid that is known from elsewhere fits a capture's own pixels, and moving it there.
+"""How well a known grid fits a capture's pixels, and moving it to where it fits best.
 
-Micro images are brighter in their middle than between them, whatever is in the picture. So the
-pixels have the three slowest waves of the lens grid in them, and their phases tell how far the
-micro images lie from the grid. The picture is looked at in blocks of some micro images; a smooth
-displacement is fitted to what all of them say, from the middle outwards, weighted by how strong the
-waves are. What is in the picture disturbs single blocks, not all of them in one direction.
+Micro images are brighter in the middle than at the borders, whatever the scene. So the picture has
+components at the three lowest frequencies of the lens grid, whose phases give the displacement of
+the micro images from the grid. Phases are measured in blocks of a few micro images, and a smooth
+displacement is fitted to all blocks, from the middle outwards, weighted by amplitude. The scene
+disturbs single blocks, but not all in the same direction.
 """
 
 from dataclasses import dataclass
@@ -18,15 +18,16 @@ from plenofir.camera.calibration.grid import Floats, Grid
 
 Complex = npt.NDArray[np.complex128]
 
-# Side of a block in pitches: as many blocks as possible, and as large.
+# Side of a block in pitches: a compromise between many blocks and large ones.
 _SMALLEST_BLOCK, _LARGEST_BLOCK, _WANTED_BLOCKS = 4.0, 12.0, 6
 _FEWEST_BLOCKS = 4
 # Displacements are fitted to blocks within a radius that grows (shares of the largest).
 _FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
 _ROUNDS = 4
-# A grid that is only moved is taken, unless a stretch and a turn agree better by this.
+# A scaled and rotated grid must agree better by this than one that is only shifted.
 _BETTER = 0.02
-# Waves weaker than this share of the brightness, or that agree less than this: not seen.
+# Micro images are not found if amplitudes are below this share of the brightness, or if phases
+# agree less than this.
 _WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
 
 
@@ -35,7 +36,7 @@ class Match:
     """What a capture's pixels say about a grid."""
 
     grid: Grid  # moved to where the pixels have it
-    seen: bool  # micro images are seen at its pitch and rotation
+    seen: bool  # micro images were found at its pitch and rotation
     # Of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
     agreement: float
     # 1 if phases of neighbouring blocks change smoothly, which distorted grids' do, too.
@@ -45,7 +46,7 @@ class Match:
 
 
 def wave_vectors(grid: Grid) -> Floats:
-    """The slowest waves of the lens grid, cycles a pixel along (y, x), shape (2 or 3, 2)."""
+    """Lowest frequencies of the lens grid, cycles per pixel along (y, x), shape (2 or 3, 2)."""
     down, right = grid.vectors
     if grid.layout == "hexagonal-rows":
         basis = np.array([down + right / 2, right])
@@ -63,7 +64,7 @@ def wave_vectors(grid: Grid) -> Floats:
 
 
 def _blocks(image: Image32, grid: Grid, waves: Floats) -> tuple[Floats, Complex, float]:
-    """Middles of blocks (r, c, 2), waves' amplitudes about the grid's origin (r, c, waves)."""
+    """Middles of blocks (r, c, 2), complex amplitudes about the grid's origin (r, c, waves)."""
     side = min(image.shape) / _WANTED_BLOCKS / grid.lens_pitch
     size = int(np.ceil(min(max(side, _SMALLEST_BLOCK), _LARGEST_BLOCK) * grid.lens_pitch))
     counts = [max(1, n // size) for n in image.shape]
@@ -116,7 +117,7 @@ def match_capture(image: Image32, grid: Grid) -> Match:
     flat = middles.reshape(-1, 2)
     terms = np.concatenate([np.ones((len(flat), 1)), flat / (100 * pitch)], axis=1)
     weights = np.abs(amplitudes)
-    # A few bright blocks must not decide.
+    # Limits the influence of a few bright blocks.
     weights = np.minimum(weights, 3 * np.median(weights))
     turned = _grown(amplitudes, weights, waves, terms)
     moved = np.zeros_like(turned)
@@ -149,7 +150,7 @@ def match_capture(image: Image32, grid: Grid) -> Match:
 
 
 def _grown(amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats) -> Floats:
-    """Displacement with a stretch and a turn, fitted to more and more blocks from the middle."""
+    """Displacement with scale and rotation, fitted to more and more blocks from the middle."""
     radius = np.hypot(*(terms[:, 1:] - terms[:, 1:].mean(axis=0)).T)
     moves = np.zeros((3, 2))
     reach = _FIRST_REACH * float(radius.max())
@@ -157,7 +158,7 @@ def _grown(amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats) -
     while not end:
         end = reach >= radius.max()
         near = radius <= max(reach, float(np.sort(radius)[_FEWEST_BLOCKS - 1]))
-        # At least as many blocks as say something about a tilt.
+        # Scale and rotation need some more blocks.
         count = 3 if near.sum() >= _TELL_TILT else 1
         for _ in range(_ROUNDS):
             part = weights[near], waves, terms[near]
@@ -174,7 +175,7 @@ def _phases(amplitudes: Complex, waves: Floats, moves: Floats) -> Floats:
 def _step(
     amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats, moves: Floats, count: int
 ) -> Floats:
-    """Change of the displacement's first `count` coefficients that the blocks ask for."""
+    """Gauss-Newton step of the displacement's first `count` coefficients."""
     left = -_phases(amplitudes, waves, terms @ moves) / (2 * np.pi)
     used = terms[:, :count]
     matrix = np.einsum("nw,nc,nd,wi,wj->cidj", weights, used, used, waves, waves)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recognise aligned rasters and mosaics of views by the borders between their parts.
 
-In an aligned raster, neighbouring pixels of a micro image differ otherwise than the pixels on both
-sides of a joint between micro images, wherever that joint is. So differences of neighbouring
-columns change with a period of exactly M, and the same holds for rows. In a mosaic of views, parts
-look alike and meet in joints.
+In an aligned raster, differences between neighbouring pixels are different inside a micro image and
+across a joint of two. So the differences of neighbouring columns have a period of exactly M, and so
+have those of rows. In a mosaic of views, the parts look alike and meet in joints.
 """
 
 from dataclasses import dataclass
@@ -17,15 +16,16 @@ from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.lattice import lattices
 
 MAX_MICRO_IMAGE = 64
-# Times that a period explains more of the differences than chance does.
+# How many times more of the differences a period explains than chance does.
 _VERY_CLEAR, _CLEAR, _SEEN = 100.0, 20.0, 8.0
 _FEWEST_PERIODS = 6
-# Waves of period M that add up to this share of themselves have that period all over.
+# Coherence of period M (1 if all phases are equal) from which the whole picture has that period.
 COHERENT = 0.75
-# Lenses along each side of the parts between which waves are compared.
+# Lenses along each side of the parts whose phases are compared.
 _PART = 4
 _CENTRED_PX = 0.75
-# A period that is no whole number shows at its neighbours nearly as clearly.
+# A fractional period is nearly as clear at the neighbouring whole numbers; a true one is clearer by
+# this factor.
 _CLEARER = 1.5
 _BLOCKS_OF_JPEG = {2, 4, 8, 16, 24, 32, 40, 48, 56, 64}
 _MOST_VIEWS = 21
@@ -35,8 +35,7 @@ _MOST_DISPARITY = 0.12
 _MOSAIC_SIDE = 1024
 _SMALLEST_VIEW = 12
 
-
-# The pitch at which content repeats is not that of the micro images, but near it.
+# Content repeats near the micro images' pitch: relative tolerance, least autocorrelation.
 _NEAR_PITCH, _REPEATS = 0.15, 0.25
 
 
@@ -45,7 +44,7 @@ class Period:
     """Period of the differences of neighbouring lines of a picture."""
 
     pixels: int
-    clarity: float  # times that it explains more than chance
+    clarity: float  # how many times more it explains than chance
     phase: int  # where in the period the differences are largest
 
 
@@ -108,7 +107,7 @@ def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
         return Raster(m, clarity, "joints between micro images")
     near = [period for line in along for period in line if abs(period.pixels - m) == 1]
     whole = min(clarity) > _CLEARER * max((period.clarity for period in near), default=0.0)
-    # Rims may be brighter than what is inside, where a capture has stray light.
+    # With stray light, rims of micro images may be brighter than their middle.
     edges = {0, m - 2, m - 1}
     rims = {first.phase, second.phase} <= edges and min(clarity) > _VERY_CLEAR
     even = rims or (_centred(grey, m) and coherence(grey, m) > COHERENT)
@@ -118,9 +117,9 @@ def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
 
 
 def coherence(levels: Image32, micro_image_size: int) -> float:
-    """How far waves of period M have the same phase all over a picture, 0 to 1, the less of both.
+    """How well phases at period M agree all over a picture, 0 to 1; the lower of both axes.
 
-    Those of an aligned raw image have; those of micro images of another pitch drift.
+    They are constant in an aligned raw image, and drift if the micro images have another pitch.
     """
     m = micro_image_size
     side = _PART * m
@@ -159,7 +158,7 @@ def _repeats(grey: Image32, m: int) -> bool:
 
 
 def find_mosaic(grey: Image32) -> Mosaic | None:
-    """Tell whether a picture consists of alike pictures side by side and above each other.
+    """Whether a picture consists of similar pictures side by side and above each other.
 
     There are 2 rows and columns of them or more.
     """
@@ -173,7 +172,7 @@ def find_mosaic(grey: Image32) -> Mosaic | None:
         return None
     counts, alike = [], []
     for axis in (0, 1):
-        # Some parts together are alike, too: as many as have joints between them.
+        # Groups of several parts are alike too, so only numbers with joints between parts count.
         parts = _alike_parts(whole, small.shape, grey.shape[axis], scale, axis)
         count = max((n for n in parts if _joints(grey, n, axis) > _JOINT), default=None)
         if count is None:
@@ -187,7 +186,7 @@ def find_mosaic(grey: Image32) -> Mosaic | None:
 def _alike_parts(
     whole: Floats, shape: tuple[int, ...], length: int, scale: int, axis: int
 ) -> dict[int, float]:
-    """Numbers of alike parts along an axis, and how alike neighbours are."""
+    """Possible numbers of similar parts along an axis, and the similarity of neighbours."""
     found = {}
     for count in range(2, _MOST_VIEWS + 1):
         if length % count or length // count < _SMALLEST_VIEW:

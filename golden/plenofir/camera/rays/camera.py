@@ -18,7 +18,7 @@ from plenofir.ground.files import input_file
 
 CAMERAS = project.DATA / "cameras"
 
-# Far beyond any camera, and near enough for products and quotients of lengths to be numbers.
+# Beyond any camera, but small enough for products and quotients of lengths not to overflow.
 _SHORTEST, _LONGEST = 1e-30, 1e30
 
 
@@ -62,7 +62,7 @@ class MicroLensArray(_Part):
 
 
 def _thin_lens(values: dict[str, Any]) -> float:
-    """Exit pupil of a thin lens: f_U, or anything where that is wrong, too."""
+    """Exit pupil of a thin lens: f_U (1 if that is wrong: its own check reports it)."""
     pupil: float = values.get("focal_length_mm", 1.0)
     return pupil
 
@@ -119,7 +119,7 @@ class Camera(_Part):
 
     @property
     def pixels_per_lens(self) -> float:
-        """Size of a micro image in pixels, as far as the pitches tell."""
+        """Pitch of the micro lenses in pixels."""
         return self.micro_lenses.pitch_mm / self.sensor.pixel_pitch_mm
 
     @property

@@ -10,8 +10,8 @@ from plenofir.camera.rays.precise import exact
 
 INPUTS = ("a", "f_U", "b_U", "H1H2", "d_A'", "f_s", "p_M", "p_p")
 """What a distance depends on, in the thesis's symbols."""
-# Relative step of the differences, far below the smallest a that a double can be, and digits enough
-# for what is left of the step's own.
+# Relative step of the differences, far below the resolution of a double, and enough digits for
+# them.
 _STEP = Decimal("1e-400")
 _CONTEXT = Context(prec=1000, Emin=-999999, Emax=999999)
 

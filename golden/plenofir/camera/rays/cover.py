@@ -76,8 +76,8 @@ def covering_slices(
 ) -> Cover:
     """Choose the fewest slices whose depths of field cover a range.
 
-    From the far end on, each slice is the nearest-focused one whose depth of field still reaches
-    what is not covered yet. Behind a gap that the grid leaves it goes on with the next slice.
+    From the far end on, each slice is the nearest one whose depth of field still reaches what is
+    not covered yet. Where the grid leaves a gap, the next slice follows.
 
     `near_mm`, `far_mm`: range of distances from the micro lenses; far may be inf. `step`: grid of
     focus settings; 1/M if None. Raises `InputError` if the range is empty.

@@ -53,7 +53,7 @@ class FocusedCamera:
         """What is wrong with M for this camera; empty if its micro images have M pixels."""
         m, camera = self.micro_image_size, self.camera
         pixels = camera.pixels_per_lens
-        # From what decoding takes by itself.
+        # Compared with the size that decoding chooses.
         if camera.micro_image_size <= m <= pixels + 0.5:
             return ""
         hold = "hold only if the picture has their middle pixels, as decode crops them"
@@ -108,7 +108,7 @@ class FocusedCamera:
     def micro_lens_position(self, j: npt.ArrayLike) -> Values:
         """Positions s_j of micro lenses, counted from the optical axis (Eq. 3.19).
 
-        `j`: index relative to the central micro lens (j - o of the text), any shape. Result: mm,
+        `j`: index relative to the central micro lens (j - o of the thesis), any shape. Result: mm,
         same shape.
         """
         return np.asarray(j, dtype=np.float64) * self.camera.micro_lenses.pitch_mm

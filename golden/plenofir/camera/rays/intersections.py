@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text's own ways to a refocusing distance, for comparison with the closed form.
+"""The thesis's ways to compute a refocusing distance, for comparison with the closed form.
 
-They intersect two rays, on the image side or in object space, and invert the lens equation as it
-stands. They are easy to follow, slower, and lose digits where `RayModel` does not: at infinity they
-give inf or a number without meaning.
+They intersect two rays, on the image side or in object space, and invert the lens equation. They
+are easy to follow, but slower, and lose digits where `RayModel` does not: at infinity they give inf
+or a meaningless number.
 """
 
 from math import inf
@@ -70,7 +70,7 @@ def iterated_image_distance(
     tolerance: float = 1e-12,
     limit: int = 100_000,
 ) -> tuple[float, int]:
-    """Image distance b_U by the text's fixed-point iteration of Eq. (5.16).
+    """Image distance b_U by the thesis's fixed-point iteration of Eq. (5.16).
 
     `focal_length_mm`, `principal_plane_separation_mm`, `focus_mm`: f_U, H1H2, d_f. `tolerance`:
     relative change at which it stops. `limit`: largest number of steps. Result: b_U in mm and the

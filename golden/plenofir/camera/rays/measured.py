@@ -17,10 +17,10 @@ from plenofir.camera.rays.camera import Camera
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 
-# How far pitches of one camera may be apart: more, and the white image is another camera's.
+# Largest relative difference of the pitches; beyond it the white image is another camera's.
 _SAME_CAMERA = 0.2
-# What is taken for agreement: this many standard errors and this share of the distance, what a
-# slightly misaligned micro lens array did to the text's own measurement.
+# They agree within this many standard errors plus this share of the distance, the error that a
+# slightly misaligned micro lens array caused in the thesis's measurement.
 _ERRORS, _SHARE = 3.0, 0.025
 
 

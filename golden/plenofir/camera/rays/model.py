@@ -36,7 +36,7 @@ from plenofir.ground.errors import InputError
 
 Border = Literal["centre", "near", "far"]
 """The plane itself, or a border of its depth of field."""
-# With their k.
+# The borders' k.
 _BORDERS: Mapping[Border, int] = {"centre": 0, "near": 1, "far": -1}
 # Beyond this the products with the coefficients would overflow.
 _LARGEST = 1e100
@@ -140,7 +140,7 @@ class RayModel(VirtualCameras):
                 state[hidden] = INSIDE
                 diverging = hidden & (vergence < 0)
                 state[diverging] = BEYOND
-                # Farther than a double can say counts as infinity.
+                # Distances that overflow a double count as infinity.
                 parallel = (vergence == 0) | np.isinf(distance)
                 state[parallel] = INFINITY
                 distance[diverging | parallel] = np.nan

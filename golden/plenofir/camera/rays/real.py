@@ -18,7 +18,7 @@ from plenofir.camera.rays.precise import Values
 
 WAVELENGTH_NM = 550.0
 MICRO_LENSES = MicroLensArray(focal_length_mm=2.75, pitch_mm=0.125)
-"""Micro lenses (II) of the text."""
+"""Micro lenses (II) of the thesis."""
 SENSOR = Sensor(pixel_pitch_mm=0.009, columns=4008, rows=2672)
 
 
@@ -33,7 +33,7 @@ class RealCamera:
 
 @cache
 def real_camera(lens: str, micro_lenses: MicroLensArray = MICRO_LENSES) -> RealCamera:
-    """Make a camera with micro lenses of the text from a shipped prescription."""
+    """Make a camera with micro lenses of the thesis from a shipped prescription."""
     system = load_prescription(lens).at(WAVELENGTH_NM)
     points, pupil = cardinal_points(system), exit_pupil(system)
     main_lens = MainLens(
@@ -65,7 +65,7 @@ class Comparison:
 
     @property
     def deviation_percent(self) -> Values:
-        """(predicted - real) / predicted in percent, as the text counts."""
+        """(predicted - real) / predicted in percent, as the thesis counts."""
         return np.asarray(100 * (self.predicted - self.real) / self.predicted)
 
 
@@ -99,7 +99,7 @@ def compare_distances(
 def real_micro_image_centres(lens: str, positions_mm: Values, extension_mm: float) -> Values:
     """Micro image centres from real chief rays (Tables 5.3 and 5.4, simulation)."""
     real = real_camera(lens)
-    # The image plane that the prescription states, as the text's simulation has it.
+    # The image plane that the prescription states, as the thesis's simulation has it.
     image_distance = real.system.image_distance_mm + extension_mm
     return micro_image_centres(
         real.system, positions_mm, image_distance, MICRO_LENSES.focal_length_mm
@@ -126,7 +126,7 @@ class VirtualComparison:
 
     @property
     def deviations_percent(self) -> dict[str, Values]:
-        """(predicted - real) / predicted in percent, as the text counts; nan for a tilt of 0."""
+        """(predicted - real) / predicted in percent, as the thesis counts; nan for a tilt of 0."""
         pairs = {
             "pupil": (self.predicted_pupil_mm, self.real_pupil_mm),
             "baseline": (self.predicted_baseline_mm, self.real_baseline_mm),

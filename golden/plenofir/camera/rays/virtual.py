@@ -46,7 +46,7 @@ class VirtualCameras(FocusedCamera):
         """
         views, step = np.asarray(gap, dtype=np.float64), self.pixel_slope * self.exit_pupil_mm
         with np.errstate(invalid="ignore"):
-            # Also where the pupil is infinitely far away.
+            # Holds for a pupil at infinity too.
             return np.where(views == 0, 0.0, views * step)
 
     @property
@@ -61,7 +61,7 @@ class VirtualCameras(FocusedCamera):
             return None
         with np.errstate(divide="ignore", over="ignore"):
             views = np.float64(diameter / 2) / self.baseline(1)
-        # A little more, or a view right on the rim would be in or out by rounding.
+        # A small tolerance, so that rounding does not decide about a view right on the rim.
         return floor(min(float(views) * (1 + 1e-12), _MOST_VIEWS))
 
     def vignetting_note(self, *views: int) -> str:
@@ -123,7 +123,7 @@ class VirtualCameras(FocusedCamera):
             i, the first view.
         unit
             "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided by
-            the gap, as Table 5.9 of the text counts.
+            the gap, as Table 5.9 of the thesis counts.
         """
         with np.errstate(divide="ignore", over="ignore"):
             pixels = self._in_pixels(disparity, gap, unit)
@@ -132,7 +132,7 @@ class VirtualCameras(FocusedCamera):
             base = self.baseline(gap)
             states[turn * np.sign(base) < 0] = BEYOND
             depth = base / turn
-        # Farther than a double can say counts as infinity.
+        # Distances that overflow a double count as infinity.
         states[~np.isfinite(depth)] = INFINITY
         return Distances(np.where(states == REAL, depth, np.nan), states)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a picture is an aligned raw image of a given M, as far as it shows.
+"""Whether a picture is an aligned raw image of a given M, as far as its pixels show.
 
-Joints between micro images are looked for in all of it, lenses in its middle, which takes tenths of
-a second. Only where there are lenses at another period is the middle recognised as `plenofir
-inspect` does it, so that both say the same.
+Joints between micro images are searched in the whole picture, lenses in its middle; that takes
+tenths of a second. Only if lenses have another period, the middle is recognised as `plenofir
+inspect` does it, so that both give the same answer.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from plenofir.camera.recognise.picture import is_flat, recognise_picture
 from plenofir.ground.images import Picture
 
 _SIDE, _LARGEST_SIDE = 1024, 4096
-# Lenses along each side of what is looked at, or nothing can be told.
+# Least number of lenses along each side for a verdict.
 _FEWEST = 8
 
 

@@ -22,7 +22,7 @@ from plenofir.ground.images import read_picture
 from plenofir.refocus.operator import Image
 
 _FEWEST_VIEWS, _SMALLEST_VIEW, _WINDOW, _FAR = 3, 24, 15, 2
-# Moves in one direction are this many times those in the other.
+# The direction is clear if the displacement in it is this many times that in the other.
 _CLEAR = 1.3
 # Pictures of these kinds are frames of a camera, not views.
 _OF_FRAMES = ("aligned raster", "raw capture", "white image")
@@ -162,8 +162,9 @@ def _folder(path: Path, name: str) -> Recognition:
 def first_counts(images: Image) -> ViewOrder | None:
     """Whether the first number of views counts rows or columns, by how the content moves.
 
-    `images` are the views as if it counted rows, shape (v, u, t, s[, 3]). Views above each other
-    differ by moves up and down, views side by side by moves sideways; None where that is not clear.
+    `images` are the views as if it counted rows, shape (v, u, t, s[, 3]). Content moves vertically
+    between views above each other, horizontally between views side by side; None if that is
+    unclear.
     """
     m = len(images)
     if m < _FEWEST_VIEWS or min(images.shape[2:4]) < _SMALLEST_VIEW:

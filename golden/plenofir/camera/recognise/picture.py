@@ -46,9 +46,9 @@ Lines = tuple[tuple[str, str], ...]
 LARGEST_SIDE = 8192
 _SMALLEST_SIDE = 32
 _LEAST_CONTRAST = 0.01
-# Repetitions of a lattice that say nothing, and those that are as strong as a white image's.
+# Lattice scores: below the first, repetitions are ignored; from the second on, as in a white image.
 _LEAST_SCORE, _LIKE_WHITE = 0.15, 0.35
-# Neighbours differ by less in a white image.
+# Largest relative difference of neighbouring micro images in a white image.
 _EVEN = 0.04
 _LEAST_STRENGTH = 0.05
 _SAME_LEVEL = 0.9

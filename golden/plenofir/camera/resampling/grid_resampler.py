@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bit-true model of the chip's resampler: raw frame in, raster of micro images out.
+"""Bit-true model of the FPGA's resampler: raw frame in, raster of micro images out.
 
 Pixel (v, u) of lens (t, s) is interpolated between four pixels of the raw frame with weights of
 F = `weight_bits` bits, and rounded to G = `guard_bits` fraction bits:

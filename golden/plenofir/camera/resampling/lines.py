@@ -26,9 +26,9 @@ Its raw lines stay while it is shown, those of the last one until its last pixel
 class RingNeeds:
     """Lines that the ring must hold."""
 
-    least: int  # without so many lines a frame cannot be resampled
-    # With so many a source without gaps is not refused; None if no number is enough, because the
-    # raster has more pixels than the raw frame.
+    least: int  # fewer lines cannot resample a frame
+    # Enough for a source that sends without gaps; None if no number is, because the raster has more
+    # pixels than the raw frame.
     full_rate: int | None
 
 
@@ -58,7 +58,7 @@ def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Inte
     top, bottom = first + v + up, first + v + 1 + down
     needed = np.minimum(np.maximum(bottom, -top), last)
     gap, stride = (n >> bits.fraction_bits for n in sorted(y for y, _ in registers.down))
-    # Lenses at the bottom border are mirrored, those of the next row, if there is one, more so.
+    # At the bottom border lines are mirrored, for the next row of lenses farther than for this one.
     mirror = first + m + down
     mirror[:-1] += stride + 1
     kept = np.minimum(first + np.minimum(v, gap) + up, 2 * last - mirror)
@@ -71,7 +71,7 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
     least = int((needed - kept).max()) + 1
     rows, columns = registers.image_shape
     clocks = max(registers.lenses[1], registers.outputs) * registers.micro_image_size
-    # Two frames back to back: when each line of the raster is done.
+    # The clock at which each line of the raster is done, for two frames back to back.
     needs = np.concatenate([needed, needed + rows])
     keeps = np.concatenate([kept, kept + rows])
     ready = (needs + 1) * columns + LATENCY
@@ -80,10 +80,10 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
     done = np.maximum.accumulate(ready - steps) + steps + clocks
     if done[-1] - done[len(needed) - 1] > rows * columns:
         return RingNeeds(least, None)
-    # The raw line n is written from n columns on; what is kept then.
+    # Raw line n is written from clock n * columns on: the first line that must be kept then.
     line = np.arange(2 * rows)
     current = np.searchsorted(done, line * columns - LATENCY, side="right")
-    # Behind the last line of a frame nothing is kept but the next frame.
+    # After the last line of the second frame, nothing of it is kept.
     held = np.append(keeps, 2 * rows)[current]
     return RingNeeds(least, max(least, int((line - np.minimum(held, line)).max()) + 1))
 
@@ -107,7 +107,7 @@ def ring_needs_shown(
     number = np.arange(len(needed))
     due = number + rows - len(needed) + delay_lines
     period = rows + blank_lines
-    # Two frames. What was taken has left two lines later.
+    # Two frames. A line of the raster has left the ring two lines after it was taken.
     gone = np.concatenate([due, due + period]) + _LINES_TO_LEAVE
     keeps = np.append(np.concatenate([kept, kept + rows]), 2 * rows)
     line = np.arange(2 * rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the chip takes the pixels of micro images from: a calibration as registers in fixed point.
+"""A calibration as fixed-point registers, from which the FPGA computes the positions of pixels.
 
 The top left pixel of lens (t, s) lies at
 
@@ -177,7 +177,7 @@ def grid_registers(
     else:
         first, (down, right) = centres[0, 0], grid.jacobian(lattice[0, 0])
     count = centres.shape[1]
-    # Rows that begin half a pitch farther to the right.
+    # Parity of the rows that begin half a pitch farther to the right.
     moved = [0.0, 0.0]
     if layout == "hexagonal-rows":
         moved[(rows.start + grid.stagger + 1) % 2] = 0.5
@@ -195,14 +195,14 @@ def grid_registers(
         outputs=count,
     )
     affine = first + (lattice - lattice[0, 0]) @ np.stack([down, right])
-    # The origin shares the error of the steps out to both ends.
+    # Shift the origin so that the rounding errors of the steps are balanced between both ends.
     origin = affine * scale - unplaced.positions()
     origin = (origin.reshape(-1, 2).max(axis=0) + origin.reshape(-1, 2).min(axis=0)) / 2
     half = scale >> (bits.weight_bits + 1)
     placed = unplaced.model_copy(update={"origin": _rounded(origin - (m - 1) / 2 * scale + half)})
     corners = placed.positions() >> bits.fraction_bits
     ends = np.array(calibration.image_shape) - 1
-    # With 3 pixels for lenses that are moved, and for the interpolation.
+    # 3 more pixels for moved lenses and for the interpolation.
     if (corners < 3 - ends).any() or (corners + m + 3 > 2 * ends).any():
         raise InputError(
             f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for M = {m}",

@@ -175,7 +175,7 @@ class _Layer:
 
     def hit(self, position_mm: Floats, offset_px: Floats) -> tuple[Floats, Floats]:
         """Where rays meet the plane: (y, x) in mm as the picture has it, and the distance."""
-        # The main lens turns the picture upside down; so the texture is turned too.
+        # The main lens inverts the picture, so the texture is inverted too.
         flat = -(self.scale_s * position_mm + self.scale_i * offset_px)
         tilt, middle = np.array(self.plane.tilt), np.array(self.plane.centre_mm)
         if not tilt.any():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be checked without ISE: sources, constraints, clocks, sites, options.
+"""Checks of a build that do not need ISE: sources, constraints, clocks, sites, options.
 
-Each check gives a list of problems, a line each; none means that all is well.
+Each check returns a list of problems, one line each.
 """
 
 import os
@@ -32,8 +32,8 @@ from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 
-# Modules that bring something from one clock into another: ports of the clock that it comes
-# from (None: any clock, or none) and of the clock that it goes to.
+# Modules that cross from one clock to another: ports of the source clock (None: any clock, or none)
+# and of the destination clock.
 CROSSINGS: dict[str, tuple[tuple[str | None, str], ...]] = {
     "synchroniser": ((None, "clk"),),
     "reset_bridge": ((None, "clk"),),
@@ -44,7 +44,7 @@ CROSSINGS: dict[str, tuple[tuple[str | None, str], ...]] = {
 
 
 def check_pins(constraints: Constraints, top_text: str) -> list[str]:
-    """Ports and pins: each has the other, no ball twice, standards, pairs, banks."""
+    """Each port has a pin and each pin a port; no ball twice; standards, pairs, banks."""
     ports = top_ports(top_text)
     out = [f"port {bit} has no LOC" for bit in ports if "LOC" not in constraints.pins.get(bit, {})]
     out += [f"pin {net} is no port of {TOP}" for net in constraints.pins if net not in ports]
@@ -117,7 +117,7 @@ def _check_pairs(constraints: Constraints, located: Mapping[str, Pin]) -> list[s
 
 
 def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> list[str]:
-    """Clocks: each has a period, comes in where clocks can, and crossings are not timed."""
+    """Each clock has a period and a clock-capable pin, and crossings are not timed."""
     out = []
     ports = top_ports(top_text)
     kept = set(re.findall(r'attribute keep of (\w+)\s*: signal is "TRUE"', top_text))
@@ -162,7 +162,7 @@ def _text(net: Net) -> str:
 
 
 def _check_synthesizers(netlist: Netlist, timed: Mapping[Net, float]) -> list[str]:
-    """A PLL's or DCM's own idea of its input's period is that of the constraint."""
+    """The input period in the generics of a PLL or DCM is that of the constraint."""
     out = []
     for kind, port, generic in (
         ("pll_adv", "clkin1", "CLKIN1_PERIOD"),
@@ -177,7 +177,7 @@ def _check_synthesizers(netlist: Netlist, timed: Mapping[Net, float]) -> list[st
 
 
 def _check_crossings(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Paths from clock to clock that the crossings make are left out of timing; no others are."""
+    """Paths between clocks that crossings make are excluded from timing, and no others."""
     clocks_of = {
         group: set().union(*(netlist.reach(("", net)) for net in constraints.members(group)))
         & netlist.clock_nets
@@ -228,7 +228,7 @@ def _check_untimed(constraints: Constraints, top_text: str, kept: set[str]) -> l
 
 
 def check_sites(counts: Mapping[str, int]) -> list[str]:
-    """Primitives: the device has them, and enough of each."""
+    """The device has the primitives, and enough of each."""
     out = [f"{name} is no primitive of the device" for name in counts if not _is_known(name)]
     sites: Counter[str] = Counter()
     for name, number in counts.items():
@@ -249,7 +249,7 @@ def _is_known(primitive: str) -> bool:
 
 
 def check_serial_banks(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Serial clocks: a BUFPLL reaches the serialisers of one bank, and a bank has two."""
+    """A BUFPLL drives serialisers of one bank only, and a bank has two BUFPLLs."""
     out = []
     bufplls: Counter[int] = Counter()
     by_path = {place.path: place for place in netlist.places}
@@ -285,7 +285,7 @@ def _banks_of(place: Place, constraints: Constraints) -> list[tuple[str, int]]:
 
 
 def check_project(lines: Sequence[str]) -> list[str]:
-    """The project file: it lists every source once, other boards' excepted, and no other."""
+    """The project file lists each source once, except those of other boards, and nothing else."""
     listed = [source_of_line(line) for line in lines]
     out = [f"{path}: no such file" for path in listed if not path.is_file()]
     out += [f"{path} is listed twice" for path, number in Counter(listed).items() if number > 1]
@@ -331,7 +331,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
 
 
 def check_options(folder: Path) -> list[str]:
-    """Option files: all are there, and each line is an option."""
+    """All option files exist, and each of their lines is an option."""
     out = []
     for name in OPTION_FILES:
         try:

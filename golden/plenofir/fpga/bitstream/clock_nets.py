@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which nets of the design are the same, and which clock comes from which.
+"""Which names mean the same net, and which clock is derived from which.
 
-All instances are followed down from the top level; a net and the port that it is joined to are one.
-That is enough for clocks, which pass through ports, renamings and primitives only. Instances in a
-generate statement count once.
+All instances are followed down from the top level; a net and the port that it is connected to are
+one. That is enough for clocks, which pass through ports, renamings and primitives only. Instances
+in a generate statement count once.
 """
 
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class Netlist:
     """Nets and clocks of a design."""
 
     places: list[Place] = field(default_factory=list)
-    clock_nets: set[Net] = field(default_factory=set)  # that registers are clocked by
+    clock_nets: set[Net] = field(default_factory=set)  # nets that clock registers
     _parent: dict[Net, Net] = field(default_factory=dict)
     _arcs: list[tuple[Net, Net, bool]] = field(default_factory=list)
 
@@ -99,7 +99,7 @@ def read_netlist(top: str, sources: Mapping[str, str]) -> Netlist:
     """Follow a design down from its top level."""
     netlist = Netlist()
     netlist.add(sources[top], sources)
-    # Ports of one net can be joined after it was first noted.
+    # Names of a net may have been merged after it was noted.
     netlist.clock_nets = {netlist.same(net) for net in netlist.clock_nets}
     return netlist
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that each clock has a way from its source to its loads without logic.
+"""Check that each clock can be routed from its source to its loads on dedicated resources.
 
-The facts are those of ``data/devices/xc6slx45.toml``. Buffers are given places one after the other,
-those with the fewest choices first.
+The facts are those of ``data/devices/xc6slx45.toml``. Buffers are placed one after the other, those
+with the fewest choices first.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,12 +28,12 @@ class GlobalBuffer:
 
     @property
     def is_free(self) -> bool:
-        """Whether any place does that has its lines free."""
+        """Whether it fits any place whose lines are free."""
         return all(lines == _ANY_LINE for _, lines in self.inputs)
 
 
 def check_clock_routing(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Ways of the clocks: from pins, BUFIO2s, DCMs and PLLs to clock multiplexers and BUFPLLs."""
+    """Check routes from pins, BUFIO2s, DCMs and PLLs to clock multiplexers and BUFPLLs."""
     drivers = _drivers(netlist)
     out = _check_routes(netlist, drivers)
     if not out:
@@ -58,7 +58,7 @@ def _drivers(netlist: Netlist) -> dict[Net, Driver]:
 
 
 def _check_routes(netlist: Netlist, drivers: Mapping[Net, Driver]) -> list[str]:
-    """Each input comes from an output that has a way to it."""
+    """Each input is driven by an output that has a route to it."""
     out = []
     for place in netlist.places:
         for port in place.instance.ports:
@@ -66,7 +66,7 @@ def _check_routes(netlist: Netlist, drivers: Mapping[Net, Driver]) -> list[str]:
             if allowed is None:
                 continue
             source, name = drivers.get(netlist.port(place, port), (None, "logic or a port"))
-            # Behind a clock pin stands the BUFG that XST puts there.
+            # XST inserts a BUFG behind a clock pin.
             seen = "bufg.o" if name == IMPLIED else name
             if not any(fnmatch(seen, pattern) for pattern in allowed):
                 where = f" of {source.path}" if source else ""

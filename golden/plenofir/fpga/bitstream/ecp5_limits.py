@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the data sheet gives the slowest ECP5, beside what placed designs reach.
+"""Limits of the slowest ECP5 by its data sheet, beside what placed designs reach.
 
-Timing analysis says how fast the fabric's paths are, not what clock network, lane registers and
-output buffers are specified for. The numbers are those of FPGA-DS-02012 for grade 6: output buffers
+Timing analysis covers the paths of the fabric, but not the specified limits of clock network, lane
+registers and output buffers. The numbers are those of FPGA-DS-02012 for grade 6: output buffers
 (table 3.21) and lanes (GDDRX1 500 Mb/s, GDDRX2 624 Mb/s) as public projects quote edition 1.9, the
-clock network (table 3.22) as remembered. The data sheet itself could not be read when this was
-written: check them there.
+clock network (table 3.22) from memory. The data sheet was not at hand: check them there.
 """
 
 from dataclasses import dataclass
@@ -21,9 +20,9 @@ them at twice that; the eye gets smaller. It is told, not refused."""
 
 @dataclass(frozen=True)
 class Beyond:
-    """What of a build is beyond the data sheet, a sentence each."""
+    """What exceeds the data sheet in a build, one sentence each."""
 
-    refused: tuple[str, ...]  # unless it is asked for
+    refused: tuple[str, ...]  # not built unless the user asks for it
     told: tuple[str, ...]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board's netlist for nextpnr gets between Yosys and nextpnr: names, PLL words, places."""
+"""Changes of a board's netlist between Yosys and nextpnr: names, PLL words, places."""
 
 import json
 from dataclasses import dataclass
@@ -33,13 +33,13 @@ PLL_WORDS = {
 
 @dataclass(frozen=True)
 class ClockPlaces:
-    """Places of what the TMDS clock goes through: the pin's neighbourhood."""
+    """Placement of the cells in the path of the TMDS clock, near its pin."""
 
-    choice: str  # look-up table that chooses between it and the board's own clock, beside the pin
+    choice: str  # look-up table beside the pin that selects it or the board's own clock
     pll: str  # the nearest of the device
 
 
-# Pin G3 (PCLKT7_1) is at row 23, 32, 44; smaller devices have PLLs at their lower edge alone.
+# Pin G3 (PCLKT7_1) is at row 23, 32 or 44; smaller devices have PLLs at the lower edge only.
 _SMALL = ClockPlaces("X2/Y23/SLICEA.K0", "X2/Y49/EHXPLL_LL")
 CLOCK_PLACES = {
     "lfe5u-12f": _SMALL,
@@ -75,7 +75,7 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
 
 
 def _divided_clock(cells: dict[str, Any]) -> tuple[str, str]:
-    """Cell and port of a clock that a flip-flop makes: that of the bytes of a camera's lanes."""
+    """Cell and port of the byte clock of a camera's lanes, which a flip-flop makes."""
     registers = {name: c["connections"] for name, c in cells.items() if c["type"] == "TRELLIS_FF"}
     clocks = {ports["CLK"][0] for ports in registers.values()}
     return next((name for name, ports in registers.items() if ports["Q"][0] in clocks), ""), "Q"

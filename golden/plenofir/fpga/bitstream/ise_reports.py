@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the logs and reports of ISE say: messages, timing, utilisation."""
+"""Parsers of ISE's logs and reports: messages, timing, utilisation."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from plenofir.ground.errors import InputError
 
 @dataclass(frozen=True)
 class Message:
-    """A message of the tools, as often as it came: ``Xst:653`` and its first line."""
+    """A message of the tools and how often it came: ``Xst:653`` and its first line."""
 
     tool: str
     code: str
@@ -20,7 +20,7 @@ class Message:
     times: int
 
 
-# Within the sections of its units XST sets its messages in; a few messages have no number.
+# XST indents the messages of a unit; a few messages have no number.
 _MESSAGE = re.compile(r"^\s*(WARNING|ERROR):(\w+(?::\d+)?) - (.*)$")
 
 
@@ -32,7 +32,7 @@ def messages(tool: str, log: str, severity: str) -> list[Message]:
         begin = _MESSAGE.match(line)
         if begin is None or begin[1] != severity:
             continue
-        # Long messages go on in lines that are set in.
+        # Long messages continue in indented lines.
         text = begin[3].strip()
         for more in lines[i + 1 :]:
             if not re.match(r"^   ?\S", more):
@@ -110,7 +110,7 @@ def derived(timing: Sequence[Timing], root: str) -> dict[str, tuple[int, float]]
     found = [(match, entry) for entry in timing if (match := _PERIOD.match(entry.constraint))]
     names = {root: (0, 1.0)}
     out: dict[str, tuple[int, float]] = {}
-    # TRCE lists a constraint before or behind the one that it comes from.
+    # TRCE lists a derived constraint before or after the one that it comes from.
     for _ in found:
         for match, entry in found:
             name, parent, sign, factor = match.groups()

@@ -46,12 +46,12 @@ _UTILISATION = {
     "PLL": ("EHXPLLL",),
     "pins": ("TRELLIS_IO",),
 }
-# Clocks of the lanes that word_strobe keeps words off the edges.
+# Clocks of the lanes by which word_strobe keeps words away from the other clock's edges.
 _APART = 2
 
 
 def record_name(scene: str, device: str, own_device: str) -> str:
-    """Name of a scene's build for a device: the scene's, and another device than its own."""
+    """Name of a scene's build: the scene's name, with the device if it is not the scene's own."""
     return scene if device == own_device else f"{scene} on {device}"
 
 
@@ -82,7 +82,7 @@ class CameraClocks:
     pixel_mhz: float  # of the screen
 
     def wanted(self) -> dict[str, float]:
-        """What each clock must reach; two bits of a lane make the first, eight the last."""
+        """Frequency that each clock must reach; the first has two bits of a lane, the last 8."""
         return {
             SLOW: self.pixel_mhz,
             FAST: 5 * self.pixel_mhz,

@@ -20,7 +20,7 @@ from plenofir.fpga.synthesis.placers import check_placer, open_carries
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground.errors import InputError, ToolError
 
-# What the data sheet lets the device's oscillator be faster than it should be.
+# Tolerance of the device's oscillator by the data sheet.
 OSCILLATOR_TOLERANCE = 1.07
 OSCILLATOR_MHZ = 450.0
 _PART = "LIFCL-40-9BG400C"
@@ -31,7 +31,7 @@ _CLOCKS = {
 }
 # The D-PHY at the camera connector; the other one (at the header) is TDPHY_CORE26.
 _DPHY_SITE = "TDPHY_CORE2"
-# Its register port, which nextpnr knows no wires for.
+# Its register port, for which nextpnr has no wires.
 _DPHY_OPEN = ("LMMIREQUEST", "LMMIWRRD_N", "LMMIOFFSET", "LMMIWDATA")
 _UTILISATION = {
     "LUT4": ("OXIDE_COMB",),
@@ -84,7 +84,7 @@ def prepare_netlist(netlist: Path) -> None:
 
 
 def read_timing(content: Mapping[str, Any], wanted: Mapping[str, float]) -> tuple[ClockTiming, ...]:
-    """Read what nextpnr's report says of each clock; it places all for the fastest one."""
+    """Read each clock from nextpnr's report; nextpnr places all of them for the fastest one."""
     found = {name.removesuffix("$glb_clk"): clock for name, clock in content["fmax"].items()}
     for clock in wanted:
         if clock not in found:

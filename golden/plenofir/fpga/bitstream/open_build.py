@@ -25,7 +25,7 @@ from plenofir.ground.files import publish, remove_results
 
 
 class ClockTiming(BaseModel):
-    """What a clock was to reach, and what it reaches."""
+    """Wanted and reached frequency of a clock."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -35,12 +35,12 @@ class ClockTiming(BaseModel):
 
 
 class CrossingTiming(BaseModel):
-    """Longest way of words between two clocks, and the time there is."""
+    """Longest delay of words between two clocks, and the time available."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     crossing: str  # both clocks
-    wanted_ns: float  # time there is
+    wanted_ns: float  # time available
     reached_ns: float  # time that the placed design needs
 
 
@@ -55,7 +55,7 @@ class NextpnrReport(BaseModel):
     generics: dict[str, int | bool | str]  # those that differ from the top level's defaults
     clocks_mhz: tuple[float, float]  # slowest and fastest pixel clock that the build takes
     timing: tuple[ClockTiming, ...]
-    crossings: tuple[CrossingTiming, ...]  # ways between clocks that are not asynchronous
+    crossings: tuple[CrossingTiming, ...]  # between clocks that are not asynchronous
     utilisation: dict[str, tuple[int, int]]  # resource: used, there
     plls: dict[
         str, dict[str, int]
@@ -83,14 +83,14 @@ class OpenBuild:
     check: Callable[[], object]  # InputError if a tool is missing
     tools: tuple[str, ...]  # packages whose versions the report names beside GHDL's and Yosys's
     synthesise: Callable[[Path], None]  # makes this netlist of the Verilog that GHDL wrote
-    place: Sequence[str]  # nextpnr's command but for netlist and report
+    place: Sequence[str]  # nextpnr's command without netlist and report
     judge: Callable[[Mapping[str, Any]], Judged]  # reads nextpnr's report
     packer: str  # name of the last step, and its command
     pack: Sequence[str]
     bits: str  # name of the bitstream
     utilisation: Mapping[str, tuple[str, ...]]  # resource: nextpnr's kinds of it
     clocks_mhz: tuple[float, float]  # slowest and fastest pixel clock
-    # What is done in the folder before it is packed; result: what the report says of it.
+    # Step in the folder before the configuration is packed; result: fields of the report.
     finish: Callable[[Path], Mapping[str, Any]] = lambda _: {}
 
 

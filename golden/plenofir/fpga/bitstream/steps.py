@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The steps of a build with open tools: their progress, their time, their failures in a line."""
+"""The steps of a build with open tools: progress, processor time, one-line errors."""
 
 import resource
 from collections.abc import Callable, Mapping
@@ -10,7 +10,7 @@ from plenofir.ground.errors import InputError, ToolError
 Progress = Callable[[str, int, int], None]
 """Called with the tool's name, how many are done, and how many there are."""
 
-# What nextpnr's log tells of where it is, the last one first.
+# Lines of nextpnr's log that show its stage, the last stage first.
 _STAGES = (
     ("Routing..", "routing"),
     ("Running simulated annealing placer", "placing, last steps"),
@@ -47,6 +47,6 @@ def run_steps(
 
 
 def nextpnr_stage(log: Path) -> str:
-    """What nextpnr does, as its log tells."""
+    """Stage that nextpnr is in, from its log."""
     text = log.read_text(errors="replace") if log.exists() else ""
     return next((stage for sign, stage in _STAGES if sign in text), "reading")

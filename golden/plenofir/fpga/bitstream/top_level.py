@@ -23,7 +23,7 @@ TOP = "atlys_top"
 
 Value = int | bool | str
 
-# Generics of a top level that a focal stack takes, too.
+# Generics of a top level that also apply to a focal stack.
 _STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")
 
 
@@ -166,7 +166,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
             "shifts": tuple(int(word) for word in str(values["SHIFTS"]).split()),
             "max_columns": values["MAX_COLUMNS"],
-            # A camera's own pixels are grey, of as many bits as it has.
+            # Pixels of a camera are grey, with the camera's number of bits.
             "channels": 1 if {"PIXEL_BITS", "PIXELS_PER_CLOCK"} & set(values) else 3,
             "pixel_bits": values.get("PIXEL_BITS", 10 if "PIXELS_PER_CLOCK" in values else 8),
             "arithmetic": arithmetic,
@@ -177,7 +177,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
 
 
 def block_rams(core: CoreConfiguration) -> int:
-    """Block RAMs (RAMB16BWER) that the line buffers and the input FIFO take at least.
+    """Least number of block RAMs (RAMB16BWER) for line buffers and input FIFO.
 
     A block of 18 Kbit has words of 36 bits (512 of them), 18, 9, 4, 2 or 1 (DS160).
     """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A finished configuration of an ECP5, read back: words of the PLLs, settings of the pins.
 
-nextpnr writes it as text (Project Trellis, docs/libtrellis/textconfig.rst), ecppack packs it. What
-constraints and netlist asked for is only worth what is found in it: nextpnr passes over attributes
-that it does not know.
+nextpnr writes it as text (Project Trellis, docs/libtrellis/textconfig.rst), ecppack packs it.
+Constraints and attributes are compared with it, because nextpnr silently ignores those that it does
+not know.
 """
 
 import re
@@ -17,7 +17,7 @@ Settings = dict[str, str]
 _PIN = re.compile(r"pin '(.+)\$tr_io' constrained to Bel 'X(\d+)/Y(\d+)/(PIO[A-D])'")
 _PORT = re.compile(r'^\s*IOBUF\s+PORT\s+"([^"]+)"\s+([^;]*);', re.M)
 _PLL = re.compile(r"PLL0_(\w\w)")
-# Those that a constraint may set, and what a pin has that does not say so.
+# Settings that a constraint may change, with their defaults.
 _DEFAULTS = {"DRIVE": "8", "SLEWRATE": "SLOW", "DIFFRESISTOR": "OFF"}
 
 
@@ -26,7 +26,7 @@ class Configuration:
     """What tiles and groups of tiles of a configuration are set to."""
 
     tiles: dict[tuple[int, int], Settings]  # row and column; tiles of one place together
-    plls: dict[str, dict[str, int]]  # corner of the device (UL, LL, ...): name of a word to value
+    plls: dict[str, dict[str, int]]  # words by name, for each corner of the device (UL, LL, ...)
 
 
 def read_configuration(text: str) -> Configuration:
@@ -63,8 +63,8 @@ def pin_places(log: str) -> dict[str, tuple[int, int, str]]:
 def pin_settings(config: Configuration, place: tuple[int, int, str]) -> Settings:
     """What a pin is set to: type, pull, drive, slew, termination.
 
-    The tile with all of them is that of the pin at the upper and the lower edge, one row below at
-    the others (`get_pio_tile` in nextpnr's ``ecp5/bitstream.cc``).
+    They are in the pin's own tile at the upper and the lower edge, in the tile one row below at the
+    other edges (`get_pio_tile` in nextpnr's ``ecp5/bitstream.cc``).
     """
     x, y, pio = place
     at = (y, x + (pio == "PIOB")) if y == 0 else (y + 1, x)
@@ -87,7 +87,7 @@ def wanted_settings(constraints: str) -> dict[str, Settings]:
 def check_configuration(
     config: Configuration, log: str, constraints: str
 ) -> tuple[dict[str, dict[str, int]], dict[str, str]]:
-    """Compare a configuration with what was asked for.
+    """Compare a configuration with constraints and attributes.
 
     Returns the words of each PLL by its corner, and the settings of each pin as one text. ToolError
     names the first that differs.
@@ -118,8 +118,8 @@ def check_configuration(
 def match_complements(text: str, log: str, constraints: str) -> str:
     """Give the negative pin of each pair of outputs at the upper edge the slew of the positive one.
 
-    nextpnr 0.11 sets drive and type of both, and the slew of the positive one alone: its edges
-    would be faster than those of its complement.
+    nextpnr 0.11 sets drive and type of both, but the slew of the positive one only, whose edges
+    would then be faster than those of its complement.
     """
     places = pin_places(log)
     config = read_configuration(text)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """User constraints (UCF): the statements that the board's file is made of.
 
-Syntax: Xilinx UG625, Constraints Guide. Only what is in use here is understood; anything else is
-refused, so that a slip of the pen is found without ISE.
+Syntax: Xilinx UG625, Constraints Guide. Only the statements that are used here are understood;
+others are refused, so that a typing error is found without ISE.
 """
 
 import re
@@ -31,7 +31,7 @@ class Constraints:
     untimed: list[str] = field(default_factory=list)  # nets whose paths are not timed (TIG)
 
     def members(self, group: str) -> list[str]:
-        """Nets behind a group, unions resolved; none if there is no such group."""
+        """Nets of a group, with groups of groups resolved; none if there is no such group."""
         if group in self.unions:
             return [net for part in self.unions[group] for net in self.members(part)]
         return self.groups.get(group, [])

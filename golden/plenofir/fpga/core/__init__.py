@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cores can be built for: their generics, limits, resources and latency."""
+"""Configurations of the cores: generics, limits, resources and latency."""

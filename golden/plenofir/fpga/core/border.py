@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The weights of a normalised border, beside an engine (``hdl/border``): clocks, what they take."""
+"""The weights of a normalised border, beside an engine (``hdl/border``): clocks and resources."""
 
 from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.core.weights import on_family
@@ -11,8 +11,8 @@ from plenofir.refocus.sum_lanes import LaneLayout
 
 DIVIDE_CLOCKS = 3
 """Clocks of divide_round."""
-# LUTs and flip-flops of the counts, fitted to eleven that were synthesised: within 10 % for one
-# pixel a clock, within a third for several. Those of the division follow from its structure.
+# LUTs and flip-flops of the counts, fitted to eleven synthesised designs: within 10 % for one pixel
+# a clock, within a third for several. Those of the division follow from its structure.
 _LUT_WEIGHTS = {"age bits": 26.6, "lane bits": 9.7, "stages": -9.5, "stages of lanes": 175.0}
 _FLIP_FLOP_WEIGHTS = {"age bits": 16.0, "lane bits": 11.7, "stages": 48.4, "delays": 0.93}
 # The narrowest product that Yosys gives a multiplier.
@@ -22,7 +22,7 @@ _STAGE_CLOCKS = 10
 
 
 def scaler_clocks(raster: Raster) -> int:
-    """Clocks of what makes pixels of exact sums (refocus_pkg.scaler_latency)."""
+    """Clocks of the scaler that makes pixels of exact sums (refocus_pkg.scaler_latency)."""
     return raster.pixel_bits + 1 if raster.normalises else DIVIDE_CLOCKS
 
 
@@ -43,7 +43,7 @@ def weight_bits(raster: Raster) -> int:
 
 
 def border_usage(raster: Raster, pixels_per_clock: int, family: Family = "spartan6") -> Usage:
-    """What counts and division take of the device, as `plenofir.fpga.synthesis.estimate` counts."""
+    """Resources of counts and division, as `plenofir.fpga.synthesis.estimate` counts them."""
     if not raster.normalises:
         return Usage()
     counts = dict.fromkeys((*_LUT_WEIGHTS, *_FLIP_FLOP_WEIGHTS), 0)
@@ -60,7 +60,8 @@ def border_usage(raster: Raster, pixels_per_clock: int, family: Family = "sparta
         sum(weight * counts[name] for name, weight in weights.items())
         for weights in (_LUT_WEIGHTS, _FLIP_FLOP_WEIGHTS)
     )
-    # A digit of the quotient takes an addition as wide as the weight, which goes along with it.
+    # Each digit of the quotient takes an adder as wide as the weight, and registers to pipeline
+    # both.
     bits, pixel, channels = weight_bits(raster), raster.pixel_bits, raster.channels
     lut += pixels_per_clock * (channels * (pixel * (bits + 1) + bits + pixel) + bits)
     flip_flops += pixels_per_clock * (channels * (pixel * (bits + 1) + 5) + pixel * bits)

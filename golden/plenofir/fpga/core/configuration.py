@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a core can be built for: its generics, limits, memory and latency."""
+"""Configuration of a core: its generics, limits, memory and latency."""
 
 from fractions import Fraction
 from typing import Annotated
@@ -43,7 +43,7 @@ SLICE_ENGINES: dict[SliceEngineName, type[FirEngine] | type[MovingSumEngine]] = 
 class CoreConfiguration(Raster):
     """Generics of a core: of the raster refocuser, or of a focal stack."""
 
-    # How it filters, with the fields that only this engine has.
+    # The engine, with the fields that only it has.
     engine: Annotated[FirEngine | MovingSumEngine | StackEngine, Field(discriminator="kind")] = (
         SLICE_ENGINES[DEFAULT_ENGINE]()
     )
@@ -64,7 +64,7 @@ class CoreConfiguration(Raster):
 
     @property
     def taps(self) -> int:
-        """Taps of all switched filters of a dimension, or of those that would do the same."""
+        """Taps of all switched filters of a dimension; for moving sums, of equivalent filters."""
         return self.engine.taps(self)
 
     @property
@@ -77,7 +77,7 @@ class CoreConfiguration(Raster):
     def error_bound(self) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels."""
         if self.sharpens or self.normalises:
-            # One rounding, by a divisor that may be even.
+            # One rounding; an even divisor can be off by exactly one half.
             return Fraction(1, 2)
         return self.arithmetic.error_bound(self.micro_image_size, self.pixel_bits, self.order)
 
@@ -87,13 +87,13 @@ class CoreConfiguration(Raster):
         products = 0 if self.exact else 2 * self.passes
         stages = self.engine.stages_clocks(self) + products
         if self.normalises:
-            # Tokens wait for weights that come later than their sums.
+            # If the weights take longer than the sums, tokens wait for them.
             stages = max(stages, weights_clocks(self, self.pixels_per_clock))
         sharpener = SHARPENER_CLOCKS if self.sharpens else 0
         return stages + sharpener + (scaler_clocks(self) if self.exact else 0)
 
     def band_steps(self, columns: int) -> int:
-        """Tokens from the beginning of a band to that of the next one at the earliest.
+        """Least tokens from the beginning of a band to that of the next one.
 
         A multiple of `parallel_rows`, at least `columns`.
         """
@@ -101,13 +101,13 @@ class CoreConfiguration(Raster):
         return -(-max(self.line_tokens(columns), self.engine.least_steps(self)) // n) * n
 
     def frame_lines(self, rows: int) -> int:
-        """Lines from a frame's beginning to the next one's at the earliest, blanking included."""
+        """Least lines from a frame's beginning to the next one's, blanking included."""
         return self.engine.frame_lines(self, rows)
 
     def full_rate(self, columns: int, rows: int) -> bool:
         """Whether frames of a size need no blanking.
 
-        Then a source is never refused, whether it brings a pixel each clock or leaves gaps.
+        Then a source never has to wait, whether it sends a pixel each clock or leaves gaps.
         """
         shortest_band = min(rows, rows % self.parallel_rows or self.parallel_rows)
         fast_bands = shortest_band * self.line_tokens(columns) >= self.band_steps(columns)
@@ -116,9 +116,9 @@ class CoreConfiguration(Raster):
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
         """Clocks from the array's first pixel in to its first pixel out.
 
-        Bands follow each other as soon as they may: floor(D/N) bands until the one that holds the
-        first line of the frame, D columns of the row filter, D mod N (the line's place in its
-        band) skew registers unless the array delays all rows alike (`deskew`), and the pipeline.
+        Bands follow each other without a pause. The latency is floor(D/N) bands until the one with
+        the frame's first line, D columns of the row filter, D mod N (the line's place in its band)
+        skew registers unless the array delays all rows equally (`deskew`), and the pipeline.
         """
         bands, row = divmod(self.delay, self.parallel_rows)
         skew = self.parallel_rows - 1 if deskew else row
@@ -137,7 +137,7 @@ class CoreConfiguration(Raster):
     def latency_clocks(self, columns: int, rows: int = MAX_ROWS, frames: int = 1) -> int:
         """Clocks from the core's first pixel taken to its first pixel offered.
 
-        Nothing stalls, and frames follow each other without a gap; empty bands follow the last.
+        Without stalls, and with frames back to back; empty bands follow the last frame.
         """
         bands, row = divmod(self.delay, self.parallel_rows)
         start = self._band_start(bands, columns, rows, frames)
@@ -147,7 +147,7 @@ class CoreConfiguration(Raster):
 
     @property
     def video_delay_pixels(self) -> int:
-        """Pixels that the video path is behind its input, besides lines (its DELAY_PIXELS)."""
+        """Delay of the video path in pixels, besides that in lines (its DELAY_PIXELS)."""
         return self.delay + self.array_clocks + STREAM_CLOCKS
 
     def _band_start(self, band: int, columns: int, rows: int, frames: int) -> int:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a depth index behind a focal stack can be built for: its generics, memory and latency."""
+"""Configuration of a depth index after a focal stack: generics, memory and latency."""
 
 from typing import Annotated
 
@@ -19,7 +19,7 @@ from plenofir.refocus.sharpness import (
     has_order,
 )
 
-# A bit of the fraction each clock, behind the falls, the slopes and their sum (FRACTION_LATENCY).
+# One bit of the fraction per clock, after the falls, the slopes and their sum (FRACTION_LATENCY).
 _FRACTION_CLOCKS = 3 + FRACTION_BITS
 
 
@@ -44,12 +44,12 @@ class DepthIndexConfiguration(BaseModel):
 
     @property
     def delay(self) -> int:
-        """Lines from a pixel's coming in to its coming out (sharpness_delay)."""
+        """Delay of a pixel in lines (sharpness_delay)."""
         return (self.radius + 2 + self.vote_radius) * self.micro_image_size
 
     @property
     def index_latency(self) -> int:
-        """Clocks from the end of a row of micro images until its first index (index_latency)."""
+        """Clocks from the end of a row of micro images to its first index (index_latency)."""
         waits = self.vote_radius + self.slices + 5 if self.vote_radius else 0
         if self.shifts:
             waits = 1 + max(waits, _FRACTION_CLOCKS)
@@ -69,7 +69,7 @@ class DepthIndexConfiguration(BaseModel):
 
     @property
     def memory_bits(self) -> tuple[int, int]:
-        """Bits of the lines in which the slices' pixels wait, and of all that is judged."""
+        """Bits of the lines that delay the slices' pixels, and of the sharpness sums."""
         m, slices = self.micro_image_size, self.slices
         pixels = self.line_tokens(self.max_columns) * self.pixels_per_clock
         waiting = self.delay * pixels * slices * self.channels * self.pixel_bits
@@ -82,7 +82,7 @@ class DepthIndexConfiguration(BaseModel):
         return waiting, lenses * judged
 
     def check_limits(self) -> None:
-        """Refuse what the entity refuses."""
+        """Refuse the same generics as the entity."""
         if self.channels == 2:
             raise InputError("2 channels have no luma; use 1 or 3", where="channels")
         if self.pixels_per_clock > self.micro_image_size:
@@ -106,16 +106,16 @@ class DepthIndexConfiguration(BaseModel):
             )
 
     def line_tokens(self, columns: int) -> int:
-        """Clocks in which the pixels of a line come."""
+        """Clocks that the pixels of a line take."""
         return -(-columns // self.pixels_per_clock)
 
     def band_steps(self, columns: int) -> int:
-        """Clocks from the beginning of a line to that of the next one at the earliest."""
+        """Least clocks from the beginning of a line to that of the next one."""
         least = self.index_latency if self.vote_radius else 8 + self.radius
         return max(self.line_tokens(columns), least)
 
     def frame_lines(self, rows: int) -> int:
-        """Lines from the beginning of a frame to that of the next one at the earliest."""
+        """Least lines from the beginning of a frame to that of the next one."""
         return -(-rows // self.micro_image_size) * self.micro_image_size
 
     def full_rate(self, columns: int, rows: int) -> bool:
@@ -130,7 +130,7 @@ class DepthIndexConfiguration(BaseModel):
         return self.delay * self.band_steps(columns) + self.index_latency + 7
 
     def golden(self, stack: Image) -> DepthIndex:
-        """What comes out for a focal stack."""
+        """Result for a focal stack by the golden model."""
         return depth_index(
             stack,
             self.micro_image_size,
@@ -142,7 +142,7 @@ class DepthIndexConfiguration(BaseModel):
 
     def generics(self) -> Generics:
         """Generics of the entity ``depth_index``."""
-        # One pixel a clock is what entities have by default.
+        # One pixel a clock is the entity's default.
         own = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
         fields = self.model_dump(exclude=own)
         values: Generics = {name.upper(): value for name, value in fields.items()}

@@ -31,7 +31,7 @@ MAX_LANE_DELAY = 4096
 
 
 def check_lane_delay(delay: int, pixels: int) -> None:
-    """Refuse a row delay in tokens that the core does not have."""
+    """Refuse a row delay in tokens that the core cannot have."""
     if pixels > 1 and delay > MAX_LANE_DELAY:
         raise InputError(
             f"a row delay of {delay} tokens of {pixels} pixels exceeds the core's limit of "
@@ -43,18 +43,18 @@ def check_lane_delay(delay: int, pixels: int) -> None:
 class Words(NamedTuple):
     """Bits of a stage's words, for one channel."""
 
-    value: int  # what a stored product reads; 0 without one
-    data: int  # a pixel as it is summed
+    value: int  # address of the stored products; 0 without them
+    data: int  # a summand
     sum: int
 
 
 class Raster(BaseModel):
-    """The part of a core's configuration that all engines have; see `CoreConfiguration`."""
+    """The part of a core's configuration that all engines share; see `CoreConfiguration`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     micro_image_size: Annotated[int, Field(ge=1)]  # M in pixels
-    # The a' in pixels from which a slice is chosen at run time; of a stack its slices.
+    # The a' in pixels of the slices that can be selected at run time; of a stack, its slices.
     shifts: Annotated[tuple[int, ...], Field(min_length=1)]
     max_columns: Annotated[int, Field(ge=1)]  # largest line length in pixels
     channels: Annotated[int, Field(ge=1, le=3)] = 1  # 1 (grey) or 3 (RGB)
@@ -66,7 +66,7 @@ class Raster(BaseModel):
     order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
     # Weight of each slice in 64ths (`plenofir.refocus.sharpening`); empty: no sharpener.
     sharpening: tuple[Annotated[int, Field(ge=0, le=MAX_WEIGHT_UNITS)], ...] = ()
-    # What sums are divided by where not all views reach, see `plenofir.refocus.border`.
+    # How sums are divided where views are missing, see `plenofir.refocus.border`.
     border: Border = "zero"
 
     @model_validator(mode="after")
@@ -82,7 +82,7 @@ class Raster(BaseModel):
 
     @property
     def normalises(self) -> bool:
-        """Whether sums are divided by the weights that reached them."""
+        """Whether sums are divided by the weights of the views they contain."""
         return self.border == "normalise"
 
     @property
@@ -92,7 +92,7 @@ class Raster(BaseModel):
 
     @property
     def exact(self) -> bool:
-        """Whether sums are exact; else products are stored."""
+        """Whether sums are exact; otherwise products are stored."""
         return isinstance(self.arithmetic, ExactArithmetic)
 
     @property
@@ -111,21 +111,21 @@ class Raster(BaseModel):
         return max((len(self.shifts) - 1).bit_length(), 1)
 
     def pass_shifts(self, number: int) -> tuple[int, ...]:
-        """Set of a' of a stage; those behind the first of a dimension interpolate with a' = 1."""
+        """Set of a' of a stage; stages after the first of a dimension interpolate with a' = 1."""
         return self.shifts if number % self.passes == 0 else (1,)
 
     def filter_layout(self, number: int = 0) -> FilterLayout:
-        """Taps of the switched filter that does what a stage does."""
+        """Taps of the switched filter that is equivalent to a stage."""
         return FilterLayout(self.micro_image_size, self.pass_shifts(number), self.align)
 
     @property
     def filter_delay(self) -> int:
-        """Delay of the row stages in pixels and of the column stages in lines."""
+        """Delay of the row stages in pixels, and of the column stages in lines."""
         return sum(self.filter_layout(number).delay for number in range(self.passes))
 
     @property
     def delay(self) -> int:
-        """The same, with the sharpener behind them."""
+        """The same with the sharpener."""
         return self.filter_delay + self.micro_image_size * self.sharpens
 
     def words(self, number: int) -> Words:
@@ -142,7 +142,7 @@ class Raster(BaseModel):
 
 
 class Engine(BaseModel, ABC):
-    """How a core filters. All methods take the part of the core that the engines share."""
+    """How a core filters. Methods take the part of the configuration that all engines share."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -190,13 +190,13 @@ class Engine(BaseModel, ABC):
         """Bits that the column stages of all channels keep of lines of more than one column."""
 
     def least_steps(self, raster: Raster) -> int:
-        """Tokens from the beginning of a band to that of the next one, however short lines are."""
+        """Least tokens from the beginning of a band to that of the next, for the shortest lines."""
         n = self.rows_at_once
         loop = raster.max_columns > n or raster.sharpens
         return n - 1 + PARTIAL_SUM_LOOP if loop else n
 
     def blank_lines(self, raster: Raster) -> int:
-        """Lines between frames that are wanted at most, whatever the frame's rows are."""
+        """Most lines that are needed between frames, for any number of rows."""
         return 0
 
     def frame_lines(self, raster: Raster, rows: int) -> int:
@@ -204,7 +204,7 @@ class Engine(BaseModel, ABC):
         return rows
 
     def for_video(self) -> Self:
-        """The same engine for video, whose lines and frames have blanking between them."""
+        """The same engine for video, which has blanking between lines and frames."""
         return self
 
     def check(self, raster: Raster) -> None:
@@ -216,7 +216,7 @@ class Engine(BaseModel, ABC):
 
 
 class SliceEngine(Engine):
-    """An engine that is set to one slice at a time: what the planner and the estimate ask of it."""
+    """An engine for one slice at a time, with the methods that planner and estimate call."""
 
     UNIT: ClassVar[str]
     """What `extent` counts."""
@@ -239,7 +239,7 @@ class SliceEngine(Engine):
     def variants(
         cls, raster: Raster, parallel_rows: int, rows: int | None
     ) -> Iterator["SliceEngine"]:
-        """Engines for a core, the simplest first; frames of `rows` without a pause if not None."""
+        """Engines for a core, the simplest first; with `rows`, for such frames back to back."""
 
     @abstractmethod
     def extent(self, raster: Raster) -> int:
@@ -250,11 +250,11 @@ class SliceEngine(Engine):
         """Lines that each channel keeps."""
 
     def without_shortcuts(self) -> "SliceEngine":
-        """The same engine for any set of slices."""
+        """The same engine without what is only possible for this set of slices."""
         return self
 
     def savings(self, raster: Raster) -> Iterator[tuple[str, "SliceEngine"]]:
-        """What the engine leaves out, each with the engine that has it."""
+        """What the engine leaves out, each with the engine that includes it."""
         yield from ()
 
     @abstractmethod
@@ -271,4 +271,4 @@ class SliceEngine(Engine):
 
     @abstractmethod
     def structure(self, raster: Raster) -> dict[str, int]:
-        """Bits of each part of a core that look-up tables and flip-flops go to."""
+        """Bits of each part of a core that takes look-up tables and flip-flops."""

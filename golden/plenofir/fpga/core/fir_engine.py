@@ -30,7 +30,7 @@ class FirEngine(SliceEngine):
     kind: Literal["fir"] = "fir"
     # The first output of each micro image is held for the others (`plenofir.refocus.switches`).
     hold: bool = False
-    # Iota in the thesis: rows that are filtered at once.
+    # Rows that are filtered in parallel, iota in the thesis.
     parallel_rows: Annotated[int, Field(ge=1)] = 1
     # Taps that one latch of the broadcast net drives; 0: no latches.
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
@@ -55,7 +55,7 @@ class FirEngine(SliceEngine):
         return self.parallel_rows
 
     def layout(self, raster: Raster, number: int = 0) -> FilterLayout:
-        """Taps and switches of a stage; those that interpolate do not hold."""
+        """Taps and switches of a stage; interpolating stages do not hold outputs."""
         shifts = raster.pass_shifts(number)
         hold = self.hold and number % raster.passes == 0
         return FilterLayout(raster.micro_image_size, shifts, raster.align, hold)

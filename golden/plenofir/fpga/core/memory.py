@@ -11,11 +11,11 @@ from plenofir.fpga.families import FAMILIES, Facts, Family, LutRam
 MAX_LINE_BUFFER_BITS = 1 << 26
 """Bits of column memories, or of a depth index, that the VHDL takes (refocus_pkg)."""
 
-# Block RAM that ram_blocks.vhd divides memories for.
+# Block RAM by which ram_blocks.vhd divides memories.
 _DIVIDED = FAMILIES["ecp5"].block_rams[0].widths
-# What Yosys adds for each bit behind several banks: a multiplexer of two.
+# Yosys's cost for each bit that is selected from several banks: a multiplexer of two.
 _MULTIPLEXER_COST = 0.5
-# Percent of a block RAM of Intel's that a memory fills at least (bram_m10k.txt).
+# Least share in percent of an Intel block RAM that a memory must fill (bram_m10k.txt).
 _LEAST_SHARE = 5
 
 
@@ -50,14 +50,14 @@ def _usage_of(family: Family, words: int, width: int, rom: bool) -> Usage:
     facts = FAMILIES[family]
     if facts.fullest:
         return _fullest(facts, words, width, rom)
-    # Of equal costs, logic.
+    # At equal cost, logic is taken.
     options: list[tuple[float, Usage]] = []
     if rom:
         options.append((width * words * facts.rom_cost, Usage()))
     elif facts.lut_ram is not None:
         options.append(_lut_ram(facts.lut_ram, words, width))
     else:
-        # Flip-flops, which count nothing here: a cost of one for each bit.
+        # Flip-flops, which are not counted here, have a cost of one for each bit.
         options.append((width * words, Usage()))
     return min([*options, *_blocks(facts, words, width, rom)], key=lambda option: option[0])[1]
 

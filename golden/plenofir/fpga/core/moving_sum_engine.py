@@ -40,10 +40,10 @@ class MovingSumEngine(SliceEngine):
     """Moving sums (`plenofir.refocus.moving_sum`)."""
 
     kind: Literal["moving_sum"] = "moving_sum"
-    # Frames whose rows are no multiple of M follow without a pause, too, which takes a few lines of
-    # memory more.
+    # Frames whose rows are no multiple of M can follow without a pause too; that takes a few more
+    # lines of memory.
     any_rows: bool = False
-    # Neighbours in a line that come together; above 1 with exact arithmetic only.
+    # Neighbouring pixels of a line in a token; above 1 with exact arithmetic only.
     pixels_per_clock: PixelsPerClock = 1
 
     UNIT: ClassVar[str] = "lines of pixels"
@@ -89,12 +89,12 @@ class MovingSumEngine(SliceEngine):
         return self._filter_tokens(raster) + sharpener
 
     def _words(self, raster: Raster) -> int:
-        """Words of a line of the longest there are, in the column stages."""
+        """Words of the longest line in the column stages."""
         p = self.pixels_per_clock
         return raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
 
     def pass_clocks(self, raster: Raster) -> int:
-        # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+        # The memory of lines (ram_blocks) takes one clock more than that of a line's last pixels.
         return 2 * _STAGE_CLOCKS + 1
 
     def stages_clocks(self, raster: Raster) -> int:
@@ -116,7 +116,7 @@ class MovingSumEngine(SliceEngine):
         return raster.channels * self.pixels_per_clock * self._words(raster) * bits
 
     def least_steps(self, raster: Raster) -> int:
-        # The same column comes again behind the loop of its sums.
+        # A column must not come again before its sums are written back.
         return max(PARTIAL_SUM_LOOP, self._filter_tokens(raster) + 1)
 
     def blank_lines(self, raster: Raster) -> int:
@@ -231,7 +231,7 @@ class MovingSumEngine(SliceEngine):
             age_bits = (layout.reach + 1).bit_length()
             counts["sum bits"] += raster.channels * words.sum
             counts["pixel bits"] += width
-            # What every further pixel of a token takes in the data path.
+            # Data path of each further pixel of a token.
             counts["lane bits"] += (self.pixels_per_clock - 1) * raster.channels * words.sum
             if number == 0:
                 counts["lane bits"] += (self.pixels_per_clock - 1) * width
@@ -243,7 +243,7 @@ class MovingSumEngine(SliceEngine):
             if number in self._column_stages(raster):
                 ring = sum(layout.ring_lines).bit_length()
                 counts["rings"] += m * ring
-                # What writes them and finds them again; without a shift there are none.
+                # Write and read addressing; without a shift there is none.
                 counts["held lines"] += ring > 0
                 banks, bank_words = _banks(layout, raster.max_columns)
                 counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
@@ -253,7 +253,7 @@ class MovingSumEngine(SliceEngine):
 
 
 def _banks(layout: SumLayout, columns: int) -> tuple[int, int]:
-    """Memories that the lines of pixels lie in, and words of each; there is a line at least."""
+    """Memories for the lines of pixels, and words of each; at least one line."""
     banks = 1 + layout.pixels_leave
     return banks, max(sum(layout.ring_lines) // banks, 1) * columns
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sharpener behind an engine's sums (``hdl/sharpen``): what it takes."""
+"""The sharpener after an engine's sums (``hdl/sharpen``): its resources."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ from plenofir.ground.errors import InputError
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""
 
-# Products of a channel with a weight that is chosen with the slice, or no sum of two powers of two.
+# Multipliers of a channel whose weight depends on the slice, or is no sum of two powers of two.
 _DSP_OF_PRODUCTS = 3
 _PRODUCTS = {11, 13}
 
@@ -38,7 +38,7 @@ def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Me
 def sharpener_usage(
     raster: Raster, pixels_per_clock: int = 1, family: Family = "spartan6"
 ) -> Usage:
-    """What it takes of the device, as `plenofir.fpga.synthesis.estimate` counts."""
+    """Its resources, as `plenofir.fpga.synthesis.estimate` counts them."""
     memories = list(sharpener_memories(raster, pixels_per_clock))
     if not memories:
         return Usage()
@@ -51,7 +51,7 @@ def sharpener_usage(
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:
-    """Refuse cores that have no sharpener."""
+    """Refuse cores that cannot have a sharpener."""
 
     def refuse(what: str, advice: str) -> InputError:
         return InputError(f"cannot be combined with {what}; use {advice}", where="sharpening")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Engine of focal stacks (``hdl/stack``): all slices come out at once."""
+"""Engine of focal stacks (``hdl/stack``), which computes all slices at once."""
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal, Self
@@ -22,7 +22,7 @@ class StackEngine(Engine):
 
     kind: Literal["stack"] = "stack"
     input_lines: Annotated[int, Field(ge=1, le=128)] = 1  # that the input FIFO holds
-    # Neighbours in a line that come together; above 1 without normalised borders.
+    # Neighbouring pixels of a line in a token; above 1 without normalised borders only.
     pixels_per_clock: PixelsPerClock = 1
 
     ENTITY: ClassVar[str] = "focal_stack"
@@ -47,7 +47,7 @@ class StackEngine(Engine):
         return -(-raster.filter_delay // self.pixels_per_clock)
 
     def _words(self, raster: Raster) -> int:
-        """Words of a line of the longest there are, all pixels of a token in each."""
+        """Words of the longest line, each with all pixels of a token."""
         p = self.pixels_per_clock
         return raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
 

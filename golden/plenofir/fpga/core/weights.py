@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a design takes of a family's devices: its memories, multipliers, and its parts weighed.
+"""Resources of a design on a family: memories, multipliers, and the weighted sum of its parts.
 
 ``data/weights.json`` holds LUTs and flip-flops of a bit of each part, fitted to synthesised designs
 (scripts/resources.py fit), for an ECP5 to placed ones. Where few designs of a family were
@@ -25,13 +25,13 @@ _LIKE: dict[Family, Family] = {"gw1n": "gw2a"}
 
 @cache
 def load_weights() -> Mapping[str, Mapping[str, Any]]:
-    """Weights by kind of design and family: a table for each resource, or two factors."""
+    """Weights by kind of design and family: a table for each resource, or the two factors."""
     content: Mapping[str, Mapping[str, Any]] = json.loads(FILE.read_text())
     return content
 
 
 def is_weighed(kind: str) -> bool:
-    """Whether designs of a kind were fitted: not yet those of a new engine."""
+    """Whether there are weights for a kind of design; a new engine has none yet."""
     return kind in load_weights()
 
 
@@ -42,9 +42,9 @@ def usage_of_parts(
     family: Family,
     multipliers: int = 0,
 ) -> Usage:
-    """What a design of a kind takes of a family's devices.
+    """Resources of a design of a kind on a family.
 
-    Its memories and multipliers alone, if the kind was never fitted.
+    Only memories and multipliers if there are no weights for the kind.
     """
     in_memories = sum((memory.usage(family) for memory in memories), Usage())
     if not is_weighed(kind):
@@ -58,7 +58,7 @@ def usage_of_parts(
     )
     logic = Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers)
     if isinstance(found, list):
-        # The factors are of the whole, memories of a Spartan-6 included.
+        # The factors apply to the whole, with the memories of a Spartan-6.
         lut += sum(memory.usage().lut for memory in memories)
         logic = Usage(round(found[0] * lut), round(found[1] * flip_flops), dsp=multipliers)
         in_memories = Usage(ramb16=in_memories.ramb16, ramb8=in_memories.ramb8)
@@ -66,7 +66,7 @@ def usage_of_parts(
 
 
 def on_family(usage: Usage, family: Family) -> Usage:
-    """What logic of a Spartan-6 takes of another family, by the factors of small parts."""
+    """Resources on another family for logic of a Spartan-6, by the factors of small parts."""
     if family == "spartan6":
         return usage
     lut, flip_flops = load_weights()["sharpener"][_LIKE.get(family, family)]
@@ -83,7 +83,7 @@ def multiplier_units(a: int, b: int, family: Family) -> int:
 
 
 def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
-    """The same for the rules from one on, as ``mul2dsp`` divides factors."""
+    """The same by the rules from a given one on, as ``mul2dsp`` divides factors."""
     for number, rule in enumerate(rules):
         if a < rule.least[0] or b < rule.least[1] or a + b < rule.product:
             continue
@@ -99,7 +99,7 @@ def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
 
 
 def _slices(bits: int, most: int, rule: Multiplier) -> tuple[int, int, int]:
-    """Slices that a factor is divided into, their bits, and the bits of the last one."""
+    """Parts that a factor is divided into, their bits, and the bits of the last one."""
     part = rule.part or most
     count = ceil((bits - most) / (part - rule.signed))
     return count, part, bits - count * (part - rule.signed)

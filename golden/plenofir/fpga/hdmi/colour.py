@@ -26,7 +26,7 @@ _BT709 = (0.2126, 0.0722)
 
 @dataclass(frozen=True)
 class Coefficients:
-    """One way to full-range RGB, in units of 2**-FRACTION_BITS.
+    """One conversion to full-range RGB, in units of 2**-FRACTION_BITS.
 
     Channels are those of the link: 0 blue or Cb, 1 green or Y, 2 red or Cr.
     """
@@ -76,9 +76,9 @@ WAYS = (
 
 
 def way_of(info: AviInfo) -> int:
-    """Index into `WAYS` for what a source tells (``AviInfo()`` if it sends nothing).
+    """Index into `WAYS` for a source's InfoFrame (``AviInfo()`` if it sends none).
 
-    0, as it is, for 4:2:2 and 4:2:0.
+    4:2:2 and 4:2:0 have 0, no conversion.
     """
     if info.colour_space == ColourSpace.RGB:
         return int(info.limited)
@@ -88,7 +88,7 @@ def way_of(info: AviInfo) -> int:
 
 
 def to_full_range_rgb(pixels: Pixels, way: int) -> Pixels:
-    """Compute what the board makes of pixels.
+    """Convert pixels as the board does.
 
     Shape (..., 3) of channels 2, 1, 0 of the link (red, green, blue or Cr, Y, Cb) to the same
     shape of red, green, blue, 0 to 255.

@@ -101,8 +101,8 @@ def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
     """
     if not modes:
         raise ValueError("at least one mode")
-    # Two descriptors are timings, one the name, one the limits. Behind the preferred mode the one
-    # that has no other place in the block, or the smallest.
+    # Two descriptors are timings, one is the name, one has the limits. The second timing is the
+    # mode that has no other place in the block, or else the smallest.
     preferred, others = modes[-1], sorted(modes[:-1], key=lambda mode: mode.name in ESTABLISHED)
     if any(mode.name not in ESTABLISHED for mode in others[1:]):
         raise ValueError("a place for each mode that is no established timing")
@@ -146,7 +146,7 @@ def offered_modes(max_columns: int, clock_range: int = 0) -> tuple[VideoMode, ..
 
 
 def check_edid(content: bytes, *, where: str) -> None:
-    """Refuse what no source would take for an EDID of one block or two.
+    """Refuse bytes that no source would accept as an EDID of one or two blocks.
 
     Length, header, number of extensions and checksums are checked.
     """
@@ -195,7 +195,7 @@ def timing_of(descriptor: bytes) -> tuple[int, int, float] | None:
 
 
 def describe_edid(content: bytes) -> str:
-    """What an EDID makes sources do: the preferred mode, and whether they may send HDMI."""
+    """What an EDID tells sources: the preferred mode, and whether they may send HDMI."""
     timing = timing_of(content[DESCRIPTORS.start :])
     preferred = "no preferred mode"
     if timing is not None:
@@ -226,7 +226,7 @@ def edid_package(own: bytes | None = None) -> str:
         for mode in modes_of_range(clocks)
     }
     if own is not None:
-        # The first one serves where there is none for the range.
+        # The first EDID is used for ranges that have none of their own.
         edids = {(0, 1): own}
     size = len(next(iter(edids.values())))
     content = b"".join(edids.values())

@@ -2,7 +2,7 @@
 """HDMI around the picture: preambles, guard bands and data islands, as a source and as a receiver.
 
 Words are packed as in `plenofir.fpga.hdmi.link`. A period of control tokens ends with a preamble
-of eight words that tells what comes: video, behind a guard band of two words, or a data island,
+of eight words that tells what comes: video, after a guard band of two words, or a data island,
 between two guard bands of two words. A DVI source sends neither preambles nor guard bands.
 """
 
@@ -53,7 +53,7 @@ def island_words(packets: Sequence[Packet], h_sync: Flags, v_sync: Flags) -> Pac
         header, *parts = [int.from_bytes(block, "little") for block in packet.blocks()]
         for word in range(PACKET_WORDS):
             at = GUARD + PACKET_WORDS * i + word
-            # Bit 3 of channel 0 is low in the first word of an island only.
+            # Bit 3 of channel 0 is low only in the first word of an island.
             low = syncs[at] | (header >> word & 1) << 2 | (word + i != 0) << 3
             even = sum((part >> 2 * word & 1) << k for k, part in enumerate(parts))
             odd = sum((part >> 2 * word + 1 & 1) << k for k, part in enumerate(parts))
@@ -62,7 +62,7 @@ def island_words(packets: Sequence[Packet], h_sync: Flags, v_sync: Flags) -> Pac
 
 
 def _gaps(mode: VideoMode, frames: int) -> Iterator[tuple[int, int]]:
-    """Begin and length of what is free in each line: its blanking, or all of it."""
+    """Begin and length of the free part of each line: its blanking, or all of it."""
     for line in range(frames * mode.v_total):
         begin = mode.h_active if line % mode.v_total < mode.v_active else 0
         yield line * mode.h_total + begin, mode.h_total - begin
@@ -72,9 +72,8 @@ def encode_hdmi(mode: VideoMode, frames: Sequence[Frame], packets: Iterator[Pack
     """Code frames with preambles, guard bands and data islands.
 
     The horizontal blanking must have room for preamble and guard band. Frames are as in
-    `plenofir.fpga.hdmi.link.encode_frames`; in front of the first one comes what the last one ends
-    with. Each line and each line of the vertical blanking has an island, as far as there is room
-    and packets last.
+    `plenofir.fpga.hdmi.link.encode_frames`; the end of the last one also comes before the first.
+    Each line, in the vertical blanking too, has an island as long as there are room and packets.
     """
     signals = raster_signals(mode, frames)
     packed = encode_signals(signals)
@@ -121,10 +120,10 @@ class ReceivedPacket:
 
 @dataclass
 class Received:
-    """What a receiver makes of words that are aligned, one entry a word."""
+    """What a receiver decodes from aligned words, one entry a word."""
 
-    signals: RasterSignals  # the picture; syncs hold their levels where nothing tells them
-    errors: Flags  # shape (words, 3): the word is not one that its period can have
+    signals: RasterSignals  # the picture; syncs keep their levels where no word carries them
+    errors: Flags  # shape (words, 3): the word is not valid in its period
     hdmi: Flags  # lines have begun with guard bands
     packets: list[ReceivedPacket] = field(default_factory=list)  # all that ended, in order
 
@@ -162,7 +161,7 @@ def _packet(nibbles: Sequence[Sequence[int]]) -> tuple[Packet, bool]:
 
 
 def _kind(votes: Sequence[int], word: _Word, following: _Word) -> _Period:
-    """What begins with a word, from the preamble's votes and this word and the next."""
+    """Kind of period that begins with a word, from the preamble's votes, this word and the next."""
     if votes[1] >= _ENOUGH_VOTES:
         both = (word, following)
         if votes[2] >= _ENOUGH_VOTES:
@@ -228,7 +227,7 @@ class _Receiver:
             self.syncs = self.held[0]
 
     def _begin(self, word: _Word, following: _Word) -> None:
-        """First word behind tokens: what begins here."""
+        """First word after tokens: decide what begins here."""
         self.period = _kind(self.votes, word, following)
         if self.period == _Period.ISLAND_GUARD:
             self.nibbles = []
@@ -261,10 +260,10 @@ class _Receiver:
 def receive(packed: Packed) -> Received:
     """Decode words as the board's receiver does, with errors in them.
 
-    Two of three channels decide between tokens and anything else. What comes behind tokens is told
-    by the preamble (four of its words must be left) together with the guard band (three of its six
-    words must be left); it lasts until tokens come again. Everything else is video without a guard
-    band, as of a DVI source.
+    Two of three channels decide between tokens and other words. The period after tokens is
+    recognised by preamble (four of its words must be intact) and guard band (three of its six words
+    must be intact), and lasts until the next tokens. Anything else is video without a guard band,
+    as DVI sources send it.
     """
     words = [
         (number & 0x3FF, number >> 10 & 0x3FF, number >> 20 & 0x3FF) for number in packed.tolist()

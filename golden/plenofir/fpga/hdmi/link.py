@@ -31,7 +31,7 @@ class LinkError(ValueError):
 
 @dataclass(frozen=True)
 class RasterSignals:
-    """What the three channels carry, one entry a pixel."""
+    """Contents of the three channels, one entry a pixel."""
 
     active: Flags  # data enable
     h_sync: Flags  # levels, as `v_sync`; undefined where active
@@ -40,7 +40,7 @@ class RasterSignals:
 
 
 def raster_signals(mode: VideoMode, frames: Sequence[Frame]) -> RasterSignals:
-    """Lay frames (v_active, h_active, 3) out in time, from their first active pixels on."""
+    """Serialise frames (v_active, h_active, 3) with blanking, from their first active pixels on."""
     size = (mode.v_total, mode.h_total)
     active = np.zeros(size, bool)
     active[: mode.v_active, : mode.h_active] = True
@@ -51,7 +51,8 @@ def raster_signals(mode: VideoMode, frames: Sequence[Frame]) -> RasterSignals:
     place = np.arange(mode.v_total)[:, None] * mode.h_total + column[None, :]
     v_start = (mode.v_active + mode.v_front) * mode.h_total + h_start
     v_pulse = (place >= v_start) & (place < v_start + mode.v_sync * mode.h_total)
-    # A pulse that reaches into the next frame (short back porch) does so from the one before.
+    # With a short back porch a pulse reaches into the next frame, so the first frame begins with
+    # one.
     wrapped = place + mode.v_total * mode.h_total
     v_pulse |= wrapped < v_start + mode.v_sync * mode.h_total
     h_sync = np.broadcast_to(h_pulse == mode.h_positive, size)
@@ -132,7 +133,7 @@ def decode_signals(packed: Packed) -> RasterSignals:
         rises = np.flatnonzero(on[1:] & ~on[:-1])
         if len(rises) < 2:
             raise LinkError(f"channel {channel}: no active pixels")
-        # A line of channel 0, and of the others the one that begins nearest to it.
+        # Skew: from a line of channel 0 to the line of the other channel that begins nearest to it.
         near = int(np.argmin(np.abs(rises - starts[0]))) if starts else 1
         starts.append(int(rises[near]))
     first = min(starts)
@@ -166,9 +167,9 @@ class ReceivedFrame:
 def split_frames(signals: RasterSignals, *, from_start: bool = False) -> list[ReceivedFrame]:
     """Cut a decoded signal into whole frames and measure the timing of each.
 
-    Of a whole frame the beginning of the next one is there, too. `from_start`: the first active
-    pixel is known to be the first one of a frame. LinkError if lines of a frame differ in length
-    or place, or a sync pulse is missing or irregular.
+    A frame is whole if the beginning of the next one was received too. `from_start`: the first
+    active pixel is known to be the first of a frame. LinkError if lines of a frame differ in length
+    or position, or a sync pulse is missing or irregular.
     """
     active = signals.active
     rises = np.flatnonzero(np.diff(active.astype(np.int8), prepend=np.int8(active[0])) == 1)
@@ -178,7 +179,7 @@ def split_frames(signals: RasterSignals, *, from_start: bool = False) -> list[Re
     falls = falls[falls > rises[0]]
     count = min(len(rises), len(falls))
     rises, falls = rises[:count], falls[:count]
-    # The shortest distance of two lines is a line; a longer one is the vertical blanking.
+    # The shortest distance of two lines is the line length; longer ones are vertical blanking.
     steps = np.diff(rises)
     line = int(steps.min())
     firsts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > line))]
@@ -249,6 +250,6 @@ def _pulse(levels: Flags) -> tuple[bool, int, int]:
 def decode_frames(packed: Packed, *, from_start: bool = False) -> list[ReceivedFrame]:
     """Find all whole frames in sampled bits (see `align_channel`, `split_frames`).
 
-    The frame under way at the beginning and the last one are not whole.
+    The frame that the recording begins in and the last one are not whole.
     """
     return split_frames(decode_signals(packed), from_start=from_start)

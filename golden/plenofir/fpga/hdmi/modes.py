@@ -84,7 +84,7 @@ MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 
 _FIXED_MODES = (VGA, SVGA, HD720_30, XGA, HD720_50, HD720)
 _FASTEST = 74_300
-# Of the range whose PLL would take more: 500 Mb/s a lane (`plenofir.fpga.bitstream.ecp5_limits`).
+# Limit by the lanes' 500 Mb/s (`plenofir.fpga.bitstream.ecp5_limits`), below the PLL's.
 _FASTEST_LANES = {3: 50_000}
 
 OWN_CLOCKS = {4: (24, VGA), 3: (15, SVGA), 2: (12, SVGA_72)}

@@ -2,10 +2,9 @@
 """What the board reads from a monitor's EDID: the golden model of ``hdl/board/monitor_edid.vhd``.
 
 The preferred mode is the first detailed timing. A mode counts as offered if a detailed timing has
-its size and its rate, or if it is one of `MODES` and stands among the established timings, the
-standard timings, or the video codes of a CEA-861 extension. Other ways to offer a mode
-(limits of rates with formulas, standard timings in descriptors, further extensions) are not
-looked at.
+its size and its rate, or if it is one of `MODES` and listed in the established timings, the
+standard timings, or the video codes of a CEA-861 extension. Other ways to offer a mode (limits of
+rates with formulas, standard timings in descriptors, further extensions) are ignored.
 """
 
 from collections.abc import Iterator
@@ -57,7 +56,7 @@ def rate_of(pixel_clock: int, line_length: int, frame_lines: int) -> int:
 
 
 def _detailed(content: bytes, places: range) -> Iterator[Mode]:
-    """Detailed timings among the descriptors at some places."""
+    """Detailed timings among the descriptors at the given offsets."""
     for place in places:
         timing = content[place : place + 8].ljust(8, b"\0")
         clock = int.from_bytes(timing[:2], "little")

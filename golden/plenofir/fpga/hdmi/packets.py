@@ -25,7 +25,7 @@ def check_byte(data: bytes) -> int:
     """Check bits of a header (3 bytes) or a subpacket (7 bytes); the first byte's bit 0 leads.
 
     HDMI 1.4, section 5.2.3.5: a shortened BCH code with the generator 1 + x^6 + x^7 + x^8. Of the
-    eight bits, sent behind the data, bit 0 leads, too.
+    eight bits, sent after the data, bit 0 leads, too.
     """
     check = 0
     for byte in data:
@@ -48,7 +48,7 @@ class Packet:
             raise ValueError(f"packet of {len(self.header)} and {len(self.body)} bytes")
 
     def blocks(self) -> list[bytes]:
-        """Header and subpackets, each with its check byte behind it."""
+        """Header and subpackets, each with its check byte after it."""
         parts = [self.body[i : i + SUBPACKET_BYTES] for i in range(0, BODY_BYTES, SUBPACKET_BYTES)]
         return [part + bytes([check_byte(part)]) for part in (self.header, *parts)]
 
@@ -121,14 +121,14 @@ class AviInfo:
 
     @property
     def limited(self) -> bool:
-        """Whether black is 16 and white 235: RGB of TV formats does without a word (VIC > 1)."""
+        """Whether black is 16 and white 235, which is the default of TV formats (VIC > 1)."""
         if self.colour_space != ColourSpace.RGB:
             return self.ycc_range == 0
         return self.rgb_range == 1 or (self.rgb_range == 0 and self.format_code > 1)
 
     @property
     def bt601(self) -> bool:
-        """Whether YCbCr is coded by BT.601, not BT.709; by the format's size if not told."""
+        """Whether YCbCr is coded by BT.601, not BT.709; by the format's size if not stated."""
         if self.colorimetry == Colorimetry.NONE:
             code = self.format_code
             return code not in _HD_FORMATS and code < _FIRST_NEW_HD_FORMAT

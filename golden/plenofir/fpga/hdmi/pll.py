@@ -47,8 +47,8 @@ HIGH = PllSetting(
 )
 SETTINGS = (LOW, HIGH)
 
-# What the PLL needs besides its ratios, for each multiplier from 1 on (Spartan-6 tables of XAPP879;
-# prjcombine's database of the fabric has the same 64 rows but for the filter of 37: 46).
+# Loop filter and lock detector for each multiplier from 1 on (Spartan-6 tables of XAPP879;
+# prjcombine's database of the fabric has the same 64 rows except for the filter of 37: 46).
 # Loop filter at bandwidth "OPTIMIZED": a digit for the resistor, one for the charge pump.
 _FILTERS = bytes.fromhex("""
     B2 F5 B6 FE BE DE 3F 5F 9F EE EF 1F 1F 6E 6E AE
@@ -208,7 +208,7 @@ end package pll_settings_pkg;
 
 
 def decode(written: Mapping[int, int], field: str) -> int:
-    """Read a field back from the contents of registers, bits without a place being 0."""
+    """Read a field back from the contents of registers; bits without a register are 0."""
     value = 0
     for i, place in enumerate(places(field)):
         if place is not None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The board's status line: its fields, the VHDL package made of them, and a parser.
 
-This is the only list of the fields. ``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` of
-it, ``scripts/build_docs.py`` the table of ``docs/boards.md``.
+``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` from this list of fields,
+``scripts/build_docs.py`` the table of ``docs/boards.md``.
 """
 
 import re

@@ -66,7 +66,7 @@ def minimise_transitions(byte: int) -> int:
 
 
 def encode_byte(byte: int, disparity: int) -> tuple[int, int]:
-    """Code a byte (DVI 1.0, figure 3-5): the word, and the disparity behind it.
+    """Code a byte (DVI 1.0, figure 3-5): the word, and the disparity after it.
 
     The disparity is ones minus zeros of all data words since the last control token.
     """
@@ -95,7 +95,7 @@ def decode_word(word: int) -> int:
 def is_data_word(word: int) -> bool:
     """Whether an encoder can have sent a word as data.
 
-    Control tokens are none, nor are words that only errors of transmission make.
+    Neither control tokens nor words that only transmission errors can produce are data words.
     """
     byte = decode_word(word)
     return any(encode_byte(byte, disparity)[0] == word for disparity in DISPARITIES)
@@ -103,7 +103,7 @@ def is_data_word(word: int) -> bool:
 
 @cache
 def _tables() -> tuple[list[list[int]], list[list[int]]]:
-    """Words and disparities behind them, by [disparity // 2 + 4][byte]."""
+    """Words and disparities after them, by [disparity // 2 + 4][byte]."""
     pairs = [[encode_byte(byte, d) for byte in range(256)] for d in DISPARITIES]
     return [[p[0] for p in row] for row in pairs], [[p[1] // 2 + 4 for p in row] for row in pairs]
 

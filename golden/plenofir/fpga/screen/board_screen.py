@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board's screen shows besides the refocused slice: ``hdl/video/screen_pkg.vhd``."""
+"""Outputs of a board's screen besides the refocused slice: ``hdl/video/screen_pkg.vhd``."""
 
 from dataclasses import dataclass
 
@@ -20,21 +20,21 @@ _DIGITS = 80
 
 @dataclass(frozen=True)
 class Screen:
-    """Outputs that can be chosen, and the text over them."""
+    """Selectable outputs, and the text over them."""
 
     # A letter for each, as in ``hdl/video/picture_pkg.vhd``; the first one after a reset.
     outputs: str = "r"
     radius: int = 1  # see `plenofir.refocus.sharpness.depth_index`, as the next two
     confidence: int = 0
     vote_radius: int = 0
-    # Red, green, blue of each slice in the depth picture; of depth between slices SHADES of each.
+    # Red, green, blue of each slice in the depth picture; SHADES colours of each with `between`.
     colours: tuple[tuple[int, int, int], ...] = ()
     between: bool = False  # whether depth between slices is found
     overlay: Overlay | None = None
 
     @property
     def needs_stack(self) -> bool:
-        """Whether all slices are computed at once, and judged."""
+        """Whether all slices are computed at once, for depth or the picture in focus."""
         return bool(set(self.outputs) & {"a", "d"})
 
     def index(self, core: CoreConfiguration) -> DepthIndexConfiguration:
@@ -53,20 +53,21 @@ class Screen:
         )
 
     def delay_lines(self, core: CoreConfiguration) -> int:
-        """Lines that a picture is behind its input (picture_delay_lines)."""
+        """Delay of a picture in lines (picture_delay_lines)."""
         if not self.needs_stack:
             return core.delay
-        # Lines of a frame with its blanking that are no multiple of M wait for the next one.
+        # If a frame's lines, blanking included, are no multiple of M, the last ones wait for the
+        # next.
         return core.delay + self.index(core).delay + core.micro_image_size - 1
 
     def delay_pixels(self, core: CoreConfiguration) -> int:
-        """Pixels that it is behind, besides the lines (picture_delay_pixels)."""
+        """Delay in pixels besides that in lines (picture_delay_pixels)."""
         if not self.needs_stack:
             return core.video_delay_pixels
         return core.video_delay_pixels + STREAM_CLOCKS + self.index(core).index_latency
 
     def latency_clocks(self, core: CoreConfiguration, line_length: int) -> int:
-        """Clocks from a pixel at the video path's input to the same place at its output.
+        """Clocks from a pixel at the video path's input to the same position at its output.
 
         A line's length includes blanking.
         """

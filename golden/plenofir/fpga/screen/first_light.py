@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture that a computer shows a board on its first evening: a light field, 1:1."""
+"""A test picture for a computer to send to a board: a light field, pixel for pixel."""
 
 import base64
 
@@ -17,10 +17,10 @@ FLOWER_MICRO_IMAGE_SIZE = 5
 
 
 def flower_picture(columns: int, rows: int, m: int) -> Image:
-    """The shipped flower with micro images of M x M pixels, over and over until it fills a screen.
+    """The shipped flower with micro images of M x M pixels, repeated until it fills a screen.
 
-    Of its 5 x 5 views as many are taken as M wants, evenly, the outer ones included; more than
-    five repeat some. InputError if the screen has no room for one micro image.
+    M of its 5 x 5 views are taken evenly along each side, the outer ones included; above five,
+    views are repeated. InputError if the screen has no room for one micro image.
     """
     if m > min(columns, rows):
         raise InputError(
@@ -38,7 +38,7 @@ def flower_picture(columns: int, rows: int, m: int) -> Image:
 
 
 def screen_picture(raw: Image, columns: int, rows: int, m: int, *, where: str) -> Image:
-    """A light field at the upper left of a black screen, or what of it the screen has room for.
+    """A light field at the upper left of a black screen, cropped to it.
 
     Micro images begin in the corner. InputError unless it has 8 bits a channel and at least one
     micro image.
@@ -63,7 +63,7 @@ def marked_png(picture: Image) -> bytes:
 def full_screen_page(png: bytes, columns: int, rows: int) -> str:
     """A page that shows a PNG in pixels of the screen, whatever the system's zoom.
 
-    Where the screen has another size it says so on top of the picture.
+    If the screen has another size, a message says so on top of the picture.
     """
     data = base64.b64encode(png).decode()
     return _PAGE.replace("COLUMNS", str(columns)).replace("ROWS", str(rows)).replace("DATA", data)

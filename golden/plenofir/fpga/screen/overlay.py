@@ -40,14 +40,14 @@ def font_digits() -> str:
 class Overlay:
     """What is written over the pictures of a scene."""
 
-    texts: tuple[str, ...]  # of each slice, then of all in focus, depth, and the input as it is
-    labels: tuple[str, ...]  # of each slice
-    # Red, green, blue of each slice, or several of each, of which the middle one is drawn (those of
-    # depth between slices); empty if depth is never shown.
+    texts: tuple[str, ...]  # for each slice, then for all in focus, depth, and the unchanged input
+    labels: tuple[str, ...]  # for each slice
+    # Red, green, blue of each slice; with depth between slices several of each, of which the middle
+    # one is drawn; empty if depth is never shown.
     colours: tuple[tuple[int, int, int], ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be written."""
+        """Refuse texts without a glyph, and wrong numbers of texts or colours."""
         if not 1 <= len(self.labels) <= MAX_SLICES:
             raise InputError(f"an overlay has 1 to {MAX_SLICES} slices, not {len(self.labels)}")
         for texts, limit in ((self.texts, MAX_TEXT), (self.labels, MAX_LABEL - 1)):
@@ -69,7 +69,7 @@ class Overlay:
 
     @property
     def label_columns(self) -> int:
-        """Characters of a label, with a blank behind it."""
+        """Characters of a label, with a blank after it."""
         return max(map(len, self.labels)) + 1
 
     @property
@@ -86,7 +86,7 @@ class Overlay:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Least picture that it fits in, (rows, columns) in pixels."""
+        """Smallest picture that it fits in, (rows, columns) in pixels."""
         return ROWS + 2 * MARGIN, self.columns * GLYPH_COLUMNS + 2 * MARGIN
 
     def generics(self) -> dict[str, int | str]:
@@ -135,7 +135,7 @@ class Overlay:
             text += f"{ERROR_TEXT}{errors:02d}"
         labels = "".join(label.ljust(self.label_columns) for label in self.labels)
         white = np.concatenate([self._line(line) for line in (text, labels)])
-        # -1: the picture, darker.
+        # -1: the picture, darkened.
         drawn = np.full((ROWS, white.shape[1], 3), -1, np.int16)
         drawn[: len(white)][white] = 255
         drawn[len(white) :] = self._ruler(shown, slice_)

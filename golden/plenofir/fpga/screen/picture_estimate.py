@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a focal stack with its depth index and the text over the picture take, without any tool.
+"""Estimated resources of a focal stack with its depth index, and of the text over the picture.
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
 flip-flops are sums over the parts, with weights fitted to synthesised designs of several sizes.
@@ -77,7 +77,7 @@ def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Itera
 
 
 def stack_structure(core: CoreConfiguration) -> dict[str, int]:
-    """Parts of ``focal_stack`` that look-up tables and flip-flops go to."""
+    """Parts of ``focal_stack`` that take look-up tables and flip-flops."""
     engine, pixel = core.engine, core.channels * core.pixel_bits
     assert isinstance(engine, StackEngine)
     sums = core.channels * core.words(0).sum
@@ -90,7 +90,7 @@ def stack_structure(core: CoreConfiguration) -> dict[str, int]:
 
 
 def index_structure(index: DepthIndexConfiguration) -> dict[str, int]:
-    """Parts of ``depth_index`` that look-up tables and flip-flops go to."""
+    """Parts of ``depth_index`` that take look-up tables and flip-flops."""
     window = (2 * index.vote_radius + 1) ** 2
     return {
         "index": 1,
@@ -103,8 +103,8 @@ def index_structure(index: DepthIndexConfiguration) -> dict[str, int]:
 def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spartan6") -> Usage:
     """Estimate what a focal stack and the depth index behind it take of a device.
 
-    Multipliers as Yosys maps them, block RAM too on an ECP5, else or up to five more; LUTs and
-    flip-flops within 15 % on a Spartan-6, within a third on an ECP5.
+    Multipliers are exact, block RAM too on an ECP5 (elsewhere up to five too many); LUTs and
+    flip-flops are within 15 % on a Spartan-6, within a third on an ECP5.
     """
     index = screen.index(core)
     return usage_of_parts(
@@ -132,6 +132,6 @@ def stored_usage(stored: StoredLightField | None, family: Family = "spartan6") -
     """Resources of the entity ``stored_light_field``; none without one."""
     if stored is None:
         return Usage()
-    # The choice of a pixel's bit, about M * M to one, takes twice as many tables of four inputs.
+    # Selecting a pixel's bit, about M * M to one, takes twice as many tables of four inputs.
     lut = 200 if family in ("spartan6", "series7", "cyclonev") else 430
     return Usage(lut=lut, flip_flops=80 + 2 * stored.word_bits, ramb16=stored.block_rams)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board shows in a run through serial bits, frame by frame, and what it ought to be."""
+"""Frames that a board shows in a simulation through serial bits, and their golden pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,29 +21,30 @@ from plenofir.refocus.sharpness import FRACTION_BITS
 
 Place = Literal[0, 1, 2]
 """Of the text: none, at the top, at the bottom."""
-# Of "ok" and the end of its line, and the time until it begins.
+# Characters of "ok" with the end of its line, and the time until it begins.
 _BLANKS = 6
 _KINDS: dict[str, Kind] = {"r": "refocused", "a": "all-in-focus", "d": "depth"}
 
 
 @dataclass(frozen=True)
 class ShownFrame:
-    """What a frame shows."""
+    """Settings of the screen in a frame."""
 
-    output: int  # its place in the screen's outputs
+    output: int  # index into the screen's outputs
     slice_: int
-    text: Place  # where the text is
+    text: Place  # position of the text
 
 
 def told_before(frames: tuple[ShownFrame, ...], screen: Screen) -> list[list[Command]]:
-    """Commands that make a board show frames, in front of each those that change something."""
+    """Commands before each frame that change the board's settings to the frame's."""
     told, known = [], dict[str, int]()
     for frame in frames:
         wanted = {"s": frame.slice_, "o": frame.output}
         if screen.overlay is not None:
             wanted["h"] = frame.text
         lines = [f"{letter} {n}" for letter, n in wanted.items() if known.get(letter) != n]
-        # What comes while the board answers is lost; blanks do not count.
+        # Characters that come while the board answers are lost, so blanks, which do nothing,
+        # follow.
         told.append([command for line in lines for command in typed(f"{line}\n{_BLANKS * ' '}")])
         known = wanted
     return told
@@ -62,9 +63,9 @@ class ShownReport(BaseModel):
 
 
 def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, ...]:
-    """Frames of a run: all outputs without a text, the refocused one with each slice; then with it.
+    """Frames of a run: all outputs, the refocused one with each slice, without text, then with it.
 
-    None if what the board shows is a sweep through the slices.
+    There are none if the board sweeps through the slices.
     """
     if screen == Screen():
         return ()
@@ -84,7 +85,7 @@ def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, .
 def golden_frame(
     core: CoreConfiguration, screen: Screen, frame: ShownFrame, slices: Image
 ) -> npt.NDArray[np.uint8]:
-    """What a frame ought to show, given all slices (slices, rows, columns, 3) by the model."""
+    """Golden picture of a frame, from all golden slices (slices, rows, columns, 3)."""
     kind = _KINDS[screen.outputs[frame.output]]
     picture: Image = slices[frame.slice_]
     if kind != "refocused":
@@ -120,19 +121,19 @@ def shown_names(core: CoreConfiguration, screen: Screen) -> tuple[str, ...]:
 
 
 def _more(screen: Screen, frame: ShownFrame) -> bool:
-    """Whether it is more than a slice as it is."""
+    """Whether it shows more than a plain slice."""
     return bool(frame.text) or screen.outputs[frame.output] != "r"
 
 
 def bare_slices(screen: Screen, frames: tuple[ShownFrame, ...]) -> list[int]:
-    """Numbers of the frames that show a slice as it is."""
+    """Numbers of the frames that show a plain slice."""
     return [n for n, frame in enumerate(frames) if not _more(screen, frame)]
 
 
 def write_shown(
     core: CoreConfiguration, screen: Screen, pictures: Image, slices: Image, folder: Path
 ) -> tuple[ShownReport, ...]:
-    """Compare what a board showed besides its slices, and write it.
+    """Compare and write the pictures that a board showed besides its slices.
 
     `pictures` has one of each of the `shown_frames`, `slices` all of the golden model.
     """

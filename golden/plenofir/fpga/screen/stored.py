@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A light field kept on the chip, two colours a micro image: ``hdl/video/stored_pkg.vhd``.
 
-A micro image is a small part of the scene seen from M x M places, so two colours are near to what
-it holds; the refocuser takes the mean of M x M micro images for each pixel, and the rest goes.
+A micro image is a small part of the scene seen from M x M positions, so two colours approximate it
+well; the refocuser averages M x M micro images for each pixel, and most of the error averages out.
 """
 
 import math
@@ -21,13 +21,13 @@ _WORDS, _WIDTH = 1024, 18
 
 
 def _of_bits(values: npt.NDArray[np.int64], bits: int) -> npt.NDArray[np.int64]:
-    """Values of so many bits as 8 bits, the high bits repeated behind the low ones."""
+    """Values of a given number of bits expanded to 8 bits, by repeating the high bits."""
     return values << (8 - bits) | values >> (2 * bits - 8)
 
 
 @dataclass(frozen=True, eq=False)
 class StoredLightField:
-    """What is kept of a raw image."""
+    """A raw image, compressed."""
 
     micro_image_size: int
     # (lens rows, lens columns, M * M): the second colour instead of the first, line by line.
@@ -59,7 +59,7 @@ class StoredLightField:
         return math.ceil(rows * columns / _WORDS) * math.ceil(self.word_bits / _WIDTH)
 
     def raster(self) -> npt.NDArray[np.uint8]:
-        """The raw image that the chip makes of it, (rows, columns, 3)."""
+        """The raw image that the FPGA reconstructs, (rows, columns, 3)."""
         m, (rows, columns) = self.micro_image_size, self.lenses
         both = np.stack(
             [_of_bits(self.colours[..., c], bits) for c, bits in enumerate(COLOUR_BITS)], axis=-1
@@ -85,7 +85,7 @@ class StoredLightField:
 def _two_means(
     pixels: npt.NDArray[np.float64],
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
-    """Part the pixels (n, M * M, 3) of each micro image in two: which ones, and both means.
+    """Divide the pixels (n, M * M, 3) of each micro image in two: membership and both means.
 
     Lloyd's algorithm, begun with the mean of the channel that varies most.
     """
@@ -110,7 +110,7 @@ def _two_means(
 
 
 def store(raster: npt.NDArray[np.uint8], micro_image_size: int) -> StoredLightField:
-    """Keep a raw image of 8 bits, (rows, columns, 3), of whole micro images."""
+    """Compress a raw image of 8 bits, (rows, columns, 3), of whole micro images."""
     m = micro_image_size
     rows, columns = (extent // m for extent in raster.shape[:2])
     parts = raster.reshape(rows, m, columns, m, 3).transpose(0, 2, 1, 3, 4)
@@ -129,8 +129,8 @@ def move_focus(
 ) -> npt.NDArray[np.uint8]:
     """Move the planes of a raw image: what was sharp at a is so at a + `lenses`.
 
-    Each view is moved by whole micro images, so no pixel changes its value; pixels that come from
-    outside of the image are those of the opposite side.
+    Each view is moved by whole micro images, so no pixel changes its value; the image is continued
+    periodically.
     """
     m = micro_image_size
     rows, columns = (extent // m for extent in raster.shape[:2])

@@ -32,11 +32,11 @@ FRAMES_TO_FOLLOW = 3
 
 # The clock meter's window, in 10 ns: a hundredth of the board's.
 METER_WINDOW = 1600
-# Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
+# Blanking in ns that is sent first, in which clocks, word phases and sampling phases settle.
 SETTLE_NS = 250_000
-# A character over the serial port of the bench.
+# Time of a character on the bench's serial port.
 _LETTER_US = 1
-# Lines behind the last frame: what the link itself holds, and the beginning of the next frame.
+# Lines after the last frame: the latency of the link, and the beginning of the next frame.
 LINES_BEHIND = 3
 
 _BIT: SignalKind = "bit"
@@ -77,7 +77,7 @@ def mode_for(columns: int, rows: int) -> VideoMode:
 
 
 def check_core(configuration: CoreConfiguration) -> None:
-    """Refuse a core that no video path has."""
+    """Refuse a core that a video path cannot have."""
 
     def refuse(field: str, what: str, advice: str) -> InputError:
         return InputError(f"{what} cannot go over HDMI; use {advice}", where=field)
@@ -103,13 +103,13 @@ def check_core(configuration: CoreConfiguration) -> None:
 def check_chain(
     configuration: CoreConfiguration, rows: int, columns: int, screen: Screen | None = None
 ) -> None:
-    """Refuse what the board's video path cannot carry."""
+    """Refuse frames that the board's video path cannot carry."""
     screen = screen or Screen()
     check_core(configuration)
     mode = mode_for(columns, rows)
     lines, pixels = screen.delay_lines(configuration), screen.delay_pixels(configuration)
     if screen.needs_stack:
-        # Lines in which a depth index judges.
+        # A depth index needs these lines.
         pixels = max(pixels, screen.index(configuration).band_steps(columns) - 1)
     if mode.v_total <= lines or mode.h_total <= pixels:
         raise InputError(
@@ -131,7 +131,7 @@ def check_chain(
 
 
 def range_of(board: Board, mode: VideoMode) -> int:
-    """Range of pixel clocks that a board is built for to take a mode, which it need not offer."""
+    """Range of pixel clocks to build a board for so that it accepts a mode, offered or not."""
     for clock_range in board.clock_ranges:
         low, high = range_limits(clock_range)
         if low <= mode.pixel_clock <= high:
@@ -156,18 +156,18 @@ def bench_around(board: str = DEFAULT_BOARD) -> list[Path]:
 
 @dataclass(frozen=True)
 class BoardRun:
-    """What goes into a board, and when its output is to show it."""
+    """Input of a board, and where in its output the result is."""
 
     board: str
     mode: VideoMode
     core: CoreConfiguration  # of the generics of its top
     packages: Mapping[str, str]  # VHDL packages in place of the board's own: name to text
-    script: Sequence[Command | Packed]  # words and commands, after the settling
-    shown: int  # frames that are wanted at the end
+    script: Sequence[Command | Packed]  # words and commands after the settling time
+    shown: int  # frames to find at the end
     sweeps: bool  # the board goes through its slices
-    delay_pixels: int  # from the input to the output, all lines and pixels that are known
-    behind: int  # words behind the last frame that is shown
-    progress: Callable[[float], None]  # called with the share that came out
+    delay_pixels: int  # from input to output, whole lines included
+    behind: int  # words after the last shown frame
+    progress: Callable[[float], None]  # called with the finished share
 
     def run(
         self, simulator: Simulator, directory: Path, waves: Path | None = None
@@ -243,13 +243,13 @@ def run_chain(
     """Show a picture at the board's input and take what its output shows.
 
     The source shows the same picture (rows, columns, 3), uint8, all the time; with several shifts
-    the board sweeps through them, a frame for each. With a screen it is told over its serial port
-    what to show: `told`, or else `shown_frames`. `directory` is empty; `progress` is called with
-    the number of pixels that came out so far, blanking counted in proportion.
+    the board sweeps through them, one frame each. With a screen, commands over the serial port
+    choose what it shows: `told`, or else `shown_frames`. `directory` is empty; `progress` is called
+    with the number of pixels that came out so far, blanking included in proportion.
 
-    The result has a frame for each slice, or each that was told; clocks are pixel clocks, the
-    latency is known to one or two of them. SimulationError if the signal at the output is not the
-    one expected.
+    The result has one frame for each slice or each entry of `told`; clocks are pixel clocks, and
+    the latency is accurate to one or two of them. SimulationError if the output signal is not as
+    expected.
     """
     rows, columns = raw.shape[:2]
     mode = mode_for(columns, rows)
@@ -263,7 +263,7 @@ def run_chain(
     count = len(told) or slices
     script: list[Command | Packed] = [*told_before(told, screen)[0]] if told else []
     script.append(np.concatenate([frame] * FRAMES_TO_FOLLOW))
-    # What the next frame shows is told when this one has begun to come out.
+    # The commands for the next frame are sent once this one has begun to come out.
     for commands in told_before(told, screen)[1:]:
         script += [frame[:begun], *commands, frame[begun:]]
     script.append(np.concatenate([frame] * (1 if told else count)))

@@ -58,11 +58,11 @@ _LEVELS[list(b"0l")], _LEVELS[list(b"1h")] = 0, 1
 class Difference:
     """Where a signal first differs."""
 
-    signal: str  # its canonical name, without levels that the files do not share
+    signal: str  # its canonical name, without the outer levels
     cycle: int | None  # of the clock; None without a clock
     time_a: Fraction  # when, in seconds of each file
     time_b: Fraction
-    value_a: str  # what the files have there
+    value_a: str  # the differing values
     value_b: str
 
     def __str__(self) -> str:
@@ -81,13 +81,13 @@ class DumpComparison:
     clock: str | None
     samples: int  # cycles compared; without a clock, instants
     signals: int  # number of signals compared
-    # Where each signal that differs first does, in the order of time.
+    # First difference of each signal that differs, in the order of time.
     differences: tuple[Difference, ...]
     only_in_a: tuple[str, ...]  # signals that the other file lacks
     only_in_b: tuple[str, ...]
-    not_comparable: tuple[str, ...]  # signals that the files write with different types or widths
+    not_comparable: tuple[str, ...]  # signals with different types or widths in the files
     never_defined: tuple[str, ...]  # signals with bits that neither file ever defines
-    # Rising edges of the clock in each file up to the end that was asked for; 0 without a clock.
+    # Rising edges of the clock in each file up to `end`; 0 without a clock.
     cycles_a: int
     cycles_b: int
 
@@ -128,9 +128,9 @@ def compare_dumps(
 
     `signals` are names of signals or scopes, ``*`` and ``?`` standing for any characters; outer
     levels may be left out; none: all. `begin` and `end` are the first and last cycle or time, in
-    times of `a`. An empty `clock` is the outermost signal named clk if there is one; ``"none"``
-    for none. `strict` compares undefined values too. `progress` gets the signals done, and their
-    number.
+    times of `a`. `clock` names the clock: empty for the outermost signal named clk, if there is
+    one, ``"none"`` for no clock. `strict` compares undefined values too. `progress` is called with
+    the number of signals done and of all.
 
     InputError if a file cannot be read, a name or the range selects nothing, or there is no such
     clock.
@@ -210,10 +210,10 @@ def _characters(value: Value, width: int) -> str:
 
 
 def _symbols(changes: Changes, signal: DumpSignal, codes: dict[str, int], strict: bool) -> _Symbols:
-    """Numbers for what a signal has before its first change and from each one on.
+    """Values of a signal, as numbers: before its first change, and from each change on.
 
-    A column for each bit; a single one for what is no bits, or compared to the character, where
-    `codes` has the numbers of both files.
+    There is one column for each bit; or a single one for other types and for strict comparison, in
+    which `codes` assigns the numbers for both files.
     """
     texts = [_characters(value, signal.width) for value in changes.values]
     if signal.is_bits and not strict:
@@ -229,7 +229,7 @@ def _first_difference(a: _Symbols, b: _Symbols) -> tuple[int | None, bool]:
     """First sample at which two signals differ, and whether all of their bits are ever defined."""
     defined_a, defined_b = a != _UNDEFINED, b != _UNDEFINED
     seen_a, seen_b = np.logical_or.accumulate(defined_a), np.logical_or.accumulate(defined_b)
-    # A bit that only one file ever defines counts from the moment on at which it does.
+    # A bit that only one file ever defines differs from that moment on.
     lone = seen_a[-1] ^ seen_b[-1]
     counts = seen_a & seen_b | (defined_a | defined_b) & lone
     wrong = ((a != b) & counts).any(axis=1)
@@ -274,11 +274,11 @@ def _shared_levels(dump: Dump) -> int:
 def _matched(
     a: Dump, b: Dump
 ) -> tuple[dict[str, Pair], dict[str, DumpSignal], dict[str, DumpSignal]]:
-    """Signals that both files have, and those that only one has."""
+    """Signals in both files, and those in one only."""
     named_a, named_b = (
         [_by_name(dump, levels) for levels in range(_shared_levels(dump) + 1)] for dump in (a, b)
     )
-    # Among equally good choices the first: the fewest levels left out.
+    # Among equally good choices the first, which leaves out the fewest levels.
     depths = sorted(product(range(len(named_a)), range(len(named_b))), key=sum)
     best = max(depths, key=lambda d: len(named_a[d[0]].keys() & named_b[d[1]].keys()))
     in_a, in_b = named_a[best[0]], named_b[best[1]]
@@ -289,7 +289,7 @@ def _matched(
 
 
 def _pattern(text: str) -> re.Pattern[str]:
-    """Pattern of the names that a user means."""
+    """Regular expression for a name that a user gave."""
     literal = re.escape(canonical_name(text).strip("."))
     wild = literal.replace(r"\*", ".*").replace(r"\?", ".")
     return re.compile(rf"(?:.*\.)?{wild}(?:[.\[ ].*)?\Z")
@@ -354,7 +354,7 @@ def _clock_name(
 
 @dataclass(frozen=True)
 class _Samples:
-    """When to compare: the values that hold just before each instant."""
+    """Instants of comparison: the values just before each of them are compared."""
 
     # In ticks of each file.
     instants: tuple[Times, Times]
@@ -406,7 +406,7 @@ def _cycles(
             int(np.searchsorted(found, floor(end / dump.tick), side="right"))
             for found, dump in zip(edges, dumps, strict=True)
         ]
-        # The clock of A tells the last cycle; where A ends earlier, B may still have cycles.
+        # The last cycle is that of A's clock; if A ends earlier, B may have more cycles.
         last = counts[0] if counts[0] < wanted[0] else max(counts)
         wanted = [min(n, last) for n in wanted]
     elif end is not None:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading waveform files: VCD, FST and GHW of any simulator, by way of pywellen.
 
-Simulators write the same signal in different ways. What this module evens out: names (letter
-case, ranges behind them, the brackets of generate indices), time units, several values at one
-instant (delta cycles, of which the last holds), booleans and enumerations.
+Simulators write the same signal in different ways. This module normalises names (letter case,
+ranges after them, the brackets of generate indices), time units, several values at one instant
+(delta cycles, of which the last counts), booleans and enumerations.
 """
 
 import os
@@ -61,11 +61,11 @@ class Changes:
     values: list[Value]  # from each instant on
 
     def before(self, instants: Times) -> npt.NDArray[np.intp]:
-        """Index into `values` of what holds just before each instant; -1: no value yet."""
+        """Index into `values` of the value just before each instant; -1: none yet."""
         return np.searchsorted(self.times, instants, side="left") - 1
 
     def at(self, instants: Times) -> npt.NDArray[np.intp]:
-        """Which value holds at each of some instants, all changes of the instant being over.
+        """Index into `values` of the value at each instant, after all changes of the instant.
 
         Parameters and result as `before`.
         """
@@ -74,7 +74,7 @@ class Changes:
 
 @contextmanager
 def _silenced() -> Iterator[None]:
-    """Keep the reader's own messages (it is not written in Python) off the terminal."""
+    """Keep messages that the reader, native code, prints itself off the terminal."""
     streams = (1, 2)
     saved = [os.dup(stream) for stream in streams]
     null = os.open(os.devnull, os.O_WRONLY)

@@ -28,12 +28,12 @@ CORE = "bench_core"
 
 
 def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
-    """Signals that a waveform of whole frames shows: the streams, the tokens, the engine's."""
+    """Signals in a waveform of whole frames: streams, tokens, the engine's signals."""
     scopes: tuple[Scope, ...] = (
         ("bit", "", "clk reset s_axis_tvalid s_axis_tready"),
         ("downto", "", "s_axis_tdata s_axis_tuser"),
         ("bit", "", "s_axis_tlast"),
-        # GHDL writes no records, so of a token what makes it.
+        # GHDL writes no records, so the signals that a token is made of stand for it.
         ("bit", "core/shell/sequencer/", "take starts_frame line_ends"),
         ("downto", "core/shell/sequencer/", "column row slice_held"),
         ("downto", "core/shell/", "token_rows token_data"),
@@ -56,22 +56,24 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
 class BenchResult:
     """What came out of a simulation."""
 
-    # Shape of the frames that went in; of a stack the pictures that are all in focus, of a sensor's
-    # raw frames the rasters.
+    # In the shape of the input frames; for a stack the pictures in focus, for a sensor's raw frames
+    # the rasters.
     frames: Image
     clocks: int  # from the first pixel taken to the last pixel out
     input_clocks: int  # from the first pixel taken to the last pixel taken
-    latency_clocks: int | None  # from the first pixel taken to the first pixel out; None of a stack
-    # Slice of each frame, an index into the configuration's shifts; empty where no slice is chosen.
+    latency_clocks: (
+        int | None
+    )  # from the first pixel taken to the first pixel out; None for a stack
+    # Slice of each frame, an index into the configuration's shifts; empty if none is selected.
     slices: tuple[int, ...]
     seconds: float  # wall time of the run, without analysis
-    # All slices, shape (frames, slices, rows, columns[, 3]); None but of a stack.
+    # Only for a stack: all slices, shape (frames, slices, rows, columns[, 3]).
     stacks: Image | None = None
-    # Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
+    # Only for a stack: slice of each pixel of `frames`, shape (frames, rows, columns).
     index: npt.NDArray[np.uint8] | None = None
-    # The same of its depth between slices, the fraction in the low byte, its confidence above.
+    # The same for depth between slices: fraction in the low byte, confidence above.
     depth: npt.NDArray[np.uint16] | None = None
-    # Clocks in which the source was refused, of a sensor's raw frames.
+    # For a sensor's raw frames: clocks in which the source had to wait.
     refused_clocks: int = 0
 
 
@@ -132,7 +134,7 @@ class FileBench:
 
 
 def bench_sources(top: str) -> list[Path]:
-    """VHDL files of a file bench besides what it moves frames through, in order of analysis."""
+    """VHDL files of a file bench without the design under test, in order of analysis."""
     folder = project.root() / "tb" / "file_bench"
     return [folder / "bench_pkg.vhd", folder / f"{top}.vhd"]
 
@@ -202,13 +204,13 @@ def run_bench(
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)
     output = directory / ("found.bin" if stack else "output.bin")
-    # What an earlier run left is no progress of this one.
+    # Output of an earlier run must not count as progress of this one.
     output.unlink(missing_ok=True)
     together = core.pixels_per_clock
     tokens = core.line_tokens(columns)
     behind = [(0, 0)] * frames.ndim
     behind[2] = (0, tokens * together - columns)
-    # What stands behind a line's last pixel must not count.
+    # Lanes beyond a line's last pixel must not matter.
     filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
     filled.astype("<i4").tofile(directory / "input.bin")
     # A stack's pixels of a clock are followed by their slices and their depths between slices.
@@ -267,7 +269,7 @@ def run_bench(
 def output_poll(
     output: Path, words: int, progress: Callable[[int], None] | None
 ) -> Callable[[], None]:
-    """Tell how many pixels, of some words of 32 bits, a file has so far."""
+    """Poll that reports how many pixels, of some words of 32 bits, a file has so far."""
 
     def poll() -> None:
         if progress is not None and output.exists():

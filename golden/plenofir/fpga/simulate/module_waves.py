@@ -31,8 +31,8 @@ SHIFTS = (0, 1, 2)
 CLOCK_PERIOD_NS = 60
 # Multiples of M, so that the stored products are no rounded values.
 PIXELS = (30, 96, 150, 63, 201, 117, 240, 12, 84, 171, 45, 222)
-# The output that arrows lead to: the first of a micro image, as with a held output only that
-# one comes straight out of the taps.
+# The output that arrows lead to is the first of a micro image: if outputs are held, only that one
+# comes directly from the taps.
 MARKED_OUTPUT = 6
 
 # WaveDrom's colours: by phase of the pixel (the micro image's centre is yellow), of interim
@@ -49,11 +49,11 @@ WaveJson = dict[str, Any]
 
 @dataclass(frozen=True)
 class RowRun:
-    """A row's way through the module."""
+    """A row passing through the module."""
 
     layout: FilterLayout
     starts_ns: list[int]  # rising edge at which each cycle begins, in ns
-    # By canonical name without the bench: what holds just before the edge that ends each cycle;
+    # By canonical name without the bench: the values just before the edge that ends each cycle;
     # None if there is no value yet.
     signals: dict[str, list[Value | None]]
 
@@ -159,7 +159,7 @@ class _Arrows:
     def __init__(self) -> None:
         self.edges: list[str] = []
         self._letters = iter(ascii_uppercase)
-        # WaveDrom wants a letter at each end: those at the left and at the right of a cell.
+        # WaveDrom needs a letter at each end: at the left and at the right of a cell.
         self._marks: dict[tuple[str, int], list[str]] = {}
 
     def add(self, start: tuple[str, int], end: tuple[str, int]) -> None:
@@ -186,7 +186,7 @@ def module_diagram(run: RowRun) -> WaveJson:
     """
     signals, m, taps = run.signals, run.layout.micro_image_size, run.taps
     cycles = range(signals["strobe"].index(1) - 1, len(run.starts_ns))
-    # Zeros that push the last sums out are no part of the row.
+    # The zeros that flush the last sums are not part of the row.
     given = [i for i in cycles if signals["is_pixel"][i] == 1]
     steps = [i for i in cycles if signals["stage.strobe_d2"][i] == 1][: len(given)]
     valid = [i for i in cycles if signals["valid"][i] == 1]
@@ -239,7 +239,7 @@ def module_diagram(run: RowRun) -> WaveJson:
 
 def _pixels_of_output(output: int, pixels: int, micro_image_size: int, shift: int) -> list[int]:
     """Pixels that an output is the sum of."""
-    # Row k of the sums of unit impulses tells which outputs pixel k is added to.
+    # Row k of the response to unit impulses shows the outputs that pixel k is added to.
     impulses = np.eye(pixels, dtype=np.int64)
     sums = gather_sums(impulses, micro_image_size, shift, axis=1)
     return [int(pixel) for pixel in np.flatnonzero(sums[:, output])]
@@ -282,19 +282,19 @@ def simulation_diagram(run: RowRun) -> WaveJson:
 def draw(diagram: WaveJson) -> str:
     """Draw a timing diagram (WaveJSON) as SVG on a white ground."""
     drawing = wavedrom.render(json.dumps(diagram))
-    # Of the many shapes that it defines, only those that it uses.
+    # Keep only those of the many defined shapes that are used.
     used = set(re.findall(r'xlink:href="#([^"]+)"', drawing.tostring()))
     drawing.defs.elements = [
         entry for entry in drawing.defs.elements if entry.elementname != "g" or entry["id"] in used
     ]
-    # Behind all else: the drawing itself has no ground, and black lines vanish on a dark page.
+    # White background: the drawing has none, and black lines would vanish on a dark page.
     drawing.elements.insert(0, drawing.rect(size=("100%", "100%"), fill="white"))
     return str(drawing.tostring())
 
 
 def timing_diagrams(bench: RowBench) -> dict[str, str]:
     """All timing diagrams that the documentation shows: name of the file to SVG."""
-    # The thesis holds the output for a' = 0, which needs the fewest taps.
+    # As in the thesis, outputs are held for a' = 0, which needs the fewest taps.
     runs = {shift: bench.run(shift=shift, hold=shift == 0) for shift in SHIFTS}
     drawn = {f"module_a{shift}.svg": draw(module_diagram(run)) for shift, run in runs.items()}
     return {**drawn, "simulation_a1.svg": draw(simulation_diagram(runs[1]))}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is to be simulated: a raw image, a core, and the way through the VHDL."""
+"""What to simulate: a raw image, a core, and the chain of VHDL around it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -34,9 +34,9 @@ class Run(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     raw: Path = DEFAULT_RAW
-    # See `core_for_image`; all its slices are simulated, a frame for each, or at once in a stack.
+    # See `core_for_image`; all its slices are simulated, one frame each, or at once in a stack.
     core: CoreConfiguration
-    # That of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
+    # Radius of a stack's depth index, see `plenofir.refocus.sharpness.local_sharpness`.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
     out: Path  # folder for the results
     simulator: str = DEFAULT_SIMULATOR
@@ -45,24 +45,24 @@ class Run(BaseModel):
     # the bytes of a D-PHY's lanes to the core's pixels.
     chain: Chain = "core"
     board: BoardName = DEFAULT_BOARD  # of the chain "hdmi"
-    # What the board shows: besides the slices each output, with and without its text; of the core
-    # of a stack the depth index alone counts, instead of `radius`.
+    # Outputs that the board shows besides the slices, with and without text; for the core of a
+    # stack only the depth index is used, instead of `radius`.
     screen: Screen = Screen()
 
 
 def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, ...]:
     """File names of a slice's refocused, golden and difference picture.
 
-    They name the slice where there are several; a fraction's stroke becomes an underscore.
+    With several slices the names contain a; a fraction's slash becomes an underscore.
     """
     suffix = f"_{shift_to_name(shift, micro_image_size)}" if slices > 1 else ""
     return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
 
 
 def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConfiguration:
-    """Core made to measure for an image file: lines, channels (three for HDMI) and pixels.
+    """Core that fits an image file: line length, channels (three for HDMI) and bits.
 
-    `fields` are the core's others.
+    `fields` are the other fields of the core.
     """
     raw = read_image(path)
     return CoreConfiguration(
@@ -74,7 +74,7 @@ def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConf
 
 
 def scene_image(core: CoreConfiguration, rows: int) -> Image:
-    """Raw image for a scene that has none: the flower, its micro images resampled to M x M.
+    """Raw image for a scene without one: the flower, its micro images resampled to M x M.
 
     As large as the flower and `rows` allow, whole micro images.
     """

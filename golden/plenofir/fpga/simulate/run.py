@@ -30,7 +30,7 @@ def run(
     """Refocus a raw image in the VHDL and in the golden model, and compare them.
 
     Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``what.out`` (of
-    a sweep three pictures for each slice, the slice in the name), and with waves ``refocused.fst``
+    a sweep three pictures for each slice, with a in the name), and with waves ``refocused.fst``
     and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
     ``all_in_focus.png`` and ``depth_index.png``. All appear at the end or not at all.
     """
@@ -102,7 +102,7 @@ def _slices(
                 rms_error=float(np.sqrt(np.mean(error**2))),
             )
         )
-        # A stack has the first of the three alone.
+        # A stack has only the first of the three.
         shown = raw.like(got), raw.like(want), bare(difference_picture(got, want))
         for name, picture in zip(names, shown, strict=False):
             write_png(folder / name, picture)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ways through the VHDL: a raster core, a focal stack, a board from serial bits to serial bits.
+"""The simulations: a raster core, a focal stack, a board from serial bits to serial bits.
 
-A way is a `Simulation`; `simulation_of` chooses it. Another one is a class of its own that is given
-to `plenofir.fpga.simulate.run.run`, as for a sensor's raw frames (`plenofir.plan.sensor`).
+`simulation_of` chooses the `Simulation`. Others are classes that are passed to
+`plenofir.fpga.simulate.run.run`, as for a sensor's raw frames (`plenofir.plan.sensor`).
 """
 
 from abc import ABC, abstractmethod
@@ -57,7 +57,7 @@ def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfigu
 
 
 class Simulation(ABC):
-    """A raw image's way through the VHDL."""
+    """Simulation of a raw image passing through VHDL."""
 
     # How progress calls it.
     name = "core"
@@ -65,7 +65,7 @@ class Simulation(ABC):
     wave_signals: tuple[WaveSignal, ...] = ()
 
     def __init__(self, what: Run, raw: Picture) -> None:
-        """Take a request and its raw image."""
+        """Keep the request and its raw image."""
         self.what, self.core, self.picture = what, what.core, raw
         self.raw = raw.pixels
 
@@ -77,7 +77,7 @@ class Simulation(ABC):
 
     @property
     def more_files(self) -> tuple[str, ...]:
-        """Files that it leaves besides."""
+        """Its other files."""
         return ()
 
     @property
@@ -87,7 +87,7 @@ class Simulation(ABC):
 
     @abstractmethod
     def check(self) -> None:
-        """Refuse what it cannot take, before anything is simulated."""
+        """Refuse requests that it cannot simulate, before anything is simulated."""
 
     @abstractmethod
     def run(
@@ -97,7 +97,7 @@ class Simulation(ABC):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Simulate in a folder, which may not be there; progress is told in pixels."""
+        """Simulate in a folder, made if missing; `progress` is called with pixels."""
 
     def slices(self, result: BenchResult) -> Image:
         """The picture of each slice."""
@@ -106,13 +106,13 @@ class Simulation(ABC):
         return result.frames
 
     def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
-        """Compare and write what it gives besides the slices, and add that to the report."""
+        """Compare and write results other than the slices, and add them to the report."""
         del result, golden, folder
         return report
 
 
 class RasterSimulation(Simulation):
-    """A raster core, set to a slice after the other."""
+    """A raster core, set to one slice after the other."""
 
     def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
@@ -128,7 +128,7 @@ class RasterSimulation(Simulation):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Move a frame for each slice through the core."""
+        """Pass one frame for each slice through the core."""
         frames = np.stack([self.raw] * self.frames)
         sweep = 1 if len(frames) > 1 else 0
         return run_bench(
@@ -160,12 +160,12 @@ class StackSimulation(Simulation):
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
-        """The refocused picture of each slice; even the only one has its a in its name."""
+        """The refocused picture of each slice, always with a in its name."""
         m = self.core.micro_image_size
         return [picture_names(shift, m, 2)[:1] for shift in self.core.shifts]
 
     def check(self) -> None:
-        """Refuse waves, and what has no depth index."""
+        """Refuse waveforms, and cores without a depth index."""
         if self.what.waves:
             raise InputError(
                 f"a focal stack has no waveform; use engine {_ONE_SLICE}", where="waves"
@@ -178,7 +178,7 @@ class StackSimulation(Simulation):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Move one frame through the stack."""
+        """Pass one frame through the stack."""
         del waves
         frame = self.raw[np.newaxis]
         return run_bench(
@@ -242,7 +242,7 @@ class BoardSimulation(Simulation):
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
-        """As of a core, if the slices are shown as they are."""
+        """As for a core, if plain slices are shown."""
         has_slices = not self.shown or bare_slices(self.what.screen, self.shown)
         return super().pictures if has_slices else []
 
@@ -252,7 +252,7 @@ class BoardSimulation(Simulation):
         return shown_names(self.core, self.what.screen)
 
     def check(self) -> None:
-        """Refuse what the video path cannot carry."""
+        """Refuse frames that the video path cannot carry."""
         if isinstance(self.core.engine, StackEngine):
             if not self.what.screen.needs_stack:
                 raise InputError(
@@ -272,14 +272,14 @@ class BoardSimulation(Simulation):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Show the raw image at the input, and take what the output shows."""
+        """Show the raw image at the input and capture the output."""
         what = self.what
         return chain.run_chain(
             *(simulator, self.core, self.raw, directory, waves, progress, what.board, what.screen)
         )
 
     def slices(self, result: BenchResult) -> Image:
-        """Frames that show a slice as it is."""
+        """Frames that show a plain slice."""
         if not self.shown:
             return super().slices(result)
         shown: Image = result.frames[bare_slices(self.what.screen, self.shown)]
@@ -299,7 +299,7 @@ class BoardSimulation(Simulation):
 
 
 def simulation_of(what: Run, raw: Picture) -> Simulation:
-    """The way of a request."""
+    """The simulation for a request."""
     if what.chain == "hdmi":
         return BoardSimulation(what, raw)
     stack = isinstance(what.core.engine, StackEngine)

@@ -22,7 +22,7 @@ from plenofir.refocus.operator import Image
 
 _CHANGE = re.compile(rb"\x01o\x02([^\x01]+):(?:0->1|1->0)\x01[^']*' (\d+)$")
 _CARRY = "CARRY4"
-# Pins that a driver of the same slice reaches without the routing outside.
+# Pins that a driver in the same slice reaches without external routing.
 _INSIDE_SLICE = {"FDRE": {"D"}, "FDSE": {"D"}, _CARRY: {"S", "DI", "CI"}, "MUXF7": {"I0", "I1"}}
 _INSIDE_SLICE["FDCE"] = _INSIDE_SLICE["FDPE"] = {"D"}
 _INSIDE_SLICE["MUXF8"] = _INSIDE_SLICE["MUXF7"]
@@ -30,18 +30,18 @@ _INSIDE_SLICE["MUXF8"] = _INSIDE_SLICE["MUXF7"]
 
 @dataclass(frozen=True)
 class Activity:
-    """What switches in a core while frames go through it."""
+    """Switching activity of a core while frames go through it."""
 
-    figures: Figures  # what the netlist takes
+    figures: Figures  # resources of the netlist
     clocks: int  # from the first pixel in to the last pixel out
     pixels: int  # of all frames
-    nets: int  # that leave their slice
-    toggles: int  # changes of all of these nets, the clock's not counted, without glitches
-    inside: int  # changes of nets that stay inside their slice
+    nets: int  # nets that leave their slice
+    toggles: int  # changes of these nets, without the clock and glitches
+    inside: int  # changes of nets inside a slice
 
     @property
     def rate(self) -> float:
-        """Changes of a net in a clock, the mean of all that leave their slice."""
+        """Mean number of changes per clock of a net that leaves its slice."""
         return self.toggles / self.nets / self.clocks
 
 
@@ -57,7 +57,7 @@ def read_toggles(path: Path) -> dict[str, int]:
 def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[int, int]:
     """Changes of each net of a netlist (a module of Yosys' JSON), by its number.
 
-    Nets that a signal's name is not known of are left out.
+    Nets without a signal's name are left out.
     """
     found = {}
     for name, net in netlist["netnames"].items():
@@ -70,10 +70,10 @@ def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[
 
 
 def count_activity(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> tuple[int, int, int]:
-    """Sort the nets of a netlist by where they go.
+    """Count the changes of nets that leave their slice, and of those that do not.
 
-    Nets that cells drive and that leave their slice; their changes; and changes of the nets that
-    go to a flip-flop, multiplexer or carry chain of their slice alone.
+    Result: number of nets that cells drive and that leave their slice; their changes; and changes
+    of the nets that go only to a flip-flop, multiplexer or carry chain in the same slice.
     """
     changes = net_toggles(netlist, toggles)
     driven: set[int] = set()
@@ -100,7 +100,7 @@ def count_activity(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> tu
             elif pin not in near:
                 outside |= numbers
     used = {bit for bit in driven & changes.keys() if readers[bit] or bit in outside} - clocks
-    # A flip-flop takes the place beside one LUT: with more readers the net goes out.
+    # Only the flip-flop beside the LUT is in the slice: a net with more readers leaves it.
     routed = {bit for bit in used if bit in outside or readers[bit] > 1}
     return (
         len(routed),

@@ -25,9 +25,9 @@ def build_bench(
 ) -> Path:
     """Translate a core in Verilog, or its netlist, and compile it with the file bench.
 
-    Many `pixels` to go through it are worth the time that a fast program takes. With `toggles` the
-    program counts how often each bit of a signal changes, into ``toggles.dat``. `bench` is the name
-    of the file bench.
+    For many `pixels` the compiler optimises, which takes longer. With `toggles` the program writes
+    how often each bit of a signal changes to ``toggles.dat``. `bench` is the name of the file
+    bench.
     """
     optimisation = "-O3" if pixels > _PIXELS_TO_OPTIMISE_FOR else "-O0"
     python = f"PYTHON3={shlex.quote(sys.executable)}"
@@ -38,7 +38,7 @@ def build_bench(
             *("-Wno-fatal", "-Wno-lint", "-Wno-style"),
             *("--x-assign", "0", "--x-initial", "0"),
             *(("--coverage-toggle", "--coverage-underscore") if toggles else ()),
-            # The package lacks the first setting, compiles for size, and takes Python for "python".
+            # The package does not set the first, compiles for size, and expects a command "python".
             *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation} {python}"),
             *("--top-module", top, "--Mdir", "model", "-o", "bench"),
             *(str(file.resolve()) for file in verilog),

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models of Spartan-6's block RAM in Verilog, which Yosys has not: enough for what it makes.
+"""Verilog models of Spartan-6's block RAM, which Yosys lacks, for the modes that Yosys uses.
 
-Both ports read the old word where one is written (READ_FIRST), there are no output registers and no
-resets, as `plenofir.fpga.synthesis.spartan6` gets them from Yosys.
+A port that writes reads the old word (READ_FIRST); there are no output registers and no resets.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +13,7 @@ _WORD = 256
 def _module(
     name: str, bits: int, ports: Sequence[tuple[str, dict[str, str]]], wide: bool
 ) -> Iterator[str]:
-    """Lines of a block RAM of some data bits, an eighth of it more as parity."""
+    """Verilog lines of a block RAM with data bits and one parity bit for each eight."""
     rows, parity_rows = bits // _WORD, bits // 8 // _WORD
     address = (bits - 1).bit_length()
     lanes = 2 if wide else 4

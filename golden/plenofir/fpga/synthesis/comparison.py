@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Both engines side by side: the designs, what they measure, and the widest frame that fits.
+"""Both engines side by side: designs, measured resources and clocks, the widest frame that fits.
 
-``data/comparison.json`` holds what Yosys and nextpnr make of the cells that were measured
+``data/comparison.json`` holds the results of Yosys and nextpnr for the measured cells
 (`make compare`); for all others there is the estimate, whose block RAM and multipliers are exact.
 """
 
@@ -29,14 +29,14 @@ FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)
 COLUMNS = 1280
 ENGINES: tuple[SliceEngineName, ...] = tuple(SLICE_ENGINES)
-# Focus sets that are chosen from at run time: M, a' and channels.
+# Sets of slices to select from at run time: M, a' and channels.
 SETS = ((5, tuple(range(-5, 11)), 3), (11, tuple(range(-11, 12)), 1))
 # Several pixels a clock: M, a', channels, and P.
 LANES: tuple[tuple[int, tuple[int, ...], int, PixelsPerClock], ...] = (
     (11, (2,), 1, 8),
     (5, (2,), 3, 8),
 )
-# Cells with more look-up tables than this (estimate) are not synthesised: hours for each.
+# Larger cells (estimated look-up tables) are not synthesised: each would take hours.
 _MOST_LUTS = 4000
 
 
@@ -45,7 +45,7 @@ class Cell:
     """A cell of the comparison."""
 
     micro_image_size: int  # M in pixels
-    shifts: tuple[int, ...]  # a' in pixels; more than one: chosen at run time
+    shifts: tuple[int, ...]  # a' in pixels; several are selected from at run time
     channels: int  # 1 (grey) or 3 (RGB)
     engine: SliceEngineName
     pixels_per_clock: PixelsPerClock = 1  # P of moving sums
@@ -86,10 +86,10 @@ def shown_shifts(micro_image_size: int) -> tuple[int, ...]:
 
 
 def measured_cells() -> Iterator[Cell]:
-    """Cells that are synthesised, those that say most first.
+    """Cells that are synthesised, the most informative first.
 
-    Grey cells with few taps come first, the sets and those of several pixels a clock last; none
-    that would take hours.
+    Grey cells with few taps come first, sets and several pixels a clock last; cells that would take
+    hours are left out.
     """
     cells = [
         Cell(m, (shift,), channels, engine)
@@ -142,8 +142,8 @@ class Comparison(BaseModel):
 
     ghdl: str
     yosys: str
-    figures: dict[str, Figures]  # what Yosys makes of the cell of a name
-    placed: dict[str, Placed]  # what nextpnr makes of it (speed grade 6)
+    figures: dict[str, Figures]  # Yosys's result by the cell's name
+    placed: dict[str, Placed]  # nextpnr's (speed grade 6)
 
 
 def load_comparison() -> Comparison:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Yosys makes of a design for any family, and the recorded counts.
+"""Counts of a design's cells by Yosys for any family, and the recorded counts.
 
-``data/families.json`` holds what cores take of each family; tests hold the estimates to it.
+``data/families.json`` holds the resources of cores on each family; tests compare estimates with it.
 """
 
 import json
@@ -25,7 +25,7 @@ COUNTED: tuple[Family, ...] = ("series7", "cyclonev", "nexus", "gw2a", "gw5a", "
 """Families whose counts are recorded; those of GW1N are GW2A's, which has the same cells."""
 
 
-# What the comparison has not: stored products, several rows at once, interpolation.
+# Options that the comparison lacks: stored products, several rows at once, interpolation.
 _VARIANTS: dict[str, dict[str, Any]] = {
     "fir M=3 a'=0..2 RGB stored, 3 rows": {
         "micro_image_size": 3,
@@ -84,7 +84,7 @@ def count(
     generics: Generics,
     directory: Path,
 ) -> Usage:
-    """Synthesise a design for a family in a folder, and count what it takes."""
+    """Synthesise a design for a family in a folder, and count its resources."""
     directory.mkdir(parents=True, exist_ok=True)
     verilog = write_verilog(sources, top, generics, directory)
     facts, cells = FAMILIES[family], directory / "cells.json"

@@ -56,7 +56,7 @@ def ecp5_tool(name: str) -> str:
 
 
 def seed_option(seed: int | None) -> list[str]:
-    """Option of nextpnr for the draw of the first places."""
+    """Option of nextpnr for the seed of the initial placement."""
     return [] if seed is None else ["--seed", str(seed)]
 
 
@@ -77,8 +77,8 @@ def make_netlist(
         verilog.write_text(f"{verilog.read_text()}\n{few_pins(verilog.read_text(), top)}")
         top = NAME
     netlist = directory / f"{top}.json"
-    # No memory of the core is read where it is written, so what such a read gives does not matter;
-    # ECP5, unlike Spartan-6, would need logic for it.
+    # The core never reads a word while it is written, so the result of such a read does not matter;
+    # ECP5, unlike Spartan-6, would need logic to define it.
     run_yosys(
         [
             f"read_verilog {verilog.name}",
@@ -104,10 +104,10 @@ def place(
 ) -> Placed:
     """Place and route a netlist of Yosys; results are written beside it.
 
-    Speed grades are 6 (slowest) to 8; the device is ``"45k"``, ``"85k"``, or the smaller one that
-    has the block RAMs. `constraints` is an LPF file; any pins if None. The placer begins at random
-    places, drawn from the seed (nextpnr's own if None). ToolError if it fails, for instance
-    because the design is too large.
+    Speed grades are 6 (slowest) to 8; the device is ``"45k"``, ``"85k"``, or the smaller one with
+    enough block RAMs. `constraints` is an LPF file; any pins if None. `seed` is that of the random
+    initial placement (nextpnr's default if None). ToolError if it fails, for instance because the
+    design is too large.
     """
     check_tools()
     if device is None:
@@ -116,7 +116,7 @@ def place(
     directory = netlist.parent
     pins = ["--lpf-allow-unconstrained"]
     if constraints is not None:
-        # The tool sees only what lies below its working directory.
+        # The tool only sees files below its working directory.
         shutil.copy(constraints, directory / constraints.name)
         pins = ["--lpf", constraints.name]
     report = directory / f"{netlist.stem}.report.json"

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a core takes of a device, estimated from its structure without any tool.
+"""Resources of a core, estimated from its structure without any tool.
 
 Block RAM and multipliers follow the rules of Yosys (`plenofir.fpga.families`) and are equal to its
-results. Look-up tables and flip-flops are sums over the parts of the structure, weighed
-(`plenofir.fpga.core.weights`); tests hold them to its results. What depends on the engine stands
-with the engine (`plenofir.fpga.core`).
+results. Look-up tables and flip-flops are weighted sums over the parts of the structure
+(`plenofir.fpga.core.weights`); tests compare them with its results. Each engine has its own part
+of the estimate (`plenofir.fpga.core`).
 """
 
 from plenofir.fpga.core.border import border_usage
@@ -20,14 +20,14 @@ from plenofir.refocus.arithmetic import ExactArithmetic
 VIDEO_USAGES: dict[Family, Usage] = {
     "spartan6": Usage(lut=4100, flip_flops=3885, dsp=5),
     "ecp5": Usage(lut=8640, flip_flops=4450, dsp=5),
-    # Without a receiver and the control of one; block RAM of the black sides.
+    # For boards without an HDMI receiver and its control; block RAM of the black borders.
     "gw2a": Usage(lut=2830, flip_flops=1320, ramb16=1),
 }
 """A board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 
 
 def slice_engine(core: CoreConfiguration) -> SliceEngine:
-    """The engine of a core that is set to one slice at a time, which alone can be estimated."""
+    """The engine of a core for one slice at a time; others cannot be estimated here."""
     assert isinstance(core.engine, SliceEngine), core.engine.kind
     return core.engine
 
@@ -77,17 +77,17 @@ def multipliers(core: CoreConfiguration, family: Family = "spartan6") -> int:
 
 
 def structure(core: CoreConfiguration, family: Family = "spartan6") -> dict[str, int]:
-    """Bits of each part of a raster core that look-up tables and flip-flops go to."""
+    """Bits of each part of a raster core that takes look-up tables and flip-flops."""
     number, (a, b) = _products(core)
     in_logic = 0 if FAMILIES[family].multipliers else number * a * b
     return {**slice_engine(core).structure(core), "product bits": in_logic}
 
 
 def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
-    """Estimate what a raster core takes of a device.
+    """Estimate the resources of a raster core on a device.
 
-    Block RAM and multipliers as Yosys maps them, LUTs and flip-flops within 15 % of it; for an ECP5
-    of what nextpnr places.
+    Block RAM and multipliers are those of Yosys, LUTs and flip-flops within 15 % of them (for an
+    ECP5, of nextpnr's).
     """
     engine = slice_engine(core)
     parts, found = structure(core, family), memories(core)

@@ -5,7 +5,7 @@ import re
 
 NAME = "few_pins"
 """The wrapper's name."""
-# Wider ports are given one pin.
+# Wider ports share one pin.
 _WIDE = 16
 _PORT = re.compile(r"\b(input|output)\s+(?:reg\s+)?(?:\[(\d+):0\]\s*)?(\w+)")
 
@@ -13,9 +13,9 @@ _PORT = re.compile(r"\b(input|output)\s+(?:reg\s+)?(?:\[(\d+):0\]\s*)?(\w+)")
 def few_pins(verilog: str, top: str) -> str:
     """Put a core, in GHDL's Verilog, behind few pins, to place it for its clock and size.
 
-    A wide input comes over a shift register, a bit each clock; a wide output leaves as the parity
-    of its bits. So no bit of the core is left out, and no path of it becomes longer. `top` has a
-    port ``clk``; the result is the module `NAME`.
+    A wide input is a shift register, one bit each clock; a wide output is reduced to the parity of
+    its bits. So no bit of the core is optimised away, and no path becomes longer. `top` has a port
+    ``clk``; the result is the module `NAME`.
     """
     pins: list[str] = []
     body: list[str] = []
@@ -36,10 +36,10 @@ def few_pins(verilog: str, top: str) -> str:
 
 
 def three_pins(verilog: str, top: str) -> str:
-    """Put a core behind its clock, one input and one output, for tools that want each pin's place.
+    """Put a core behind clock, one input and one output, for tools that need each pin's location.
 
-    All inputs are one shift register. All outputs are folded into another one, which takes each
-    bit in by one gate between two registers, so that no path of the core becomes longer.
+    All inputs are one shift register. All outputs are combined in another one, with one gate for
+    each bit between two registers, so that no path of the core becomes longer.
     """
     ports = [port for port in _ports(verilog, top) if port[2] != "clk"]
     widths = {mode: sum(w for m, w, _ in ports if m == mode) for mode in ("input", "output")}

@@ -17,7 +17,7 @@ from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir.refocus.switches import FilterLayout
 
-# What carries the induction of a `RingProof`.
+# Invariants for the induction of a `RingProof`.
 _RING_SIGNALS = (
     *("state", "y", "row_index", "line_index", "gap", "stride", "top", "bottom", "oldest"),
     *("last_kept", "needed", "kept"),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Registers behind block RAM become the block RAM's own output registers (ECP5).
+"""Move registers behind block RAM into the block RAM's output registers (ECP5).
 
-A DP16KD's words are late: 4 to 6 ns behind the clock. Those of its output register are not. Yosys
-moves no register there, so `use_output_registers` does it in the netlist, between Yosys and
-nextpnr. The circuit stays the same, clock by clock.
+A DP16KD's data come 4 to 6 ns after the clock, much later than with its output register. Yosys
+does not use it, so `use_output_registers` changes the netlist between Yosys and nextpnr. The
+circuit's behaviour stays the same, clock by clock.
 """
 
 import json
@@ -21,10 +21,10 @@ _WIDEST = 36
 def use_output_registers(netlist: Path) -> int:
     """Move registers into the block RAM whose words they take; returns how many bits moved.
 
-    A port's registers move if they take all its words and nothing else does, all in the port's
-    clock, with the same enable, without a reset, and zero at first. The RAM reads in each clock:
-    what its enable does to the output register is not known for certain. The netlist is Yosys' for
-    nextpnr; its file is changed.
+    A port's registers are moved if they alone read its data, with the port's clock, one enable, no
+    reset and initial value zero. The RAM must read in each clock, because the effect of its enable
+    on the output register is not known for certain. The file of the netlist (Yosys's for nextpnr)
+    is changed.
     """
     content = json.loads(netlist.read_text())
     moved = sum(_move_registers(module) for module in content["modules"].values())

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a netlist: their numbers as counted and as expected.
 
-The counts are taken in GHDL's Verilog, where every entity still is a module of its own.
+They are counted in GHDL's Verilog, where each entity still is a module.
 """
 
 import re
@@ -14,7 +14,7 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
-# Entities that are counted, and as what part.
+# Entities that are counted, with the name of the part.
 _ENTITIES = {
     **{entity: part for engine in SLICE_ENGINES.values() for entity, part in engine.PARTS.items()},
     "stored_product": "stored products",
@@ -82,7 +82,7 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 
 
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
-    """Number of each of the `PARTS` that a core is to be built of; no TMDS ends."""
+    """Expected number of each of the `PARTS` of a core; no TMDS ends."""
     lanes = core.channels * core.parallel_rows * core.pixels_per_clock
     parts = slice_engine(core).netlist_parts(core)
     if core.normalises:
@@ -95,13 +95,13 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
         "stored products": 0 if core.exact else 2 * core.passes * lanes,
         "sharpeners": int(core.sharpens),
         "dividers": lanes if core.exact else 0,
-        # Two of each, in front of the columns and behind them.
+        # Two of each, before and after the columns.
         "lane registers": 4 if core.parallel_rows > 1 else 0,
     }
 
 
 def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
-    """Yield a full build, the same without one thing after the other, and without all of them.
+    """Yield a full build, the same without each of its features, and without all of them.
 
     Each comes with the name of what is left out.
     """

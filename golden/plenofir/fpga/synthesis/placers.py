@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Place and route for families with open tools that pip installs, besides ECP5: for the clock.
+"""Place and route, to measure the clock, for families other than ECP5 with pip-installable tools.
 
-A core stands behind three pins (`few_pins.three_pins`), so that the result is that of the core and
-a shift register on either side. Clocks are those of open databases, not of the vendors' tools.
+A core is put behind three pins (`few_pins.three_pins`), so the result includes a shift register on
+either side. Timing is that of open databases, not of the vendors' tools.
 """
 
 import importlib.util
@@ -87,7 +87,7 @@ PLACERS: dict[str, Placer] = {
     ),
     "gw1nr-9": _gowin("GW1NR-LV9QN88PC6/I5", "GW1N-9C", ("52", "3", "10")),
     "gw2ar-18": _gowin("GW2AR-LV18QN88C8/I7", "GW2A-18C", ("4", "88", "15")),
-    # Of its pins those for configuration by SPI are used: both tools have to be told.
+    # Pins for configuration by SPI are used, which both tools must be told.
     "gw5a-25": _gowin("GW5A-LV25MG121NES", "GW5A-25A", ("E2", "H11", "G11"), "sspi_as_gpio"),
     "ccgm1a1": Placer(
         tool="yowasp-nextpnr-himbaechel-gatemate",
@@ -117,7 +117,7 @@ class PlacedCore:
     """A core placed and routed, shift registers at its pins included."""
 
     fmax_mhz: float
-    amounts: tuple[int, ...]  # LUTs, flip-flops, block RAMs, multipliers; none where not told
+    amounts: tuple[int, ...]  # LUTs, flip-flops, block RAMs, multipliers; empty if unknown
 
 
 FILE = project.DATA / "placed_cores.json"
@@ -207,10 +207,10 @@ def route_core(
 ) -> PlacedCore:
     """Place and route the netlist that `synthesise_core` made in a folder; its clock and amounts.
 
-    The placer begins at random places, drawn from the seed; nextpnr's own seed if None.
+    `seed` is that of the random initial placement; nextpnr's default if None.
     """
     placer = check_placer(name)
-    # YoWASP's tools see nothing outside of the folder that they run in: all names are in it.
+    # YoWASP's tools only see the folder that they run in, so all files are in it.
     file, language, constraints = placer.pins
     (directory / file).write_text(constraints.text(language))
     run_tool(
@@ -231,10 +231,10 @@ def route_core(
 
 
 def open_carries(netlist: Path) -> None:
-    """Leave open what feeds a constant to the first cell of a carry chain.
+    """Disconnect constants from the carry input of the first cell of a chain.
 
-    Yosys drives it (YosysHQ/yosys 4081, 5639); nextpnr-nexus takes nothing but a carry there. The
-    cell begins the chain by itself: its first table gives a carry of one whatever comes in.
+    Yosys drives it (YosysHQ/yosys 4081, 5639), but nextpnr-nexus accepts only a carry there. It is
+    not needed: the cell's first table makes a carry of one whatever the input.
     """
     content: dict[str, Any] = json.loads(netlist.read_text())
     for module in content["modules"].values():

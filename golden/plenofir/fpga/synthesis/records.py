@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of recorded results: JSON with an entry a line, so that a change shows what it changed."""
+"""Files of recorded results: JSON with one entry per line, so that diffs show what changed."""
 
 import json
 from collections.abc import Mapping

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames and signatures of the design that tests itself on a board (hdl/selftest/self_test.vhd)."""
+"""Frames and signatures of the self test on a board (hdl/selftest/self_test.vhd)."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def signature(frame: Image) -> int:
 
 
 def self_test_generics(core: CoreConfiguration, rows: int) -> dict[str, int | bool | str]:
-    """Generics of the design, with the signature that the golden model wants.
+    """Generics of the design, with the signature of the golden model's frame.
 
     The core has one slice, 8 bit, a row at once, nearest neighbour.
     """

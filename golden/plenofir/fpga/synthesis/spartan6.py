@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spartan-6 netlists with Yosys, and what they take of the device."""
+"""Spartan-6 netlists by Yosys, and their resources."""
 
 import json
 from collections import Counter
@@ -12,7 +12,7 @@ from plenofir.fpga.devices import Usage
 from plenofir.fpga.synthesis.parts import TMDS_ENDS
 from plenofir.fpga.tools.synthesis import Generics, cell_declarations, run_yosys, write_verilog
 
-# Look-up tables that a cell stands for; LUTs as memory come in slices of four.
+# Look-up tables of a cell; LUTs as memory come in slices of four.
 _LUT_CELLS = {
     **{f"LUT{inputs}": 1 for inputs in range(1, 7)},
     "RAM32M": 4,
@@ -30,7 +30,7 @@ _REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
 
 
 class Figures(BaseModel):
-    """What a netlist consists of."""
+    """Resources of a netlist, and its longest path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

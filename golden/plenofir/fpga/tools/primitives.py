@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A vendor's primitives in GHDL's Verilog, as Yosys knows them.
+"""Converts a vendor's primitives in GHDL's Verilog to the cells of Yosys.
 
-GHDL writes an instance of a component that nothing is bound to in lower case, with real numbers as
-bits. GHDL 2.0 adds an empty module for each set of generics and writes texts as bits too.
+GHDL writes instances of unbound components in lower case, with real numbers as bits. GHDL 2.0 also
+adds an empty module for each set of generics and writes strings as bits.
 """
 
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs Yosys commands, one for each argument, in a process that Yosys may end on errors."""
+"""Runs Yosys commands, one for each argument, in a process of their own: Yosys exits on errors."""
 
 import sys
 

@@ -20,12 +20,12 @@ from plenofir.ground.errors import InputError, ToolError
 Standard = Literal["1993", "2008"]
 STANDARDS: tuple[Standard, ...] = get_args(Standard)
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
-# Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
+# No warnings about undefined vectors at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
-# On a board the core's words are undefined until its link is locked: frames of warnings.
+# On a board the core's data are undefined until its link is locked, for frames full of warnings.
 _GHDL_BOARD_OPTIONS = ("--ieee-asserts=disable", *GHDL_RUN_OPTIONS[1:])
-# A board binds its vendor's components to models in another library, which VHDL-93 does not do by
-# itself: VHDL-2002 does (5.2.2).
+# Default binding of a vendor's components to models in another library is in VHDL-2002 (5.2.2), not
+# in VHDL-93.
 _BOARD_STANDARD = {"1993": "2002"}
 _GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
@@ -41,9 +41,9 @@ class Simulator:
     """One installed simulator."""
 
     name: SimulatorName
-    version: str  # first line of what it says of itself
+    version: str  # first line of its --version
     environment: Mapping[str, str]  # variables that its commands need
-    standard: Standard = "1993"  # year of the VHDL that it is to read
+    standard: Standard = "1993"  # year of the VHDL standard
 
     def global_options(self, *, board: bool = False) -> list[str]:
         """Options that analysis, elaboration and run share.
@@ -79,7 +79,7 @@ class Simulator:
             commands.append(self.analysis(models, library=models[0].parent.name, board=True))
         if self.name == "nvc":
             return [*commands, self.analysis(sources, board=board)]
-        # What the entity needs and no more.
+        # Elaborate only what the entity needs.
         imports = ["ghdl", "-i", *options, *map(str, sources)]
         return [*commands, imports, ["ghdl", "-m", *options, top]]
 
@@ -113,7 +113,7 @@ class Simulator:
             options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
             if wave_signals:
                 selection = waves.with_suffix(".opt")
-                # GHDL's own name of a generate region has no index.
+                # GHDL's name of a generate region has no index.
                 names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
                 selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
@@ -228,8 +228,8 @@ def ghdl_environment() -> dict[str, str]:
 def find_simulator(name: str, *, brief: bool = False) -> Simulator:
     """Find an installed simulator on the PATH.
 
-    `brief` is for short work: the GHDL that need not compile, though it simulates more slowly,
-    where it is installed and no other back end is asked for.
+    `brief` is for short simulations: if installed, the GHDL that does not compile (mcode) is taken,
+    which simulates more slowly, unless the user asks for another back end.
     """
     if name not in FINDERS:
         raise InputError(f"there is no simulator {name!r}; use {' or '.join(FINDERS)}")

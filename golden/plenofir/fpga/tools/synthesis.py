@@ -57,7 +57,8 @@ def run_tool(
             raise
     if done.returncode != 0:
         lines = log.read_text(errors="replace").splitlines()
-        # Of a failed assertion the line with the reason, not the one that says that it failed.
+        # For a failed assertion, the line with the reason, not the one that only says that it
+        # failed.
         reasons = [line for line in lines if "(assertion failure)" in line]
         wrong = reasons or [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
         raise ToolError(
@@ -79,12 +80,12 @@ def yosys_version() -> str:
 
 
 def plain_verilog(text: str) -> str:
-    """Verilog as all tools take it, from GHDL's.
+    """Correct GHDL's Verilog so that all tools accept it.
 
-    GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, and those
-    of more than 32 bits as texts, which are other numbers; and drives undriven bits with high
-    impedance. Memories of zeros need no initial values, which take Yosys most of its time: block
-    RAM and Verilator begin with zeros.
+    GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool accepts;
+    constants of more than 32 bits as strings, which have other values; and high impedance for
+    undriven bits. Initial values of zero are removed: block RAM and Verilator begin with zeros, and
+    they would take Yosys most of its time.
     """
     text = re.sub(r"^ *initial begin\n(?: *\w+\[\d+\] = \d+'b0+;\n)+ *end\n", "", text, flags=re.M)
     text = re.sub(r'"([01XZ]{33,})"', lambda bits: f"{len(bits[1])}'b{bits[1]}", text)
@@ -98,10 +99,10 @@ _INITIAL = re.compile(r"^ *initial begin\n((?: *\w+\[\d+\] = \d+'b[01]+;\n)+) *e
 
 
 def move_contents(verilog: Path, least: int = 4096) -> None:
-    """Move what memories of `least` words or more begin with into files beside a Verilog file.
+    """Move initial values of memories of `least` words or more into files beside a Verilog file.
 
-    Yosys takes a time for assignments that grows with the square of their number: half a minute
-    for 8190 words, as a file an instant.
+    Yosys's time for assignments grows with the square of their number: half a minute for 8190
+    words, which it reads from a file in an instant.
     """
 
     def moved(match: re.Match[str]) -> str:
@@ -130,10 +131,10 @@ def _is_complete(case: str) -> bool:
 def with_defaults(verilog: str, vhdl: str) -> str:
     """Verilog of ``ghdl --synth`` with the default of each case, which its VHDL has.
 
-    GHDL 2.0 leaves out what a case with one-hot choices gives where none of them holds, the value
-    of ``when others``: tools infer latches. Its VHDL of the same design has it, in the same order.
-    GHDL 5.0 has it in its Verilog; what is complete is left as it is. ToolError if both do not
-    have the same cases, or a value is not understood.
+    For a case with one-hot choices GHDL 2.0 leaves out ``when others``, so tools infer latches. Its
+    VHDL output of the same design has it, in the same order. GHDL 5.0 has it in its Verilog, too;
+    complete cases are not changed. ToolError if both do not have the same cases, or a value is not
+    understood.
     """
     defaults = _SELECT.findall(vhdl)
     count = len(_CASE.findall(verilog))
@@ -185,14 +186,14 @@ def write_verilog(
     """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
     The sources of a board instantiate primitives of a library: ``"unisim"``, ``"ecp5u"``,
-    ``"gw2a"`` or ``"lifcl"``. What large memories begin with is in the file, or in files beside it.
+    ``"gw2a"`` or ``"lifcl"``. Initial values of large memories are in files beside it.
     """
     environment = find_simulator("ghdl").environment
     verilog = directory / f"{top}.v"
     overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
     library = []
     if primitives:
-        # Components alone: nothing is bound to them, so each becomes a cell.
+        # Only the component declarations: unbound components become cells.
         components = component_package(primitives)
         library = [f"-P{directory.resolve()}"]
         run_tool(
@@ -224,7 +225,7 @@ def write_verilog(
         as_vhdl.unlink()
     if primitives:
         text = with_primitives(text, components, cell_declarations(primitives))
-        # The library of components is of no use any more.
+        # The library of components is no longer needed.
         for name in (f"{primitives}-obj93.cf", f"{components.stem}.o"):
             (directory / name).unlink(missing_ok=True)
     verilog.write_text(plain_verilog(text))
@@ -255,16 +256,16 @@ def run_yosys(
 ) -> None:
     """Run Yosys in the folder of the log.
 
-    In a checkout, what it wrote for the same commands and files before is taken from
-    ``build/yosys``. `reads` are Verilog files, `writes` names of all files that the commands
-    write; none: Yosys always runs.
+    In a checkout, results of the same commands and files are cached in ``build/yosys``. `reads` are
+    Verilog files, `writes` names of all files that the commands write; if there are none, Yosys
+    always runs.
     """
     version = yosys_version()
     command = [sys.executable, "-m", "plenofir.fpga.tools.run_yosys", *commands]
     if not writes or not (project.in_checkout() and os.access(project.root(), os.W_OK)):
         run_tool(command, log)
         return
-    # Comments are places in the sources.
+    # Comments only give locations in the sources.
     texts = [re.sub(r"/\*.*?\*/", "", file.read_text(), flags=re.S) for file in reads]
     key = hashlib.sha256("\0".join([version, *commands, *texts]).encode()).hexdigest()
     kept = project.root() / "build" / "yosys" / f"{key[:32]}.zip"

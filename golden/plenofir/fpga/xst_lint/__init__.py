@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What XST is known to refuse, or to take otherwise than simulators and GHDL do.
+"""Finds VHDL that XST is known to refuse, or to interpret otherwise than simulators and GHDL.
 
 The sources are read as text, in the one style that they are written in (``scripts/vsg.yaml``). The
 rules are in ``rules``; each names the precedent that it comes from.

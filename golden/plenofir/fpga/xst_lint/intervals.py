@@ -24,7 +24,7 @@ ANY: Interval = (-INFINITE, INFINITE)
 
 _MOST_PIXELS = PIXELS_PER_CLOCK[-1]
 
-# Limits of generics, parameters and results that their types do not tell.
+# Limits of generics, parameters and results beyond those of their types.
 LARGEST: dict[str, float] = {
     "micro_image_size": MAX_MICRO_IMAGE_SIZE,
     "phase": MAX_MICRO_IMAGE_SIZE,
@@ -42,12 +42,12 @@ LARGEST: dict[str, float] = {
     "slice_count": MAX_SLICES,
     "slices": MAX_SLICES,
     "bits_for": 31,
-    # A shift takes five characters at most, and a blank.
+    # A shift has at most five characters and a blank.
     "shifts__length": 6 * MAX_SLICES,
     # Other texts: names, and the answers of the serial port.
     "a__length": 32,
     "text__length": 2048,
-    # Bits of a number, and block RAMs of a memory.
+    # Bits of a number, block RAMs of a memory.
     "t": 64,
     "exponent": 64,
     "number__length": 64,
@@ -55,7 +55,7 @@ LARGEST: dict[str, float] = {
     "index": 232,
     **{name: most for engine in SLICE_ENGINES.values() for name, most in engine.LARGEST.items()},
 }
-# The tops assert that a set of slices is not empty; tables and texts of the packages have elements.
+# The tops assert that a set of slices is not empty; tables and strings of packages have elements.
 SMALLEST = {"slice_count": 1, "answers__length": 2, "pll_registers__high": 1, "gray__left": 0}
 
 SCALAR = r"(positive|natural|integer)(?: range ([^;:]+?) (?:to|downto) ([^;:]+?))?"
@@ -66,7 +66,8 @@ _PARENTHESES = r"[^()\n]*(?:\((?:[^()\n]|\([^()\n]*\))*\)[^()\n]*)*"
 class Names:
     """What sources declare, by name in small letters."""
 
-    # Integer, or function of integer result, to its type and bounds (empty if it has none).
+    # Integer objects and functions with an integer result: type and bounds (empty if there are
+    # none).
     types: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     values: dict[str, str] = field(default_factory=dict)  # constant to its expression
     # Array, or its type, to the bounds of its index.
@@ -79,7 +80,7 @@ class Names:
         return self.ranges.get(name) or self.ranges.get(self.kinds.get(name, ""))
 
     def read(self, text: str) -> "Names":
-        """Take in what a text declares; of a name that is declared twice the wider type counts."""
+        """Read the declarations of a text; if a name is declared twice, the wider type counts."""
         order = ("integer", "natural", "positive")
         own: dict[str, tuple[str, str, str]] = {}
         for pattern in (
@@ -132,7 +133,7 @@ class _Evaluation:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 low, high = self.of(operand)
                 return (-high, -low)
-            # Of a field of a record its declaration in the record.
+            # A field of a record has its declaration in the record.
             case ast.Name(id=name) | ast.Attribute(attr=name):
                 return self.of_name(name)
             case ast.BinOp(left=left, op=op, right=right):
@@ -181,7 +182,7 @@ def _of_pair(op: ast.operator, a: Interval, b: Interval) -> Interval:
             return (a[0] + b[0], a[1] + b[1])
         case ast.Sub():
             return (a[0] - b[1], a[1] - b[0])
-        # Of the others only what is not negative.
+        # For other operators only non-negative operands are evaluated.
         case ast.Mult() if a[0] >= 0 <= b[0]:
             return (a[0] * b[0], a[1] * b[1])
         case ast.Div() if a[0] >= 0:

@@ -18,7 +18,7 @@ Places = Iterator[tuple[int, str]]
 
 @dataclass(frozen=True)
 class Design:
-    """What all sources share: names of the packages, and the text of all, for its functions."""
+    """Common to all sources: names of the packages, and the whole text, for its functions."""
 
     names: Names
     text: str
@@ -46,7 +46,7 @@ class Source:
 
     @cached_property
     def names(self) -> Names:
-        """Names that it can use: its own over those of the packages."""
+        """Names visible in it: its own before those of the packages."""
         shared = self.design.names
         copies = (dict(shared.types), dict(shared.values), dict(shared.ranges), dict(shared.kinds))
         return Names(*copies).read(self.text)
@@ -71,7 +71,7 @@ class Rule:
 
 
 def loop_limit() -> int:
-    """Turns that XST allows a loop, as the build sets it."""
+    """XST's limit of loop iterations, as the build sets it."""
     for option in read_options(option_folder() / "xst.opt"):
         name, _, value = option.partition(" ")
         if name == "-loop_iteration_limit":
@@ -80,9 +80,9 @@ def loop_limit() -> int:
 
 
 def long_loops(source: Source) -> Places:
-    """Loops with more turns than XST allows; in functions also those that nobody can count.
+    """Loops with more iterations than XST allows; in functions, also those of unknown number.
 
-    A turn of a loop outside of functions makes hardware, so the device ends it before the limit.
+    Iterations outside of functions make hardware, so the device is too small before the limit.
     """
     for found in re.finditer(r"\bfor \w+ in ((?:(?!\bgenerate\b)[^;])*?) loop\b", source.text):
         bounds = " ".join(found[1].split())
@@ -116,7 +116,7 @@ def named_slices(source: Source) -> Places:
 
 
 def empty_ranges(source: Source) -> Places:
-    """Integers that may have one value alone, and vectors that may have no element."""
+    """Integer ranges that may have a single value, and vectors that may have no element."""
     generics = re.search(r"\bgeneric \((.*?)^  \);", source.text, re.S | re.M)
     for found in re.finditer(
         r"^\s*(?:(?:signal|variable)?\s*\w+\s*:\s*(?:in\s+|out\s+)?|subtype \w+ is )"
@@ -142,7 +142,7 @@ _ZERO = re.compile(rf"{_ONE_ZERO}|\( ?(?:(?:\w+ +=> )?{_ONE_ZERO}(?:, | ?(?=\)))
 
 
 def reset_values(source: Source) -> Places:
-    """Registers that power up with another value than that of their reset."""
+    """Registers whose initial value differs from their reset value."""
     first_literals = dict(re.findall(r"\btype (\w+) is \(\s*(\w+)", source.text))
     begins: dict[str, str] = {}
     for name, kind, low, value in re.findall(
@@ -167,7 +167,7 @@ def reset_values(source: Source) -> Places:
 
 
 def text_loops(source: Source) -> Places:
-    """Loops that parse a text again and again, so that a set of many slices takes XST hours."""
+    """Loops that parse a string in each iteration, which takes XST hours for many slices."""
     for at, loops, name in _parsings(source.text, source.design.text_functions):
         if loops > MAX_TEXT_LOOPS:
             yield at, f"{loops} loops around and in {name}, which parses a text"
@@ -176,7 +176,7 @@ def text_loops(source: Source) -> Places:
 def _parsings(
     text: str, functions: Mapping[str, str], inside: frozenset[str] = frozenset()
 ) -> Iterator[tuple[int, int, str]]:
-    """Calls that parse a text, and loops over one: the place, the loops in all, the name."""
+    """Calls that parse a string, and loops over one: position, nesting depth, name."""
     calls = rf"\b({'|'.join(functions or ['$'])}) ?\((?!\n)"
     around = 0
     for found in re.finditer(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tcl for Vivado: block designs with a scene's cores, for a Zynq-7000.
 
-In `memory_design` a VDMA stands in front of the cores and behind them; in `camera_design` a CSI-2
-receiver stands in front, and a monitor shows what the VDMA keeps behind them. All of it has one
-clock of the processing system, but for the D-PHY and the monitor.
+In `memory_design` a VDMA is before and after the cores; in `camera_design` a CSI-2 receiver is
+before them, and a monitor shows the frames that the VDMA after them stores. One clock of the
+processing system drives everything except D-PHY and monitor.
 """
 
 from dataclasses import dataclass, field
@@ -43,10 +43,10 @@ _RAW_BITS = (8, 10, 12, 14)
 
 @dataclass
 class _Design:
-    """Text of a block design, as it grows."""
+    """A block design under construction."""
 
     lines: list[str] = field(default_factory=list)
-    clocks: list[str] = field(default_factory=list)  # pins of the one clock
+    clocks: list[str] = field(default_factory=list)  # pins of the common clock
     resets: list[str] = field(default_factory=list)  # active high
     resets_n: list[str] = field(default_factory=list)  # active low
     controls: list[str] = field(default_factory=list)  # AXI4-Lite slaves
@@ -66,7 +66,7 @@ class _Design:
         self.lines += [f"stream {source} {sink}" for source, sink in pairs]
 
     def own(self, component: Component) -> None:
-        """Add a core of ours."""
+        """Add one of the scene's cores."""
         self.cell(f"plenofir:ip:{component.name}", component.name)
         self.clocks.append(f"{component.name}/clk")
         self.resets.append(f"{component.name}/reset")
@@ -191,7 +191,7 @@ def _catalog(more: str) -> list[str]:
 
 
 def camera_design(plan: Plan, components: dict[str, Component], part: str) -> str | None:
-    """A camera with CSI-2, the cores, and a monitor; None for a scene that no such camera has."""
+    """A camera with CSI-2, the cores, and a monitor; None if no such camera fits the scene."""
     core, sensor = plan.core, plan.sensor
     mosaic = sensor is not None and sensor.mosaic is not None
     demosaic = core.channels == 3 and not mosaic

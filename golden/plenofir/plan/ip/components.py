@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene's components are: their ports, interfaces, registers, and the VHDL around a core."""
+"""A scene's components: ports, interfaces, registers, and the VHDL around a core."""
 
 import tomllib
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ class Port:
     name: str
     mode: Literal["in", "out"]
     bits: int = 0  # of a vector; 0: a single std_logic
-    core_bits: int | None = None  # of the core's port, where it is narrower: zeros above
+    core_bits: int | None = None  # bits of the core's port, if narrower; zeros above
 
     @property
     def type_name(self) -> str:
@@ -195,7 +195,7 @@ def _behind_registers(
 
 
 def components(plan: Plan) -> list[Component]:
-    """The components of a scene: its core alone, and what of it there is with registers."""
+    """The components of a scene: its core alone, and the cores with registers that it has."""
     core, sensor = plan.core, plan.sensor
     pixel = core.channels * core.pixel_bits
     data = core.pixels_per_clock * pixel

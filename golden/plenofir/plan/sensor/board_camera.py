@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The camera whose lanes a board gets: ``hdl/board/camera_pkg.vhd``."""
+"""The camera on a board's CSI-2 lanes: ``hdl/board/camera_pkg.vhd``."""
 
 from dataclasses import dataclass
 from math import floor
@@ -28,11 +28,11 @@ CAMERA_PACKAGE = "camera_pkg"
 
 @dataclass(frozen=True)
 class BoardCamera:
-    """What a camera's lanes bring, and what sets its sensor up."""
+    """Pixels on a camera's lanes, and the set-up of its sensor."""
 
     lanes: int = 4
     bits: int = 10  # of a raw pixel
-    channels: int = 1  # behind the mosaic
+    channels: int = 1  # after interpolation of the mosaic
     buffer_bits: int = 6  # of `csi_receiver`
     settle: int = 10  # of `dphy_lane`
     # Line of the raw frame with which a screen begins its own frame.
@@ -87,13 +87,13 @@ class PlannedCamera:
     board: BoardCamera
     lane_mbits: float  # a lane's rate
     frames_per_second: float | None
-    needed_mhz: float  # that the core needs of its clock
-    # What the core's clock is at least, and what it is built for: the oscillator may be faster.
+    needed_mhz: float  # clock that the core needs
+    # Slowest clock of the core, and the clock that it is built for: the oscillator has a tolerance.
     clock_mhz: float
     wanted_mhz: float
     clock_divide: int  # generic CLOCK_DIVIDE of a board whose own oscillator makes the clock
     raster: bool  # mosaic and lenses are resampled, with a port for calibrations
-    parallel: bool  # parallel video goes out
+    parallel: bool  # the output is parallel video
 
     @property
     def byte_mhz(self) -> float:
@@ -101,7 +101,7 @@ class PlannedCamera:
         return self.lane_mbits / 8
 
     def check_clock(self, *, where: str) -> None:
-        """Refuse a core that no clock of the board is fast enough for."""
+        """Refuse a core that needs a faster clock than the board has."""
         if self.needed_mhz > self.clock_mhz:
             raise InputError(
                 f"lines need {self.needed_mhz:.4g} MHz; the board has {self.clock_mhz:.4g} MHz; "
@@ -110,7 +110,7 @@ class PlannedCamera:
             )
 
 
-# An IMX219 brings two lanes.
+# An IMX219 has two lanes.
 _LANES = 2
 
 
@@ -133,10 +133,10 @@ def _screen_mode(sensor: SceneSensor, board: Board, *, where: str) -> SensorMode
 
 
 def _clock(board: CameraInput, needed: float) -> tuple[int, float, float]:
-    """CLOCK_DIVIDE, and what a board's clock is at least and at most, for a need in MHz."""
+    """CLOCK_DIVIDE, and the slowest and fastest clock of a board, for a required clock in MHz."""
     if board.screen is not None:
         return 0, board.screen_mhz, board.screen_mhz
-    # By 2 at least: the top level takes no smaller CLOCK_DIVIDE than 1.
+    # At least 2, as the top level's CLOCK_DIVIDE is at least 1.
     divide = max(floor(OSCILLATOR_MHZ / OSCILLATOR_TOLERANCE / needed) - 1, 1)
     clock = OSCILLATOR_MHZ / (divide + 1)
     return divide, clock / OSCILLATOR_TOLERANCE, clock * OSCILLATOR_TOLERANCE
@@ -151,7 +151,7 @@ def sensor_camera(
     *,
     where: str,
 ) -> PlannedCamera:
-    """Camera of a scene's sensor on a board, for a core that needs a clock.
+    """Camera of a scene's sensor on a board, for a core with a required clock.
 
     InputError if the sensor has no such frames.
     """
@@ -213,9 +213,9 @@ def lanes_camera(
     *,
     where: str,
 ) -> PlannedCamera:
-    """Camera of a scene's lanes on a board, for a core that needs a clock.
+    """Camera of a scene's lanes on a board, for a core with a required clock.
 
-    InputError for lanes that the board's D-PHY is too slow for, or more bits than it gives out.
+    InputError if the lanes are too fast for the board's D-PHY, or have more bits than its output.
     """
     found = board.camera
     assert found is not None

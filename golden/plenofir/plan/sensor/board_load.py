@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A calibration over the serial port, into a resampler behind ``hdl/board/load_port.vhd``.
 
-A line for each word of the load port, answered by "ok": the letter l, kind (1 hexadecimal digit),
-address (5), word (10). The line "l ?" is answered by what the resampler is, and, where its raster
-is shown on a screen, by what that takes.
+Each word of the load port is a line, answered by "ok": the letter l, kind (1 hexadecimal digit),
+address (5), word (10). The answer to the line "l ?" describes the resampler and, if its raster is
+shown on a screen, the screen's limits.
 """
 
 import re
@@ -35,7 +35,7 @@ class Port(Protocol):
 
 @dataclass(frozen=True)
 class Shown:
-    """How a raster is shown: in the middle of frames as large as the sensor's."""
+    """Limits of a raster that is shown in the middle of frames as large as the sensor's."""
 
     rows: int  # of the raw frames
     raster: int  # longest line of the raster
@@ -47,17 +47,17 @@ class BoardResampler:
     """Description of a board's resampler, as the board sends it."""
 
     core: ResamplerConfiguration
-    shown: Shown | None = None  # what its screen takes; None if there is none
+    shown: Shown | None = None  # limits by its screen; None if there is none
 
 
 def description(core: ResamplerConfiguration, shown: Shown | None = None) -> str:
-    """What a board answers to the question for its resampler: generic DESCRIPTION of load_port."""
+    """A board's answer to "l ?": generic DESCRIPTION of load_port."""
     values = core.model_dump() | ({} if shown is None else vars(shown))
     return "resampler " + " ".join(f"{k}={int(v)}" for k, v in values.items())
 
 
 def described(line: str, *, where: str) -> BoardResampler:
-    """Resampler of a board's answer, which came from the port that messages name `where`."""
+    """Resampler from a board's answer; `where` is the port, for messages."""
     found = _DESCRIPTION.fullmatch(line)
     try:
         if found is None:
@@ -81,7 +81,7 @@ def described(line: str, *, where: str) -> BoardResampler:
 
 
 def calibration_loads(board: BoardResampler, calibration: Calibration, *, where: str) -> list[Load]:
-    """Words (kind, address, word) of a calibration for a resampler that is there, in order.
+    """Words (kind, address, word) of a calibration for an existing resampler, in order.
 
     Vignetting is corrected if the resampler has gains. InputError if it is a calibration of
     another camera: size, layout, rotation.
@@ -129,12 +129,12 @@ def load_board(
 ) -> ResamplerConfiguration:
     """Load a calibration into a board; it takes effect with the next frame.
 
-    The serial port has a time-out; `name` and `where` call port and calibration in messages;
-    `progress` is called with the words that were loaded, and with all. After an InputError (no
-    answer, no resampler, or one that cannot take the calibration) nothing was written.
+    The serial port has a time-out; `name` and `where` are port and calibration in messages;
+    `progress` is called with the number of words loaded, and of all. After an InputError (no
+    answer, no resampler, or one that cannot take the calibration) nothing has been written.
     """
-    # An empty line ends what may have been left in the board; a board that answers to that does not
-    # hear the question.
+    # An empty line ends an unfinished line in the board; a board that answers it would miss the
+    # question, so its answer is awaited.
     port.write(b"\r")
     answer = _ask(port, QUESTION)
     if answer and not _DESCRIPTION.fullmatch(answer):
@@ -142,7 +142,8 @@ def load_board(
     board = described(answer, where=name)
     lines = load_lines(calibration_loads(board, calibration, where=where))
     for number, line in enumerate(lines):
-        # The commit is the last word: what is cut off before takes no effect on the grid.
+        # The commit is the last word: a transfer that is cut off before it does not change the
+        # grid.
         if (answer := _ask(port, line)) != "ok":
             raise InputError(
                 (f"answers {answer!r}" if answer else "does not answer")

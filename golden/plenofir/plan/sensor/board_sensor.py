@@ -27,7 +27,7 @@ class BoardSensor:
     columns: int  # of a raw frame, as `rows`
     rows: int
     raster_columns: int  # of the longest line of the raster
-    description: str  # what the board answers to the question for its resampler
+    description: str  # the board's answer to "l ?"
     # Words of the calibration that is built in; none if it comes over the serial port.
     loads: tuple[Load, ...] = ()
 

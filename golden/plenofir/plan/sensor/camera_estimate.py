@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board's top level with a camera takes besides raster and core, estimated without any tool.
+"""Estimated resources of a board's top level with a camera, without raster and core.
 
 Block RAM follows the rules of Yosys, as that of the core does. Look-up tables and flip-flops are
-sums over the parts, with weights fitted to what nextpnr made of the shipped scenes.
+weighted sums over the parts, fitted to nextpnr's results for the shipped scenes.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import Family
 from plenofir.plan.sensor.board_camera import PlannedCamera
 
-# Of a word between the lanes' clock and the core's: what is told, its last pixel.
+# Bits of a word between the lanes' clock and the core's: flags, its last pixel.
 _TOLD_BITS = 11
 
 
@@ -33,7 +33,7 @@ def camera_memories(camera: PlannedCamera, core: CoreConfiguration) -> Iterator[
 
 
 def camera_usage(camera: PlannedCamera, core: CoreConfiguration, family: Family) -> Usage:
-    """Estimate what receiver, registers, calibration's port and the way out take of a device.
+    """Estimate the resources of receiver, registers, calibration port and output on a device.
 
     Block RAM exactly; the whole board's LUTs within 15 %.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a calibration to the resampler: its configuration, and what its load port is given."""
+"""From a calibration to the resampler: its configuration, and the words for its load port."""
 
 from dataclasses import dataclass
 
@@ -43,11 +43,11 @@ def resampling(
     devignette: bool = True,
     where: str = "calibration",
 ) -> Resampling:
-    """Resampler made to measure for a calibration.
+    """The smallest resampler for a calibration.
 
-    `channels` and `pixel_bits` are of the raw frames behind the mosaic, `where` is what messages
-    call the calibration. The ring holds the lines with which a source without gaps is never
-    refused, if there is such a number. InputError if the chip cannot follow the grid.
+    `channels` and `pixel_bits` are those after the mosaic's interpolation, `where` is the
+    calibration's name in messages. The ring holds enough lines for a source without gaps, if any
+    number is enough. InputError if the chip cannot follow the grid.
     """
     registers, accuracy = grid_registers(calibration, micro_image_size, precision, where=where)
     tables = tables_of(calibration, registers, devignette=devignette, where=where)
@@ -77,7 +77,7 @@ def resampling(
 
 
 def check_ring(lines: int, what: str, *, where: str) -> None:
-    """Refuse a ring of more than `MAX_LINES` lines, and say what it is for."""
+    """Refuse a ring of more than `MAX_LINES` lines; the message says what it is for."""
     if lines > MAX_LINES:
         raise InputError(
             f"{what} needs a ring of {lines} lines, more than {MAX_LINES}; use less "
@@ -117,9 +117,9 @@ def check_fits(
     *,
     where: str = "calibration",
 ) -> None:
-    """Refuse a calibration that a resampler cannot take, by what it exceeds.
+    """Refuse a calibration that a resampler cannot take, with the limit that it exceeds.
 
-    It may be of another camera (M, layout, bits), or need more columns, lines or lenses.
+    It may belong to another camera (M, layout, bits), or need more columns, lines or lenses.
     """
     bits, (rows, columns) = registers.precision, registers.lenses
     hexagonal = registers.layout == "hexagonal-rows"

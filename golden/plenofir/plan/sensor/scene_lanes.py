@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera of a scene whose frames are the raster already: its lanes, and its own registers."""
+"""A scene's camera whose frames already are the raster: its lanes, and its sensor's registers."""
 
 import re
 from pathlib import Path
@@ -19,12 +19,12 @@ class SceneLanes(BaseModel):
 
     number: Literal[1, 2, 4]
     mbits: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # of a lane, Mb/s
-    # File (relative to the scene file) of what the board writes into the sensor; None: others do.
+    # File (relative to the scene file) of registers that the board writes into the sensor, if any.
     registers: Annotated[str, Field(min_length=1)] | None = None
     address: Annotated[int, Field(ge=0, le=0x7F)] = 0x10  # of the sensor on I2C
 
     def pixels_mhz(self, bits: int) -> float:
-        """Million pixels of so many bits a second that come while a line comes."""
+        """Million pixels a second during a line, for pixels of a number of bits."""
         return self.number * self.mbits / bits
 
 
@@ -35,7 +35,7 @@ _ENTRY = re.compile(r"(0x[0-9a-f]{1,4}|pause)\s+(0x[0-9a-f]{1,4}|\d{1,5})", re.I
 def load_registers(path: Path, *, where: str) -> tuple[Entry, ...]:
     """Read a list of registers: lines ``0x0100 0x01`` (address, byte) or ``pause 7`` (ms).
 
-    What stands behind ``#`` is a remark. InputError for a file that is none, by its line.
+    ``#`` begins a comment. InputError names the line that cannot be read.
     """
     try:
         lines = input_file(path).read_text(encoding="utf-8").splitlines()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor of a scene: raw frames, from which the chip itself makes the raster."""
+"""The sensor of a scene, whose raw frames the chip resamples to the raster."""
 
 from dataclasses import dataclass, replace
 from math import ceil, cos, floor, radians, sqrt, tan
@@ -29,7 +29,7 @@ _PITCHES = 1.01
 
 
 class SceneSensor(BaseModel):
-    """The sensor: what it delivers, and where its micro images are."""
+    """The sensor: its raw frames, and where its micro images are."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -39,19 +39,20 @@ class SceneSensor(BaseModel):
     mosaic: BayerOrder | None = None  # order of its colour filters; None for a sensor without
     # File (relative to the scene file) of the calibration that is built in.
     calibration: Annotated[str, Field(min_length=1)] | None = None
-    # Of the lenses, without a calibration: any that keeps these limits is loaded at run time.
+    # Layout without a calibration: any within the following limits can be loaded at run time.
     layout: ChipLayout | None = None
     # Least distance of neighbouring lenses.
     pitch_px: Annotated[float, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)] | None = None
-    # Largest distance of neighbouring lenses; 1 % more if None; with video in and out the ring also
-    # holds what the raster has fewer lines than the sensor.
+    # Largest distance of neighbouring lenses; 1 % more than the least if None. With video in and
+    # out the ring also holds as many lines as the raster has fewer than the sensor.
     largest_pitch_px: Annotated[float, Field(ge=1, le=2 * MAX_MICRO_IMAGE_SIZE)] | None = None
     # Largest rotation to either side.
     rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
-    distortion: bool | None = None  # lenses may be up to two pixels from an even grid
-    devignette: bool = False  # vignetting is corrected: a table of all lenses
-    # Where raw frames come from: "frames" as a stream or as video, "csi" a sensor's lanes, which
-    # build.path = "camera" sets up: the chip, its exposure (None: half of a frame), gain, picture.
+    distortion: bool | None = None  # lenses may be up to two pixels off an even grid
+    devignette: bool = False  # vignetting is corrected, by a table of all lenses
+    # Source of raw frames: "frames", a stream or video, or "csi", a sensor's lanes. With "csi"
+    # build.path = "camera" sets the sensor up: type, exposure (None: half of a frame), gain,
+    # pattern.
     input: Literal["frames", "csi"] = "frames"
     chip: Literal["imx219"] = "imx219"
     exposure_lines: Annotated[int, Field(ge=4, le=65535)] | None = None
@@ -76,16 +77,16 @@ class SceneSensor(BaseModel):
 
 @dataclass(frozen=True)
 class SensorChip:
-    """The part of a scene's hardware that makes the raster."""
+    """The resampling hardware of a scene."""
 
     core: ResamplerConfiguration
     mosaic: BayerOrder | None  # order of the colour filters in front of it
     columns: int  # of the raw frame, as `rows`
     rows: int
     raster: tuple[int, int]  # rows and columns; the largest, if calibrations are loaded at run time
-    full_rate: bool  # a source without gaps is never refused
+    full_rate: bool  # a source without gaps never has to wait
     calibrated: Resampling | None  # the calibration that is built in
-    shown: Shown | None = None  # what a board's screen takes; None without video in and out
+    shown: Shown | None = None  # limits by a board's screen; None without video in and out
 
 
 def sensor_chip(
@@ -98,8 +99,8 @@ def sensor_chip(
 ) -> SensorChip:
     """Resampler for a scene's sensor: for its calibration, or for every one within the limits.
 
-    `colour` is of what comes behind the mosaic; `path` is the scene's file, with the calibration
-    beside it; `video`: the raster is shown under the timing of the raw frames.
+    `colour`: whether pixels after the mosaic are RGB. `path`: the scene's file, for relative paths.
+    `video`: the raster is shown with the timing of the raw frames.
     """
     channels = 3 if colour == "rgb" else 1
     if sensor.mosaic is not None and channels != 3:
@@ -171,7 +172,7 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         )
     hexagonal = sensor.layout == "hexagonal-rows"
     row_pitch = pitch * sqrt(3) / 2 if hexagonal else pitch
-    # A row of n lenses is (n - 1) pitch cos(angle) wide; their centres lie in the image.
+    # A row of n lenses, whose centres lie in the image, is (n - 1) pitch cos(angle) wide.
     lenses_down = floor((sensor.rows - 1 + 2 * BORDER) / (row_pitch * cos(angle))) + 1
     lenses_across = floor((sensor.columns - 1 + 2 * BORDER) / (pitch * cos(angle))) + 1
     outputs = lenses_across
@@ -179,11 +180,11 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         outputs = floor((lenses_across - 1.5) / (row_pitch / pitch)) + 1
     moves = sensor.distortion or False
     drift = ceil(sensor.columns * tan(angle)) + _LINES_OF_MOVES * moves
-    # A line is late by clocks, which are whole lines where columns are few.
+    # A line is delayed by clocks, which are whole lines if there are few columns.
     lines = drift + m + 4 + 4 * LATENCY // sensor.columns
     what = f"a rotation of {rotation:g} degrees"
     if video:
-        # Lenses of the largest pitch whose rows lie in the image for certain.
+        # Lenses of the largest pitch whose rows certainly lie in the image.
         largest = row_pitch / pitch * (sensor.largest_pitch_px or _PITCHES * pitch)
         rows = m * max(floor((sensor.rows - 1 - drift) / largest), 0)
         lines = max(sensor.rows - rows, drift + m) + m // 2 + 3
@@ -192,8 +193,8 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     lines += lines % 2
     check_ring(lines, what, where=f"{where}.rotation_degrees")
     raster = lenses_down * m, outputs * m
-    # Lenses cut by the border count, too: with few lenses the raster may have more pixels than the
-    # raw frame.
+    # Lenses cut by the border are included, so with few lenses the raster may have more pixels than
+    # the raw frame.
     line = max(outputs, lenses_across) * m
     keeps_up = m <= row_pitch and line <= sensor.columns
     keeps_up = keeps_up and raster[0] * line <= sensor.rows * sensor.columns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Raw frames through mosaic and resampler by way of files (``tb/file_bench/sensor_bench``)."""
+"""Simulation of mosaic and resampler with frames in files (``tb/file_bench/sensor_bench``)."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -45,10 +45,10 @@ def run_sensor(
 ) -> BenchResult:
     """Move raw frames (frames, rows, columns[, channels]) through the resampler.
 
-    A mosaic in front of it has its first red pixel at `red_place` (row, column); the core's
-    channels are those behind it. `raster_shape` is rows and columns that come out; the others are
-    as in `plenofir.fpga.simulate.file_bench.run_bench`. The source offers a pixel every clock but
-    the one in which the bench reads it.
+    A mosaic's first red pixel is at `red_place` (row, column); the core's channels are those after
+    its interpolation. `raster_shape` is rows and columns of the output; the others are as in
+    `plenofir.fpga.simulate.file_bench.run_bench`. The source offers a pixel every clock except the
+    one in which the bench reads it.
     """
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)

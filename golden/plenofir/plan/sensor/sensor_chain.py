@@ -28,7 +28,7 @@ from plenofir.plan.sensor.board_sensor import (
 )
 from plenofir.refocus.operator import Image
 
-# The size of the raster is known with the first frame that is followed; the next one is shown.
+# The board knows the size of the raster after the first frame, and shows the next one.
 _FRAMES_TO_FOLLOW = chain.FRAMES_TO_FOLLOW + 1
 
 
@@ -45,33 +45,33 @@ class SensorFrame:
         return self.sensor.core.lines
 
     def simulation(self, what: Run, raster: Picture) -> Simulation:
-        """The way of this frame, its raster by the model as the raw image."""
+        """Simulation of this frame; the raw image is its raster by the model."""
         return SensorBoardSimulation(what, raster, self)
 
     @property
     def mode(self) -> VideoMode:
-        """Timing that the frame comes under."""
+        """Video timing of the frame."""
         return chain.mode_for(self.sensor.columns, self.sensor.rows)
 
     def delay_lines(self, core: CoreConfiguration, rows: int) -> int:
-        """Lines by which the output lags, for a raster of so many rows."""
+        """Delay of the output in lines, for a raster with this many rows."""
         mosaic = self.sensor.red_place is not None
         own = sensor_delay_lines(core.micro_image_size, mosaic=mosaic)
         return core.delay + own + (self.sensor.rows - rows + 1) // 2
 
 
 class SensorBoardSimulation(Simulation):
-    """The frame comes in all the time; its raster is shown in the middle, refocused."""
+    """Simulation in which the frame is repeated; its refocused raster is shown in the middle."""
 
     name = "board"
 
     def __init__(self, what: Run, raw: Picture, frame: SensorFrame) -> None:
-        """Take the raster by the model as the raw image, and the frame that it was made of."""
+        """Keep the frame, with its raster by the model as the raw image."""
         super().__init__(what, raw)
         self.frame = frame
 
     def check(self) -> None:
-        """Refuse what the board's video path cannot carry."""
+        """Refuse frames that the board's video path cannot carry."""
         frame, mode = self.frame, self.frame.mode
         chain.check_chain(self.core, frame.sensor.rows, frame.sensor.columns)
         chain.range_of(BOARDS[self.what.board], mode)
@@ -91,7 +91,7 @@ class SensorBoardSimulation(Simulation):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Show the raw frame at the input and take what the output shows in the middle."""
+        """Show the raw frame at the input and capture the middle of the output."""
         del waves
         sensor, mode, slices = self.frame.sensor, self.frame.mode, self.frames
         raster, raw = self.raw.shape[:2], self.frame.raw
@@ -103,7 +103,7 @@ class SensorBoardSimulation(Simulation):
         shown, _, latency, seconds = chain.BoardRun(
             board=self.what.board,
             mode=mode,
-            # Channels and the raster's lines stand in sensor_pkg.
+            # Channels and the raster's line length are in sensor_pkg.
             core=self.core.model_copy(update={"max_columns": sensor.columns}),
             packages={
                 SENSOR_PACKAGE: sensor_package(sensor),

@@ -31,14 +31,14 @@ FAULTS = (
     *("lanes missing", "packets out of order", "wrong sizes", "pixels lost"),
 )
 """What `csi_receiver` counts."""
-# Of the core and of the lanes, in ps; a raw pixel comes every other clock of the core, as sensors
-# have it whose lines and frames have gaps.
+# Clock periods of core and lanes in ps. A raw pixel comes every other clock of the core, which
+# stands for a sensor's blanking.
 _CLOCK_PS = 10_000
 _CLOCKS_PER_PIXEL = 2
-# Clocks of the lanes between packets; lines of the raster between frames besides the core's own.
+# Clocks of the lanes between packets; lines of the raster between frames in addition to the core's.
 _GAP = 24
 _BLANK_LINES = 16
-# Generics that the core has, too, under other names in the bench.
+# Generics that have other names in the bench, where the core has them too.
 _RENAMED = {
     "PIXEL_BITS": "RAW_BITS",
     "MAX_COLUMNS": "RAW_COLUMNS",
@@ -60,7 +60,7 @@ class CsiFrame:
     where: str  # what messages call the capture
 
     def __post_init__(self) -> None:
-        """Refuse what no raw packet holds."""
+        """Refuse pixels that do not fit raw packets."""
         if self.raw.ndim == 3:
             raise InputError(
                 "has colours; a sensor's lines have one channel, grey or a mosaic",
@@ -87,12 +87,12 @@ class CsiFrame:
         return 2 * round(_CLOCKS_PER_PIXEL * pixels * _CLOCK_PS / 2)
 
     def simulation(self, what: Run, raster: Picture) -> Simulation:
-        """The way of this frame, its raster by the model as the raw image."""
+        """Simulation of this frame; the raw image is its raster by the model."""
         return CsiSimulation(what, raster, self)
 
 
 class CsiSimulation(Simulation):
-    """The frame comes over the lanes, once for each slice."""
+    """Simulation in which the frame comes over the lanes, once for each slice."""
 
     name = "from CSI-2"
 
@@ -113,7 +113,7 @@ class CsiSimulation(Simulation):
         waves: Path | None,
         progress: Callable[[int], None],
     ) -> BenchResult:
-        """Send the frame for each slice, and take what the core makes of it."""
+        """Send the frame for each slice and capture the core's output."""
         del waves
         frame, core, (rows, columns) = self.frame, self.core, self.raw.shape[:2]
         directory.mkdir(parents=True, exist_ok=True)
@@ -160,7 +160,7 @@ class CsiSimulation(Simulation):
         )
 
     def _clocks(self, frame: CsiFrame, packets: Sequence[Sequence[bytes]]) -> Image:
-        """Clocks of the lanes: packets, lanes late by a clock each, a blank behind each frame."""
+        """Clocks of the lanes: packets, each lane a clock later, a gap after each frame."""
         blank = (self.core.delay + _BLANK_LINES) * max(self.raw.shape[1], frame.raw.shape[1])
         gap = np.zeros((blank * _CLOCK_PS // frame.byte_ps, frame.lanes), np.uint16)
         skews = range(frame.lanes)
@@ -168,7 +168,7 @@ class CsiSimulation(Simulation):
         return np.vstack([part for pair in parts for part in pair])
 
     def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
-        """Say what went over the lanes."""
+        """Add the packets on the lanes to the report."""
         del result, golden, folder
         sent = [packet for packets in self.packets for packet in packets]
         return CsiReport(
@@ -182,7 +182,7 @@ class CsiSimulation(Simulation):
 
 
 def _check(counts: dict[str, int], faults: Sequence[int], frames: int, raw: Image) -> None:
-    """Refuse pixels that are missing or wrongly framed, and faults that were told."""
+    """Refuse pixels that are missing or wrongly framed, and reported faults."""
     pixels = frames * raw.shape[0] * raw.shape[1]
     told = [f"{count} {what}" for count, what in zip(faults, FAULTS, strict=True) if count]
     if told or counts["received"] != pixels:

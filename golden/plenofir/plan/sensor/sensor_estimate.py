@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the way from a sensor to the core takes: mosaic and resampler, estimated without any tool.
+"""Estimated resources between a sensor and the core: mosaic and resampler.
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
 flip-flops are sums over the parts, with weights fitted to the synthesised variants that
@@ -54,7 +54,7 @@ def sensor_multipliers(core: ResamplerConfiguration, family: Family = "spartan6"
     """Multipliers of the entity ``sensor_raster``."""
     gain = core.gain_bits + _GAIN_INTEGER_BITS
     sample = core.pixel_bits + core.guard_bits
-    # Two columns, the line between them; the gain; the place between two lenses.
+    # Interpolation in two columns and between them; gain; interpolation between two lenses.
     products = [(core.pixel_bits, core.weight_bits)] * 2
     products += [(core.pixel_bits + core.weight_bits, core.weight_bits)]
     products += [(sample, gain)] * core.gains
@@ -64,7 +64,7 @@ def sensor_multipliers(core: ResamplerConfiguration, family: Family = "spartan6"
 
 
 def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str, int]:
-    """Parts of the entity ``sensor_raster`` that look-up tables and flip-flops go to."""
+    """Parts of the entity ``sensor_raster`` that take look-up tables and flip-flops."""
     bits = core.channels * core.pixel_bits
     return {
         "whole": 1,
@@ -80,13 +80,13 @@ def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str,
 def sensor_usage(
     core: ResamplerConfiguration, *, mosaic: bool, family: Family = "spartan6"
 ) -> Usage:
-    """Estimate what a mosaic's interpolation, if any, and the resampler take of a device.
+    """Estimate the resources of the resampler, and of a mosaic's interpolation if there is one.
 
-    Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
-    percent on a Spartan-6; within a third on an ECP5.
+    Multipliers are exact, block RAM up to two too many, LUTs and flip-flops within a few percent on
+    a Spartan-6, within a third on an ECP5.
     """
-    # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each, for
-    # Nexus one alone. By a power of two it is a shift.
+    # The size of the raster is M times the numbers of lenses. Yosys takes a multiplier for each,
+    # for Nexus only one; if M is a power of two it is a shift.
     m = core.micro_image_size
     sizes = {"spartan6": 2, "series7": 2, "ecp5": 2, "nexus": 1}.get(family, 0) * (m & (m - 1) != 0)
     return usage_of_parts(

@@ -45,9 +45,9 @@ class Sensor:
 
     @property
     def board_frame(self) -> SensorFrame:
-        """The capture as it goes into a board that is built for it.
+        """The capture as the input of a board that is built for it.
 
-        InputError if it has other than 8 bits, or its raster cannot be shown on a screen.
+        InputError if it does not have 8 bits, or its raster cannot be shown on a screen.
         """
         chip, where = self.chip, str(self.calib)
         if self.capture.full_scale != 255:
@@ -69,7 +69,8 @@ class Sensor:
     def csi_frame(self, lanes: int) -> CsiFrame:
         """The capture as it comes over CSI-2.
 
-        InputError if no raw packet holds it, or the resampler would have to stop the sensor.
+        InputError if its pixels do not fit raw packets, or the resampler would have to stop the
+        sensor.
         """
         return CsiFrame(
             resampler=self.chip.core,
@@ -109,19 +110,19 @@ class SensorReport:
     first_mismatch: str | None
     clocks: int
     clocks_per_raw_pixel: float
-    lines: int  # raw lines in the ring; the next two: how many the calibration needs
+    lines: int  # raw lines in the ring; the next two are what the calibration needs
     lines_needed: int
     lines_at_full_rate: int | None
     # How far the resampler's positions are from the calibration's, as the next two.
     distortion_px: float
     rounding_px: float
     turn_px: float
-    decode_largest: int  # difference of the raster from that of `decode` in grey levels
+    decode_largest: int  # largest difference from the raster of `decode` in grey levels
     decode_rms: float
 
 
 def scaled_to(capture: Picture, bits: int) -> Picture:
-    """A capture with a full scale of so many bits, rounded."""
+    """A capture scaled to a number of bits, rounded."""
     scale = (1 << bits) - 1
     pixels = (2 * capture.pixels.astype(np.int64) * scale + capture.full_scale) // (
         2 * capture.full_scale
@@ -170,11 +171,11 @@ def run_raw(
     frame: SensorFrame | CsiFrame | None = None,
     progress: Progress | None = None,
 ) -> tuple[Report, SensorReport]:
-    """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
+    """Resample a capture in VHDL, refocus the raster, and compare both with their models.
 
-    `golden` is its raster by the model (`Sensor.golden`); `make_run` makes the run of the
-    refocuser, given the raster's file and the folder for results. A `frame` goes into a board, or
-    over CSI-2, and the raster is made once more. `out` gets the results of
+    `golden` is the raster by the model (`Sensor.golden`); `make_run` makes the request for the
+    refocuser from the raster's file and the folder for results. A `frame` is simulated through a
+    board, or over CSI-2, which resamples it again. `out` gets the results of
     `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))

@@ -14,10 +14,10 @@ from plenofir.camera.calibration import (
     Grid,
     calibrate,
     load_calibration,
-    text_calibration,
+    thesis_calibration,
 )
 from plenofir.camera.calibration.frames import clipped_share, grey
-from plenofir.camera.calibration.text_method import normalised, regression, rotated
+from plenofir.camera.calibration.thesis_method import normalised, regression, rotated
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.ground.errors import InputError
 
@@ -329,11 +329,11 @@ def test_dark_frame_of_another_size() -> None:
         calibrate(white, np.zeros((440, 599), np.uint16))
 
 
-def test_text_method() -> None:
-    """The text's method finds all regions of a clean image, but with less accuracy."""
+def test_thesis_method() -> None:
+    """The thesis's method finds all regions of a clean image, but with less accuracy."""
     grid = regular_grid(SHAPE, 11.03, rotation_degrees=0.5)
     image = white_image(SHAPE, grid)
-    found = text_calibration(grey(image))
+    found = thesis_calibration(grey(image))
     truth = centres_within(grid, SHAPE)
     whole = ((truth > 6) & (truth < np.array(SHAPE) - 7)).all(axis=1)
     distance = cKDTree(found.centroids).query(truth[whole])[0]

@@ -60,7 +60,7 @@ def test_fourier_slice_approximates_shifted_views(m, a, seed, colour) -> None:
     raw = np.random.default_rng(seed).integers(0, 65536, shape).astype(np.uint16)
     want = shifted_views(raw, m, a) / 65535
     assert want.shape == (7, 9, *shape[2:])
-    # The narrow window of the text, and wider ones.
+    # The narrow window of the thesis, and wider ones.
     for width, bound in ((3.5, 4e-3), (5.0, 2e-4), (6.0, 1e-5)):
         found = fourier_slice(raw, m, a, width=width) / 65535
         assert np.abs(found - want).max() < bound

@@ -39,7 +39,7 @@ def test_micro_image_centres_of_the_f100_lens(number: str) -> None:
 def test_predicted_distances_of_shipped_lenses(lens: str, border: int, extension: float) -> None:
     found = compare_distances(lens, SETTINGS, 13, border=border, extension_mm=extension)
     assert np.isfinite(found.real).all()
-    # 0.35 % is what the text finds for its lenses; Metrogon is made for wide angles.
+    # 0.35 % is what the thesis finds for its lenses; Metrogon is made for wide angles.
     assert np.abs(found.deviation_percent).max() < (0.5 if lens == "metrogon" else 0.35)
 
 
@@ -68,7 +68,7 @@ def test_virtual_cameras_of_shipped_lenses(lens: str, focus: float) -> None:
     per_view = (1.0, 2.0) if focus == np.inf else (0.0, 1.0, 2.0)
     found = compare_virtual_cameras(lens, 6, extension_mm=extension, per_view=per_view)
     assert (found.disparities == 6 * np.array(per_view)).all()
-    # What the text finds for its lenses; Metrogon is made for wide angles, not for little blur.
+    # What the thesis finds for its lenses; Metrogon is made for wide angles, not for little blur.
     bounds = {"pupil": 0.91, "baseline": 0.138, "tilt": 0.28, "depths": 0.34}
     if lens == "metrogon":
         bounds |= {"tilt": 2.5, "depths": 2.5}

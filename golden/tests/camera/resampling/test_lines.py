@@ -66,7 +66,7 @@ def test_lines_are_kept_until_they_were_read(camera: tuple[GridRegisters, Tables
     assert (first >= 0).all()
     assert (last <= needed).all()
     assert (needed < registers.image_shape[0]).all()
-    # What is kept for a line holds for all lines behind it.
+    # What is kept for a line holds for all lines after it.
     assert (kept <= np.minimum.accumulate(first[::-1])[::-1]).all()
     assert ring_needs(registers, tables).least == (needed - kept).max() + 1
 

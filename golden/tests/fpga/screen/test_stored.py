@@ -24,7 +24,7 @@ def decoded(words: list[str], m: int, columns: int) -> np.ndarray:
             channels, place = [], begin
             for width in COLOUR_BITS:
                 text = bits[place : place + width][::-1]
-                # As to_pixel of stored_light_field: the high bits once more behind the low ones.
+                # As to_pixel of stored_light_field: the high bits once more after the low ones.
                 channels.append(int((text + text)[:8], 2))
                 place += width
             colours.append(channels)
@@ -50,7 +50,7 @@ def test_words_are_the_raster(m: int, rows: int, columns: int) -> None:
 
 
 def test_two_colours_are_kept() -> None:
-    # Values that the bits hold: 8 bits with the high ones repeated behind the low ones.
+    # Values that the bits hold: 8 bits with the high ones repeated after the low ones.
     rng = np.random.default_rng(2)
     values = np.stack(
         [v << (8 - b) | v >> (2 * b - 8) for b in COLOUR_BITS for v in [rng.integers(0, 2**b, 24)]],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text's own way to micro image centres and rotation, for comparison (section 4.2.1).
+"""The thesis's own way to micro image centres and rotation, for comparison (section 4.2.1).
 
 Normalisation (Eq. 4.1), threshold (Eq. 4.2), a centroid for each labelled region (Eq. 4.3), and the
 rotation from a straight line through the central row (Eqs. 4.4-4.6); the image is then rotated
@@ -18,8 +18,8 @@ from plenofir.camera.calibration.grid import Flags, Floats
 
 
 @dataclass(frozen=True)
-class TextCalibration:
-    """Result of the text's method.
+class ThesisCalibration:
+    """Result of the thesis's method.
 
     Attributes
     ----------
@@ -100,8 +100,8 @@ def rotated(centroids: Floats, degrees: float, shape: tuple[int, int]) -> Floats
     return np.asarray(turned.T + middle)
 
 
-def text_calibration(image: Image32) -> TextCalibration:
-    """Calibrate by the text's method.
+def thesis_calibration(image: Image32) -> ThesisCalibration:
+    """Calibrate by the thesis's method.
 
     `image`: white image in grey levels, shape (rows, columns).
     """
@@ -109,11 +109,11 @@ def text_calibration(image: Image32) -> TextCalibration:
     row = central_row(centroids, (image.shape[0], image.shape[1]))
     nothing = float("nan")
     if len(row) < 2:
-        # Noise breaks regions up, and there is no row left.
-        return TextCalibration(centroids, row, nothing, nothing)
+        # Noise can break regions up, so that no row is found.
+        return ThesisCalibration(centroids, row, nothing, nothing)
     _, slope = regression(centroids[row])
     steps = np.diff(centroids[row], axis=0)
-    return TextCalibration(
+    return ThesisCalibration(
         centroids=centroids,
         row=row,
         rotation_degrees=float(np.degrees(np.arctan(slope))),
