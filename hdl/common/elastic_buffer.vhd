@@ -124,7 +124,8 @@ begin
       read_word <= memory(to_integer(read_pointer));
       if reading = '1' then
         read_pointer <= read_pointer + 1;
-        -- A level below 1 or near the depth means that the sides have slipped.
+        -- A level near 0 or near the depth means that the sides have slipped: the next word could be one that is just
+        -- being written.
         if level < 2 or level > 2 ** ADDRESS_BITS - 3 then
           reading <= '0';
         end if;

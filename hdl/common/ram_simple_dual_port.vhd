@@ -101,6 +101,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- Read first: so a variable, too, gives the word of before where both addresses are one.
         if read_enable = '1' then
           read_word <= memory(to_integer(read_address));
         end if;

@@ -21,6 +21,7 @@ architecture rtl of reset_bridge is
 
   signal crossing_reset : std_logic_vector(3 downto 0) := (others => '1');
 
+  -- Flip-flops, as a shift register LUT cannot be set asynchronously.
   attribute shreg_extract : string;
   attribute shreg_extract of crossing_reset : signal is "no";
 

@@ -161,6 +161,7 @@ package body video_pkg is
       report name & ": PATTERN_V_ACTIVE and its blanking exceed 4095 lines"
       severity failure;
 
+    -- Vertical sync begins and ends where a horizontal one begins, as in CEA-861's progressive modes.
     timing.columns             := to_count(h_active);
     timing.line_length         := to_count(h_active + h_front + h_sync + h_back);
     timing.h_sync_begin        := to_count(h_active + h_front);

@@ -213,6 +213,7 @@ begin
               send <= flush_pixel;
             end if;
           elsif s_axis_tvalid = '0' or stray = '1' then
+            -- The stream has a gap. Within a line nothing need move; between lines and frames the filters are emptied.
             if at_first = '1' then
               if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
                  (PARALLEL_ROWS = 1 or tokens_due = '0') then
@@ -231,6 +232,7 @@ begin
                 send <= stream_pixel;
               end if;
             end if;
+          -- A new frame is on offer, and waits until the one before has the bands and tokens that it must have.
           elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
             send <= empty;
           elsif frame_wait = '1' then

@@ -77,8 +77,8 @@ architecture rtl of row_scatter is
   signal entries  : entries_t;
   signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  -- For each row: whether there is room for the tokens under way, and whether it is empty; registered, as the sequencer
-  -- decides with them.
+  -- For each row: whether there is room for the tokens under way, and whether it is nearly empty; registered, as the
+  -- sequencer decides with them.
   signal has_credit : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal is_drained : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal entry      : entry_t;
@@ -139,6 +139,7 @@ begin
         else
           has_credit(r) <= '0';
         end if;
+        -- A flush line's own results come UNDER_WAY clocks after it is decided: so many words can leave until then.
         if level < UNDER_WAY then
           is_drained(r) <= '1';
         else

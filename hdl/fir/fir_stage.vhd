@@ -172,7 +172,7 @@ begin
 
   fresh <= token.strobe and (advance or opening);
 
-  -- A column's sums are N tokens on when it comes again, so the slot moves with the burst, not with the token.
+  -- The column's place in the memory of partial sums: the next one with each burst.
   turn(0).slot <= (others => '0') when advance = '1' or DEPTH = 1 else
                   turn_held(0).slot + 1 when burst_step = 0 else
                   turn_held(0).slot;
@@ -183,9 +183,8 @@ begin
   turn(0).active <= pixel when burst_step = 0 else
                     turn_held(0).active;
 
-  -- Each of the other modules does the same a token later than the module before it.
-  -- The pixels of a column come to module m a token later than to module 0, and its turn is the one that module 0
-  -- had.
+  -- Each of the other modules has the turn of the one before it a token later: its burst begins a token later, on the
+  -- column to the right, which has the same slot in a memory of its own.
   followers : for m in 1 to MODULES - 1 generate
     turn(m) <= turn_held(m - 1);
   end generate followers;

@@ -113,12 +113,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- New outputs come DELAY steps behind their pixels, and so does the sign that they are new.
       if advance = '1' then
         phase      <= phase_next;
         slice_held <= slice_next;
         restart    <= first;
         live_held  <= live;
+        -- The boundary between two lines moves up through the filter, by a tap with each step.
         if first = '1' then
           mask <= FIRST_STEP;
         else
@@ -164,6 +164,7 @@ begin
     begin
 
       if rising_edge(clk) then
+        -- New outputs come DELAY steps behind their pixels, and so does the sign that they are new.
         if advance = '1' then
           new_at(1 to DELAY + 1) <= new_at(0 to DELAY);
         end if;

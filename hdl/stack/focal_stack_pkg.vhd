@@ -110,8 +110,8 @@ package body focal_stack_pkg is
     sums := 0;
     bits := 0;
 
-    -- Pixels for all slices; of each slice running and first sums, and held ones.
-    -- A line of one token keeps its sums in registers.
+    -- Bits of memory a column: pixels for all slices; of each slice running and first sums, and held
+    -- ones. A line of one token keeps them in registers.
     if max_columns > 1 or pixels > 1 then
 
       for i in 0 to geometry.slices - 1 loop
