@@ -172,7 +172,6 @@ package body axi_pkg is
 
     for i in 0 to REGISTERS_TOTAL - 1 loop
 
-      -- Registers without a need are there with any parts.
       if NEEDS(i) > 0 then
         found(i) := '0';
         there    := parts;

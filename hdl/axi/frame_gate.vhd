@@ -55,7 +55,7 @@ architecture rtl of frame_gate is
   signal transfer  : std_logic;
   signal size_good : std_logic;
 
-  -- A frame is under way; pixels are the excess of a line; place of the next pixel.
+  -- A frame is under way; pixels are the excess of a line; place of the next pixel, of 8192 in a line at most.
   signal frame_open : std_logic             := '0';
   signal excess     : std_logic             := '0';
   signal column     : unsigned(13 downto 0) := (others => '0');
@@ -73,7 +73,7 @@ begin
   transfer      <= s_axis_marks.tvalid and ready;
   busy          <= frame_open;
 
-  -- The core drops frames of a size that it cannot build; here it only counts them as dropped.
+  -- The core drops frames of a size that it cannot build; here they only count as dropped.
   size_good <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                '0';
 

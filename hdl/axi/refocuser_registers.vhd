@@ -253,8 +253,8 @@ begin
 
     end loop;
 
-    -- For registers whose bits act when 1 is written: bytes that are not written count as 0.
-    -- A byte that the bus does not write must not act by what its wires hold.
+    -- For registers whose bits act when 1 is written: a byte that the bus does not write counts as 0, whatever its
+    -- wires hold.
     ones <= (others => '0');
 
     for i in 0 to 3 loop

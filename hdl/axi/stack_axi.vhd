@@ -171,8 +171,7 @@ begin
     );
 
   -- As the registers see it, stack and index are one core: they have the same size and restart
-  -- together.
-  -- With error_clear a flag is high for the clock of its fault.
+  -- together. With error_clear a flag is high for the clock of its fault.
   stack : entity work.focal_stack
     generic map (
       MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,

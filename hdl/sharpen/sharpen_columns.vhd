@@ -79,6 +79,7 @@ architecture rtl of sharpen_columns is
 
   begin
 
+    -- Slices of weight 0 go through as they are.
     table := (others => '1');
 
     for i in 0 to slice_count(SHARPENING) - 1 loop

@@ -91,7 +91,7 @@ package body sharpen_pkg is
   -- Weights are whole numbers of 1 / 2**UNIT_BITS.
   constant UNIT_BITS : positive := 6;
 
-  -- Of 1 / 4.
+  -- A quarter, with which the taps of a dimension double a sum at most.
   constant LARGEST_WEIGHT : positive := 16;
 
   function takes_sharpening (
