@@ -25,7 +25,7 @@ from unittest import mock
 
 import pytest
 
-from mutant_tests import is_hunt, rounds_of
+from mutant_tests import is_apart, rounds_of
 from mutants import Mutant, write_mutant
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.formal import abc_program
@@ -217,7 +217,7 @@ def proved_circuits(mutant: Mutant, folder: Path) -> int:
 
     0 if one differs or is not proved.
     """
-    tests = (test for test in rounds_of(mutant) if not is_hunt(test))
+    tests = (test for test in rounds_of(mutant) if not is_apart(test))
     circuits = dict.fromkeys(made for test in tests for made in circuits_of(test))
     entity = Path(mutant.file).stem
     package = entity.endswith("_pkg")

@@ -9,6 +9,7 @@ from plenofir.fpga import hdl
 from plenofir.ground import project
 
 RASTER = "tb/core/test_raster_refocuser.py"
+BORDER = "tb/border/test_normalised_border.py"
 SUMS = "tb/moving_sum/test_moving_sum_engine.py"
 STACK = "tb/stack/test_focal_stack.py"
 INDEX = "tb/depth/test_depth_index.py"
@@ -18,12 +19,14 @@ BOARD = "tb/board/test_board_entities.py"
 LINK = "tb/board/test_link_entities.py"
 TMDS = "tb/tmds/test_tmds_entities.py"
 CHAIN = "tb/hdmi/test_chain.py"
+ULX3S = f"{CHAIN}::test_ulx3s[ulx3s] -m slow"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 OVERLAY = "tb/overlay/test_text_overlay.py"
 VIDEO = "tb/video/test_video.py"
 CSI = "tb/csi/test_csi_receiver.py -k test_csi_receiver"
 PARALLEL = "tb/video/test_parallel.py"
+CAMERAS = "tb/csi/test_camera_boards.py -m slow"
 LOADS = "tb/board/test_load_port.py"
 # The last rounds: designs of a hunt, and hunts of a source that many build.
 HUNTED, HUNTS = 4, 3
@@ -53,6 +56,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
     ),
+    ("core/divide_weighted*", ("tb/core/test_units.py -k {}", f"{BORDER} -k stalls_gaps", BORDER)),
+    ("border/*", (f"{BORDER} -k stalls_gaps", BORDER)),
     ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
     ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices", f"{VIDEO} -k all_in_focus")),
@@ -77,6 +82,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("video/black*", ("tb/video/test_own.py",)),
     ("video/own*", ("tb/hdmi/test_tangnano.py",)),
     ("video/sensor_front*", (SENSOR_VIDEO, SENSOR_WAITS)),
+    ("board/camera_r*", (f"{CAMERAS} -k lifcl40", f"{CAMERAS} -k ulx3s")),
+    ("video/camera*", (f"{CAMERAS} -k ulx3s",)),
     ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/demo*", (f"{BOARD} -k demo_control", "tb/hdmi/test_tangnano.py")),
     ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
@@ -94,8 +101,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
-    ("ecp5/phase*", (f"{LINK} -k phase_search", f"{CHAIN} -k ulx3s")),
-    ("ecp5/*", (f"{CHAIN} -k ulx3s",)),
+    ("ecp5/phase*", (f"{LINK} -k phase_search", ULX3S)),
+    ("ecp5/*", (ULX3S,)),
     ("overlay/*", (OVERLAY, CHAIN)),
     ("video/*parallel*", (PARALLEL,)),
     ("video/picture*", (f"{VIDEO} -k blanking", f"{VIDEO} -k all_in_focus", CHAIN)),
@@ -138,6 +145,6 @@ def rounds_of(mutant: Mutant) -> tuple[str, ...]:
     return tuple(sorted(tests, key=lambda test: CHAIN in test))
 
 
-def is_hunt(test: str) -> bool:
-    """Whether a round is a hunt: what it builds is drawn, and is not proved equal."""
-    return "tb/hunt" in test
+def is_apart(test: str) -> bool:
+    """Whether a round builds by itself, not by the runner: no circuit of it is proved equal."""
+    return "tb/hunt" in test or test.startswith(CAMERAS)

@@ -37,7 +37,7 @@ from unittest import mock
 import pytest
 
 from mutant_proof import proved_circuits
-from mutant_tests import CHAIN, RASTER, relative, rounds_of
+from mutant_tests import CHAIN, RASTER, ULX3S, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.chain import bench_around
@@ -65,15 +65,20 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
 
 def run_tests(folder: Path, words: Sequence[str]) -> int:
     """Run pytest with the sources of a folder, in this process."""
-    seconds = CHAIN_SECONDS if words[0] == CHAIN else TEST_SECONDS
+    seconds = CHAIN_SECONDS if words[0].startswith(CHAIN) else TEST_SECONDS
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     sys.path.insert(0, str(project.root() / "tb"))
     from hunt import simulate as hunter
     from plenofir_tb import runner
 
     portable = [folder / source.name for source in hdl.hdl_sources()]
-    board = [folder / source.name for source in hdl.board_sources()]
+    sources_of_board = hdl.board_sources
     simulate = runner._simulate
+
+    def changed(board: str = hdl.DEFAULT_BOARD) -> list[Path]:
+        # What only other boards have is not changed.
+        copies = ((folder / source.name, source) for source in sources_of_board(board))
+        return [copy if copy.is_file() else source for copy, source in copies]
 
     def simulate_once(*words: Any, **options: Any) -> set[str]:
         # A failure is not simulated again for its waveforms.
@@ -84,8 +89,8 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
 
     with (
         mock.patch.object(hdl, "hdl_sources", return_value=portable),
-        mock.patch.object(hdl, "board_sources", return_value=board),
-        mock.patch.object(hdl, "all_sources", return_value=board),
+        mock.patch.object(hdl, "board_sources", side_effect=changed),
+        mock.patch.object(hdl, "all_sources", return_value=changed()),
         mock.patch.object(hunter, "FOLDER", folder / "hunt"),
         mock.patch.object(runner, "_BUILD", folder / "tb"),
         mock.patch.object(runner, "_simulate", simulate_once),
@@ -100,7 +105,8 @@ def tests_notice(folder: Path, test: str) -> str:
     words = [word for word in test.split() if "=" not in word]
     name = Path(words[0]).stem
     environment = {**os.environ, "SEED": "1", **dict(variables)}
-    if words == [CHAIN] and not variables and shutil.which("ghdl-llvm") is not None:
+    whole = words == [CHAIN] or words == ULX3S.split()
+    if whole and not variables and shutil.which("ghdl-llvm") is not None:
         # Long enough for a compiler.
         environment["GHDL_BACKEND"] = "llvm"
     with (folder.parent / "test.log").open("wb") as log:
