@@ -61,6 +61,8 @@ async def words_are_kept(dut: Any) -> None:
     width, words, latency = CASE["width"], CASE["words"], CASE["latency"]
     bases = [sum(CASE["blocks"][:i]) for i in range(len(CASE["blocks"]) + 1)]
     assert bases[-1] == words
+    # No more block RAMs than it takes: it is divided as the estimates are.
+    assert len(dut.under_test.chosen) == len(CASE["blocks"])
     ends = [place + d for place in bases for d in (-1, 0, 1) if 0 <= place + d < words]
     places = sorted({*ends, *rng.choices(range(words), k=40)})
     kept = dict.fromkeys(places, 0)
