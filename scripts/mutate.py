@@ -40,6 +40,7 @@ from mutant_proof import proved_circuits
 from mutant_tests import CHAIN, RASTER, ULX3S, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir.fpga import hdl
+from plenofir.fpga.names import DEFAULT_BOARD
 from plenofir.fpga.simulate.chain import bench_around
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.ground import project
@@ -75,7 +76,7 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
     sources_of_board = hdl.board_sources
     simulate = runner._simulate
 
-    def changed(board: str = hdl.DEFAULT_BOARD) -> list[Path]:
+    def changed(board: str = DEFAULT_BOARD) -> list[Path]:
         # What only other boards have is not changed.
         copies = ((folder / source.name, source) for source in sources_of_board(board))
         return [copy if copy.is_file() else source for copy, source in copies]
