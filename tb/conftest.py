@@ -11,7 +11,7 @@ from plenofir_tb import compiled
 from plenofir_tb.drawn import drawn
 from plenofir_tb.faults import STALE, stale_faults
 
-# So that all workers finish together.
+# Longest first, so that all workers finish together.
 LONGEST = (
     "test_chain",
     "test_refocus_video",
@@ -19,31 +19,31 @@ LONGEST = (
     "test_netlist",
     "test_random",
 )
-# Which GHDL, which simulator: what a test leaves behind here, the next ones would use.
+# Variables that select GHDL or simulator must not leak into the next tests.
 _AT_START = {name: os.environ.get(name) for name in ("GHDL_BACKEND", "SIM", "SEED", "PATH")}
 
 
 @pytest.fixture(autouse=True)
 def environment() -> Iterator[None]:
-    """No test begins or ends with another environment than the first one had."""
+    """Restore the environment around each test."""
     assert {name: os.environ.get(name) for name in _AT_START} == _AT_START
     yield
     assert {name: os.environ.get(name) for name in _AT_START} == _AT_START
 
 
 def is_bench(item: pytest.Item) -> bool:
-    """Whether a test is one of the testbenches, and not of the golden model."""
+    """Whether a test is a testbench, not one of the golden model."""
     return item.path.is_relative_to(Path(__file__).parent)
 
 
 def leave_out(items: list[pytest.Item]) -> list[pytest.Item]:
-    """Items of tests marked ``drawn`` that this run does not take, see `plenofir_tb.drawn`."""
+    """Tests marked ``drawn`` that this run leaves out, see `plenofir_tb.drawn`."""
     groups: dict[str, list[str]] = {}
     counts: dict[str, int] = {}
     for item in items:
         mark = item.get_closest_marker("drawn")
         if mark and not item.get_closest_marker("slow"):
-            # Functions of one list have its name in their marks.
+            # Functions that share a list have its name in their marks.
             group = mark.args[1] if len(mark.args) > 1 else item.nodeid.partition("[")[0]
             groups.setdefault(group, []).append(item.nodeid)
             counts[group] = mark.args[0]

@@ -95,8 +95,6 @@ def tilted(shape: tuple[int, int], pitch: float) -> Grid:
 
 
 def _white_images() -> Iterator[_Truth]:
-    """White images of several kinds."""
-
     def regular(
         name: str,
         size: int,

@@ -42,7 +42,6 @@ class Tried:
 
 
 def tried(drawn: DrawnWhite) -> Tried:
-    """Calibrate a drawn white image."""
     values = drawn.pitch, drawn.damaged, drawn.noise
     try:
         found = calibrate(drawn.image)

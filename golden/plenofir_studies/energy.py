@@ -185,7 +185,6 @@ def _cores() -> list[CoreConfiguration]:
 
 
 def names() -> list[str]:
-    """Names of all designs."""
     base = name_of(grey())
     return [*map(name_of, _cores()), *(f"{base}, {content}" for content in _CONTENTS), _SCENE]
 
@@ -213,7 +212,6 @@ def designs() -> Iterator[Design]:
 
 
 def name_of(core: CoreConfiguration) -> str:
-    """Name of a varied core."""
     shifts = ", ".join(map(str, core.shifts))
     kind = {"fir": "filters", "stack": "stack"}.get(core.engine.kind, "moving sums")
     lanes = f", P = {core.pixels_per_clock}" if core.engine.kind == "moving_sum" else ""

@@ -134,7 +134,6 @@ class Focused:
 
     @property
     def error_percent(self) -> float:
-        """Error of the distance found."""
         return 100 * (self.found_mm / self.distance_mm - 1)
 
 

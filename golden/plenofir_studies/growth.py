@@ -55,7 +55,6 @@ class Law:
     off: float  # largest relative deviation of a point
 
     def at(self, x: float) -> float:
-        """Value of the law."""
         return float(self.start + self.slope * x**self.power)
 
     def text(self, digits: int = 3) -> str:
@@ -327,7 +326,6 @@ def picture(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Figure:
 
 
 def add_section(report: Report, recorded: Recorded, found: Mapping[str, energy.Measured]) -> None:
-    """The section with its picture."""
     report.picture("growth", picture(recorded, found), "Measured points and fitted laws")
     report.add(page(recorded, found))
 

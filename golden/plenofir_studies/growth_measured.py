@@ -210,10 +210,8 @@ def measure(step: Step = lambda: None) -> Recorded:
 
 
 def load_recorded() -> Recorded:
-    """Read what was recorded."""
     return Recorded.model_validate_json(FILE.read_text())
 
 
 def save_recorded(recorded: Recorded) -> None:
-    """Keep what was measured."""
     write_file(FILE, recorded.model_dump_json(indent=1) + "\n")

@@ -81,7 +81,6 @@ def rays_from(places: Floats, slopes: Floats, *, paraxial: bool) -> Rays:
 
 
 def bend(rays: Rays, surfaces: Surfaces, *, paraxial: bool) -> None:
-    """Send rays through surfaces."""
     step = _bend_paraxially if paraxial else _bend
     with np.errstate(invalid="ignore", over="ignore"):
         for k, (z, curvature, radius) in enumerate(

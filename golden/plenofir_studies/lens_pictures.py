@@ -120,7 +120,6 @@ def model_of(case: Case) -> RayModel:
 
 
 def closed_form(case: Case) -> Found:
-    """What the ray model says."""
     model = model_of(case)
     depths = np.array(case.distances_mm) - model.entrance_pupil_mm
     pixels = model.disparity(depths, GAP, view=_VIEWS[0])
@@ -230,7 +229,6 @@ def measure(
 
 
 def results(cases: Sequence[Case] = CASES, step: Callable[[], None] = lambda: None) -> list[Result]:
-    """All cases, measured."""
     measured = []
     for case in cases:
         pictures = []

@@ -151,12 +151,10 @@ class Row:
 
     @property
     def frames(self) -> float:
-        """Frames a second."""
         return self.placed.fmax_mhz * 1e6 / self.frame_clocks
 
     @property
     def latency_us(self) -> float:
-        """Latency in microseconds."""
         return self.latency_clocks / self.placed.fmax_mhz
 
     @property
@@ -174,7 +172,6 @@ def scene_core(plan: Plan, pixels: int) -> CoreConfiguration:
 
 
 def rows() -> list[Row]:
-    """What was placed, by P."""
     plan = make_plan(load_scene(SCENE))
     found = []
     for pixels, placed in load_placed().items():
@@ -193,7 +190,6 @@ def rows() -> list[Row]:
 
 
 def page() -> str:
-    """Write the page."""
     found = rows()
     plan = make_plan(load_scene(SCENE))
     lines = [

@@ -176,8 +176,6 @@ def shifted_by_interpolation(raw: Image, m: int, shift: int, order: int) -> Floa
 
 
 def software() -> list[Method]:
-    """Every way in software."""
-
     def fast(raw: Image, m: int, shift: int, order: int = 0, sharpen: Sharpen = "off") -> Image:
         return refocus(raw, m, Fraction(shift, m), interpolation=order, sharpen=sharpen)
 

@@ -59,7 +59,6 @@ class Noise:
 
     @property
     def a(self) -> str:
-        """Focus setting as text."""
         return shift_to_text(self.shift, self.m)
 
 
@@ -168,7 +167,6 @@ def cases() -> Iterator[tuple[int, int, Arithmetic, int]]:
 
 
 def measure_all(step: Callable[[], None] | None = None) -> Sequence[Noise]:
-    """Measure every case."""
     results = []
     for m, shift, arithmetic, order in cases():
         results.append(measure_noise(m, shift, arithmetic, order=order))

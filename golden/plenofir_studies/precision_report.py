@@ -92,7 +92,6 @@ def plane_field(m: int, shift: int, lenses: tuple[int, int], seed: int = 0) -> F
 
 
 def fields() -> list[Field]:
-    """Real and synthetic light fields."""
     flower = read_image(project.DATA / "flower_5x5.png")
     green = np.ascontiguousarray(flower[..., 1] if flower.ndim == 3 else flower)
     return [

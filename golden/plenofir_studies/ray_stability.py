@@ -328,7 +328,6 @@ CASES: tuple[Callable[[], Iterator[Outcome]], ...] = (
 
 
 def magnitude(error: float) -> str:
-    """Format a relative error."""
     if isinf(error):
         return "no number"
     return "< 1e-15" if error < 1e-15 else f"{error:.1e}"
@@ -355,5 +354,4 @@ def summary(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def all_outcomes() -> list[Outcome]:
-    """All cases."""
     return [outcome for cases in CASES for outcome in cases()]

@@ -130,7 +130,6 @@ def _float_errors(raw: npt.NDArray[np.float64], m: int, shift: int) -> dict[str,
 
 
 def outcomes(progress: Progress | None = None) -> tuple[list[Outcome], list[Outcome]]:
-    """Run every case."""
     whole, floating = list(frames()), list(floating_frames())
     total = len(whole) + len(floating)
     integers, floats = [], []
@@ -222,7 +221,6 @@ def record() -> None:
 
 
 def load_recorded() -> list[list[str]]:
-    """The rows that were kept."""
     found: list[list[str]] = json.loads(_RECORDED.read_text())
     return found
 

@@ -22,7 +22,6 @@ Columns = Mapping[str, str | Callable[[Any], str]]
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
-    """Format a Markdown table."""
     lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
     return [*lines, *(f"| {' | '.join(map(str, row))} |" for row in rows), ""]
 
@@ -46,7 +45,6 @@ class Report:
         self._done, self._steps, self._progress = 0, steps, progress
 
     def say(self, *paragraphs: str) -> None:
-        """Add headings and paragraphs."""
         for paragraph in paragraphs:
             self._lines += [paragraph, ""]
 
@@ -55,7 +53,6 @@ class Report:
         self._lines += lines
 
     def table(self, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-        """Add a table."""
         self.add(table(heads, rows))
 
     def table_of(self, items: Iterable[Any], columns: Columns) -> None:
@@ -73,7 +70,6 @@ class Report:
         self._files[name] = content
 
     def step(self) -> None:
-        """Another step is done."""
         self._done += 1
         if self._progress is not None:
             self._progress(self._done, self._steps)

@@ -179,7 +179,6 @@ def _refocused(report: Report) -> None:
 
 
 def write_report(folder: Path, progress: Progress) -> Path:
-    """Write ``report.md``."""
     steps = len(LAYOUTS) * (len(PITCHES) * len(ROTATIONS) + len(WEIGHT_BITS))
     report = Report(folder, "report.md", steps + len(FRACTION_BITS) + 4, progress)
     report.say("# The chip's resampler beside `plenofir decode`")

@@ -83,7 +83,6 @@ class Transfer:
         return float(x[0] + (y[0] - 0.5) / (y[0] - y[1]) * (x[1] - x[0]))
 
     def at(self, frequency: float) -> float:
-        """Contrast at a frequency."""
         return float(np.interp(frequency, self.frequency, self.contrast))
 
 

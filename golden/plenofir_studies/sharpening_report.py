@@ -144,7 +144,6 @@ def plane_pictures() -> Image:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Write ``sharpening.md`` and its pictures."""
     sections: tuple[tuple[str, str, Callable[[], list[str]]], ...] = (
         (
             "Weights",

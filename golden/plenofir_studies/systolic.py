@@ -39,7 +39,6 @@ class RowFilter:
 
     @property
     def taps(self) -> int:
-        """Taps of the filter."""
         return self.micro_image_size + (self.micro_image_size - 1) * (self.shift - 1)
 
     @property
@@ -48,7 +47,6 @@ class RowFilter:
         return self.taps if self.net < 0 else 2 + (self.net > 0)
 
     def generics(self, pixel_bits: int = 8) -> dict[str, int]:
-        """Generics of the entity."""
         return {
             "MICRO_IMAGE_SIZE": self.micro_image_size,
             "SHIFT": self.shift,
@@ -58,12 +56,10 @@ class RowFilter:
 
 
 def row_filters() -> Iterator[RowFilter]:
-    """The compared ones."""
     return (RowFilter(m, shift, net) for m, shift in FILTERS for net in NETS)
 
 
 def load_placed() -> dict[str, Placed]:
-    """What was placed, by name."""
     content = json.loads(FILE.read_text()) if FILE.exists() else {}
     return {name: Placed.model_validate(values) for name, values in content.items()}
 

@@ -165,12 +165,10 @@ def measure(step: Step | None = None) -> Recorded:
 
 
 def load_recorded() -> Recorded:
-    """Read what was recorded."""
     return Recorded.model_validate_json(FILE.read_text())
 
 
 def save_recorded(recorded: Recorded) -> None:
-    """Keep what was measured."""
     write_file(FILE, recorded.model_dump_json(indent=2) + "\n")
 
 
@@ -229,7 +227,6 @@ def _buildable_rows() -> list[list[str]]:
 
 
 def page(recorded: Recorded) -> str:
-    """Write the page."""
     case = _array(SIZE)
     first, following = case.thesis_first_frame, case.thesis_next_frame
     pixels = SIZE * SIZE

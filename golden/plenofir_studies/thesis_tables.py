@@ -32,12 +32,10 @@ class Printed:
 
     @property
     def value(self) -> float:
-        """The number."""
         return float(Fraction(self.text)) if "/" in self.text else float(self.text)
 
     @property
     def decimals(self) -> int:
-        """Digits after the decimal point."""
         return len(self.text.partition(".")[2])
 
     @property
@@ -87,7 +85,6 @@ class Table:
     parts: tuple[Part, ...]
 
     def part(self, name: str = "") -> Part:
-        """Part of a name."""
         for part in self.parts:
             if part.name == name:
                 return part
@@ -96,7 +93,6 @@ class Table:
 
 
 def load_table(number: str) -> Table:
-    """Read a table."""
     if number not in TABLES:
         raise InputError(f"there is no table {number!r}; choose from {', '.join(TABLES)}")
     folder = DATA / "thesis"

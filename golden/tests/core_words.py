@@ -24,7 +24,6 @@ class RefocuserWords(dict[int, int]):
         super().__init__({ADDRESSES[name]: word for name, word in words.items()})
 
     def read(self, address: int) -> int:
-        """Read a word."""
         if address == ADDRESSES["slice_shift"]:
             return self.shifts[self[ADDRESSES["asked_slice"]]] & 0x3FFF
         if address == ADDRESSES["status"]:
@@ -32,5 +31,4 @@ class RefocuserWords(dict[int, int]):
         return self.get(address, 0)
 
     def write(self, address: int, value: int) -> None:
-        """Write a word."""
         self[address] = value

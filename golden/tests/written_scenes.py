@@ -23,7 +23,6 @@ far_mm = inf
 
 
 def write(folder: Path, text: str) -> Path:
-    """Write a scene file."""
     path = folder / "scene.toml"
     path.write_text(text)
     return path

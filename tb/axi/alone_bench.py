@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver's tests on a design that holds one entity alone: what GHDL makes of it in Verilog."""
+"""The driver's tests on a design with a single entity, in GHDL's Verilog."""
 
 from plenofir_tb.case import begin_case, load_cases
 

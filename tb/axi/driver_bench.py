@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver against the VHDL: the code that a processor runs, on the simulated bus."""
+"""The driver against the VHDL: a processor's code on the simulated bus."""
 
 import ctypes
 import random
@@ -34,7 +34,7 @@ BASE = 0x4000_0000
 
 
 class SimulatedBus:
-    """Words of the simulated core, from `BASE` on, in PYNQ's manner; time passes with each."""
+    """Words of the simulated core, from `BASE` on, as PYNQ's MMIO; accesses take simulated time."""
 
     def __init__(self, master: Any) -> None:
         self.master = master
@@ -71,7 +71,6 @@ class Bench:
         self.frames[-1].append(beat)
 
     async def start(self) -> Core:
-        """Reset, and find the core."""
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, 3)
         self.dut.reset.value = 0
@@ -98,7 +97,6 @@ class Bench:
         assert await self.call(core.drain)
 
     def packed(self, frame: Any, bits: int) -> list[int]:
-        """Data of a frame's transfers."""
         return [beat.data for beat in frame_beats(frame, bits)]
 
 
@@ -134,7 +132,7 @@ async def refocuser(dut: Any) -> None:
         await frame(number)
     await bench.refuses(lambda: core.set_focus(Fraction(1, 97)), "a = 1/97; use one of")
     await bench.refuses(lambda: core.set_slice(len(want.shifts)), "use 0 to")
-    # By distance: that of each slice's plane that has one, and one that is out of reach.
+    # By the distances of all slices that have one, and by one out of reach.
     model = RayModel.focused(load_camera("f193-mla2"), 4000, m)
     for number, setting in enumerate(found.settings):
         if setting < 0:
@@ -151,7 +149,7 @@ async def refocuser(dut: Any) -> None:
     await bench.call(lambda: core.sweep(2))
     for number in (0, 0, 1, 1):
         await frame(number)
-    # An event in the future; one that does not come.
+    # An event that comes, and one that does not.
     assert not await bench.call(lambda: core.wait("frame_out", 0.01))
     waiting = cocotb.start_soon(bench.call(lambda: core.wait("frame_in")))
     await ClockCycles(dut.clk, 60)
@@ -198,7 +196,7 @@ async def c_example(dut: Any) -> None:
     columns, rows, m = want.max_columns, want.micro_image_size, want.micro_image_size
 
     def begin(shift: int) -> int:
-        # PyDLL would hold the interpreter, which the simulation needs meanwhile.
+        # Not PyDLL, which would block the interpreter, on which the simulation runs.
         return int(start(ctypes.byref(bus), columns, rows, shift))
 
     assert await bench.call(lambda: begin(9999)) == -2

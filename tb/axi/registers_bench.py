@@ -15,7 +15,7 @@ from plenofir_tb.case import read_case
 from plenofir_tb.register_map import MAP, PARTS, Model
 
 CASE = read_case()
-WORDS = CASE["words"]  # what registers read as that never change
+WORDS = CASE["words"]  # values of constant registers
 SHIFTS, WEIGHTS = CASE["shifts"], CASE["weights"]
 MAX_COLUMNS = MAP["limits"].fields_of(WORDS["limits"])["max_columns"]
 ERRORS, STATUS = MAP["errors"].fields, MAP["interrupt_status"].fields
@@ -29,12 +29,12 @@ INPUTS = (
 
 
 class Bench:
-    """The registers, what they have to answer, and what leaves them."""
+    """The registers, their expected answers, and their outputs."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
-        # Not with an edge at once: what leaves the registers is not there yet.
+        # Not at an edge, where the outputs of the registers have not changed yet.
         Clock(dut.clk, 10, "ns").start(start_high=False)
         for name in INPUTS:
             getattr(dut, name).value = 0
@@ -46,7 +46,7 @@ class Bench:
         cocotb.start_soon(self._watch())
 
     def begin(self) -> None:
-        """Expect what a reset leaves."""
+        """Expect the state after a reset."""
         self.model = Model(self.parts)
         self.errors = self.status = self.place = 0
         self.want_loads: list[tuple[int, int, int]] = []
@@ -55,7 +55,6 @@ class Bench:
         self.restarts = 0
 
     def pause(self) -> None:
-        """Give all channels other pauses."""
         names = ("none", "none", "some", "many", "bursts")
         draw = (
             stall_pattern(self.rng.choice(names), random.Random(self.rng.random()))
@@ -64,7 +63,6 @@ class Bench:
         self.bus.pause(draw)
 
     async def reset(self, clocks: int = 1) -> None:
-        """Reset for some clocks."""
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, clocks)
         self.bus.clear()
@@ -73,7 +71,7 @@ class Bench:
         self.begin()
 
     async def _watch(self) -> None:
-        """Note what leaves the load port, and restarts."""
+        """Record the words of the load port, and restarts."""
         dut = self.dut
         while True:
             await RisingEdge(dut.clk)
@@ -102,7 +100,7 @@ class Bench:
         return word
 
     def expected(self, address: int) -> int:
-        """What a register that is there reads as."""
+        """Expected value of an existing register."""
         name = self.model.present[address].name
         if name in self.model.kept:
             return self.model.kept[name]
@@ -126,7 +124,7 @@ class Bench:
         self.status |= ERROR
 
     def wrote(self, address: int, word: int, strobes: int) -> None:
-        """Expect what a write that is answered with OKAY does."""
+        """Expect the effect of a write that is answered with OKAY."""
         name = self.model.present[address].name
         ones = sum(word & 0xFF << 8 * i for i in range(4) if strobes >> i & 1)
         whole = strobes == 15
@@ -186,7 +184,6 @@ class Bench:
             assert word == want, f"read of {address:#x}: {word:#x}, want {want:#x}"
 
     async def fault(self) -> None:
-        """Let faults happen for a clock."""
         faults = self.rng.randrange(1, 64)
         self.dut.faults.value = faults
         await RisingEdge(self.dut.clk)
@@ -196,7 +193,7 @@ class Bench:
         self.status |= ERROR
 
     async def check(self) -> None:
-        """Compare what leaves the registers with what was written."""
+        """Compare the outputs of the registers with the written values."""
         dut, kept = self.dut, self.model.kept
         await ClockCycles(dut.clk, 4)
         found = [
@@ -239,7 +236,7 @@ async def any_access(dut: Any) -> None:
 
 @cocotb.test()
 async def both_ways_at_once(dut: Any) -> None:
-    """Reads while writes are under way answer as without them, and in their order."""
+    """Reads during writes have the same answers as without, in order."""
     bench = Bench(dut)
     await bench.reset()
     bench.pause()
@@ -265,7 +262,7 @@ async def both_ways_at_once(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_anywhere(dut: Any) -> None:
-    """A clock of reset in the middle of accesses: the registers begin anew."""
+    """A reset of one clock in the middle of accesses restores the initial state."""
     bench = Bench(dut)
     await bench.reset(3)
     for _ in range(CASE["resets"]):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sessions of docs/registers.md, as they stand there, against the VHDL, on PYNQ too."""
+"""The sessions in docs/registers.md, word for word, against the VHDL, also on PYNQ."""
 
 import os
 import random
@@ -36,7 +36,7 @@ BASE = 0x43C0_0000
 
 
 class Camera:
-    """Sends frames for ever, and keeps what comes out of the core."""
+    """Sends frames endlessly, and collects the core's output."""
 
     def __init__(self, dut: Any) -> None:
         self.rng = random.Random(cocotb.RANDOM_SEED)
@@ -96,17 +96,15 @@ class Words:
 
     @resume
     async def read(self, address: int) -> int:
-        """Read a word."""
         return await self.master.read(address)
 
     @resume
     async def write(self, address: int, value: int) -> None:
-        """Write a word."""
         await self.master.write(address, value)
 
 
 async def session(code: str) -> dict[str, Any]:
-    """Run the page's code, which waits for the bus; what it leaves."""
+    """Run the page's code, which waits for the bus; result: its variables."""
     names: dict[str, Any] = {}
 
     def run() -> None:
@@ -134,7 +132,7 @@ async def on_linux(dut: Any) -> None:
         names = await session(LINUX)
     slices = camera.check()
     assert names["shown"] == set(range(len(CORE.shifts)))
-    # First a = -3/5, then that of the distance, then all of them, two frames each; at last 0.
+    # First a = -3/5, then that of the distance, then a sweep with two frames each; at last 0.
     assert slices[0] == CORE.shifts.index(-3)
     assert CORE.shifts.index(2) in slices
     assert slices[-1] == 0
@@ -149,7 +147,7 @@ async def on_linux(dut: Any) -> None:
 
 @cocotb.test()
 async def on_pynq(dut: Any) -> None:
-    """The second one, with cocotbpynq in PYNQ's place, which has the design's clock and reset."""
+    """The second session, with cocotbpynq instead of PYNQ, which drives clock and reset."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "plenofir.hwh").write_text(handoff(dut))
         # Until it resets the design.
@@ -168,7 +166,7 @@ async def on_pynq(dut: Any) -> None:
 
 
 def handoff(dut: Any) -> str:
-    """What Vivado hands PYNQ of a design, as far as cocotbpynq reads it: one core at a Zynq."""
+    """Vivado's hardware handoff of a core at a Zynq, as far as cocotbpynq reads it."""
     names: Callable[[str], list[str]] = lambda prefix: [  # noqa: E731
         f'<PORTMAP LOGICAL="{n.upper()}" PHYSICAL="{prefix}{n}"/>'
         for n in (

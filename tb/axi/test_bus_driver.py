@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver and the example in C against the VHDL, and what else a driver needs."""
+"""The driver and the example in C against the VHDL."""
 
 import shutil
 import subprocess
@@ -44,7 +44,7 @@ def library(tmp_path: Path) -> str:
     strict = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-I", str(HDL))
     source = str(EXAMPLES / "c" / "plenofir_start.c")
     subprocess.run([compiler, *strict, "-shared", "-fPIC", "-o", file, source], check=True)
-    # As a program, too; POSIX has what it asks the system for.
+    # Also compiled as a program, which uses POSIX.
     program = ("-DPLENOFIR_MAIN", "-D_POSIX_C_SOURCE=200809L", "-o", str(tmp_path / "start"))
     subprocess.run([compiler, *strict, *program, source], check=True)
     return str(file)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What GHDL makes of ``refocuser_axi`` in Verilog: the driver on it in Verilator, its size."""
+"""GHDL's Verilog of ``refocuser_axi``: the driver on it in Verilator, and its size."""
 
 import re
 from pathlib import Path
@@ -27,7 +27,7 @@ def test_driver_in_verilator(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_registers_take(tmp_path: Path) -> None:
-    """Not much more or less than docs/registers.md says; no memory, and no longer paths."""
+    """About the size in docs/registers.md; no memory, and no longer paths."""
     with or_skip():
         ghdl_version()
         yosys_version()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The registers behind AXI4-Lite, by a master that is not ours: all parts, any access."""
+"""The registers behind AXI4-Lite, with another project's master: all parts, any access."""
 
 import random
 from importlib import metadata
@@ -13,7 +13,7 @@ pytest.importorskip("cocotbext.axi", reason="cocotbext-axi is missing: scripts/s
 
 
 def drawn_case(parts: tuple[str, ...], rng: random.Random, *, accesses: int) -> Case:
-    """Registers of some parts, what they tell of the core drawn."""
+    """Registers for random parts, with a random description of the core."""
 
     def word(name: str, **fixed: int) -> int:
         drawn = {field: rng.getrandbits(bits) for field, (_, bits) in MAP[name].fields.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of ``refocuser_axi``: video, and what the registers do to it and tell of it."""
+"""cocotb tests of ``refocuser_axi``: video, with control and status by the registers."""
 
 import itertools
 import random
@@ -35,7 +35,7 @@ FLAGS = {
 
 @dataclass
 class Gate:
-    """What of a stream goes into the core: the rules of the registers, beat by beat."""
+    """Model of which beats of a stream enter the core, by the rules of the registers."""
 
     tokens: int
     rows: int
@@ -74,7 +74,7 @@ class Bench:
         Clock(dut.clk, 10, "ns").start()
         self.bus = Channels(dut)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
-        # While a reset or a restart may break an offer off.
+        # True while a reset or a restart may withdraw an offered beat.
         self.restarts = SimpleNamespace(value="1")
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=self.restarts)
         self.frames: list[list[Beat]] = []
@@ -95,7 +95,6 @@ class Bench:
                 self.stalls_out += 1
 
     async def reset(self) -> None:
-        """Reset all."""
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, 3)
         self.dut.reset.value = 0
@@ -117,7 +116,6 @@ class Bench:
         assert await self.bus.write(register.address, register.word_of(**fields)) == OKAY
 
     async def read(self, name: str) -> dict[str, int]:
-        """Read a register."""
         word, answer = await self.bus.read(MAP[name].address)
         assert answer == OKAY
         return MAP[name].fields_of(word)
@@ -127,7 +125,6 @@ class Bench:
         return {name: (await self.read(name))["count"] for name in COUNTERS}
 
     async def errors(self) -> set[str]:
-        """Read which faults there were."""
         return {name for name, value in (await self.read("errors")).items() if value}
 
     async def start(self, columns: int, rows: int) -> None:
@@ -139,12 +136,10 @@ class Bench:
         self.size = columns, rows
 
     def frame(self) -> Any:
-        """Draw a frame."""
         columns, rows = self.size
         return make_frame("random", rows, columns, CORE.channels, CORE.pixel_bits, self.rng)
 
     def beats(self, frame: Any) -> list[Beat]:
-        """Transfers of a frame."""
         return frame_beats(frame, CORE.pixel_bits, P)
 
     async def send(self, beats: Sequence[Beat]) -> None:
@@ -162,7 +157,7 @@ class Bench:
             before = now
 
     def check_frame(self, got: Sequence[Beat], frame: Any) -> None:
-        """Compare what came out with the model, in the slice that it says."""
+        """Compare a frame of the output with the model of its slice."""
         want = CORE.arithmetic.refocus(
             frame,
             CORE.micro_image_size,
@@ -192,13 +187,12 @@ def frame_of(lines: Sequence[Sequence[int]], columns: int) -> Any:
 
 
 def draw_size(bench: Bench, rows: int = 0) -> tuple[int, int]:
-    """Draw a size of frames."""
     return bench.rng.randint(2, CORE.max_columns), rows or bench.rng.randint(1, 9)
 
 
 @cocotb.test()
 async def capabilities(dut: Any) -> None:
-    """What the core is built for, and that frames are dropped until there is a size."""
+    """The core's description; and frames are dropped until there is a size."""
     bench = Bench(dut)
     await bench.reset()
     assert await bench.read("parts") == {
@@ -238,7 +232,7 @@ async def capabilities(dut: Any) -> None:
 
 @cocotb.test()
 async def video_beside_accesses(dut: Any) -> None:
-    """Any harmless access while frames run: each frame is right, in a slice that was asked for."""
+    """Any harmless access while frames run: each frame is right, in a slice that was selected."""
     bench = Bench(dut)
     await bench.reset()
     await bench.start(*draw_size(bench))
@@ -276,7 +270,7 @@ async def video_beside_accesses(dut: Any) -> None:
     for got, frame in zip(bench.frames, frames, strict=True):
         assert got[0].slice in asked
         bench.check_frame(got, frame)
-    # Frame sizes that were written meanwhile were refused.
+    # Frame sizes written meanwhile were refused.
     assert await bench.read("frame_size") == dict(zip(("columns", "rows"), bench.size, strict=True))
     assert await bench.errors() <= {"refused"}
     counts = await bench.counters()
@@ -287,7 +281,7 @@ async def video_beside_accesses(dut: Any) -> None:
 
 @cocotb.test()
 async def slices_and_sweeps(dut: Any) -> None:
-    """Slice and sweep take effect with the next frame, and `status` tells which comes out."""
+    """Slice and sweep take effect with the next frame, and `status` has the slice of the output."""
     bench = Bench(dut)
     await bench.reset()
     await bench.start(*draw_size(bench))
@@ -334,7 +328,7 @@ async def whole_frames_or_none(dut: Any) -> None:
                 assert (await bench.read("status"))["inside"] == gate.open
                 enable = bench.rng.random() < 0.7
                 await bench.write("control", enable=enable)
-        # A frame that was cut short is held back until another one comes.
+        # A frame that was cut short is held back until the next one comes.
         await bench.write("control", enable=1)
         beats = bench.beats(bench.frame())
         await bench.send(beats)
@@ -362,7 +356,7 @@ async def whole_frames_or_none(dut: Any) -> None:
 
 @cocotb.test()
 async def size_and_restart(dut: Any) -> None:
-    """A size is taken while the core is off alone; a restart anywhere leaves a core as new."""
+    """A size is accepted only while the core is off; a restart at any time resets the core."""
     bench = Bench(dut)
     await bench.reset()
     for _ in range(CASE["frames"] // 2):
@@ -391,7 +385,7 @@ async def size_and_restart(dut: Any) -> None:
         assert not any((await bench.counters()).values())
         assert not await bench.errors()
         frame = bench.frame()
-        # What is left of the frame before goes nowhere, and is no fault.
+        # The rest of the frame before is dropped, without a fault.
         await bench.send([Beat(1, False, True), *bench.beats(frame)])
         await bench.settle()
         bench.check_frame(bench.frames[0], frame)
@@ -402,7 +396,7 @@ async def size_and_restart(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_video(dut: Any) -> None:
-    """A clock of reset in a frame and between accesses: registers and core begin anew."""
+    """A reset of one clock in a frame and between accesses resets registers and core."""
     bench = Bench(dut)
     await bench.reset()
     for _ in range(CASE["frames"] // 2):
@@ -437,7 +431,7 @@ async def reset_in_video(dut: Any) -> None:
 
 @cocotb.test()
 async def interrupts(dut: Any) -> None:
-    """Each event raises its bit, and the interrupt where the mask lets it."""
+    """Each event sets its bit, and raises the interrupt if the mask allows it."""
     bench = Bench(dut)
     await bench.reset()
     await bench.start(*draw_size(bench))

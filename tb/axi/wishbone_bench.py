@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of the registers behind ``wishbone_bridge``: any cycle, some given up, resets."""
+"""cocotb tests of the registers behind ``wishbone_bridge``: any cycle, aborted cycles, resets."""
 
 import random
 from typing import Any
@@ -13,7 +13,7 @@ from plenofir_tb.register_map import MAP, Model
 from plenofir_tb.wishbone import ACK, ERR, Master
 
 CASE = read_case()
-# What software alone sets; writing the others does more than keep the word.
+# Registers that only software sets; writing to others has side effects.
 QUIET = ("asked_slice", "slice", "sweep_frames", "interrupt_mask")
 
 
@@ -30,7 +30,6 @@ class Bench:
         self.bus.pause(self.rng, 0.3)
 
     async def reset(self, clocks: int = 1) -> None:
-        """Reset for some clocks."""
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, clocks)
         self.dut.reset.value = 0
@@ -56,7 +55,7 @@ class Bench:
                 assert word == self.model.kept[register.name]
 
     async def give_up(self) -> None:
-        """Begin to write a register, and give up: it has one word or the other."""
+        """Abort a write to a register: it keeps the old word or has the new one."""
         dut, name = self.dut, self.rng.choice(QUIET)
         word, address = self.rng.getrandbits(32), MAP[name].address
         dut.s_wb_cyc.value = dut.s_wb_stb.value = dut.s_wb_we.value = 1
@@ -83,7 +82,7 @@ class Bench:
 
 @cocotb.test()
 async def any_cycle(dut: Any) -> None:
-    """Reads and writes anywhere, with any bytes; some are given up; a reset now and then."""
+    """Reads and writes anywhere, with any bytes; some are aborted; occasional resets."""
     bench = Bench(dut)
     await bench.reset(3)
     for _ in range(CASE["accesses"]):

@@ -14,7 +14,7 @@ from plenofir_tb.case import read_case
 
 CASE = read_case()
 CHANNELS = 3
-# Bits of the numbers that the video path and the delay lines report.
+# Widths of the numbers that the video path and the delay lines report.
 WIDTHS = {
     "aligned": 3,
     "following": 1,
@@ -61,18 +61,16 @@ class Control:
             await First(ValueChange(dut.receive_reset), ValueChange(dut.transmit_reset))
 
     async def clocks(self, count: int) -> None:
-        """Wait, without looking at each clock."""
         await Timer(10 * count, "ns")
 
     async def reset(self) -> None:
-        """Reset for some clocks."""
         self.dut.reset.value = 1
         await self.clocks(40)
         self.dut.reset.value = 0
         await self.clocks(40)
 
     async def windows(self, count: int) -> None:
-        """Let the meter measure so many times."""
+        """Wait for some windows of the meter."""
         await self.clocks(count * CASE["meter_window"])
 
     async def ask(self, text: str) -> str:
@@ -97,7 +95,6 @@ class Control:
         return text.strip()
 
     async def status(self) -> dict[str, tuple[int, ...]]:
-        """Ask for the status."""
         return parse_status(await self.ask("?"))
 
     async def toggle_hung(self, channel: int, times: int) -> None:
@@ -114,7 +111,7 @@ def packed(values: tuple[int, ...], bits: int) -> int:
 
 @cocotb.test(skip="runs" in CASE, timeout_time=20, timeout_unit="ms")
 async def every_field(dut: Any) -> None:
-    """What is reported arrives in its field and at its LED, with and without a running link."""
+    """Reports arrive in their fields and at their LEDs, with and without a running link."""
     control = Control(dut)
     rng = control.random
     await control.reset()
@@ -128,7 +125,7 @@ async def every_field(dut: Any) -> None:
     await control.windows(7)
     assert int(dut.run.value)
     for _ in range(3):
-        # Data for a moment, or the link is restarted.
+        # Without data the link would be restarted.
         dut.aligned.value = dut.tracking.value = 7
         await control.clocks(100)
         wanted = {name: (rng.randrange(1 << bits),) for name, bits in WIDTHS.items()}
@@ -146,7 +143,7 @@ async def every_field(dut: Any) -> None:
         assert status | wanted | {"taps": taps, "word_errors": words} == status
         assert status["present"] == status["running"] == (1,)
         assert abs(status["clock"][0] - CASE["meter_window"] / 1.6 / 13.468) <= 1
-    # The clock is lost: what depends on it is 0, errors stay.
+    # The clock is lost: values that depend on it are 0, errors stay.
     clock.stop()
     for name, bits in WIDTHS.items():
         port(dut, name).value = (1 << bits) - 1
@@ -177,7 +174,7 @@ async def counters(dut: Any) -> None:
     status = await control.status()
     assert status["hung"] == (0, 0, 0)
     assert status["edid"] == (0,)
-    # Data are lacking if a channel does not track, or is not aligned.
+    # There are no data if a channel does not track or is not aligned.
     Clock(dut.tmds_clk, 13.468, "ns").start()
     dut.aligned.value = dut.tracking.value = 7
     await control.windows(7)
@@ -204,7 +201,7 @@ async def counters(dut: Any) -> None:
 
 @cocotb.test(skip="runs" in CASE, timeout_time=20, timeout_unit="ms")
 async def settings_cross(dut: Any) -> None:
-    """Commands arrive in the pixel clock, and are reported."""
+    """Settings by commands cross into the pixel clock, and are reported."""
     control = Control(dut)
     await control.reset()
     for command, name, value in (
@@ -228,7 +225,7 @@ async def settings_cross(dut: Any) -> None:
 
 @cocotb.test(skip="runs" not in CASE, timeout_time=20, timeout_unit="ms")
 async def range_of_clocks(dut: Any) -> None:
-    """A clock of the board's range is taken, none beside it."""
+    """Only a clock in the board's range is accepted."""
     control = Control(dut)
     await control.reset()
     dut.aligned.value = dut.tracking.value = 7

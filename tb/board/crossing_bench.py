@@ -13,7 +13,7 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def words_built_in_then_words_written(dut: Any) -> None:
-    """All words in order after every reset; then those of the port, one at a time."""
+    """After each reset all built-in words come in order; then those of the port, one at a time."""
     rng = random.Random(cocotb.RANDOM_SEED)
     built_in = [int(word, 16) for word in read_case()["words"]]
     arrived: list[int] = []
@@ -22,7 +22,7 @@ async def words_built_in_then_words_written(dut: Any) -> None:
     Clock(dut.clk, 10, "ns").start()
 
     async def watch() -> None:
-        """Write words down in the pixel clock; the toggle goes back a few clocks later."""
+        """Record words in the pixel clock; the toggle is returned a few clocks later."""
         toggle = "0"
         while True:
             await FallingEdge(dut.pixel_clk)

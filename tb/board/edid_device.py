@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An EDID memory as monitors have it on their display data channel: an I2C device with faults."""
+"""A monitor's EDID memory on the display data channel: an I2C device with faults."""
 
 import random
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ DEVICE = 0x50
 class EdidDevice:
     """A device at 0x50 on two open-drain lines, whose master has ``scl_low`` and ``sda_low``.
 
-    It sends `content` and then 0xFF; with None it does not answer. It may hold the clock line for
-    up to `stretch_ns` at random bits, lets go of the data line for ever after `silent_after`
-    bytes, and does not acknowledge byte `refuse` of a transfer (0: the first one). `scl_stuck` and
-    `sda_stuck` hold the lines low; `update` after a change.
+    It sends `content` and then 0xFF; with None it does not answer. It stretches the clock for up to
+    `stretch_ns` at random bits, releases the data line for good after `silent_after` bytes, and
+    does not acknowledge byte `refuse` of a transfer (0: the first one). `scl_stuck` and `sda_stuck`
+    hold the lines low; call `update` after a change.
     """
 
     def __init__(self, dut: Any, rng: random.Random) -> None:
@@ -40,7 +40,7 @@ class EdidDevice:
         cocotb.start_soon(self._run())
 
     def send_from_reset(self, byte: int) -> None:
-        """Be in the middle of sending a byte, as after a read that was broken off."""
+        """Start in the middle of sending a byte, as after an aborted read."""
         self._mode, self._byte, self._bits, self._sent = "send", byte, 1, 0
         self._low = not byte >> 7
         self.update()
@@ -51,7 +51,7 @@ class EdidDevice:
             await First(self.dut.scl_low.value_change, self.dut.sda_low.value_change)
 
     def update(self) -> None:
-        """Set the lines, and follow what happened on them."""
+        """Drive the lines, and react to their changes."""
 
         def pulled(port: Any) -> bool:
             return str(port.value) == "1"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of what brings the link up and watches it; each is for the entity that it names."""
+"""cocotb tests of link start-up and supervision; each is for the entity that it names."""
 
 import random
 from typing import Any
@@ -57,7 +57,7 @@ class Plls:
                 locked.value = int(str(reset.value) == "0" and can)
 
     async def measure(self, *tenths: int, clocks: int = 60) -> None:
-        """Measure the TMDS clock, tenths of a MHz, each time for long enough that all settles."""
+        """Measure TMDS clocks, in tenths of a MHz, each for long enough to settle."""
         for measured in tenths:
             self.dut.rate.value = measured * CASE["counts_10_mhz"] // 100
             self.dut.rate_updated.value = 1
@@ -66,14 +66,13 @@ class Plls:
             await self.clocks(clocks - 1)
 
     async def steady(self, tenths: int) -> None:
-        """Measure a clock until it counts: not before the fourth time."""
+        """Measure a clock until it is accepted: not before the fourth time."""
         for _ in range(3):
             await self.measure(tenths)
             self.expect(runs=0, present=0)
         await self.measure(tenths)
 
     def expect(self, *, runs: int, present: int) -> None:
-        """Check what the supervisor drives."""
         dut = self.dut
         assert (int(dut.run.value), int(dut.present.value)) == (runs, present)
         assert int(dut.receive_reset.value) == int(dut.transmit_reset.value) == 1 - runs
@@ -87,7 +86,7 @@ async def supervised(dut: Any) -> Plls:
     await plls.clocks(4)
     plls.expect(runs=0, present=0)
     dut.reset.value = 0
-    # No rate and no restart of a test before.
+    # Nothing remains from the test before.
     await plls.measure(0)
     plls.restarts = 0
     return plls
@@ -98,7 +97,7 @@ async def rates_and_settings(dut: Any) -> None:
     """Limits, the middle, settings kept while the clock drifts, restarts when it jumps."""
     rng = random.Random(cocotb.RANDOM_SEED)
     plls = await supervised(dut)
-    # Tenths of MHz, whether it runs, and the settings that were written on the way.
+    # Tenths of MHz, whether the link runs, and the settings written until then.
     for tenths, settings in (
         (239, []),
         (748, []),
@@ -114,7 +113,7 @@ async def rates_and_settings(dut: Any) -> None:
         plls.expect(runs=len(settings), present=len(settings))
         assert plls.settings == settings, tenths
     assert plls.restarts == 5, "each jump but the first ones takes a running link down"
-    # Drift, a count a measurement: each setting is kept as far as it reaches.
+    # Drift by one count a measurement: each setting is kept to the end of its range.
     for begin, last, setting in ((453, 400, 0), (450, 500, 1)):
         await plls.steady(begin + 10)
         await plls.steady(begin)
@@ -126,13 +125,13 @@ async def rates_and_settings(dut: Any) -> None:
         await plls.measure(last + step)
         assert plls.settings == [setting]
         plls.expect(runs=1, present=1)
-    # The limits of the whole range are found while drifting too.
+    # The limits of the whole range apply to a drifting clock too.
     await plls.steady(746)
     await plls.measure(747)
     plls.expect(runs=1, present=1)
     await plls.measure(748)
     plls.expect(runs=0, present=0)
-    # A clock that flickers by a count is steady; one that jumps by two is a new one.
+    # A clock that varies by one count is steady; a jump by two counts is a new clock.
     await plls.measure(742, 743, 742, 743, 742)
     plls.expect(runs=1, present=1)
     restarts = plls.restarts
@@ -145,7 +144,7 @@ async def rates_and_settings(dut: Any) -> None:
         plls.expect(runs=1, present=1)
         await plls.measure(0, 742, 742, 742, 742)
     assert plls.restarts == restarts + 4
-    # An open input: any rate, never the same one four times.
+    # An open input: any rate, but never four times the same.
     await plls.measure(0)
     plls.settings.clear()
     last = 0
@@ -156,7 +155,7 @@ async def rates_and_settings(dut: Any) -> None:
         last = now
     await plls.measure(*[4095] * 5)
     assert plls.settings == []
-    # A reset begins anew.
+    # A reset starts from the beginning.
     await plls.steady(742)
     dut.reset.value = 1
     await plls.clocks(4)
@@ -168,12 +167,12 @@ async def rates_and_settings(dut: Any) -> None:
     plls.expect(runs=0, present=0)
     await plls.measure(742)
     plls.expect(runs=1, present=1)
-    # So does a clock of it, at once.
+    # So does a reset of one clock, immediately.
     dut.reset.value = 1
     await plls.clocks(1)
     plls.expect(runs=0, present=0)
     dut.reset.value = 0
-    # While a lock is waited for, too: the source is not switched before the resets have come.
+    # Also while waiting for a lock: the source is not switched before the resets.
     plls.locks[0] = False
     await plls.measure(742, 742, 742)
     dut.reset.value = 1
@@ -197,7 +196,7 @@ async def lost_locks_and_the_own_clock(dut: Any) -> None:
         plls.locks[lost] = False
         await plls.clocks(4)
         assert not int(dut.run.value)
-        # It is tried again and again, and never runs.
+        # It is retried repeatedly, and never runs.
         plls.settings.clear()
         failed = plls.failed
         for _ in range(5 * CASE["timeout"] // 2):
@@ -210,7 +209,7 @@ async def lost_locks_and_the_own_clock(dut: Any) -> None:
         await plls.clocks(CASE["timeout"] + 100)
         assert int(dut.run.value)
         assert plls.restarts == restarts + 1
-    # A lock that takes as long as there is time for it is none that failed.
+    # A lock just within the time-out does not count as failed.
     failed = plls.failed
     plls.locks = [False, True]
     dut.receive_locked.value = 0
@@ -218,7 +217,7 @@ async def lost_locks_and_the_own_clock(dut: Any) -> None:
     plls.locks = [True, True]
     await plls.clocks(20)
     assert (int(dut.run.value), plls.failed) == (1, failed)
-    # The board's own clock: chosen in reset, always the low setting; no restart is counted.
+    # The board's own clock: selected during reset, always the low setting; no restart is counted.
     plls.settings.clear()
     restarts = plls.restarts
     dut.want_own.value = 1
@@ -244,7 +243,7 @@ async def lost_locks_and_the_own_clock(dut: Any) -> None:
 
 @for_entity("link_supervisor")
 async def clock_without_data(dut: Any) -> None:
-    """Restarts after so many measurements in a row without data, not before, not by itself."""
+    """Restarts after a number of measurements in a row without data, and at no other time."""
     plls = await supervised(dut)
     patience = CASE["patience"]
     await plls.steady(742)
@@ -276,7 +275,7 @@ async def clock_without_data(dut: Any) -> None:
 
 @for_entity("pll_configure")
 async def settings_are_written(dut: Any) -> None:
-    """Every register is read, changed where it may be, and written; a dead port is given up."""
+    """Every register is read, changed within its mask, and written; a dead port times out."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     registers: dict[int, int] = {}
@@ -331,7 +330,7 @@ async def settings_are_written(dut: Any) -> None:
         assert sorted(writes) == sorted(wanted)
         for address, (mask, value) in wanted.items():
             assert registers[address] == before[address] & ~mask | value, hex(address)
-    # A reset anywhere: it is done at once, and nothing more is written.
+    # A reset at any time: it ends at once, and nothing more is written.
     for clocks in range(1, 9):
         await FallingEdge(dut.clk)
         dut.start.value = 1
@@ -360,7 +359,7 @@ async def settings_are_written(dut: Any) -> None:
 
 @for_entity("event_counter")
 async def events_are_counted(dut: Any) -> None:
-    """Up to the limit and no further, from 0 after each clearing."""
+    """Counts up to the limit and no further, and from 0 after clearing."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     limit = 2 ** CASE["width"] - 1
@@ -376,7 +375,7 @@ async def events_are_counted(dut: Any) -> None:
 
 @for_entity("frame_rate_meter")
 async def frame_rates(dut: Any) -> None:
-    """Rates are rounded, at their limit, follow each frame, and are 0 when frames stop."""
+    """Rates are rounded and limited, change with each frame, and are 0 when frames stop."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     tick = CASE["tick"]
@@ -395,12 +394,12 @@ async def frame_rates(dut: Any) -> None:
     # An edge alone is no frame.
     assert int(dut.rate.value) == 0
     for units in (16683, 16667, 20000, 333, 305, 304, 100, rng.randrange(400, 30000)):
-        # A frame, the division, and for short frames the one that it was busy with.
+        # A frame, the division, and for short frames one more division under way.
         await frames(units, 3 + 2 * (1 << 15) // (tick * units))
         assert int(dut.rate.value) in {
             min(int(1e7 / exact + 0.5), (1 << 15) - 1) for exact in (units, units - 1)
         }, units
-    # Silence: the rate is 0 when the time can be counted no further, from the last edge on.
+    # Silence: the rate is 0 when the counter of the time since the last edge is full.
     dut.v_sync.value = 1
     await ClockCycles(dut.clk, tick * 65536)
     assert int(dut.rate.value) != 0
@@ -417,7 +416,7 @@ async def frame_rates(dut: Any) -> None:
     assert int(dut.rate.value) == 333
 
     async def begin_division(units: int) -> None:
-        """Bring a division under way, with nothing shown so far."""
+        """Start a division, with no result shown so far."""
         dut.v_sync.value = 0
         dut.reset.value = 1
         await ClockCycles(dut.clk, 3)
@@ -425,7 +424,7 @@ async def frame_rates(dut: Any) -> None:
         await frames(units, 1)
         dut.v_sync.value = 1
 
-    # A reset ends a division, however near its end is; of an even and an odd number of clocks.
+    # A reset of an even or an odd number of clocks ends a division, even just before its end.
     for units in (2000, 1999):
         await begin_division(units)
         division = 0
@@ -446,7 +445,7 @@ async def frame_rates(dut: Any) -> None:
 
 @for_entity("clock_meter")
 async def clocks_are_measured(dut: Any) -> None:
-    """Counts of several clocks, one for each window, and of a clock that stands still."""
+    """Counts of several clocks, one for each window, and of a stopped clock."""
     window = CASE["window"]
     Clock(dut.clk, 10, "ns").start()
     dut.measured_clk.value = 0
@@ -469,7 +468,7 @@ async def clocks_are_measured(dut: Any) -> None:
                 assert int(dut.count.value) == counts[-1]
         assert len(counts) in (4, 5)
         want = 10 * window / (16 * period) if period else 0
-        # The first window has another clock in it.
+        # The first window contains a part of the clock before.
         assert all(abs(count - want) <= 1 for count in counts[1:]), (period, counts)
         assert abs(sum(counts[2:]) - want * len(counts[2:])) <= 1
         if clock is not None:

@@ -24,7 +24,7 @@ PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
 
 class Line:
-    """Serial line of ``load_ports`` or another entity, and the words that leave its load port.
+    """Serial line of ``load_ports`` or another entity, and the words from its load port.
 
     `alone`: the words are ports, and nothing else drives the clock.
     """
@@ -40,7 +40,6 @@ class Line:
         cocotb.start_soon(self._listen())
 
     async def reset(self) -> None:
-        """Reset the board."""
         self.dut.line_in.value = 1
         self.dut.busy.value = 0
         self.dut.reset.value = 1
@@ -69,7 +68,6 @@ class Line:
             self.answers.append(byte)
 
     async def send(self, data: bytes) -> None:
-        """Send bytes."""
         for byte in data:
             for level in (0, *(byte >> bit & 1 for bit in range(8)), 1):
                 self.dut.line_in.value = level
@@ -97,7 +95,7 @@ class Terminal:
         self.path = os.ttyname(there)
 
     async def load(self, calib: str) -> tuple[int, str, str]:
-        """Type ``plenofir board load``: its exit code, what it says and complains of."""
+        """Run ``plenofir board load``: its exit code, standard output and error."""
         line, clk = self.line, self.line.dut.clk
         command = [PLENOFIR, "board", "load", calib, "--port", self.path]
         with subprocess.Popen(
@@ -115,7 +113,7 @@ class Terminal:
                 elif data or line.answers:
                     await ClockCycles(clk, 10 * BIT)
                 else:
-                    # Nothing happens on the line: time passes for the host, a little here.
+                    # The line is idle: let a little simulated time pass while the host waits.
                     await ClockCycles(clk, BIT)
                     time.sleep(0.005)
             assert host.stdout is not None
@@ -130,7 +128,7 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     await line.reset()
     terminal = Terminal(line)
     for calib, code in ((CASE["other"], 2), (CASE["calib"], 0)):
-        # A line that was broken off.
+        # An unfinished line.
         await line.send(b"l 0000")
         line.answers.clear()
         returned, out, err = await terminal.load(calib)

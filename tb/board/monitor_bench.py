@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of what reads the monitor's EDID; each is for the entity that it names."""
+"""cocotb tests of the reader of the monitor's EDID; each is for the entity that it names."""
 
 import random
 from typing import Any
@@ -29,7 +29,7 @@ SHOWN = {mode.name: Mode(mode.h_active, mode.v_active, rate) for mode, rate in (
 
 @for_entity("timing_rate")
 async def rates(dut: Any) -> None:
-    """Standard modes, and whatever eight bytes can say."""
+    """Standard modes, and random contents of the eight bytes."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, PERIOD_NS, "ns").start()
     dut.start.value = 0
@@ -39,7 +39,7 @@ async def rates(dut: Any) -> None:
     timings = [(mode.pixel_clock // 10, mode.h_total, mode.v_total) for mode in MODES]
     assert [rate_of(*timing) for timing in timings] == [599, 603, 600, 500, 600]
     timings += [(65535, 8190, 8190), (1, 8190, 8190), (14850, 2200, 1125), (1, 0, 4), (1, 4, 0)]
-    # Just at the limit, below it, above it; ties.
+    # At the limit, below it, above it; ties.
     timings += [(4095, 1000, 100), (4094, 1000, 100), (4096, 1000, 100), (65535, 7, 3)]
     timings += [(3, 800, 500), (3, 799, 501), (5, 1000, 1000)]
     timings += [
@@ -61,7 +61,7 @@ async def rates(dut: Any) -> None:
         assert int(dut.rate.value) == want, (pixel_clock, line_length, frame_lines)
         await FallingEdge(dut.clk)
         assert not int(dut.done.value)
-    # A reset ends it: nothing is done, and the next one is right.
+    # After a reset there is no result, and the next one is right.
     dut.start.value = 1
     await FallingEdge(dut.clk)
     dut.start.value = 0
@@ -74,7 +74,7 @@ async def rates(dut: Any) -> None:
 
 
 def with_checksums(content: bytes) -> bytes:
-    """Blocks of 128 bytes with right last bytes."""
+    """Blocks of 128 bytes with correct checksums."""
     blocks = [content[i : i + 127] for i in range(0, len(content), 128)]
     return b"".join(block + bytes([-sum(block) % 256]) for block in blocks)
 
@@ -107,7 +107,7 @@ def monitor(
 
 
 def cea(*codes: int, detailed: tuple[Any, ...] = (), audio: int = 3) -> bytes:
-    """A CEA-861 extension: a block of something else, codes of modes, detailed timings."""
+    """A CEA-861 extension: a block of another kind, codes of modes, detailed timings."""
     blocks = bytes([1 << 5 | audio, *[4] * audio, 2 << 5 | len(codes), *codes])
     if not codes:
         blocks = b""
@@ -122,7 +122,7 @@ HD1080 = HD720.model_copy(
 
 
 class Reads:
-    """The entity with a device at its lines, read by read."""
+    """The entity with a device on its lines."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -130,7 +130,6 @@ class Reads:
         self.show(NOTHING)
 
     def show(self, mode: Mode) -> None:
-        """Set the mode on show."""
         self.dut.shown_columns.value = mode.columns
         self.dut.shown_rows.value = mode.rows
         self.dut.shown_rate.value = mode.rate
@@ -141,7 +140,7 @@ class Reads:
         if str(dut.scl_low.value) != "1":
             begin = Timer((CASE["pause"] + 50) * PERIOD_NS, "ns")
             assert await First(RisingEdge(dut.scl_low), begin) is not begin, "no read"
-        # While it reads, the clock line is let go for no longer than this. Two blocks and their
+        # During a read, the clock line is released for no longer than this. Two blocks and their
         # addresses are 2,400 bits.
         for _ in range(3000):
             await FallingEdge(dut.scl_low)
@@ -154,7 +153,6 @@ class Reads:
         return self.report()
 
     def report(self) -> tuple[int, Mode, bool]:
-        """What the entity reports now."""
         dut = self.dut
         mode = Mode(*(int(port.value) for port in (dut.columns, dut.rows, dut.rate)))
         return int(dut.state.value), mode, bool(int(dut.offered.value))
@@ -182,7 +180,7 @@ async def begin(dut: Any) -> Reads:
 
 @for_entity("monitor_edid")
 async def edids_of_monitors(dut: Any) -> None:
-    """Every place in which a mode may stand, and that it is not found in others."""
+    """A mode is found in each of its possible places, and not in others."""
     reads = await begin(dut)
     names = {name: shown for name, shown in SHOWN.items()}
     cases: list[tuple[bytes, str, bool]] = [
@@ -199,7 +197,7 @@ async def edids_of_monitors(dut: Any) -> None:
         (monitor(HD1080, extension=cea(16, 4, 31)), HD720.name, True),
         (monitor(HD1080, extension=cea(16, 31, 0x93)), HD720_50.name, True),
         (monitor(HD1080, extension=cea(16, 31)), HD720.name, False),
-        # Of audio, 4 is no code of a mode; nor is a tag or what stands after the blocks.
+        # A 4 in an audio block, in a tag, or after the blocks is not the code of a mode.
         (monitor(HD1080, extension=cea(16, audio=6, detailed=(XGA,))), HD720.name, False),
         (monitor(HD1080, extension=cea(16, detailed=(XGA, HD720))), HD720.name, True),
         (monitor(HD1080, extension=cea(detailed=(XGA, HD720))), HD720.name, True),
@@ -247,7 +245,7 @@ async def wrong_edids(dut: Any) -> None:
         await reads.check(bytes(wrong), shown)
     await reads.check(bytes(256), shown)
     await reads.check(good, shown)
-    # Whatever the bytes are: the same as in the golden model, and an end.
+    # Random bytes: as in the golden model, and the read ends.
     for _ in range(2):
         noise = with_checksums(good[:8] + rng.randbytes(118) + b"\1" + b"\0" + rng.randbytes(128))
         await reads.check(noise, shown)
@@ -255,7 +253,7 @@ async def wrong_edids(dut: Any) -> None:
 
 @for_entity("monitor_edid")
 async def faults_of_the_lines(dut: Any) -> None:
-    """Each fault has its state, lets go of the lines, and is forgotten by the next read."""
+    """Each fault is reported, releases the lines, and does not affect the next read."""
     rng = random.Random(cocotb.RANDOM_SEED)
     reads = await begin(dut)
     device = reads.device
@@ -271,10 +269,10 @@ async def faults_of_the_lines(dut: Any) -> None:
         device.update()
         assert await reads.next() == good
 
-    # No monitor; then one is plugged in.
+    # No monitor; then one is connected.
     assert await reads.next() == (NO_ANSWER, NOTHING, False)
     await works()
-    # Unplugged; refusing; falling silent.
+    # Disconnected; not acknowledging; falling silent.
     device.content = None
     assert await reads.next() == (NO_ANSWER, NOTHING, False)
     for number in range(2):
@@ -284,7 +282,7 @@ async def faults_of_the_lines(dut: Any) -> None:
     await works()
     device.silent_after = rng.randrange(1, 128)
     assert await reads.next() == (NO_EDID, NOTHING, False)
-    # A line stays low from the beginning.
+    # A line is low from the beginning.
     for line in ("scl_stuck", "sda_stuck"):
         await works()
         setattr(device, line, True)
@@ -292,22 +290,22 @@ async def faults_of_the_lines(dut: Any) -> None:
         for _ in range(2):
             assert await reads.next() == (LINE_LOW, NOTHING, False)
             assert (str(dut.scl_low.value), str(dut.sda_low.value)) == ("0", "0")
-    # Or from the middle on: after the first byte, the clock line.
+    # The clock line is low from the first byte on.
     await works()
     await RisingEdge(dut.scl_low)
     await ClockCycles(dut.clk, 60 * 4 * CASE["quarter"] + rng.randrange(1000))
     device.scl_stuck = True
     device.update()
     assert (await reads.next())[0] == LINE_LOW
-    # A device in the middle of a byte of zeros holds the data line: the clocks free it.
+    # A device in the middle of a byte of zeros holds the data line until it gets clocks.
     await works()
     device.send_from_reset(0x00)
     await works()
-    # A stretched clock, but no longer than allowed.
+    # A clock stretched as long as allowed.
     device.stretch_ns = (CASE["stretch"] - 20) * PERIOD_NS
     await works()
     device.stretch_ns = 0
-    # A reset lets go of the lines at once, and begins anew.
+    # A reset releases the lines at once and starts again.
     await RisingEdge(dut.scl_low)
     await Timer(rng.randrange(20000, 60000), "ns")
     await FallingEdge(dut.clk)
@@ -332,7 +330,7 @@ async def slow_enough(dut: Any) -> None:
     times: dict[str, list[float]] = {"rise": [], "fall": [], "data": []}
 
     def now() -> float:
-        # The simulator's steps as a fraction of a ns are not quite that number.
+        # The simulator's steps are not exact fractions of a ns.
         return round(float(cocotb.utils.get_sim_time("ns")), 3)
 
     async def watch(trigger: Any, name: str) -> None:
@@ -380,7 +378,7 @@ async def limits_of_times(dut: Any) -> None:
     ended = clock_of()
     await RisingEdge(dut.scl_low)
     assert CASE["pause"] <= clock_of() - ended <= CASE["pause"] + 1
-    # A reset in a clock near the end of a read: it has told nothing.
+    # A reset in a clock near the end of a read: there is no report.
     for early in range(4):
         await FallingEdge(dut.scl_low)
         await ClockCycles(dut.clk, round(ended - released) - early)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of phase_detector_control: its delay lines hang, do not react or are slow."""
+"""cocotb tests of phase_detector_control, with delay lines that hang, do not react or are slow."""
 
 import random
 from typing import Any
@@ -17,9 +17,9 @@ CASE = read_case()
 class DelayLine:
     """BUSY of a delay line, which may hang, not react, or take its time.
 
-    The `fault` "hangs" is a calibration that never ends; with "ignores" nothing is done, not even
-    that. `heals`: a reset of the delay ends either. `clocks` are those until a calibration begins,
-    and how long it lasts.
+    With the `fault` "hangs" a calibration never ends, with "ignores" it never begins. `heals`: a
+    reset of the delay line clears either fault. `clocks` are those until a calibration begins, and
+    its duration.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class DelayLine:
 
 
 class Channel:
-    """Both delay lines of a channel, and what the control may never do."""
+    """Both delay lines of a channel, with checks of what the control must never do."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -64,7 +64,7 @@ class Channel:
             getattr(dut, name).value = 0
 
     async def reset(self, clocks: int = 3) -> None:
-        """Reset the control; it forgets all but what it has counted."""
+        """Reset the control; only its counts stay."""
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, clocks)
         await FallingEdge(self.dut.clk)
@@ -74,7 +74,7 @@ class Channel:
         assert not int(self.dut.tracking.value)
 
     async def clocks(self, count: int, *, until_tracking: int | None = None) -> int:
-        """Let clocks pass, at most until the channel tracks or not; return how many."""
+        """Let clocks pass, at most until the channel starts or stops tracking; return how many."""
         dut = self.dut
         for passed in range(count):
             if until_tracking is not None and int(dut.tracking.value) == until_tracking:
@@ -115,11 +115,10 @@ class Channel:
         self.lines = (DelayLine(), DelayLine())
 
     def taps(self) -> int:
-        """Position that is reported."""
         return int(self.dut.taps.value.to_signed())
 
     async def follow(self, edge: int, intervals: int) -> None:
-        """Give edges of one kind for so many calibrations."""
+        """Send edges of one kind during some calibrations."""
         for _ in range(intervals):
             count = len(self.begun)
             while len(self.begun) == count:
@@ -129,7 +128,7 @@ class Channel:
 
 @for_entity("phase_detector_control")
 async def steps_and_calibrations(dut: Any) -> None:
-    """Both lines are calibrated, then reset, the slave again and again; a step for each."""
+    """Both lines are calibrated and reset, then the slave is recalibrated, with a step for each."""
     Clock(dut.clk, 10, "ns").start()
     channel = Channel(dut)
     await channel.reset()
@@ -137,7 +136,7 @@ async def steps_and_calibrations(dut: Any) -> None:
     assert channel.calibrated == [1, 1]
     assert channel.resets == 1
     assert channel.taps() == channel.hung == 0
-    # No edges, no steps, and edges of both kinds neither.
+    # No steps without edges, or with equally many of both kinds.
     await channel.clocks(1000)
     assert channel.calibrated[0] == 1
     periods = {b - a for a, b in zip(channel.begun[2:], channel.begun[3:], strict=False)}
@@ -146,7 +145,7 @@ async def steps_and_calibrations(dut: Any) -> None:
     channel.edges = [0, 1] * 1000
     await channel.clocks(2000)
     assert channel.steps == []
-    # FILTER edges more of one kind make a step, one less does not.
+    # An excess of FILTER edges of one kind makes a step, one less does not.
     for edge, step in ((1, 1), (0, -1)):
         for surplus in (CASE["filter"] - 1, CASE["filter"]):
             channel.steps.clear()
@@ -175,7 +174,7 @@ async def steps_and_calibrations(dut: Any) -> None:
     await channel.reset()
     await channel.clocks(200, until_tracking=1)
     assert channel.taps() == 0
-    # A clock of reset, in each clock from the first calibration up to the one that follows edges.
+    # A reset in each clock from the first calibration to the one after the edges.
     first = await begin_anew(channel, 200)
     for clocks in range(2 * CASE["quiet"], first + 1):
         await begin_anew(channel, clocks)
@@ -185,7 +184,7 @@ async def steps_and_calibrations(dut: Any) -> None:
 
 
 async def begin_anew(channel: Channel, clocks: int) -> int:
-    """Reset for a clock, and go on; clocks until the channel tracks, but no more than these."""
+    """Reset for a clock; result: clocks until the channel tracks, within a limit."""
     channel.repair()
     channel.dut.busy.value = 0
     channel.calibrated = [0, 0]
@@ -197,7 +196,7 @@ async def begin_anew(channel: Channel, clocks: int) -> int:
 
 @for_entity("phase_detector_control")
 async def delay_lines_that_hang(dut: Any) -> None:
-    """A line that hangs or ignores its commands is reset; lines that are slow are waited for."""
+    """A delay line that hangs or ignores commands is reset; slow ones are waited for."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     channel = Channel(dut)
@@ -216,7 +215,7 @@ async def delay_lines_that_hang(dut: Any) -> None:
         await channel.reset()
         if not first:
             await channel.clocks(200, until_tracking=1)
-            # No step before the slave has been calibrated again.
+            # No step before the slave is calibrated again.
             await channel.follow(1, 3)
             assert channel.taps() == 2
             assert channel.resets == 1
@@ -228,14 +227,14 @@ async def delay_lines_that_hang(dut: Any) -> None:
         await channel.clocks(patience, until_tracking=1)
         assert int(dut.tracking.value), fault
         assert channel.hung == 1, fault
-        # That of the time-out, and that after the calibration.
+        # The reset after the time-out, and the one after the calibration.
         assert channel.resets == 2, fault
         assert channel.taps() == 0
         channel.steps.clear()
         await channel.follow(0, 3)
         assert channel.taps() == -2
         assert channel.hung == 1
-    # A line that no reset of the delay brings back: it is tried for ever, and told each time.
+    # A line that stays faulty after a reset is retried endlessly, and reported each time.
     for fault in ("hangs", "ignores"):
         await channel.reset()
         for line in channel.lines:
@@ -259,7 +258,7 @@ async def delay_lines_that_hang(dut: Any) -> None:
         await channel.clocks(3 * timeout)
         assert int(dut.tracking.value)
         assert channel.hung == 0
-    # Any of it, at any time: it always tracks again.
+    # Any fault at any time: the channel always tracks again.
     for _ in range(CASE["faults"]):
         line = rng.choice(channel.lines)
         line.fault = rng.choice(("hangs", "ignores"))

@@ -24,14 +24,14 @@ class Board(Bench):
         self.terminal = Terminal(Line(dut, alone=False))
 
     async def type(self, camera: int) -> tuple[int, str]:
-        """Type the command for a camera's calibration between two frames."""
+        """Run the command for a camera's calibration between two frames."""
         self.dut.playing.value = 0
         code, _, err = await self.terminal.load(CASE["calibrations"][camera])
         self.dut.playing.value = 1
         return code, err
 
     async def choose(self, place: int) -> None:
-        """Choose an output, and wait until it is shown."""
+        """Select an output, and wait until it is shown."""
         self.place = place
         self.dut.shown.value = place
         await self.play(MODE, LOST)
@@ -40,7 +40,7 @@ class Board(Bench):
 
 @cocotb.test()
 async def from_the_command_to_the_picture(dut: Any) -> None:
-    """One calibration, then another; one that the board cannot take changes nothing."""
+    """One calibration, then another; one that does not fit the board changes nothing."""
     board = Board(dut)
     await board.reset()
     await board.play(MODE, LOST)

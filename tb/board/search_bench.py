@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of phase_search: a channel behind a delay line, with unsure bits at its edges."""
+"""cocotb tests of phase_search: a channel behind a delay line, with uncertain bits at edges."""
 
 import random
 from typing import Any
@@ -22,8 +22,8 @@ BLANK, ACTIVE = 24, 40
 class Channel:
     """Bits of a channel as they are sampled behind the delay line, which is at `tap`.
 
-    A bit has `bit_taps` taps; at `unsure` taps at each of its ends the neighbour may be taken
-    instead. The bits come `late` taps too late, or not at all (`silent`).
+    A bit is `bit_taps` taps long; within `unsure` taps of its ends the neighbouring bit may be
+    sampled instead. The bits are `late` taps late, or absent (`silent`).
     """
 
     def __init__(self, rng: random.Random, bit_taps: int, unsure: int) -> None:
@@ -42,7 +42,7 @@ class Channel:
         self.at = 0
 
     def drive(self, load_n: int, move: int) -> None:
-        """Take what the control drives: a falling edge of MOVE moves."""
+        """Follow the control's outputs: a falling edge of MOVE moves the delay by a tap."""
         if not load_n:
             self.tap = 0
         elif self.moved and not move:
@@ -78,7 +78,7 @@ class Bench:
         self.dut, self.channel = dut, channel
 
     async def clocks(self, count: int, until: int | None = None) -> None:
-        """Go on for some clocks, or until the search is over (1) or was begun anew (0)."""
+        """Run for some clocks, or until the search has ended (1) or restarted (0)."""
         for _ in range(count):
             if until is not None and int(self.dut.tracking.value) == until:
                 return
@@ -89,10 +89,10 @@ class Bench:
         assert until is None, f"not tracking={until} after {count} clocks"
 
     def check(self) -> None:
-        """The delay is in the middle of what the delay line reaches of a bit."""
+        """The delay is in the middle of the part of a bit that the delay line reaches."""
         channel = self.channel
         assert int(self.dut.taps.value) == channel.tap
-        # The line reaches half of its taps of one bit at least, less what is unsure.
+        # At least half of the line's taps are within one bit, less the uncertain ones.
         reached = min(channel.bit_taps, TAPS // 2)
         least = reached // 2 - channel.unsure // 2 - STEP - 1
         assert channel.inside() >= max(least, 0), (channel.tap, channel.late, channel.bit_taps)
@@ -100,7 +100,7 @@ class Bench:
 
 @for_entity("phase_search")
 async def the_middle_is_found(dut: Any) -> None:
-    """Bits of many lengths with unsure ends; slips, silence and resets in between."""
+    """Bits of many lengths with uncertain ends; slips, silence and resets in between."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     look = 2 * CASE["timeout"] + 100
@@ -114,11 +114,11 @@ async def the_middle_is_found(dut: Any) -> None:
         hung = int(dut.hung_toggle.value)
         await bench.clocks(40 * look, until=1)
         bench.check()
-        # Noise in the picture, and a wrong token now and then, change nothing.
+        # Noise in the picture and occasional wrong tokens change nothing.
         before = channel.tap
         await bench.clocks(3000)
         assert (channel.tap, int(dut.hung_toggle.value)) == (before, hung)
-        # The line slips by half a bit and more, or loses its place.
+        # The line slips by half a bit or more, or to any position.
         channel.late += rng.choice((1, -1)) * (bit_taps // 2 + bit_taps // 3)
         await bench.clocks(3 * look, until=0)
         await bench.clocks(80 * look, until=1)
@@ -137,7 +137,7 @@ async def the_middle_is_found(dut: Any) -> None:
 
 @for_entity("phase_search")
 async def every_place_of_a_bit(dut: Any) -> None:
-    """Wherever the delays begin and end in a bit, one search is enough and its delay stays."""
+    """For any position of bits in the delay line, one search is enough and its result stays."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     bit_taps = CASE["bit_taps"][0]
@@ -159,7 +159,7 @@ async def every_place_of_a_bit(dut: Any) -> None:
 
 @for_entity("phase_search")
 async def wrong_words_begin_a_search(dut: Any) -> None:
-    """So many of a window, once in it; fewer never."""
+    """A number of wrong words in a window starts one search in it; fewer start none."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     channel = Channel(rng, CASE["bit_taps"][0], 0)
@@ -181,7 +181,7 @@ async def wrong_words_begin_a_search(dut: Any) -> None:
             await bench.clocks(rng.randrange(5))
 
     hung = int(dut.hung_toggle.value)
-    # In each window fewer than it takes.
+    # Fewer than that in each window.
     for _ in range(3):
         await wrong(limit // 2)
         await bench.clocks(window)
@@ -191,7 +191,7 @@ async def wrong_words_begin_a_search(dut: Any) -> None:
     assert int(dut.hung_toggle.value) != hung
     await bench.clocks(search, until=1)
     bench.check()
-    # Not again in this window, whatever comes; in one of the next.
+    # No second search in this window, but in one of the next.
     await wrong(2 * limit)
     assert int(dut.tracking.value)
     await bench.clocks(window)

@@ -55,7 +55,7 @@ def test_generics_out_of_range(sources: list[Path], tmp_path: Path) -> None:
 
 
 def test_board_of_a_scene(sources: list[Path], tmp_path: Path) -> None:
-    """The flower for the first evening: elaborated as it is built; XST's rules hold for it."""
+    """The first scene for the board: elaborated as it is built, and within XST's rules."""
     written = configure(scene_plan("flower-480p", "atlys"), tmp_path / "scene")
     assert {f"{TOP}.vhd", "stored_pkg.vhd"} <= {path.name for path in written}
     problems, counts = elaborate(written, tmp_path)

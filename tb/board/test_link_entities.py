@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What brings the link up and watches it, entity by entity."""
+"""Link start-up and supervision, entity by entity."""
 
 import pytest
 
@@ -67,7 +67,7 @@ def test_hdmi_control() -> None:
         values = {"entity": "hdmi_control_bench", **case}
         return Case("hdmi_control_bench", "board.control_bench", generics, values)
 
-    # From 24 MHz and up to 74.25 MHz, of those that the range has.
+    # The modes from 24 to 74.25 MHz in the range.
     run_cases(
         [
             control(generics, case),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration over the board's serial port, by the command that a user types."""
+"""A calibration over the board's serial port, by the command line."""
 
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def test_load_port(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
-    """Two cameras for which the board is built, and one whose raster has more lines to wait."""
+    """Two cameras that fit the board, and one whose raster has too many lines to wait."""
     shape = (MODE_720.v_active, MODE_720.h_active)
     fitting = [ShownCamera(3.4, 1.5, shape=shape), ShownCamera(3.5, -1.0, shape=shape)]
     cameras = [*fitting, ShownCamera(4.6, -1.0, shape=shape)]
@@ -75,7 +75,7 @@ def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
 
 
 def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a package as a scene with a sensor and a calibration has it."""
+    """With the package of a scene with a sensor and a calibration."""
     words = [f"{(kind << 60) + 0x0123456789ABCDE * kind:016X}" for kind in (3, 0, 1, 2)]
     values = ", ".join(f'{n} => x"{word}"' for n, word in enumerate(words))
     sources = hdl.hdl_sources()

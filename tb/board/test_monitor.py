@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What reads the monitor's EDID, against a device with faults."""
+"""The reader of the monitor's EDID, against a device with faults."""
 
 from plenofir_tb.runner import Case, run_cases
 

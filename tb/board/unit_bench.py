@@ -48,13 +48,11 @@ class I2cMaster(i2c.I2cMaster):
         await self.wait()
 
     async def data(self, level: int) -> None:
-        """Set the data line."""
         self.low = not level
         self._drive()
         await self.wait()
 
     def seen(self) -> int:
-        """Level of the data line."""
         return int(self.dut.sda.value)
 
     async def read_block(self, address: int, count: int) -> list[int]:
@@ -71,7 +69,7 @@ class I2cMaster(i2c.I2cMaster):
 
 @for_entity("i2c_rom_slave")
 async def edid_over_i2c(dut: Any) -> None:
-    """The whole block, and parts of it, on lines that ring; the hunter has all else."""
+    """The whole block, and parts of it, on lines that ring; the hunter tests the rest."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     master = I2cMaster(dut, rng)
@@ -84,7 +82,7 @@ async def edid_over_i2c(dut: Any) -> None:
     at = rng.randrange(100)
     assert await master.read_block(at, 5) == edid[at : at + 5]
     assert await master.read_block(126, 4) == [*edid[126:], 0xFF, 0xFF]
-    # A source goes away while the slave holds the data line low: it lets go by itself in time.
+    # A source disappears while the slave holds the data line low: it releases it after a time-out.
     await master.start()
     assert await master.write(0xA0)
     assert await master.write(0)
@@ -97,7 +95,7 @@ async def edid_over_i2c(dut: Any) -> None:
     assert all([await master.bit(1) for _ in range(12)])
     await master.stop()
     assert await master.read_block(0, 3) == edid[:3]
-    # Anything on both lines, then silence: the slave has let go and answers as ever.
+    # Noise on both lines, then silence: the slave has released them and answers again.
     for _ in range(400):
         dut.scl.value, dut.sda.value = rng.randrange(2), rng.randrange(2)
         await Timer(rng.randrange(20, 2000), "ns")
@@ -127,7 +125,7 @@ async def bouncing_contact(dut: Any) -> None:
             presses += int(dut.pressed.value)
         assert int(dut.levels.value) == level
     assert presses == 2
-    # A level counts when it has lasted as long as it must, without a break.
+    # A level is accepted when it has lasted long enough without interruption.
     stable = CASE["stable"]
     for runs, want in (([stable - 1], 0), ([stable - 1, stable - 1], 0), ([stable], 1)):
         presses = 0
@@ -143,12 +141,12 @@ async def bouncing_contact(dut: Any) -> None:
 
 @for_entity("reset_filter")
 async def reset_without_bounces(dut: Any) -> None:
-    """From configuration on; short requests and short gaps change nothing."""
+    """Resets from configuration on; short requests and short gaps change nothing."""
     rng = random.Random(cocotb.RANDOM_SEED)
     begins, ends = CASE["assert_clocks"], CASE["release_clocks"]
     dut.request.value = 0
     Clock(dut.clk, 10, "ns").start()
-    # Of the synchroniser's two clocks one after those that count.
+    # One of the synchroniser's two clocks comes after those that count.
     level, late = 1, 1
 
     async def hold(request: int, clocks: int, want: int) -> None:
@@ -161,7 +159,7 @@ async def reset_without_bounces(dut: Any) -> None:
     await FallingEdge(dut.clk)
     for _ in range(6):
         last = begins if not level else ends
-        # Bounces, none of which lasts.
+        # Bounces that do not last.
         for _ in range(10):
             await hold(1 - level, rng.randrange(1, last), level)
             await hold(level, rng.randrange(1, 9), level)
@@ -172,7 +170,7 @@ async def reset_without_bounces(dut: Any) -> None:
 
 @for_entity("hot_plug")
 async def monitor_is_plugged_in(dut: Any) -> None:
-    """So many clocks after each reset, and after the configuration."""
+    """A number of clocks after each reset, and after configuration."""
     dut.reset.value = 0
     Clock(dut.clk, 10, "ns").start()
     for _ in range(3):
@@ -209,12 +207,10 @@ class Panel:
             self.clear_pulses += 1
 
     async def clocks(self, count: int) -> None:
-        """Wait."""
         await ClockCycles(self.dut.clk, count)
         await FallingEdge(self.dut.clk)
 
     async def reset(self) -> None:
-        """Reset for a few clocks."""
         self.dut.reset.value = 1
         await self.clocks(5)
         self.dut.reset.value = 0
@@ -231,7 +227,6 @@ class Panel:
                 passed += clocks
 
     async def line(self) -> str:
-        """Receive a line."""
         bit_clocks = CASE["bit_clocks"]
         text = ""
         while not text.endswith("\r\n"):
@@ -259,25 +254,24 @@ class Panel:
         return await answer
 
     async def press(self, button: Any) -> None:
-        """Press and release a button."""
         for level in (1, 0):
             button.value = level
             await self.clocks(2 * CASE["stable"] + 6)
 
     def state(self) -> tuple[int, int, int, int, int]:
-        """Slice, sweep, frames of a sweep, pass-through, pattern."""
+        """Current slice, sweep, frames of a sweep, pass-through, pattern."""
         dut = self.dut
         ports = (dut.slice, dut.sweep, dut.sweep_frames, dut.pass_through, dut.pattern)
         return tuple(int(port.value) for port in ports)
 
     def screen(self) -> tuple[int, int]:
-        """Output, place of the text."""
+        """Current output and position of the text."""
         return int(self.dut.shown.value), int(self.dut.text_place.value)
 
 
 @for_entity("board_control")
 async def commands_buttons_switches_reset(dut: Any) -> None:
-    """All that a person can do, and that a reset undoes it."""
+    """All commands, buttons and switches, and that a reset restores the defaults."""
     Clock(dut.clk, 10, "ns").start()
     panel = Panel(dut)
     await panel.reset()
@@ -315,7 +309,8 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     assert panel.clear_pulses == 0
     assert await panel.ask("c") == "ok"
     assert panel.clear_pulses == 1
-    # A reset inside a character: all settings are the first, and the next command is understood.
+    # After a reset inside a character, settings are the defaults, and the next command is
+    # understood.
     await panel.send("s")
     dut.line_in.value = 0
     await panel.clocks(CASE["bit_clocks"] * 3 // 2)
@@ -333,19 +328,19 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     ):
         assert await panel.ask(command) == "ok"
         assert panel.state() == state
-    # What is shorter than half a bit is no character, whenever the next one comes.
+    # A pulse shorter than half a bit is no character, whenever the next one comes.
     for offset in range(CASE["bit_clocks"]):
         dut.line_in.value = 0
         await ClockCycles(dut.clk, CASE["bit_clocks"] // 2 - 2)
         dut.line_in.value = 1
         await ClockCycles(dut.clk, 4 * CASE["bit_clocks"] + offset)
         assert await panel.ask("w 0", 1.03) == "ok", offset
-    # Buttons go around both ends.
+    # Buttons wrap around at both ends.
     for button, step in ((dut.button_up, 1), (dut.button_down, -1)):
         for number in range(1, slices + 1):
             await panel.press(button)
             assert panel.state()[0] == (first + step * number) % slices
-    # A switch and a command for the same thing: it is on if either is.
+    # A setting with a switch and a command is on if either is.
     for name, want in (
         ("switch_pass", (first, 0, 0, 1, 0)),
         ("switch_pattern", (first, 0, 0, 0, 1)),
@@ -357,7 +352,8 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
         getattr(dut, name).value = 0
         await panel.clocks(2 * CASE["stable"] + 6)
     assert panel.state() == begin
-    # Outputs by the button, around, and by command; the text's place by command and switches.
+    # Outputs by button, with wrap-around, and by command; the text's position by command and
+    # switches.
     assert panel.screen() == (0, 1)
     for shown in (1, 2, 0):
         await panel.press(dut.button_output)
@@ -368,7 +364,7 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     ):
         assert await panel.ask(command) == answer, command
         assert panel.screen() == want, command
-    # A text that a command has put out no switch brings back.
+    # A switch cannot show a text that a command has turned off.
     for place, name, want in ((0, "bottom", 0), (1, "bottom", 2), (2, "hide", 0)):
         assert await panel.ask(f"h {place}") == "ok"
         getattr(dut, f"switch_{name}").value = 1
@@ -383,7 +379,7 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
 
 @for_entity("board_control")
 async def serial_line_clock_by_clock(dut: Any) -> None:
-    """Bits of the right length; what is no character or no command leaves nothing behind."""
+    """Bits have the right length; invalid characters and commands have no effect on later ones."""
     Clock(dut.clk, 10, "ns").start()
     panel = Panel(dut)
     bit = CASE["bit_clocks"]
@@ -427,7 +423,7 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
     dut.line_in.value = 1
     await panel.clocks(bit)
     assert await panel.ask("w 0") == "error"
-    # What comes during an answer is dropped.
+    # Characters during an answer are dropped.
     pulses = panel.clear_pulses
     answer = cocotb.start_soon(panel.line())
     await panel.send("?\rc\r")
@@ -440,7 +436,7 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
         await panel.reset()
         assert await panel.ask("c") == "ok"
         assert panel.state()[1] == 0
-    # And in a character: the line must have rested before the next one.
+    # And in a character: the line must be idle before the next one.
     dut.line_in.value = 0
     await panel.clocks(2 * bit)
     await panel.reset()
@@ -454,7 +450,7 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
         await panel.reset()
         assert await is_quiet()
         assert await panel.ask("c") == "ok"
-    # Nothing of a character or a command is left by a reset of one clock around their last bit.
+    # A reset of one clock around the last bit removes a character or a command.
     for text, clocks in product(("x", "c\r", "h 0\r", "s 0\r"), range(bit // 2, bit + 4)):
         cocotb.start_soon(panel.send(text))
         await panel.clocks((10 * len(text) - 1) * bit + clocks)
@@ -469,7 +465,7 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
 
 @for_entity("demo_control")
 async def focus_to_and_fro(dut: Any) -> None:
-    """Frames and keys at random: the slice that a model of it has."""
+    """Random frames and keys: the slice is that of a model."""
     slices, frames, stable = CASE["slices"], CASE["frames"], CASE["stable"]
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a normalised border takes of the chip, and that nothing of it is there without."""
+"""Resources of a normalised border, and that there are none without it."""
 
 from pathlib import Path
 

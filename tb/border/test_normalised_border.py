@@ -14,7 +14,7 @@ from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
 def border_core(m: int, shifts: tuple[int, ...], spare: int = 4, **fields: object) -> Core:
-    """A core whose lines are as long as it takes without a pause; frames have shorter ones, too."""
+    """A core with the longest lines without a pause; frames have shorter ones, too."""
     core = Core.model_validate(
         {"micro_image_size": m, "shifts": shifts, "max_columns": 64, "border": "normalise"} | fields
     )
@@ -36,15 +36,15 @@ def sums(pixels: int = 1, *, any_rows: bool = False) -> MovingSumEngine:
     return MovingSumEngine.model_validate({"pixels_per_clock": pixels, "any_rows": any_rows})
 
 
-# Cases share simulations, which start faster than they run.
+# Cases share simulations, whose start-up takes most of the time.
 SMALL = [
     border_core(3, (2,)),
     border_core(3, (-1, 4), engine=sums(), channels=3),
     border_core(2, (3,), engine=sums(2)),
     border_core(2, (-1, 2), engine=StackEngine(input_lines=2)),
 ]
-# Each has what the others lack: orders, alignments, widths, sets with a choice at run time, hold,
-# lines that do not fill their last token, outputs that nothing reaches.
+# Each covers something else: orders, alignments, widths, several slices, hold, lines that do not
+# fill their last token, outputs without any view.
 MORE = [
     border_core(1, (2,)),
     border_core(5, (-3, 2), channels=3, engine=FirEngine(broadcast_taps=4)),

@@ -47,7 +47,7 @@ class Bench:
         self.dut = dut
         self.case = read_case()
         self.core: Any = CORES[KIND].model_validate(self.case["core"])
-        # What a stack's slices are to the source of their sharpness.
+        # For a depth index, the slices of the stack in front of it.
         self.channels = self.core.channels
         if KIND == "depth_index":
             self.channels *= self.core.slices
@@ -72,7 +72,7 @@ class Bench:
         self.set_size(columns, rows)
         await ClockCycles(self.dut.clk, clocks)
         self.dut.reset.value = 0
-        # Nothing may come of what was before.
+        # Nothing may come from before the reset.
         await FallingEdge(self.dut.clk)
         self.scoreboard.listening = True
         await ClockCycles(self.dut.clk, 3)
@@ -97,7 +97,7 @@ class Bench:
         return make_frame(kind, rows, columns, self.channels, self.core.pixel_bits, self.rng)
 
     def beats(self, frame: Frame) -> list[Beat]:
-        """Transfers of a frame; what stands after a line's last pixel is of no account."""
+        """Transfers of a frame, with random lanes after a line's last pixel."""
         beats = frame_beats(frame, self.core.pixel_bits, self.pixels)
         width = self.channels * self.core.pixel_bits
         used = ((frame.shape[1] - 1) % self.pixels + 1) * width
@@ -109,11 +109,10 @@ class Bench:
         ]
 
     def tokens(self, columns: int) -> int:
-        """Transfers of a line."""
         return -(-columns // self.pixels)
 
     def golden(self, frame: Frame, slice_: int = 0) -> Frame:
-        """What the core must make of a frame: images and indices one after another in channels."""
+        """Expected output for a frame: images and indices one after another in the channels."""
         core = self.core
         if KIND == "focal_stack":
             return np.dstack(list(core.golden(frame)))
@@ -146,7 +145,7 @@ class Bench:
         self.source.append(self.beats(frame))
 
     async def drain(self) -> None:
-        """Wait until all expected frames are out, and a while longer for what must not come."""
+        """Wait until all expected frames are out, and some more clocks for unexpected output."""
         quiet = 0
         while self.scoreboard.waiting and quiet < self.patience:
             before = len(self.scoreboard.received)
@@ -158,7 +157,7 @@ class Bench:
         self.scoreboard.result  # noqa: B018  (raises)
 
     async def record(self, clocks: list[tuple[str, ...]]) -> None:
-        """Write down what the core shows, clock by clock."""
+        """Record the core's outputs clock by clock."""
         dut = self.dut
         ports = [dut.s_axis_tready, dut.error_flags, dut.m_axis_tvalid]
         offer = [dut.m_axis_tdata, dut.m_axis_tuser, dut.m_axis_tlast]
@@ -168,7 +167,7 @@ class Bench:
             clocks.append(tuple(str(port.value) for port in shown))
 
     async def disturb(self, columns: int, rows: int, begin: int = 0) -> None:
-        """Send frames, most of them broken, up to anywhere, or `begin` clocks into a line."""
+        """Send frames, most of them broken, up to a random point, or `begin` clocks into a line."""
         self.stall("some", "some")
         if KIND == "raster_refocuser":
             self.dut.sweep_frames.value = self.rng.randrange(4)
@@ -185,11 +184,11 @@ class Bench:
                 self.rng.choice([1, tokens, 4 * tokens]),
             )
             if begin or self.rng.random() < 0.5:
-                # The beginning of a line, which is somewhere inside when the reset comes.
+                # The beginning of a line, which is inside the core when the reset comes.
                 sent = tokens * self.rng.randrange(rows) + 1
                 clocks = begin or self.rng.randint(1, 12)
             elif self.rng.random() < 0.5:
-                # Lines that are on their way out.
+                # Lines that are being output.
                 sent = len(beats)
                 clocks = self.rng.randint(1, self.core.latency_clocks(columns, rows, frames=1))
             await self.source.send(beats[:sent])
@@ -203,7 +202,7 @@ class Bench:
     def random_size(self, *, full_rate: bool = False, columns: int = 0) -> tuple[int, int]:
         """Columns (unless given) and rows of a small frame, at least one micro image.
 
-        A size that is taken at full rate where the core has one.
+        A size for full rate, if the core has one.
         """
         m = self.core.micro_image_size
         core = self.core
@@ -220,7 +219,7 @@ class Bench:
 
 @cocotb.test()
 async def frames_without_stalls(dut: Any) -> None:
-    """The longest lines, back to back at full rate: never refused, the latency as the formula."""
+    """The longest lines, back to back at full rate: no stalls, and the latency of the formula."""
     bench = Bench(dut)
     columns, rows = bench.random_size(full_rate=True, columns=bench.core.max_columns)
     await bench.reset(columns, rows)
@@ -254,7 +253,7 @@ async def frames_without_stalls(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["core"].get("any_rows"))
 async def frames_of_any_rows(dut: Any) -> None:
-    """Frames whose rows are no multiple of M, two back to back of each: never refused."""
+    """Frames whose rows are no multiple of M, two back to back of each: no stalls."""
     bench = Bench(dut)
     core = bench.core
     columns, _ = bench.random_size(full_rate=True)
@@ -295,7 +294,7 @@ ONE_SLICE = len(read_case()["core"].get("shifts", ())) == 1
 
 @cocotb.test(skip=KIND != "raster_refocuser" or ONE_SLICE or read_case().get("enclosed", False))
 async def slices_change_while_video_runs(dut: Any) -> None:
-    """Slices chosen and swept at random clocks: each frame is of the one that was due."""
+    """Slices selected and swept at random clocks: each frame has the slice of the model."""
     bench = Bench(dut)
     rng = bench.rng
     await bench.reset(*bench.random_size(full_rate=rng.random() < 0.5))
@@ -334,7 +333,7 @@ async def slices_change_while_video_runs(dut: Any) -> None:
 
 @cocotb.test(skip=KIND != "depth_index")
 async def black_and_white_micro_images(dut: Any) -> None:
-    """The largest differences there are, and many slices that are equally sharp."""
+    """The largest possible differences, and many equally sharp slices."""
     bench = Bench(dut)
     m, core = bench.core.micro_image_size, bench.core
     columns, rows = core.max_columns, 4 * m
@@ -346,7 +345,7 @@ async def black_and_white_micro_images(dut: Any) -> None:
         draw = np.random.default_rng(bench.rng.randrange(1 << 32))
         levels = draw.integers(0, 2, (*lenses, core.slices))
         if kind == "sparse":
-            # Few micro images differ between the slices: the others are without texture.
+            # Few micro images differ between the slices; the others have no texture.
             same = draw.random(lenses) < 0.8
             levels[same] = levels[same][:, :1]
         if kind == "board":
@@ -379,7 +378,7 @@ async def any_stalls_any_gaps(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["thorough"] or KIND == "depth_index")
 async def gaps_never_refuse_the_source(dut: Any) -> None:
-    """A source that cannot wait is never refused, not in the long run nor by flush lines."""
+    """A source with gaps is never stalled, neither in the long run nor by flush lines."""
     bench = Bench(dut)
     columns, rows = bench.random_size(full_rate=True)
     await bench.reset(columns, rows)
@@ -396,7 +395,7 @@ async def gaps_never_refuse_the_source(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["thorough"])
 async def broken_frames(dut: Any) -> None:
-    """Lines and frames that end early or late: flags are raised, the next good frame is right."""
+    """Lines and frames that end early or late raise flags, and the next good frame is right."""
     bench = Bench(dut)
     rng = bench.rng
     core = bench.core
@@ -432,7 +431,7 @@ async def broken_frames(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["thorough"])
 async def complete_frames_come_out(dut: Any) -> None:
-    """After a frame's last pixel its mark is missing, or stray pixels never end."""
+    """A frame without its last mark, or before endless stray pixels, comes out whole."""
     bench = Bench(dut)
     columns, rows = bench.random_size()
     await bench.reset(columns, rows)
@@ -452,7 +451,7 @@ async def complete_frames_come_out(dut: Any) -> None:
 
 @cocotb.test(skip=not (read_case()["thorough"] or "resets" in read_case()))
 async def reset_begins_anew(dut: Any) -> None:
-    """A clock of reset anywhere, after whatever came: then clock for clock as a new core."""
+    """After a reset of one clock at any time the core equals a new one, clock for clock."""
     bench = Bench(dut)
     resets = read_case().get("resets", 2)
     longest = bench.core.max_columns if resets > 2 else 0
@@ -466,7 +465,7 @@ async def reset_begins_anew(dut: Any) -> None:
         if KIND == "raster_refocuser":
             dut.sweep.value = 1
             dut.sweep_frames.value = 2
-        # What comes before the first frame of all belongs to none, and that is no fault.
+        # Pixels before the very first frame belong to none, and are no fault.
         bench.source.append([Beat(0, False, last) for last in (False, True)])
         clocks: list[tuple[str, ...]] = []
         watcher = cocotb.start_soon(bench.record(clocks))

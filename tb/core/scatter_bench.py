@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of ``row_scatter`` behind an engine that gives as much as one may."""
+"""cocotb tests of ``row_scatter`` behind an engine with the highest permitted rate."""
 
 import random
 from collections import deque
@@ -17,7 +17,7 @@ CASE = read_case()
 
 @dataclass(frozen=True)
 class Word:
-    """What a row gives with a token: a pixel, or that it has no image line."""
+    """A row's output for a token: a pixel, or that it has no image line."""
 
     skip: bool
     start: bool = False
@@ -26,7 +26,6 @@ class Word:
     data: int = 0
 
     def beat(self) -> tuple[int, int, int, int]:
-        """The word as it leaves."""
         return self.data, int(self.start), int(self.last), self.slice_
 
 
@@ -43,10 +42,10 @@ class Bench:
         self.rows: int = CASE["parallel_rows"]
         self.under_way: int = CASE["under_way"]
         self.line_words = 2 * CASE["max_columns"] + self.rows if self.rows > 1 else 0
-        # A power of two that holds the words of lines and twice one more than those under way.
+        # A power of two for the words of lines and twice one more than those under way.
         self.words = 1 << (self.line_words + 2 * self.under_way + 1).bit_length()
         self.wanted: deque[tuple[int, int, int, int]] = deque()
-        # Tokens that the engine has for each row, and those that come from it, by clocks.
+        # Tokens in the engine for each row, and those that leave it, by clock.
         self.todo: list[deque[Word | None]] = []
         self.pipeline: deque[Token] = deque()
         Clock(dut.clk, 10, "ns").start()
@@ -57,7 +56,7 @@ class Bench:
         self.wanted.clear()
         # Row r is r tokens behind.
         self.todo = [deque([None] * r) for r in range(self.rows)]
-        # From a decision to send a token to its result.
+        # Clocks from the decision to send a token to its result.
         self.pipeline = deque([[None] * self.rows] * (self.under_way - 1))
 
     def add_band(self, columns: int, lines: int, *, first: bool, slice_: int) -> None:
@@ -110,7 +109,7 @@ class Bench:
         await FallingEdge(dut.clk)
 
     async def drain(self, patience: int = 40) -> None:
-        """Let all words go; fail if they do not."""
+        """Let all words leave; fail if they do not."""
         quiet = 0
         while (self.wanted or any(self.todo)) and quiet < patience + self.under_way:
             before = len(self.wanted), len(self.todo[-1])
@@ -140,7 +139,7 @@ class Bench:
 
 @cocotb.test()
 async def lines_leave_in_order(dut: Any) -> None:
-    """Frames at any pace, with resets in the middle: no word lost, no wait without end."""
+    """Frames at any pace, with resets: no lost words, no deadlock."""
     bench = Bench(dut)
     dut.in_valid.value = dut.in_skip.value = 0
     await bench.reset(3)
@@ -160,7 +159,7 @@ async def lines_leave_in_order(dut: Any) -> None:
 
 @cocotb.test()
 async def words_that_wait(dut: Any) -> None:
-    """Credit and drained by the words that wait, one by one; then all leave without a gap."""
+    """`credit` and `drained` follow the waiting words, one by one; then all leave without a gap."""
     bench = Bench(dut)
     dut.in_valid.value = dut.in_skip.value = 0
     await bench.reset(3)
@@ -180,7 +179,7 @@ async def words_that_wait(dut: Any) -> None:
         inside = max(waiting - 2, 0)
         assert int(dut.drained.value) == (inside < bench.under_way), f"{inside} words"
         assert int(dut.credit.value) == (inside < bench.words - bench.under_way), f"{inside} words"
-    # Bands that are whole leave without a gap: rows without a line take no clock.
+    # Complete bands leave without a gap: rows without a line take no clock.
     whole = (waiting - bench.rows + 1) // columns
     for _ in range(columns * sum(bands[:whole])):
         assert int(dut.m_axis_tvalid.value)
@@ -190,7 +189,7 @@ async def words_that_wait(dut: Any) -> None:
 
 @cocotb.test()
 async def a_stall_costs_nothing(dut: Any) -> None:
-    """After any stall of the sink words leave each clock, as long as the engine has some."""
+    """After any stall of the sink a word leaves each clock, as long as the engine has some."""
     bench = Bench(dut)
     dut.in_valid.value = dut.in_skip.value = 0
     await bench.reset(3)

@@ -39,7 +39,7 @@ def raster_case(core: CoreConfiguration, *, thorough: bool = False) -> Case:
 def test_every_slice(m: int) -> None:
     cases = []
     for kind, shift in product(("exact", "stored"), SHIFTS):
-        # The variants of stored products, grey and RGB take turns along the grid.
+        # Variants of stored products, grey and RGB alternate along the grid.
         turn = MICRO_IMAGE_SIZES.index(m) + shift
         stored = STORED_VARIANTS[turn % len(STORED_VARIANTS)]
         core = CoreConfiguration(
@@ -53,7 +53,7 @@ def test_every_slice(m: int) -> None:
     run_cases(cases)
 
 
-# Cases share simulations, which start faster than they run.
+# Cases share simulations, whose start-up takes most of the time.
 FAULTS = [
     CoreConfiguration(micro_image_size=1, shifts=(2,), max_columns=6),
     CoreConfiguration(micro_image_size=2, shifts=(-1,), max_columns=16, channels=3),
@@ -183,7 +183,7 @@ def random_core(rng: random.Random) -> CoreConfiguration:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(8))
 def test_random_configurations(number: int) -> None:
-    """What `make test` draws is the hunter's (`tb/hunt`)."""
+    """In `make test` the hunter (`tb/hunt`) draws such cases."""
     seed = draw_seed()
     print(f"configurations drawn with SEED={seed}")
     rng = random.Random(seed + number)

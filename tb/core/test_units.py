@@ -137,7 +137,7 @@ def bus_crossing() -> Iterator[Case]:
 
 
 def row_scatter() -> Iterator[Case]:
-    # Two whose memory is just as large as it must be, two that need a few words more than half.
+    # Two with exactly filled memories, two with a few more words than half of one.
     for rows, columns, under_way, slice_bits in [
         (1, 5, 7, 0),
         (1, 5, 8, 0),
@@ -155,7 +155,7 @@ def row_scatter() -> Iterator[Case]:
         yield Case("scatter_ports", "core.scatter_bench", generics, case)
 
 
-# Simulations start more slowly than they run. `make mutants` chooses by the names of entities.
+# One simulation, as start-up takes most of the time. `make mutants` selects by names of entities.
 PARTS = [
     [divide_round, ram_blocks, round_saturate, stored_product, switch_table, pixel_counter],
     [switched_fir, lane_skew, lane_exchange, slice_select],

@@ -38,7 +38,7 @@ async def stream_values(
 
 @for_entity("divide_round")
 async def every_quotient(dut: Any) -> None:
-    """All values in reach, or their ends, the places where the quotient steps, and random ones."""
+    """All values, or the ends of the range, the steps of the quotient, and random ones."""
     largest, divisor = CASE["value_max"], CASE["divisor"]
     values: list[int] = list(range(min(largest, 4000) + 1))
     if largest >= 4000:
@@ -56,7 +56,7 @@ async def every_quotient(dut: Any) -> None:
 
 @for_entity("ram_blocks")
 async def words_are_kept(dut: Any) -> None:
-    """Words at the ends of all blocks and elsewhere, read while others are written."""
+    """Words at the ends of all blocks and at random, read while others are written."""
     rng = random.Random(cocotb.RANDOM_SEED)
     width, words, latency = CASE["width"], CASE["words"], CASE["latency"]
     bases = [sum(CASE["blocks"][:i]) for i in range(len(CASE["blocks"]) + 1)]
@@ -132,7 +132,7 @@ async def every_row(dut: Any) -> None:
 
 @for_entity("switched_fir")
 async def interleaved_streams(dut: Any) -> None:
-    """DEPTH independent streams through one filter: each as if it had a filter of its own.
+    """DEPTH independent streams through one filter, each as if it had its own filter.
 
     Each stream takes a few steps at once, as the columns of the filter array do.
     """
@@ -147,7 +147,7 @@ async def interleaved_streams(dut: Any) -> None:
 
     Clock(dut.clk, 10, "ns").start()
     dut.step.value = 0
-    # One entry a clock: slot, whether it steps, and what it does. Idle clocks are thrown in.
+    # One entry a clock: slot, whether it steps, and its input; with random idle clocks.
     idle = (0, False, 0, "0" * taps, 0, 0, 0, 0)
     schedule: list[tuple[int, bool, int, str, int, int, int, int]] = []
     total_steps = lines * length + delay
@@ -193,7 +193,7 @@ async def interleaved_streams(dut: Any) -> None:
 
 @for_entity("pixel_counter")
 async def counts_tokens(dut: Any) -> None:
-    """Counts strobes, from 0 at a restart."""
+    """Strobes are counted from 0 at a restart."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     count = 0
@@ -236,7 +236,7 @@ async def lanes_come_later(dut: Any) -> None:
 
 @for_entity("lane_exchange")
 async def lanes_follow_the_counter(dut: Any) -> None:
-    """Lane i takes from the lane that the counter named i tokens ago."""
+    """Lane i takes the lane that the counter selected i tokens ago."""
     rng = random.Random(cocotb.RANDOM_SEED)
     lanes = CASE["lanes"]
     Clock(dut.clk, 10, "ns").start()
@@ -261,7 +261,7 @@ async def lanes_follow_the_counter(dut: Any) -> None:
 
 @for_entity("slice_select")
 async def slices_of_frames(dut: Any) -> None:
-    """Chosen and swept slices equal the rules."""
+    """Selected and swept slices follow the rules."""
     rng = random.Random(cocotb.RANDOM_SEED)
     model = SliceModel(CASE["slices"])
     Clock(dut.clk, 10, "ns").start()
@@ -287,7 +287,7 @@ async def slices_of_frames(dut: Any) -> None:
 
 @for_entity("axis_fifo")
 async def words_in_order(dut: Any) -> None:
-    """Random words with random stalls: none lost, none repeated, full and empty reached."""
+    """Random words with random stalls: none lost or repeated; full and empty are reached."""
     rng = random.Random(cocotb.RANDOM_SEED)
     capacity = 2 ** CASE["address_bits"]
     words = [rng.randrange(2 ** CASE["width"]) for _ in range(60 * capacity)]
@@ -356,7 +356,7 @@ async def tags_come_later(dut: Any) -> None:
 
 @for_entity("bus_crossing")
 async def values_cross_whole(dut: Any) -> None:
-    """All bits of one moment, in order, soon; either clock may stop, and the value stays."""
+    """Values arrive whole, in order and soon; either clock may stop, and the value stays."""
     half = CASE["width"] // 2
     sent: list[int] = [0]
     running = {"source_clk": True, "destination_clk": True}
@@ -368,7 +368,7 @@ async def values_cross_whole(dut: Any) -> None:
             await Timer(period, "ns")
             if running[name]:
                 if name == "source_clk":
-                    # A value whose halves tell of each other.
+                    # A value whose halves depend on each other.
                     number = len(sent)
                     sent.append(number << half | number ^ (1 << half) - 1)
                     dut.source.value = sent[-1]
@@ -390,7 +390,7 @@ async def values_cross_whole(dut: Any) -> None:
         for _ in range(60 * sum(periods) // periods[1]):
             await FallingEdge(dut.destination_clk)
             value = int(dut.destination.value)
-            # Each copy takes a round trip of both clocks at most, twice.
+            # Each copy takes at most two round trips of both clocks.
             recent = sent[-14 * sum(periods) // periods[0] :]
             assert value in recent
             place = len(sent) - 1 - sent[::-1].index(value)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The receiver's tests on a design that holds it alone: what GHDL makes of it in Verilog."""
+"""The receiver's tests on GHDL's Verilog of it."""
 
 from plenofir_tb.case import begin_case, load_cases
 

@@ -30,13 +30,13 @@ class Lane:
         Clock(dut.clk, PERIOD_PS, "ps").start()
 
     def noise(self, level: int, count: int) -> Samples:
-        """Bits that mean nothing, at a level of low power."""
+        """Random bits at a low-power level."""
         return [(level, self.rng.randrange(2)) for _ in range(count)]
 
     def burst(self, data: Iterable[int], zeros: int) -> Samples:
-        """From rest to rest: the steps to high speed, bits that settle, zeros, the sync, bytes."""
+        """A whole burst: the steps to high speed, settling bits, zeros, the sync, bytes."""
         found = [*self.noise(STOP, 40), *self.noise(REQUEST, 40)]
-        # The lines need no longer to settle than SETTLE clocks.
+        # The lines settle within SETTLE clocks.
         found += self.noise(BRIDGE, self.rng.randint(0, 8 * SETTLE))
         found += [(BRIDGE, 0)] * (zeros + 8 * (SETTLE + 4))
         for byte in (0xB8, *data):
@@ -54,7 +54,7 @@ class Lane:
                 if dut.lane_sync.value == 1:
                     self.bursts.append([])
                 self.bursts[-1].append(int(dut.lane_data.value))
-            # The levels are of no clock; one of them is what a clock sees.
+            # The levels are asynchronous; a clock sees one of them.
             dut.low_power.value = self.rng.choice(part)[0]
             dut.bits.value = sum(bit << i for i, (_, bit) in enumerate(part))
 
@@ -74,7 +74,7 @@ async def bursts_at_any_phase(dut: Any) -> None:
     rng = lane.rng
     await lane.play(lane.noise(STOP, 32))
     for phase in range(24):
-        # What is after the sync may look like a sync.
+        # Data after the sync may look like a sync.
         data = [rng.choice([0xB8, rng.getrandbits(8)]) for _ in range(rng.randint(1, 9))]
         await lane.play(lane.burst(data, phase))
         lane.check([data])
@@ -82,7 +82,7 @@ async def bursts_at_any_phase(dut: Any) -> None:
 
 @cocotb.test()
 async def other_states_are_passed_over(dut: Any) -> None:
-    """An escape, a burst without a sync, levels that come before the first rest: no bytes."""
+    """An escape, a burst without a sync, levels before the first idle state: no bytes."""
     lane = Lane(dut)
     await lane.play(lane.noise(STOP, 32))
     escape = [*lane.noise(ESCAPE, 32), *lane.noise(BRIDGE, 32), *lane.noise(REQUEST, 32)]
@@ -96,10 +96,10 @@ async def other_states_are_passed_over(dut: Any) -> None:
     lane.check([data])
 
 
-# Its lines take nine bits to settle, which mean nothing and may look like a sync.
+# Its lines settle in nine bits, which are random and may look like a sync.
 @cocotb.test(skip=SETTLE == 0)
 async def pins_of_others(dut: Any) -> None:
-    """Packets over the pins of cocotbext-mipi-csi2."""
+    """Packets from the pins of cocotbext-mipi-csi2."""
     lane = Lane(dut)
     transmitter = TransmitterOnPins(1, 100)
     await lane.play(lane.noise(STOP, 32))

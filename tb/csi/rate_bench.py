@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb test of csi_receiver: lines that come faster than they leave, with a sensor's blanking."""
+"""cocotb test of csi_receiver: lines arrive faster than they leave, with a sensor's blanking."""
 
 import cocotb
 
@@ -14,7 +14,7 @@ CASE = read_case()
 
 @cocotb.test()
 async def lines_of_an_imx219(dut) -> None:
-    """Nothing is lost with the buffer that is computed, and with half of it something is."""
+    """Nothing is lost with the computed buffer, and something is with half of it."""
     mode = next(mode for mode in IMX219_MODES if mode.columns == CASE["columns"])
     lines = 3
     bench = Bench(dut, mode.columns, lines)

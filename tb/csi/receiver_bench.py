@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of csi_receiver: each format, each bit of each header, a transmitter of others."""
+"""cocotb tests of csi_receiver: each format, each header bit, another project's transmitter."""
 
 import random
 from typing import Any
@@ -18,7 +18,7 @@ LANES, BITS, PIXELS = CASE["lanes"], CASE["bits"], CASE["pixels"]
 UNIT = {8: 1, 10: 4, 12: 2}[BITS]
 COUNTS = ("corrected", "damaged", "payload", "cut", "lanes", "order", "size", "lost")
 CLOCK_PS = 10_000
-# No faster than pixels leave.
+# Not faster than pixels can leave.
 BYTE_PS = CASE.get("byte_ps") or 2 * int(CLOCK_PS * max(0.6, 1.5 * 8 * LANES / BITS / PIXELS) / 2)
 
 
@@ -65,7 +65,6 @@ class Bench:
                 line = []
 
     def picture(self) -> np.ndarray:
-        """Draw a frame."""
         return self.pixels.integers(0, 1 << BITS, (self.rows, self.columns), np.uint16)
 
     def counts(self) -> dict[str, int]:
@@ -89,7 +88,7 @@ class Bench:
 
 @cocotb.test()
 async def frames_of_any_width(dut: Any) -> None:
-    """Lines of each number of whole units, skewed lanes, other packets in between: all pixels."""
+    """Lines of any number of pixel groups, skewed lanes, other packets in between: all pixels."""
     for number, units in enumerate(range(1, 12)):
         bench = Bench(dut, UNIT * units, 3)
         channel = number % 4
@@ -116,7 +115,7 @@ async def frames_of_any_width(dut: Any) -> None:
 
 @cocotb.test()
 async def each_wrong_bit_of_each_header(dut: Any) -> None:
-    """One wrong bit, whichever: corrected and counted, and every pixel is right."""
+    """Any single wrong bit is corrected and counted, and every pixel is right."""
     bench = Bench(dut, UNIT * 2, 1)
     await bench.begin()
     expected = 0
@@ -134,7 +133,7 @@ async def each_wrong_bit_of_each_header(dut: Any) -> None:
 
 @cocotb.test()
 async def each_wrong_bit_of_a_line(dut: Any) -> None:
-    """One wrong bit of payload or checksum: told, and the next frame is right."""
+    """One wrong bit of payload or checksum is reported, and the next frame is right."""
     bench = Bench(dut, UNIT * 2, 1)
     await bench.begin()
     packets = frame_packets(bench.picture(), BITS)
@@ -154,7 +153,7 @@ async def each_wrong_bit_of_a_line(dut: Any) -> None:
 
 @cocotb.test()
 async def a_transmitter_of_others(dut: Any) -> None:
-    """From the pins of cocotbext-mipi-csi2 on: all pixels."""
+    """All pixels from the pins of cocotbext-mipi-csi2."""
     from cocotbext.mipi_csi2 import utils
     from cocotbext.mipi_csi2.config import DataType
     from cocotbext.mipi_csi2.packet import Csi2PacketBuilder

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of sensor_setup: a sensor that takes registers, and that does not."""
+"""cocotb tests of sensor_setup: a sensor that acknowledges registers, or does not."""
 
 import random
 from typing import Any
@@ -18,15 +18,15 @@ NONE, LINE_LOW, REFUSED, DISTURBED = range(4)
 
 
 class Sensor:
-    """Two open-drain lines with a sensor at them, and what was written into it."""
+    """Two open-drain lines with a sensor, and the words written to it."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
         self.written: list[tuple[int, int]] = []
         self.starts = self.clocks = 0
-        # Faults: transfers that it does not acknowledge; clocks that it holds the clock line for;
-        # lines that stay low; a data line that it holds until so many clocks have come.
+        # Faults: transfers without acknowledge; clocks of stretching; lines that stay low; a data
+        # line held for a number of clocks.
         self.refuses = 0
         self.stretch = 0
         self.scl_low = self.sda_low = False
@@ -78,7 +78,6 @@ class Sensor:
             self.written.append((value >> 11 & 0xFF00 | value >> 10 & 0xFF, value >> 1 & 0xFF))
 
     async def clocks_pass(self, count: int) -> None:
-        """Let clocks pass."""
         for _ in range(count):
             await self.clock()
 
@@ -113,7 +112,7 @@ class Sensor:
 
 @cocotb.test()
 async def registers_are_written(dut: Any) -> None:
-    """All of them, in order, with a pause; again; from a sensor that stretches the clock."""
+    """All registers in order, with a pause; again; with a sensor that stretches the clock."""
     sensor = Sensor(dut)
     for stretch in (0, CASE["quarter"], 3 * CASE["quarter"]):
         sensor.stretch = stretch
@@ -127,7 +126,7 @@ async def registers_are_written(dut: Any) -> None:
 
 @cocotb.test()
 async def transfers_are_repeated(dut: Any) -> None:
-    """As often as RETRIES says; then it ends at that entry, and a new start begins anew."""
+    """A transfer is repeated RETRIES times; then the set-up ends there, and can be restarted."""
     sensor = Sensor(dut)
     for refuses in (1, CASE["retries"]):
         sensor.refuses = refuses
@@ -146,7 +145,7 @@ async def transfers_are_repeated(dut: Any) -> None:
 
 @cocotb.test()
 async def lines_that_stay_low_are_told(dut: Any) -> None:
-    """Either line; a sensor that holds the data line for some clocks is freed."""
+    """Either line stuck low is reported; a data line held for some clocks is freed."""
     sensor = Sensor(dut)
     for name in ("scl_low", "sda_low"):
         setattr(sensor, name, True)
@@ -164,7 +163,7 @@ async def lines_that_stay_low_are_told(dut: Any) -> None:
 
 @cocotb.test()
 async def a_disturbed_line_is_told(dut: Any) -> None:
-    """The data line is pulled while a one is sent: told, and the transfer is repeated."""
+    """A data line pulled low during a one is reported, and the transfer repeated."""
     sensor = Sensor(dut)
     dut.start.value, dut.reset.value = 0, 1
     await sensor.clocks_pass(4)
@@ -172,7 +171,7 @@ async def a_disturbed_line_is_told(dut: Any) -> None:
     dut.start.value = 1
     await sensor.clock()
     dut.start.value = 0
-    # In the address of the sensor, which has a one.
+    # During a one in the sensor's address.
     while sensor.starts == 0:
         await sensor.clock()
     while sensor._bits is None or len(sensor._bits) < 2:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Boards with a camera, from its wires to their pictures: every pixel is the golden models'."""
+"""Boards with a camera, from its wires to the picture: every pixel equals the golden models."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,7 +36,7 @@ M, MOSAIC = 4, "grbg"
 
 @dataclass(frozen=True)
 class Scene:
-    """A sensor's frame, what the board is built for, and the raster by the model."""
+    """A sensor's frame, the board's configuration, and the raster by the model."""
 
     raw: np.ndarray
     sensor: BoardSensor | None  # None: the frame is the raster
@@ -86,7 +86,7 @@ def scene(shape: tuple[int, int], bits: int, *, on_screen: bool = False) -> Scen
 def simulate(
     folder: Path, board: str, bench: str, what: Scene, camera: BoardCamera, **generics: int | bool
 ) -> None:
-    """Run a bench of a board with what is built into it."""
+    """Run a board's bench with the packages of its configuration."""
     files = project.root() / "tb" / "file_bench"
     benches = [files / "dphy_camera.vhd", files / f"{bench}.vhd"]
     row = BOARDS[board]
@@ -121,7 +121,7 @@ def test_lifcl40_from_the_wires(
         for frame in range(frames)
         for packet in frame_packets(what.raw, bits, number=frame + 1)
     ]
-    # A line in 2.5 us; between frames what the core wants for its last lines.
+    # A line in 2.5 us; between frames the core's time for its last lines.
     per_frame, blank = len(packets) // frames, 12
     places = [n + blank * (n // per_frame) for n in range(len(packets))]
     starts = [(1 + place) * 2500 * mbits // 1000 for place in places]
@@ -151,7 +151,7 @@ def test_lifcl40_from_the_wires(
 @pytest.mark.slow
 @pytest.mark.counted
 def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None:
-    """Frames that are the raster already, 360 million pixels a second while a line comes."""
+    """Frames that already are the raster, 360 million pixels a second during a line."""
     bits, frames, mbits, shape = 10, 2, 900, (30, 40)
     seed = draw_seed()
     print(f"seed {seed}")
@@ -161,7 +161,7 @@ def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None
         micro_image_size=5, shifts=(2, -2), max_columns=shape[1], pixel_bits=bits, engine=engine
     )
     sent = [frame_packets(raw, bits, number=frame + 1) for frame in range(frames)]
-    # A line in 1.5 us; between frames what the core wants for its last lines.
+    # A line in 1.5 us; between frames the core's time for its last lines.
     line, blank = 1500 * mbits // 1000, 16
     packets = [packet for packets in sent for packet in packets]
     starts = [(1 + n + blank * (n // len(sent[0]))) * line for n in range(len(packets))]
@@ -232,7 +232,7 @@ def test_ulx3s_from_the_wires_to_serial_bits(tmp_path: Path) -> None:
         for frame in shown
     ]
     pictures = [numbers for frame, numbers in zip(shown, found, strict=True) if frame.pixels.any()]
-    # From the first one on all are slices, to and fro.
+    # From the first one on, all frames are slices, swept up and down.
     assert len(pictures) >= 4
     assert all(pictures)
     assert {n for numbers in pictures for n in numbers} == {0, 1}

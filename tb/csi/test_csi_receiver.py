@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera's CSI-2 into the receiver: every format, every wrong bit of a header."""
+"""The receiver of CSI-2: every format, every wrong bit of a header."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What GHDL makes of ``csi_receiver`` in Verilog, in Verilator: all tests of the VHDL."""
+"""GHDL's Verilog of ``csi_receiver`` in Verilator: all tests of the VHDL."""
 
 from pathlib import Path
 

@@ -19,7 +19,7 @@ ROWS, COLUMNS, FRAMES = 3, 16, 2
 def receive(
     folder: Path, library: str, lanes: int, bits: int, mbits: int, skew: int, *, continuous: bool
 ) -> None:
-    """Send frames of noise over the wires; what comes must be the same, without a fault."""
+    """Send frames of noise over the wires, and check that they arrive without faults."""
     seed = draw_seed()
     print(f"seed {seed}")
     frames = np.random.default_rng(seed).integers(0, 1 << bits, (FRAMES, ROWS, COLUMNS))

@@ -15,7 +15,7 @@ from plenofir.fpga.csi import lane_clocks
 
 
 class Lanes:
-    """The clock of the lanes; sends clocks as `plenofir.fpga.csi.lane_clocks` has them."""
+    """The clock of the lanes; sends the clocks of `plenofir.fpga.csi.lane_clocks`."""
 
     def __init__(self, dut: Any, lanes: int, period_ps: int) -> None:
         self.dut, self.lanes = dut, lanes
@@ -35,18 +35,18 @@ class Lanes:
                 shown = now
 
     def clock(self, entries: Sequence[int]) -> None:
-        """A clock: an entry for each lane."""
+        """Send one clock: an entry for each lane."""
         valid = sum((e >> 8 & 1) << n for n, e in enumerate(entries))
         sync = sum((e >> 9 & 1) << n for n, e in enumerate(entries))
         self.queue.append((valid, sync, sum((e & 255) << 8 * n for n, e in enumerate(entries))))
 
     def send(self, packets: Sequence[bytes], **options: Any) -> None:
-        """A burst for each packet; options as `lane_clocks` has them."""
+        """Send a burst for each packet; options as for `lane_clocks`."""
         for entries in lane_clocks(packets, self.lanes, **options).tolist():
             self.clock(entries)
 
     async def sent(self) -> None:
-        """Wait until all has been sent, and has gone through."""
+        """Wait until everything has been sent and has passed the receiver."""
         while self.queue:
             await RisingEdge(self.dut.byte_clk)
         for _ in range(60):
@@ -65,12 +65,12 @@ class Pin:
 class TransmitterOnPins:
     """The transmitter of cocotbext-mipi-csi2 with pins, and a D-PHY that reads them.
 
-    What of it is used is independent of this project: how packets are laid out and raw pixels
-    packed, dealt out to lanes and serialised, and the steps from low power to high speed. What it
-    lacks (0.2.0): its header code takes the bits in another order than the standard, its checksum
-    is a sum, it corrects nothing, lanes have no skew, cocotb 2.1 no longer knows its Timer's
-    `units`, and its own tests have one lane. So a packet's code and checksum are replaced by this
-    project's, which other tests hold against those of public receivers.
+    It is independent of this project in the layout of packets, the packing of raw pixels, their
+    distribution to lanes and serialisation, and the steps from low power to high speed. Its
+    deficiencies (0.2.0): the header code has another bit order than the standard, the checksum is a
+    sum, lanes have no skew, and cocotb 2.1 no longer accepts its Timer's `units`. So a packet's
+    code and checksum are replaced by this project's, which other tests compare with public
+    receivers.
     """
 
     SYNC = 0xB8
@@ -100,7 +100,7 @@ class TransmitterOnPins:
         self.bit_ps = round(self.phy.ddr_bit_period_ns * 1000)
 
     async def send(self, packet: bytes, into: Lanes, skews: Sequence[int]) -> None:
-        """A packet over the pins; what they had goes into the lanes, late by clocks."""
+        """Send a packet over the pins; their bytes go to the lanes, with a skew in clocks."""
         bits: list[list[int]] = [[] for _ in range(self.lanes)]
         reader = cocotb.start_soon(self._read(bits))
         await self.phy.start_packet_transmission()
@@ -119,7 +119,7 @@ class TransmitterOnPins:
             into.clock(entries)
 
     async def samples(self, packet: bytes, rng: random.Random) -> list[tuple[int, int]]:
-        """For each bit of lane 0 the levels that receivers for low power see, and the bit."""
+        """For each bit of lane 0 the levels at the low-power receivers, and the bit."""
         found: list[tuple[int, int]] = []
 
         async def watch() -> None:
@@ -128,7 +128,7 @@ class TransmitterOnPins:
             while True:
                 now = self.pins.data0_p.value, self.pins.data0_n.value
                 fast = 0 if now == (1, 1) else 1 if now == (0, 0) else 2 * min(fast, 1)
-                # In high speed both lines are low for them.
+                # In high speed both lines are low for the low-power receivers.
                 level = 0 if fast else now[0] << 1 | now[1]
                 found.append((level, now[0] if fast == 2 else rng.randrange(2)))
                 await Timer(self.bit_ps, "ps")
@@ -141,7 +141,7 @@ class TransmitterOnPins:
         return found
 
     async def _read(self, bits: list[list[int]]) -> None:
-        """Bits in high speed, that is after LP-11, LP-01, LP-00, up to the next LP-11."""
+        """High-speed bits, from LP-11, LP-01, LP-00 up to the next LP-11."""
         steps = [0] * self.lanes
         low_power = ((1, 1), (0, 1), (0, 0))
         await Timer(self.bit_ps // 2, "ps")

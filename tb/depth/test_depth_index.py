@@ -12,7 +12,7 @@ from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
 def index_case(options: dict, resets: int = 0) -> Case:
-    """The raster core's bench on the sharpness of stacks; or many resets."""
+    """A case of the raster core's bench for depth indices, or one with many resets."""
     tests = {"thorough": False, "resets": resets} if resets else {"thorough": True}
     core = DepthIndexConfiguration.model_validate(options)
     case = {"core": core.model_dump(mode="json"), "kind": "depth_index", **tests}
@@ -27,8 +27,8 @@ def run_indices(*cases: dict) -> None:
 def test_index_and_picture() -> None:
     cases: list[dict] = [
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
-        # Sums of all their bits; a power of two of micro images a line, the last one cut. Depth
-        # between slices that are not equally far apart.
+        # Sums that fill their words; a power of two of micro images a line, the last one cut. Depth
+        # between unequally spaced slices.
         {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3, "shifts": (5, 2, 0)},
         {
             "micro_image_size": 4,
@@ -38,7 +38,7 @@ def test_index_and_picture() -> None:
             "confidence": 1,
             "vote_radius": 1,
         },
-        # Votes: with few micro images of texture, and without any. A division takes longer.
+        # Votes with few micro images with texture, and without any. A division takes longer.
         {
             "micro_image_size": 2,
             "slices": 3,
@@ -57,7 +57,7 @@ def test_index_and_picture() -> None:
             "confidence": 30000,
             "vote_radius": 2,
         },
-        # A confidence that nothing reaches, beyond all sharpness.
+        # A confidence above any possible sharpness.
         {
             "micro_image_size": 2,
             "slices": 2,
@@ -66,7 +66,7 @@ def test_index_and_picture() -> None:
             "confidence": 131072,
             "vote_radius": 3,
         },
-        # Depth between slices, which takes less time than votes of many slices.
+        # Depth between slices takes less time than votes of many slices.
         {
             "micro_image_size": 2,
             "slices": 6,
@@ -79,7 +79,7 @@ def test_index_and_picture() -> None:
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
     ]
-    # Several pixels a clock: a line's last token begins and ends a micro image; M and P alike.
+    # Several pixels a clock: a line's last token begins and ends a micro image; M equals P.
     several: list[dict] = [
         {
             "micro_image_size": 5,

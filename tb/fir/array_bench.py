@@ -22,7 +22,7 @@ CASE = read_case()
 
 @dataclass
 class Pixel:
-    """What a row gives: a pixel, or the news that it has no image line in this band."""
+    """A row's output: a pixel, or that it has no image line in this band."""
 
     clock: int
     skip: bool
@@ -46,7 +46,7 @@ class Bench:
         Clock(dut.clk, 10, "ns").start()
 
     async def step(self, **inputs: int) -> None:
-        """One clock with the given inputs; the others are 0. Collects what comes out."""
+        """One clock with the given inputs, others 0; collects the outputs."""
         dut, n = self.dut, self.core.parallel_rows
         await FallingEdge(dut.clk)
         for name in ("strobe", "pixel", "band_first", "band_last", "frame_first", "slice", "image"):
@@ -62,7 +62,7 @@ class Bench:
         )
         if not (valid or skip):
             return
-        # The rows that give nothing may be undefined.
+        # Rows without output may be undefined.
         data, start, last, slices = (
             str(port.value) for port in (dut.out_data, dut.out_start, dut.out_last, dut.out_slice)
         )
@@ -89,7 +89,6 @@ class Bench:
                     self.first_out = self.clock
 
     async def reset(self) -> None:
-        """Reset the array."""
         self.dut.reset.value = 1
         for _ in range(3):
             await self.step()
@@ -99,7 +98,7 @@ class Bench:
     async def band(
         self, lines: np.ndarray, columns: int, *, first: bool, slice_: int, idle: float
     ) -> None:
-        """Send a band of up to N lines (packed pixels), and the empty tokens that it needs."""
+        """Send a band of up to N lines (packed pixels), with the necessary empty tokens."""
         n, bits = self.core.parallel_rows, self.core.channels * self.core.pixel_bits
         for k in range(self.core.band_steps(columns)):
             while self.rng.random() < idle:
@@ -130,7 +129,6 @@ class Bench:
             await self.band(band, pixels.shape[1], first=row == 0, slice_=slice_, idle=idle)
 
     async def flush(self, columns: int, idle: float = 0.0) -> None:
-        """Push everything out."""
         nothing = np.zeros((0, columns), dtype=object)
         for _ in range(-(-self.core.delay // self.core.parallel_rows)):
             await self.band(nothing, columns, first=False, slice_=0, idle=idle)
@@ -140,7 +138,7 @@ class Bench:
             await self.step()
 
     def frames_out(self, columns: int, rows: int) -> list[tuple[np.ndarray, int, int]]:
-        """Put the rows together: packed pixels, slice and clock of the last pixel of each frame."""
+        """Join the rows of each frame: packed pixels, slice, and clock of the last pixel."""
         lines: list[list[Pixel]] = []
         row = 0
         while self.rows[row]:
@@ -170,7 +168,7 @@ class Bench:
 
 
 async def run_frames(bench: Bench, columns: int, rows: int, count: int, idle: float) -> list[int]:
-    """Send frames of random slices; compare all of them; return the clocks of their last pixels."""
+    """Send frames with random slices and compare them; return the clocks of their last pixels."""
     core, rng = bench.core, bench.rng
     await bench.reset()
     sent = []
@@ -197,7 +195,7 @@ async def run_frames(bench: Bench, columns: int, rows: int, count: int, idle: fl
 
 @cocotb.test()
 async def clocks_as_the_formulas_say(dut: Any) -> None:
-    """Frames back to back: every pixel right, and each count equal to its formula."""
+    """Frames back to back: every pixel is right, and each clock count equals its formula."""
     bench = Bench(dut)
     core, columns, rows = bench.core, CASE["columns"], CASE["rows"]
     ends = await run_frames(bench, columns, rows, 3, 0.0)
@@ -208,7 +206,7 @@ async def clocks_as_the_formulas_say(dut: Any) -> None:
     if not CASE["deskew"]:
         assert ends[0] - bench.first_in + 1 == core.array_first_frame_clocks(columns, rows)
     steps = [b - a for a, b in pairwise(ends)]
-    # The last frame ends in empty bands, which come as soon as those of a further frame would.
+    # The last frame ends in empty bands, as early as those of a further frame would come.
     assert steps == [core.array_frame_clocks(columns, rows)] * 2
 
 

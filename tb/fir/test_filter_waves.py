@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The timing diagrams are those of the present sources, and what they show is right."""
+"""The timing diagrams are up to date with the sources, and correct."""
 
 import re
 
@@ -89,7 +89,7 @@ def test_what_a_diagram_shows(bench: RowBench, shift: int) -> None:
 
 @pytest.mark.parametrize("shift", SHIFTS)
 def test_arrows_follow_an_output(bench: RowBench, shift: int) -> None:
-    """Those that begin at products end at partial sums which grow by them, up to the output."""
+    """Arrows from products lead to the partial sums that add them, up to the output."""
     diagram = module_diagram(bench.run(shift=shift, hold=shift == 0))
     place: dict[str, tuple[str, int, int]] = {}
     for name, lane in lanes_of(diagram).items():

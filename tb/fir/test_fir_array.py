@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The filter array by itself: exact, and as many clocks as the formulas say."""
+"""The filter array by itself: exact, with the clock counts of the formulas."""
 
 from itertools import product
 

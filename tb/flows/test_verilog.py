@@ -51,12 +51,12 @@ def test_verilog_names_no_place(verilog_scene: Path) -> None:
     assert text.startswith("// The scene verilog-example, written by plenofir configure --verilog")
     assert "/*" not in text
     assert ".vhd" not in text
-    # What Verilator's lint calls a wrong kind of assignment.
+    # Verilator's lint rules about blocking and non-blocking assignments.
     assert not re.search(r"^  (?:initial|always @\*)\n    \w+ <= ", text, re.M)
 
 
 def test_names_say_what_it_is(verilog_scene: Path) -> None:
-    """Memories are called as in the VHDL, modules by their entities; each name once."""
+    """Memories are named as in the VHDL, modules after their entities; names are unique."""
     text = (verilog_scene / "scene_top.v").read_text()
     modules = re.findall(r"^module (\w+)\n(.*?)^endmodule", text, re.S | re.M)
     names = [name for name, _ in modules]

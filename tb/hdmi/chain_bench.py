@@ -61,7 +61,7 @@ async def phases_and_skews(dut: Any) -> None:
 
 @cocotb.test()
 async def jitter(dut: Any) -> None:
-    """Edges that are off by a quarter of a bit either way, and a clock lane out of phase."""
+    """Edges with up to a quarter of a bit of jitter, and a clock lane out of phase."""
     bench = Board(dut)
     await bench.link.reset()
     bit_ps = 1e9 / MODE_FAST.pixel_clock / 10
@@ -74,13 +74,13 @@ async def jitter(dut: Any) -> None:
 
 @cocotb.test()
 async def wrong_words(dut: Any) -> None:
-    """Words in a picture that no encoder sends: an error, and the picture goes on."""
+    """Invalid words in a picture: an error, and the picture goes on."""
     bench = Board(dut)
     await bench.link.reset()
     lost = bench.lost_frames(MODE_FAST)
     words = encode_frames(MODE_FAST, bench.pictures(MODE_FAST, lost + 4))
     begin = (lost + 2) * MODE_FAST.h_total * MODE_FAST.v_total
-    # Four ones, and no inversion where there ought to be one.
+    # Four ones, without the inversion that the coding requires.
     words[begin + 9] = words[begin + 9] & ~np.uint32(0x3FF) | np.uint32(0x00F)
     await bench.link.play([*signal(MODE_FAST), words])
     assert bench.led() & 0x3F == 0x3F, f"LEDs {bench.led():08b}"
@@ -88,7 +88,7 @@ async def wrong_words(dut: Any) -> None:
 
 @cocotb.test()
 async def modes_change(dut: Any) -> None:
-    """Slow and fast clocks, back and forth, in the middle of frames."""
+    """Alternating slow and fast clocks, in the middle of frames."""
     bench = Board(dut)
     await bench.link.reset()
     for mode in (MODE_SLOW, MODE_FAST, MODE_SLOW):
@@ -100,7 +100,7 @@ async def modes_change(dut: Any) -> None:
 
 @cocotb.test()
 async def hdmi_and_dvi(dut: Any) -> None:
-    """A source goes from HDMI to DVI and to HDMI in other colours, and no frame is lost."""
+    """A source switches from HDMI to DVI and to HDMI in other colours, and no frame is lost."""
     bench = Board(dut)
     await bench.link.reset()
     frames = bench.pictures(MODE_HDMI, bench.lost_frames(MODE_HDMI) + 8)
@@ -112,11 +112,11 @@ async def hdmi_and_dvi(dut: Any) -> None:
     ]
     taken = await bench.link.play([*signal(MODE_HDMI), *words])
     got = last_frames(taken, MODE_HDMI.h_total)
-    # All but the last frame, which has not come out as a whole.
+    # All except the last frame, which is incomplete at the output.
     assert len(got) >= 7
     for number, frame in zip(range(len(frames) - 2, -1, -1), got[::-1], strict=False):
         info = LIMITED_YCBCR if number >= second else RGB
-        # In the first lines of other colours nobody has told of them.
+        # The first lines in other colours come before the packet that announces them.
         if number != second:
             assert np.array_equal(frame.pixels, bench.golden(frames[number], info=info)), number
         assert frame.mode == MODE_HDMI.as_measured()
@@ -146,13 +146,13 @@ async def hdmi_modes_change(dut: Any) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def hdmi_bit_errors(dut: Any) -> None:
-    """Random bit errors with islands: pictures without any are right, the raster stays."""
+    """Random bit errors with islands: pictures without errors are right, the raster stays."""
     await spoilt_frames(Board(dut), MODE_HDMI, LIMITED_YCBCR)
 
 
 @cocotb.test()
 async def clock_lost_and_back(dut: Any) -> None:
-    """The clock lane stands still for a while: the LED goes out, then all comes back."""
+    """The clock lane stops for a while: the LED goes off, then the picture comes back."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.relock(MODE_FAST, [])
@@ -164,7 +164,7 @@ async def clock_lost_and_back(dut: Any) -> None:
 
 @cocotb.test()
 async def cable_pulled(dut: Any) -> None:
-    """Pulled in the middle of a frame, and plugged again somewhere in another one."""
+    """The cable is pulled in the middle of a frame, and plugged in somewhere in another one."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.relock(MODE_FAST, [])
@@ -178,7 +178,7 @@ async def cable_pulled(dut: Any) -> None:
 
 @cocotb.test()
 async def data_lost_while_the_clock_runs(dut: Any) -> None:
-    """Data lanes stand still, the clock runs: channels are lost, the monitor gets black frames."""
+    """Data lanes stop while the clock runs: channels are lost, the monitor gets black frames."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.relock(MODE_FAST, [])
@@ -193,7 +193,7 @@ async def data_lost_while_the_clock_runs(dut: Any) -> None:
 
 @cocotb.test()
 async def open_clock_input(dut: Any) -> None:
-    """An open input that oscillates starts nothing; a source is followed then."""
+    """An open input that oscillates does not start the link; a source then does."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.link.play([Command(Code.OPEN_CLOCK, 200_000)])
@@ -205,7 +205,7 @@ async def open_clock_input(dut: Any) -> None:
 
 @cocotb.test()
 async def clock_out_of_range(dut: Any) -> None:
-    """A clock that the build does not take starts nothing; one that it takes is followed."""
+    """A clock out of the build's range does not start the link; one in the range does."""
     bench = Board(dut)
     await bench.link.reset()
     mode = MODE_FAST.model_copy(update={"pixel_clock": CASE["refused_khz"]})
@@ -222,7 +222,7 @@ async def clock_out_of_range(dut: Any) -> None:
 
 @cocotb.test()
 async def broken_streams(dut: Any) -> None:
-    """Noise, torn lines and frames, endless blanking: right again in the stated time."""
+    """Noise, torn lines and frames, endless blanking: right again within the stated time."""
     bench = Board(dut)
     await bench.link.reset()
     total = MODE_FAST.h_total
@@ -241,7 +241,7 @@ async def broken_streams(dut: Any) -> None:
                 words = words[: bench.random.randrange(words.size)]
             elif kind == 3:  # Blanking, or a picture, that does not end.
                 words = np.resize(words[bench.random.choice((3, total - 3)) :][:1], 5 * total)
-            else:  # A channel alone goes on.
+            else:  # A single channel goes on.
                 words = words | np.uint32(0x3FF << 10 * bench.random.randrange(3))
             broken.append(words.astype(np.uint32))
         await bench.relock(MODE_FAST, broken)
@@ -250,7 +250,7 @@ async def broken_streams(dut: Any) -> None:
 
 @cocotb.test()
 async def garbage_on_the_serial_port(dut: Any) -> None:
-    """Random bytes, lines without an end, breaks: the port answers again, the picture goes on."""
+    """Random bytes, lines without an end, breaks: the port recovers, the picture goes on."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.relock(MODE_FAST, [])
@@ -258,19 +258,19 @@ async def garbage_on_the_serial_port(dut: Any) -> None:
     for _ in range(3):
         for _ in range(60):
             code = bench.random.choice((bench.random.randrange(256), 0x20, 0x0D))
-            # Without line ends after letters, which would be commands.
+            # Without line ends after letters, which could be commands.
             for bit in (0, *(code >> i & 1 for i in range(8)), 1):
                 dut.uart_rx.value = bit
                 await Timer(round(bit_ns * bench.random.uniform(0.96, 1.04)), "ns")
         dut.uart_rx.value = 0
         await Timer(40 * bit_ns, "ns")
         dut.uart_rx.value = 1
-        # Lines of the garbage were answered, maybe by the status: until the port is silent.
+        # Wait until answers to the garbage, maybe the long status, have ended.
         silent = 0
         while silent < 30:
             await Timer(bit_ns, "ns")
             silent = silent + 1 if int(dut.uart_tx.value) else 0
-        # What was begun ends, and is answered by something; an empty line would not be.
+        # This ends the unfinished line, which is answered; an empty line would not be.
         await ask(dut, "x")
         await Timer(100, "us")
         for command in ("s 0", "w 0", "p 0", "t 0"):
@@ -281,14 +281,14 @@ async def garbage_on_the_serial_port(dut: Any) -> None:
 
 @cocotb.test()
 async def swapped_pairs(dut: Any) -> None:
-    """Both wires of pairs swapped: of all, as a header the wrong way round does, and of one."""
+    """Swapped wires of all pairs, as by a reversed header, and of one pair."""
     bench = Board(dut)
     await bench.link.reset()
     for swapped in (7, bench.random.choice((2, 4))):
         stop = [Command(Code.CLOCK, 0), Command(Code.WAIT, 20_000)]
         await bench.relock(MODE_FAST, stop, swapped=swapped)
         assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
-        # The signal goes on while the answer comes.
+        # The signal continues during the answer.
         asking = cocotb.start_soon(ask(dut, "?"))
         inverted = np.uint32(sum(0x3FF << 10 * c for c in range(3) if swapped >> c & 1))
         frames = bench.pictures(MODE_FAST, bench.lost_frames(MODE_FAST) + 20)
@@ -298,11 +298,11 @@ async def swapped_pairs(dut: Any) -> None:
 
 @cocotb.test()
 async def slow_locks(dut: Any) -> None:
-    """PLLs that take nearly all the time there is run; slower ones are tried again and counted."""
+    """PLLs that lock just within the time-out work; slower ones are retried and counted."""
     if CASE["board"] != "ulx3s":
-        return  # A filter of names runs what is skipped, too.
+        return  # A filter by name also runs skipped tests.
     bench = Board(dut)
-    # In the bench's scale of 200 us for 50 ms: the data sheet's 15 ms, nearly all of it, too long.
+    # In the bench's scale of 200 us for 50 ms: the data sheet's 15 ms, just below 50 ms, above it.
     for slow_us, runs in ((60, True), (185, True), (260, False), (60, True)):
         await bench.link.reset()
         blank = [Command(Code.SLOW_LOCK, slow_us), *signal(MODE_FAST), Command(Code.WAIT, 800_000)]
@@ -321,7 +321,7 @@ async def slow_locks(dut: Any) -> None:
 async def drifting_delays(dut: Any) -> None:
     """Bits drift by more than their length while frames go on; then the link is right again."""
     if CASE["board"] != "ulx3s":
-        return  # A filter of names runs what is skipped, too.
+        return  # A filter by name also runs skipped tests.
     bench = Board(dut)
     await bench.link.reset()
     bit_ps = 1e9 / MODE_FAST.pixel_clock / 10
@@ -338,7 +338,7 @@ async def drifting_delays(dut: Any) -> None:
     taken = await bench.link.play([*drift, encode_frames(MODE_FAST, frames)])
     got = last_frames(taken, MODE_FAST.h_total)
     assert len(got) >= 2
-    # The last frame has not come out as a whole.
+    # The last frame is incomplete at the output.
     for frame, picture in zip(got[::-1], frames[-2 : lost - 1 : -1], strict=False):
         assert np.array_equal(frame.pixels, bench.golden(picture))
     status = parse_status(await ask(dut, "?"))
@@ -365,7 +365,7 @@ async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
     )
     got = last_frames(taken, MODE_FAST.h_total)
     assert len(got) >= 2
-    # The last frame has not come out as a whole.
+    # The last frame is incomplete at the output.
     for frame, picture in zip(got[::-1], frames[-2 : lost - 1 : -1], strict=False):
         assert np.array_equal(frame.pixels, bench.golden(picture))
     assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of the whole board: what buttons, switches and the serial port do.
+"""cocotb tests of the whole board: buttons, switches and the serial port.
 
-The bench of the chain has them among its own, so that one simulation is enough.
+The bench of the chain imports them, so that one simulation is enough.
 """
 
 from typing import Any
@@ -45,9 +45,9 @@ async def commands_and_status(dut: Any) -> None:
     assert await ask(dut, "c") == "ok"
     mode = MODE_HDMI
     await bench.relock(mode, [], LIMITED_YCBCR)
-    # While the phase is found a word may be wrong.
+    # During the phase search a word may be wrong.
     assert await ask(dut, "c") == "ok"
-    # The clock goes on while the answer comes.
+    # The clock continues during the answer.
     frames = bench.pictures(mode, 28)
     asking = cocotb.start_soon(ask(dut, "?"))
     await bench.link.play([hdmi_source(LIMITED_YCBCR)(mode, frames)])
@@ -72,9 +72,9 @@ async def commands_and_status(dut: Any) -> None:
     assert status["hung"] == status["word_errors"] == (0, 0, 0)
     low, high = read_case()["taps"]
     assert all(low <= taps <= high for taps in status["taps"])
-    # Both meters count in units of their window.
+    # Both meters have the resolution of their window.
     assert abs(status["clock"][0] - mode.pixel_clock / 1000 * window_us / 16) <= 1
-    # A division takes longer than one of these frames, and one more may begin with a torn one.
+    # A division takes longer than one of these frames, and a torn frame may start one more.
     unit_us = window_us / 160
     frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
     await Timer(250, "us")
@@ -89,7 +89,6 @@ async def commands_and_status(dut: Any) -> None:
 
 
 async def press(button: Any) -> None:
-    """Press and release a button."""
     for level in (1, 0):
         button.value = level
         await Timer(2, "us")
@@ -97,7 +96,7 @@ async def press(button: Any) -> None:
 
 @cocotb.test()
 async def focus_is_stepped(dut: Any) -> None:
-    """Slices by buttons, around both ends, by the serial port, and in a sweep; no frame is lost."""
+    """Slices by buttons with wrap-around, serial port and sweep; no frame is lost."""
     bench = Board(dut)
     await bench.link.reset()
     await bench.relock(MODE_FAST, [])
@@ -111,7 +110,7 @@ async def focus_is_stepped(dut: Any) -> None:
         frames = bench.pictures(MODE_FAST, 5)
         taken = await bench.link.play([encode_frames(MODE_FAST, frames)])
         got = last_frames(taken, MODE_FAST.h_total)
-        # The bench's blanking tears the raster; the last frame has not come out as a whole.
+        # The bench's blanking tears the raster; the last frame is incomplete at the output.
         want = bench.golden(frames[-2], shown)
         assert np.array_equal(got[-1].pixels, want)
         assert not np.array_equal(want, bench.golden(frames[-2], (shown + 1) % slices))
@@ -131,7 +130,7 @@ async def focus_is_stepped(dut: Any) -> None:
 
 @cocotb.test()
 async def passed_through(dut: Any) -> None:
-    """With the switch the pictures come out as they are."""
+    """With the switch on, the pictures are passed through unchanged."""
     bench = Board(dut)
     await bench.link.reset()
     dut.switch_pass.value = 1
@@ -146,7 +145,7 @@ async def passed_through(dut: Any) -> None:
 
 @cocotb.test()
 async def test_pattern(dut: Any) -> None:
-    """No source, the switch on: the pattern, refocused, at the board's own clock; then a source."""
+    """No source, switch on: the refocused pattern at the board's clock; then a source."""
     bench = Board(dut)
     await bench.link.reset()
     dut.switch_pattern.value = 1
@@ -160,7 +159,7 @@ async def test_pattern(dut: Any) -> None:
 
 
 def pattern(mode: VideoMode) -> np.ndarray:
-    """The test pattern of the board, or the light field that it keeps."""
+    """The test pattern of the board, or its stored light field."""
     if stored := read_case().get("stored"):
         return in_the_middle(np.array(stored, np.uint8), read_case()["m"], mode)
     shifts = read_case()["shifts"]

@@ -12,14 +12,14 @@ from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720
 
 M, SHIFTS = 3, (2, 0, -1)
-# In 10 ns: whole clocks of either control.
+# In units of 10 ns: whole clocks of either control.
 METER_WINDOW, BIT_TIME = 960, 10
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
-# What differs: generics of the build; in place of 100 ms of patience some windows of the meter; a
-# fast and a slow pixel clock that are taken, one that is not; how long it takes to lock and until a
-# delay line that lost its setting has one again; taps that delay lines end at; the preferred mode
-# of the board's own EDID.
+# Differences of the boards: generics of the build; windows of the meter in place of the time-out
+# of 100 ms; a fast and a slow accepted pixel clock, and one that is not accepted; time to lock, and
+# for a delay line to find its setting again; last taps of delay lines; preferred mode of the
+# board's EDID.
 BOARDS: dict[str, dict] = {
     "atlys": {
         "board": "atlys",
@@ -33,8 +33,8 @@ BOARDS: dict[str, dict] = {
         "taps": (-9, 9),
         "own_mode": (640, 480, 599),
     },
-    # The build that the recorded ones are, for 20.5 to 39.5 MHz, at the clocks of its modes: a bit
-    # is as long as the delay line reaches, or longer by a quarter.
+    # The recorded builds, for 20.5 to 39.5 MHz, at the clocks of their modes: a bit is as long as
+    # the delay line, or longer by a quarter.
     "ulx3s": {
         "board": "ulx3s",
         "generics": {"CLOCK_RANGE": 4, "OWN_DIVIDE": 24},
@@ -47,7 +47,7 @@ BOARDS: dict[str, dict] = {
         "taps": (1, 126),
         "own_mode": (640, 480, 599),
     },
-    # For 41 to 74.3 MHz, beyond what the data sheet gives.
+    # For 41 to 74.3 MHz, beyond the data sheet.
     "ulx3s-fast": {
         "board": "ulx3s",
         "generics": {},
@@ -119,7 +119,7 @@ def test_ulx3s(board: str) -> None:
 
 
 def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Between both, what is in focus at a = 0.
+    # In between, what is in focus at a = 0.
     monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
     run_chain([], shifts=(2, -1), long=False)
 
@@ -127,7 +127,7 @@ def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("board", BOARDS)
 def test_stored_light_field(monkeypatch: pytest.MonkeyPatch, board: str) -> None:
-    # In place of the pattern, a little smaller than the frame.
+    # Instead of the pattern, a little smaller than the frame.
     monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
     size = ((MODE_720.v_active - 4) // M * M, (MODE_720.h_active - 9) // M * M, 3)
     raw = np.random.default_rng(1).integers(0, 256, size, np.uint8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Tang Nano 20K, stored light field to serial bits: every frame is the golden model's."""
+"""The Tang Nano 20K, stored light field to serial bits: every frame equals the golden model."""
 
 import itertools
 from collections.abc import Mapping
@@ -45,7 +45,7 @@ def simulate(
     folder: Path,
     **generics: int,
 ) -> list[ReceivedFrame]:
-    """Whole frames that the board's pins send in the time of so many."""
+    """Whole frames that the board's pins send within the time of some frames."""
     folder.mkdir(exist_ok=True)
     bench = project.root() / "tb" / "file_bench" / f"{BENCH}.vhd"
     sources = hdl.with_packages(hdl.board_sources(BOARD.name), packages, folder)
@@ -68,7 +68,7 @@ def simulate(
 def golden_frames(
     core: CoreConfiguration, raw: np.ndarray, screen: Screen, side: int
 ) -> list[np.ndarray]:
-    """What the monitor gets for each slice."""
+    """Expected frame of each slice at the monitor."""
     slices = list(core.golden(raw))
     if screen.overlay is not None:
         slices = [
@@ -79,7 +79,7 @@ def golden_frames(
 
 
 def shown_slices(got: list[ReceivedFrame], wanted: list[np.ndarray]) -> list[int]:
-    """Slice of each frame but the black ones before the first; each must be one of those wanted."""
+    """Slice of each frame after the initial black ones; all must be among the given slices."""
     numbers = []
     for number, frame in enumerate(got):
         found = [s for s, want in enumerate(wanted) if np.array_equal(frame.pixels, want)]
@@ -103,14 +103,14 @@ def test_stored_light_field_to_serial_bits(tmp_path: Path) -> None:
     stored, core = store(raw, m), small_core(shifts, m)
     screen = Screen(overlay=scene_overlay(shifts, m))
     packages = {STORED_PACKAGE: stored_package(stored), SCREEN_PACKAGE: screen_package(screen)}
-    # The key is pressed in the eighth frame, from which on one slice stays.
+    # The key is pressed in the eighth frame; from then on the slice stays.
     words = SMALL.h_total * SMALL.v_total
     got = simulate(core, SMALL, SIDE, 12, packages, tmp_path, STEP_WORDS=8 * words)
     wanted = golden_frames(core, in_the_middle(stored.raster(), m, SMALL), screen, SIDE)
     numbers = shown_slices(got, wanted)
     to_and_fro = [0, 1, 2, 1] * 3
     assert len(numbers) >= 6
-    # Frames before the first that is followed have stepped too.
+    # Slices have also advanced in the frames before the first shown one.
     moving = len([a for a, b in itertools.pairwise(numbers) if a != b]) + 1
     assert moving >= 3
     assert any(numbers[:moving] == to_and_fro[k : k + moving] for k in range(4))
@@ -131,7 +131,7 @@ def test_pattern_to_serial_bits(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_shipped_scene_to_serial_bits(tmp_path: Path) -> None:
-    # Whole frames of 640x480p60 with the flower, six of them: some minutes.
+    # Six whole frames of 640x480p60 with the flower take some minutes.
     plan = make_plan(load_scene(BOARD.scene))
     assert plan.stored is not None
     got = simulate(plan.core, VGA_MIDDLE, 80, 6, board_packages(plan), tmp_path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What runs inside the simulator: the streams of one design, one after another."""
+"""Runs in the simulator: the streams of one design, one after another."""
 
 import importlib
 import json
@@ -22,9 +22,9 @@ from hunt.streams import FaultError
 class Bench:
     """An entity with its clock and its ports; the one coroutine of a hunt steps them.
 
-    A port has `step(clock)`, called after each rising edge with the clock's number (signals still
-    have the values from before the edge), and `restart()`, called by a reset. `design` is what
-    `draw` gave.
+    A port has `step(clock)`, called after each rising edge with the number of the clock (signals
+    still have the values from before the edge), and `restart()`, called at a reset. `design` is the
+    result of `draw`.
     """
 
     def __init__(self, dut: Any, design: dict[str, Any]) -> None:
@@ -32,18 +32,17 @@ class Bench:
         self.design = design
         self.ports: list[Any] = []
         self.clock = 0
-        # How often each kind of scenario or damage ran.
+        # How often each kind of scenario or damage was run.
         self.counts: Counter[str] = Counter()
         self._edge = RisingEdge(dut.clk)
         Clock(dut.clk, 10, "ns").start()
 
     def add(self, port: Any) -> Any:
-        """Step a port from now on."""
+        """Step a port from now on, too."""
         self.ports.append(port)
         return port
 
     def set(self, **values: int) -> None:
-        """Write inputs."""
         for name, value in values.items():
             getattr(self.dut, name).value = value
 
@@ -55,7 +54,6 @@ class Bench:
         return int(text, 2)
 
     async def clocks(self, count: int = 1) -> None:
-        """Let clocks pass."""
         for _ in range(count):
             await self._edge
             self.clock += 1
@@ -63,7 +61,7 @@ class Bench:
                 port.step(self.clock)
 
     async def until(self, done: Callable[[], bool], limit: int, what: str) -> None:
-        """Let clocks pass until something holds; a fault if it does not within the limit."""
+        """Let clocks pass until a condition holds; a fault if it does not within the limit."""
         for _ in range(limit):
             if done():
                 return
@@ -72,7 +70,7 @@ class Bench:
             raise FaultError(f"{what}: not within {limit} clocks")
 
     async def reset(self, clocks: int = 1) -> None:
-        """Reset for some clocks, of which one has to be enough."""
+        """Reset for some clocks; one has to be enough."""
         self.dut.reset.value = 1
         for port in self.ports:
             port.restart()
@@ -88,12 +86,12 @@ async def hunt(dut: Any) -> None:
     module = importlib.import_module(f"hunt.{order['entity']}_hunt")
     verdicts = Path(order["verdicts"])
     bench = Bench(dut.case_0, order["design"])
-    # The first edge is one from an undefined clock, which VHDL does not take for one.
+    # The first edge comes from an undefined clock, which is no rising edge in VHDL.
     await bench.clocks()
     if hasattr(bench.dut, "reset"):
         await bench.reset()
     await bench.clocks()
-    # From here on start values are no excuse.
+    # From here on start values must not matter.
     verdicts.touch()
     for number in range(order["streams"]):
         rng = random.Random(f"{order['entity']} {order['number']} {number}")

@@ -74,7 +74,7 @@ def command(rng: random.Random) -> list[int]:
 
 
 class Hunt:
-    """The settings that must be, and the board's."""
+    """Expected and actual settings of the board."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng, self.g = bench, rng, bench.design["generics"]
@@ -93,7 +93,7 @@ class Hunt:
             raise FaultError(f"{self.line.clears} errors cleared, want {self.settings.clears}")
 
     async def ask(self, line: list[int]) -> None:
-        """Send a line, and compare its answer and what it does."""
+        """Send a line, and check its answer and its effect."""
         rng, port, g = self.rng, self.line, self.g
         numbers = [
             rng.choice([0, -1, -32768, 32767, rng.randint(-32768, 32767)])
@@ -102,12 +102,12 @@ class Hunt:
         packed = sum((n & 0xFFFF) << 16 * i for i, n in enumerate(numbers))
         self.bench.set(status_values=packed)
         port.text = b""
-        # As fast, or as slow, as a receiver can follow that looks half a bit, rounded down, after
-        # a bit's first clock: the last bit, or the stop bit, has that clock in it and no other.
+        # As fast or as slow as can be received with samples half a bit, rounded down, after a bit's
+        # first clock: the sample of the last bit, or the stop bit, just lies in it.
         bits = 9 * self.bit
         fastest, slowest = bits - (self.bit - self.bit // 2 - 1), bits + self.bit // 2
         factor = rng.choice([fastest / bits, 1, slowest / bits])
-        # The line rests for a whole bit after fast characters.
+        # The line is idle for a whole bit after fast characters.
         rest = self.bit if factor < 1 else 0
         for code in line:
             if rng.random() < 0.1:
@@ -132,14 +132,14 @@ class Hunt:
         self.check()
 
     def glitch(self) -> None:
-        """A level shorter than half a bit, in rest."""
+        """A pulse shorter than half a bit on the idle line."""
         self.bench.counts["glitches"] += 1
         if self.bit >= 5:
             self.line.hold(0, self.rng.randint(1, self.bit // 2 - 1))
         self.line.hold(1, 2 * self.bit)
 
     async def noise(self) -> None:
-        """Anything on the line; then rest, a line end, and commands for every setting."""
+        """Noise on the line; then idle, a line end, and commands for every setting."""
         rng, port = self.rng, self.line
         kind = rng.choice(["noise", "break", "garbage"])
         self.bench.counts[f"line: {kind}"] += 1
@@ -179,7 +179,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         pins = ("button_up", "button_down", "switch_pattern", "switch_pass", "switch_sweep")
         pins = (*pins, "button_output", "switch_hide", "switch_bottom", "load_busy")
         bench.set(status_values=0, **dict.fromkeys(pins, 0))
-        # What stood in the debouncers at first is no press.
+        # Start values of the debouncers are no press.
         await bench.reset(40)
     await bench.reset(rng.choice([1, 1, 4]))
     hunt = Hunt(bench, rng)
@@ -201,5 +201,5 @@ async def stream(bench: Any, rng: random.Random) -> None:
             await bench.reset(1)
             hunt.settings.reset()
             hunt.settings.clears = 0
-            # The line rests before the next command.
+            # The line is idle before the next command.
             await bench.clocks(2)

@@ -18,12 +18,10 @@ FAULTS = [
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw generics."""
     return {"generics": {"MAX_COLUMNS": rng.randint(2, 20), "PIXEL_BITS": rng.randint(1, 16)}}
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.cores import CoreHunt, pack
 
     g = bench.design["generics"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Streams of video through a core: what `raster_refocuser`, `focal_stack`, `depth_index` share."""
+"""Streams of video through a core, for `raster_refocuser`, `focal_stack` and `depth_index`."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -49,17 +49,17 @@ def draw_frame(rng: random.Random, rows: int, columns: int, channels: int, bits:
 
 
 def draw_slice(rng: random.Random, count: int) -> int:
-    """A slice to ask for: there, the first one that is not, or any."""
+    """A slice to select: an existing one, the first invalid one, or any number."""
     return rng.choice([rng.randrange(count), min(count, 255), rng.randrange(256)])
 
 
 class CoreHunt:
     """Random segments of frames through a core; each segment has its own size of frame.
 
-    `picture` gives the words that must come out of a frame, `size` draws columns and rows,
-    `slices` is the size of the set from which a frame chooses (0: it does not), `limit` bounds the
-    clocks in which the lines of a frame have to come out when nothing stalls, `held` the lines that
-    a frame which goes on holds back; without `flush` every frame does.
+    `picture` returns the expected words of a frame, `size` draws columns and rows, `slices` is the
+    number of slices to select from (0: none), `limit` bounds the clocks in which the lines of a
+    frame must come out without stalls, `held` the lines that an unfinished frame holds back;
+    without `flush` every frame does.
     """
 
     def __init__(
@@ -92,18 +92,17 @@ class CoreHunt:
         self.checked = 0
         self.columns = self.rows = 1
         self.sweep: tuple[int, int, int] = (0, 0, 0)
-        # (clock, slice asked for) since the segment began, where it changes at any moment.
+        # (clock, selected slice) since the segment began, if it changes at any time.
         self.turns: list[tuple[int, int]] = []
-        # Number of the first frame of a segment, and of the starts that were taken before.
+        # Number of the first frame of a segment, and of the starts taken before it.
         self.starts_before = 0
 
     @property
     def tokens(self) -> int:
-        """Beats of a line."""
         return -(-self.columns // self.pixels)
 
     def words(self) -> list[Beat]:
-        """Beats of a drawn frame; what stands after a line's last pixel is of no account."""
+        """Beats of a random frame, with random lanes after a line's last pixel."""
         frame = draw_frame(self.rng, self.rows, self.columns, self.channels, self.bits)
         lines = pack(frame, self.bits, self.pixels)
         used = ((self.columns - 1) % self.pixels + 1) * self.channels * self.bits
@@ -113,7 +112,6 @@ class CoreHunt:
         return frame_beats(lines)
 
     def turn(self) -> None:
-        """Choose slices for a segment."""
         rng = self.rng
         self.turns = []
         self.bench.ports[2:] = []
@@ -129,7 +127,7 @@ class CoreHunt:
             self.bench.add(_Turner(self, rng.choice([3, 40, 400])))
 
     def expected(self, number: int, at: int) -> list[Beat]:
-        """Beats that must come out of a frame; its slice is known from what came, beat `at`."""
+        """Expected beats of a frame; its slice is that of beat `at` of the output."""
         columns = self.widths[number]
         lines = self.frames.frames[number]
         raw = unpack(lines, columns, self.channels, self.bits, self.pixels)
@@ -146,7 +144,7 @@ class CoreHunt:
         return [Beat(b.data, b.start, b.last, slice_) for b in beats]
 
     def due(self, number: int, tid: int) -> int:
-        """A slice that was asked for between a frame's first pixel in and its first one out."""
+        """A slice selected between a frame's first pixel in and its first pixel out."""
         begin, end = self.source.starts[number], self.sink.starts[number]
         last = self.count - 1
         due = {min(s, last) for clock, s in self.turns if begin < clock <= end}
@@ -156,7 +154,7 @@ class CoreHunt:
         return tid
 
     def compare(self, *, whole: bool) -> None:
-        """Compare what came: all final frames if `whole`, else as far as it goes."""
+        """Compare the output: all final frames if `whole`, else as far as it has come."""
         got = self.sink.received
         while self.checked < len(self.frames.frames):
             number = self.checked
@@ -176,7 +174,7 @@ class CoreHunt:
             self.checked += 1
 
     def due_beats(self) -> int:
-        """Beats that have to come: all; but a frame that has begun holds lines back."""
+        """Number of beats that must come: all, less those that an unfinished frame holds back."""
         tokens = [
             size[0]
             for size, f in zip(self.frames.sizes, self.frames.frames, strict=True)
@@ -201,7 +199,7 @@ class CoreHunt:
         self.compare(whole=self.flush and not self.frames.is_open)
 
     async def quiet(self) -> None:
-        """Nothing more comes, and flags tell the faults of the stream."""
+        """Check that nothing more comes, and that flags report the faults of the stream."""
         frames = self.frames
         await self.bench.until(
             lambda: not (self.bench.number("error_flags") ^ frames.flags) & ~frames.loose,
@@ -216,7 +214,7 @@ class CoreHunt:
             raise FaultError(
                 f"flags {self.bench.number('error_flags'):05b}, want {frames.flags:05b}"
             )
-        # Without a flush, beats that were taken may still be on their way, and set flags later.
+        # Without a flush, beats under way may still set flags later.
         if self.rng.random() < 0.5 and self.source.idle and self.flush:
             self.bench.set(error_clear=1)
             await self.bench.clocks()
@@ -227,7 +225,7 @@ class CoreHunt:
                 raise FaultError("error_clear leaves flags")
 
     def start_frames(self) -> Iterator[list[Beat | int]]:
-        """Frames of a segment, well-formed and broken, in chunks; pauses between and within."""
+        """Send frames of a segment, well-formed and broken, in chunks, with pauses."""
         rng, counts = self.rng, self.bench.counts
         broken = rng.choice([0, 0, 0.5, 1])
         for _ in range(rng.randint(1, 3)):
@@ -245,7 +243,6 @@ class CoreHunt:
             yield items
 
     async def run(self) -> None:
-        """One stream."""
         bench, rng = self.bench, self.rng
         self.widths: list[int] = []
         self.chosen: list[int] = []
@@ -283,14 +280,14 @@ class CoreHunt:
         await self.quiet()
 
     def send(self, items: list[Beat | int]) -> None:
-        """Queue beats, and what they stand for."""
+        """Queue beats, and note their meaning."""
         self.source.send(items)
         beats = [item for item in items if isinstance(item, Beat)]
         self.frames.take(beats, self.tokens, self.rows)
         self.widths += [self.columns] * (len(self.frames.frames) - len(self.widths))
 
     async def unsupported(self) -> None:
-        """A frame of a size that the core does not take is dropped."""
+        """Check that a frame of an unsupported size is dropped."""
         bench, rng = self.bench, self.rng
         self.columns, self.rows = self.size(rng)
         beats = self.words()
@@ -303,11 +300,11 @@ class CoreHunt:
         starts = len(self.source.starts)
         await self.come_out()
         await self.quiet()
-        # The frame has no number.
+        # Such a frame is not numbered.
         del self.source.starts[starts:]
 
     async def tear(self) -> None:
-        """End anywhere: the next stream begins with a reset."""
+        """Stop at any point: the next stream begins with a reset."""
         self.bench.counts["reset inside"] += 1
         for items in self.start_frames():
             self.send(items)
@@ -317,7 +314,7 @@ class CoreHunt:
 
 
 class _Turner:
-    """Changes the slice that is asked for at any moment."""
+    """Changes the selected slice at any time."""
 
     def __init__(self, hunt: CoreHunt, longest: int) -> None:
         self.hunt, self.longest, self.wait = hunt, longest, 1

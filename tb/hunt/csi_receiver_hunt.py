@@ -23,7 +23,7 @@ FAULTS = [
     ("pixel_stream.vhd", "word_valid and word_has_pixels and (running or word_first);",
      "word_valid and word_has_pixels;"),
 ]  # fmt: skip
-# What is in flight between the clocks has no reset: a drawn pointer is no pointer of words.
+# Pointers between the clocks have no reset, so random start values would be invalid.
 KEEP = ("crossing_fifo.vhd", "word_sender.vhd", "raw_unpacker.vhd", "packet_parser.vhd")
 NAMES = ("corrected", "damaged", "payload", "cut", "lanes", "order", "size", "lost")
 UNITS = {8: 1, 10: 4, 12: 2}
@@ -40,14 +40,14 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "BUFFER_BITS": rng.choice([4, 4, 5, 7]),
         "COUNT_BITS": COUNT_BITS,
     }
-    # No faster than pixels can leave.
+    # Not faster than pixels can leave.
     pixels = 8 * generics["LANES"] / generics["PIXEL_BITS"] / generics["PIXELS_PER_CLOCK"]
     period = CLOCK_PS * max(0.4, 1.4 * pixels) * rng.uniform(1, 3)
     return {"generics": generics, "period": 2 * int(period / 2)}
 
 
 class Lanes:
-    """The lanes' clock, and what is sent in it: a mask of valid, one of sync, bytes."""
+    """The lanes' clock, and in each clock masks of valid and sync, and bytes."""
 
     def __init__(self, dut: Any, period: int) -> None:
         self.dut = dut
@@ -62,7 +62,7 @@ class Lanes:
         while True:
             await RisingEdge(self.dut.byte_clk)
             now = (0, 0, 0)
-            # A number marks that a burst has passed.
+            # A number marks the end of a burst.
             while self.queue and isinstance(self.queue[0], int):
                 self.passed = self.queue.popleft()  # type: ignore[assignment]
             if self.queue:
@@ -74,7 +74,7 @@ class Lanes:
 
 
 class Hunt:
-    """Frames as packets, their damage, and how they get on the lanes."""
+    """Frames as packets, their damage, and the skews of lanes."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         generics = bench.design["generics"]
@@ -92,7 +92,7 @@ class Hunt:
         return packet(self.channel, KINDS[self.bits], len(payload), payload)
 
     def noise(self) -> list[int]:
-        """A packet that is none of the frame's."""
+        """A packet that does not belong to the frame."""
         rng = self.rng
         if rng.random() < 0.4:
             return packet(self.channel, rng.choice([2, 3, 8, 15]), rng.getrandbits(16))
@@ -114,7 +114,7 @@ class Hunt:
         return [p for q in found for p in ([self.noise(), q] if rng.random() < noise else [q])]
 
     def damage(self, packets: list[list[int]]) -> list[tuple[list[int], str]]:
-        """Break some; each with how its burst goes wrong."""
+        """Damage some packets; result: each with the damage of its burst."""
         rng, found = self.rng, []
         share = rng.choice([0.1, 0.3])
         for data in packets:
@@ -150,7 +150,7 @@ class Hunt:
         return found
 
     def send(self, lanes: Lanes, bursts: list[tuple[list[int], str]]) -> None:
-        """Put bursts on the lanes, and into the model."""
+        """Send bursts to the lanes and to the model."""
         rng, count = self.rng, self.lanes
         for number, (data, kind) in enumerate(bursts, 1):
             skews = [rng.randint(0, self.skew) for _ in range(count)]
@@ -164,7 +164,7 @@ class Hunt:
                 missing = rng.randrange(count)
                 others = [s for n, s in enumerate(skews) if n != missing]
                 skews[missing] = min(others) + self.skew + rng.randint(1, 3)
-            # Lanes end together, unless a cut ends them where it is.
+            # Lanes end together, unless they are cut.
             fill = [] if kind == "cut" else [rng.getrandbits(8)] * (-len(data) % count)
             data_sent = [*data, *fill, *trail]
             clocks = max(skews) + -(-len(data_sent) // count)
@@ -187,7 +187,7 @@ class Hunt:
             lanes.queue.append(number)
 
     def beats(self, frames: list[list[list[int]]]) -> list[tuple[Beat, int]]:
-        """Beats of frames, each with a mask of the bits that count."""
+        """Beats of frames, each with a mask of the bits to compare."""
         found = []
         for lines in frames:
             for y, line in enumerate(lines):
@@ -223,13 +223,13 @@ async def stream(bench: Any, rng: random.Random) -> None:
         bench.set(lane_valid=0, lane_sync=0, lane_data=0, fault_clear=0)
         bench.add(Sink(bench.dut, "m_axis"))
         bench.lanes = Lanes(bench.dut, bench.design["period"])
-        # What start values make of the lanes' clock, which has no reset, is over.
+        # Effects of start values in the lanes' clock, which has no reset, are over.
         await bench.clocks(100)
     sink, lanes = bench.ports[0], bench.lanes
     hunt = Hunt(bench, rng)
     bench.set(virtual_channel=hunt.channel, columns=hunt.columns, rows=hunt.rows)
     sink.stalls = iter(())
-    # A frame's end that no one waits for, so that all begins closed.
+    # An extra frame end, so that no frame is open.
     lanes.queue.append(0)
     hunt.send(lanes, [(packet(hunt.channel, 1, 0), "")])
     await hunt.settle(lanes)
@@ -244,7 +244,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     bursts = hunt.damage(packets) if kind == "damaged" else [(p, "") for p in packets]
     model = hunt.model
     if kind in ("clean", "damaged"):
-        # Whatever came before: the last two frames are whole. One may open what was left open.
+        # Whatever came before, the last two frames are whole; the first may end an open one.
         bursts += [(p, "") for _ in range(2) for p in hunt.frame(0)]
         hunt.send(lanes, bursts)
         await hunt.settle(lanes)
@@ -264,7 +264,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         await bench.reset(rng.choice([1, 3]))
         first = lanes.passed
         await hunt.settle(lanes)
-        # Frames whose start comes later are whole; one under way may be, if none of it had come.
+        # Frames that start later are whole; one under way may be, if none of it had come.
         last = sum(start <= first + 1 for start in starts)
         wants = [hunt.beats(model.frames[n:]) for n in range(last + 1)]
         if all(same(sink.received, want) for want in wants):
@@ -282,7 +282,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
 
 
 def check_stalled(hunt: Hunt, got: list[Beat]) -> None:
-    """Frames are whole or cut; what is missing was told; the last one is whole."""
+    """Check that frames are whole or cut, missing beats are reported, and the last one is whole."""
     found: list[list[list[Beat]]] = []
     for beat in got:
         if beat.start:
@@ -311,7 +311,7 @@ def check_stalled(hunt: Hunt, got: list[Beat]) -> None:
 
 
 def prefix(beats: list[Beat], want: list[tuple[Beat, int]]) -> bool:
-    """Whether beats are the first ones of a frame; the last one may be made a line's end."""
+    """Whether beats are the first ones of a frame; the last one may have become a line's end."""
     for n, beat in enumerate(beats):
         if n >= len(want):
             return False

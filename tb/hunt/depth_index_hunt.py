@@ -9,13 +9,13 @@ from hunt.references.depth_index import words
 ENTITY = "depth_index"
 FAULTS = [
     ("sharpest_slice.vhd", "if value > most_of(s - 1) then", "if value >= most_of(s - 1) then"),
-    # The reset that was missing.
+    # The ring's line is not reset.
     ("sharpest_pixels.vhd", "if reset = '1' then\n        ring_line",
      "if false then\n        ring_line"),
     ("index_vote.vhd", "if middle_at(FINAL)(0) = '1' then", "if false then", 13),
     ("depth_fraction.vhd", "WEIGHT_BEHIND(to_integer(index_1))",
      "WEIGHT_BEFORE(to_integer(index_1))"),
-    # Several pixels a clock: a line's last micro image that one token begins and ends.
+    # Several pixels a clock: a token that begins and ends a line's last micro image.
     ("lens_place.vhd", "place.tail      <= token_1.line_last and any;", "place.tail      <= '0';",
      20),
     ("sharpest_pixels.vhd", "index_kept when first_at(IN_FRONT + 3)(j) = '1'",
@@ -24,7 +24,6 @@ FAULTS = [
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw generics."""
     m = rng.choice([2, 2, 3, 4, 5])
     slices, radius, vote_radius = rng.randint(1, 4), rng.randint(0, 2), rng.choice([0, 0, 1, 2, 4])
     channels, bits = rng.choice([1, 1, 3]), rng.randint(1, 12)
@@ -53,7 +52,6 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.cores import CoreHunt
 
     g = bench.design["generics"]

@@ -29,7 +29,6 @@ FAULTS = [
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw generics."""
     m = rng.choice([1, 2, 2, 3, 3, 4, 5])
     shifts = [rng.randint(-m - 1, m + 2) for _ in range(rng.choice([1, 2, 2, 3, 4]))]
     generics = {
@@ -56,7 +55,6 @@ def _words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.cores import CoreHunt
 
     g = bench.design["generics"]

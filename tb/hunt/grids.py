@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations for a resampler: grids that are drawn, and the sizes of frames that they fit."""
+"""Calibrations for a resampler: random grids, and sizes of frames that they fit."""
 
 import random
 from typing import Any
@@ -12,7 +12,7 @@ Grid = dict[str, Any]
 
 
 def draw_grid(rng: random.Random, g: dict[str, Any], rows: int, columns: int) -> Grid | None:
-    """A grid whose lenses have their middles inside the frame; None if it comes out otherwise."""
+    """A random grid with all lens centres inside the frame; None if there are others."""
     m, one, hexagonal = g["MICRO_IMAGE_SIZE"], 1 << g["FRACTION_BITS"], g["HEXAGONAL"]
 
     def fixed(value: float) -> int:
@@ -68,7 +68,7 @@ def draw_grid(rng: random.Random, g: dict[str, Any], rows: int, columns: int) ->
 
 
 def _place(grid: Grid, rng: random.Random, one: int) -> bool:
-    """Draw places between lenses, of all lenses of a row."""
+    """Draw positions between lenses, for all lenses of a row."""
     lenses = grid["lenses"][1]
     grid["step"] = rng.randint(one * 2 // 3, one * 6 // 5)
     grid["place"] = tuple(rng.randrange(one) for _ in range(2))
@@ -77,10 +77,10 @@ def _place(grid: Grid, rng: random.Random, one: int) -> bool:
 
 
 def limits(grid: Grid, g: dict[str, Any], rows: int, lines: int) -> tuple[int, int]:
-    """Lines of the raster that come out of the first `lines` of `rows`: at least, at most.
+    """Least and most lines of the raster from the first `lines` of `rows`.
 
-    Less than what the ring holds may be too much for the entity: it counts rows of lenses as if
-    they were farther apart by rounding.
+    The entity rounds the distance of rows of lenses up, so it may refuse a grid that the ring could
+    hold.
     """
     needed, oldest = lines_needed(grid, g, rows)
     first, second = (down[0] >> g["FRACTION_BITS"] for down in grid["down"])
@@ -95,7 +95,7 @@ def limits(grid: Grid, g: dict[str, Any], rows: int, lines: int) -> tuple[int, i
 def grid_for(
     rng: random.Random, g: dict[str, Any], rows: int, columns: int, *, tall: bool = False
 ) -> Grid | None:
-    """Draw a grid for a frame that the ring holds, or one that needs more."""
+    """Draw a grid for a frame that fits the ring, or one that needs more lines."""
     for _ in range(40):
         grid = draw_grid(rng, g, rows, columns)
         if grid:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make hunt`: random streams into every entity with a stream, until the time is over.
+"""`make hunt`: random streams into every entity with a stream, for a given time.
 
 make hunt [SEED=n] [MINUTES=n] [ENTITY="name name"] [JOBS=n] [CASE=entity-number]
 """

@@ -20,19 +20,19 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Bus:
-    """The lines, the device, and the one that wants bytes; rules of I2C are watched."""
+    """The lines, the device, and the consumer of bytes; checks the rules of I2C."""
 
     def __init__(self, dut: Any, quarter: int) -> None:
         self.dut, self.quarter = dut, quarter
         self.rng = random.Random(0)
         self.device = Device(None)
-        # This clock, and the one in which a read ended.
+        # The current clock, and the one in which a read ended.
         self.clock = self.over = 0
         self.restart()
 
     def restart(self) -> None:
         self.got: list[int] = []
-        # Bytes that are wanted; clocks until the next one may be read.
+        # Bytes to read; clocks until the next one may be read.
         self.wanted = self.pause = 0
         self.ended: tuple[int, int] | None = None
         self.stretch = self.hold = 0
@@ -64,7 +64,7 @@ class Bus:
         self._lines(scl_low, sda_low)
 
     def _rules(self, scl_low: int, sda_low: int) -> None:
-        """The data line changes a quarter from the edges of the clock, which lasts half a bit."""
+        """Check that data change a quarter of a bit from clock edges, half a bit apart."""
         for name, now, before in (
             ("scl", scl_low, self.master[0]),
             ("sda", sda_low, self.master[1]),
@@ -73,7 +73,7 @@ class Bus:
             if now == before:
                 continue
             other = "sda" if name == "scl" else "scl"
-            # Let go at the end of a read, whatever was before.
+            # Released at the end of a read.
             free = self.clean and not (now == 0 and name == "sda" and not scl_low)
             if free and self.since[other] < self.quarter - 1 and self.ended is None:
                 raise FaultError(f"{name} changes {self.since[other]} clocks behind {other}")
@@ -89,7 +89,7 @@ class Bus:
         self.device.follow(scl, sda)
         if before[0] and not scl and self.stretch and self.rng.random() < 0.2:
             self.hold = self.rng.randint(1, self.stretch)
-        # The device's own level, in the same clock.
+        # The device's level in the same clock.
         sda = int(not (sda_low or self.device.low or self.stuck["sda"]))
         self.device.lines = (scl, sda)
         if self.rng.random() < self.noise:
@@ -99,7 +99,7 @@ class Bus:
 
 
 class Hunt:
-    """Reads, and how they must end."""
+    """Reads and their expected ends."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng, self.bus = bench, rng, bench.ports[0]
@@ -110,19 +110,19 @@ class Hunt:
         bus, rng = self.bus, self.rng
         now = bus.device
         bus.device = Device(content)
-        # What a device was in the middle of, it goes on with.
+        # A device continues what it was doing.
         bus.device.__dict__.update({**now.__dict__, "content": content, "log": [], "refuse": -1})
         bus.got, bus.ended, bus.wanted = [], None, count
         bus.pause = rng.choice([0, 0, 100])
         bus.clean = True
-        # Lines that were let go because one was low say nothing of the next clock.
+        # Lines released because one was low are not checked in the next clock.
         bus.since = {"scl": 99, "sda": 99}
         self.bench.set(start=1)
         await self.bench.clocks(1)
         self.bench.set(start=0)
 
     async def end(self) -> tuple[int, int]:
-        """Whether it is complete, and stuck; both lines are free, and stay so."""
+        """Results `complete` and `stuck`; checks that both lines are free and stay so."""
         bus = self.bus
         bits = 9 * (bus.wanted + 6) + 12
         limit = bits * (4 * self.quarter + 4 + bus.stretch) + 110 * bus.wanted + 4 * self.stretch
@@ -133,7 +133,7 @@ class Hunt:
         return bus.ended
 
     async def good(self) -> None:
-        """All bytes, with the transfers that I2C has for them."""
+        """All bytes come, with the transfers of I2C."""
         rng, bus = self.rng, self.bus
         count = rng.choice([1, 2, rng.randint(1, 9)])
         content = [
@@ -178,14 +178,14 @@ class Hunt:
             await bench.clocks(rng.randint(1, 100 * 4 * self.quarter) if late else 1)
             was_over, bus.stuck[name], since = bus.ended is not None, True, bus.clock
             ended = await self.end()
-            # All bytes may be there when it is the stop that cannot be sent; nothing is wrong any
-            # more when the clock line, high for the stop, falls again.
+            # If the stop cannot be sent, all bytes may have come; a clock line that was high for
+            # the stop and falls again is no fault any more.
             stopped = ended == (1, 0) and bus.over - since < 2 * self.quarter + 8
             if not (was_over or stopped) and (name == "scl" or not late) and not ended[1]:
                 raise FaultError(f"a line that stays low ends a read with {ended}")
             bus.stuck[name] = False
         elif kind == "in the middle":
-            # A device that a master has left in the middle of a byte.
+            # A device whose master stopped in the middle of a byte.
             bus.device.content = content
             bus.device.sends(rng.choice([0, 0, rng.randrange(256)]))
             await bench.clocks(8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hunt of `i2c_rom_slave`: masters that go away, glitches, noise, other devices, resets."""
+"""Hunt of `i2c_rom_slave`: masters that disappear, glitches, noise, other devices, resets."""
 
 import random
 from typing import Any
@@ -13,9 +13,9 @@ FAULTS = [
     ("i2c_rom_slave.vhd", "elsif scl_count = FILTER - 1 then", "else"),
     ("i2c_rom_slave.vhd", "if refused = '1' then", "if false then"),
 ]  # fmt: skip
-# The shortest lines of a mode that is offered: with any pixel clock, and with those of a range.
+# The shortest lines of an offered mode: with any pixel clock, and with those of a range.
 LEAST_COLUMNS = (640, 1280)
-# Counts of equal samples that no run comes to break the simulation.
+# Random start values of these counters could overflow in simulation.
 KEEP = ("i2c_rom_slave.vhd",)
 
 
@@ -29,9 +29,9 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Lines:
-    """Two open-drain lines; levels that last less than FILTER clocks come and go on them.
+    """Two open-drain lines with glitches of less than FILTER clocks.
 
-    The slave may move the data line only while the clock line is low, or after a start or stop.
+    The slave may change the data line only while the clock line is low, or after a start or stop.
     """
 
     def __init__(self, dut: Any, filter_: int) -> None:
@@ -69,7 +69,7 @@ class Lines:
         if self.rng is not None and self.filter > 1:
             self.pause -= 1
             if self.pause < 0 and self.rng.random() < 0.03:
-                # One equal sample between two glitches is enough, but each may delay an edge.
+                # A single sample between two glitches is enough, but each glitch may delay an edge.
                 self.glitch[self.rng.choice(["scl", "sda"])] = self.rng.randrange(1, self.filter)
                 self.pause = 4 * self.filter
         for name, level in levels.items():
@@ -81,7 +81,7 @@ class Lines:
 
 
 class Master(I2cMaster):
-    """A master of the lines, as slow as it likes."""
+    """A master with random, slow timing."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng, self.lines = bench, rng, bench.ports[0]
@@ -114,13 +114,13 @@ class Master(I2cMaster):
 
 
 class Hunt:
-    """Transfers, and what they must give."""
+    """Transfers and their expected bytes."""
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng = bench, rng
         self.master = Master(bench, rng)
         self.memory: list[int] = bench.design.setdefault("memory", [])
-        # The address from which a read goes on, if it is known.
+        # The address at which a read continues, if known.
         self.pointer: int | None = None
 
     def byte(self, address: int) -> int:
@@ -197,7 +197,7 @@ class Hunt:
             await m.stop()
 
     async def broken_off(self, *, vanish: bool = True) -> None:
-        """A transfer that ends at any bit: the master goes away, begins anew, or stops."""
+        """A transfer that ends at any bit: the master disappears, starts again, or stops."""
         rng, m = self.rng, self.master
         self.pointer = None
         await m.start()
@@ -224,7 +224,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         bench.set(scl=1, sda=1)
         await bench.clocks(2)
         bench.add(Lines(bench.dut, bench.design["generics"]["FILTER"]))
-        # What stood in the filters at first is no start.
+        # Start values of the filters are no start condition.
         await bench.reset(12)
     lines = bench.ports[0]
     lines.scl = lines.sda = 1

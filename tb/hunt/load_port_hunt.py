@@ -14,7 +14,7 @@ FAULTS = [
     ("uart_receiver.vhd", "valid <= not arrived(0);", "valid <= '1';"),
     ("load_port.vhd", "and word(63 downto 62) = \"00\"", "and word(63) = '0'"),
 ]  # fmt: skip
-# All but NUL, which the command line takes for nothing.
+# All except NUL, which the command line ignores.
 BYTES = [chr(code) for code in range(1, 256)]
 
 
@@ -39,12 +39,11 @@ class Line(SerialLine):
 
     @property
     def heard(self) -> str:
-        """What came."""
         return self.text.decode("latin-1")
 
 
 def draw_line(rng: random.Random) -> str:
-    """A line without its end: a word, the question, a command, or nearly one."""
+    """A line without its end: a word, the question, a command, or one with errors."""
     digits = "0123456789abcdefABCDEF"
     word = rng.choice("0123" * 8 + digits) + "".join(rng.choice(digits) for _ in range(15))
     text = rng.choice(
@@ -68,14 +67,13 @@ def draw_line(rng: random.Random) -> str:
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     if not bench.ports:
         bench.add(Line(bench))
     line: Line = bench.ports[0]
     busy = False
     bench.set(busy=0)
     await bench.reset(rng.choice([1, 1, 2, 9]))
-    # The receiver wants a line at rest.
+    # The receiver needs an idle line first.
     await bench.clocks(4)
     description = bench.design["generics"]["DESCRIPTION"]
     longest = (len(description) + 12) * 10 * line.bit + 100
@@ -112,7 +110,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
 
 
 async def noise(bench: Any, line: Line, rng: random.Random) -> None:
-    """Levels of any length, or spikes too short for a start bit; then the line rests."""
+    """Levels of any length, or spikes too short for a start bit; then the line is idle."""
     if rng.random() < 0.5:
         bench.counts["noise: spikes"] += 1
         for _ in range(rng.randint(1, 5)):
@@ -123,7 +121,7 @@ async def noise(bench: Any, line: Line, rng: random.Random) -> None:
     bench.counts["noise: levels"] += 1
     for _ in range(rng.randint(1, 60)):
         line.hold(rng.randrange(2), rng.randint(1, 3 * line.bit))
-    # Answers to what that may have been, and to the line that it may have begun.
+    # Answers to the noise, and to a line that it may have begun.
     for _ in range(2):
         line.hold(1, 40 * 10 * line.bit)
         line.send(13)

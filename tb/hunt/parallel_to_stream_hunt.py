@@ -14,7 +14,7 @@ FAULTS = [
     ("parallel_to_stream.vhd", "lost          <= valid and not m_axis_tready;",
      "lost          <= not m_axis_tready;"),
 ]  # fmt: skip
-# From a pixel to its beat.
+# Clocks from a pixel to its beat.
 LATENCY = 3
 
 
@@ -23,7 +23,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Camera:
-    """Sends clocks of video; takes beats as they come, which do not wait."""
+    """Sends clocks of video; records beats, which do not wait."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -61,7 +61,7 @@ class Camera:
 
 
 def video(rng: random.Random, width: int, bench: Any) -> list[tuple[int, int, int]]:
-    """Clocks of video after some of a camera at rest."""
+    """Clocks of video, after some without."""
     kind = rng.choice(["regular", "regular", "no blanking", "noise", "glitches"])
     bench.counts[f"camera: {kind}"] += 1
     clocks: list[tuple[int, int]] = [(0, 0)] * 3
@@ -97,7 +97,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     camera.queue = [(0, 0, 0)] * 8
     await bench.clocks(8)
     camera.restart()
-    # A pixel that is written after this edge is taken with the next one.
+    # A pixel written after this edge is sampled at the next one.
     camera.begin = bench.clock + 2
     sent = video(rng, bench.design["generics"]["WIDTH"], bench)
     camera.queue = [*sent, *[(0, 0, 0)] * 6]

@@ -12,19 +12,18 @@ ENTITY = "raster_refocuser"
 FAULTS = [
     ("frame_sequencer.vhd", "at_last_row <= to_logic(row + 1 = row_end);",
      "at_last_row <= to_logic(row + 2 = row_end);"),
-    # A complete frame does not come out when stray pixels follow.
+    # A complete frame does not come out if stray pixels follow.
     ("frame_sequencer.vhd", "elsif s_axis_tvalid = '0' or stray = '1' then",
      "elsif s_axis_tvalid = '0' or (stray = '1' and excess = '0') then"),
     ("slice_select.vhd", "LAST when unsigned(slice) >= SLICES",
      "LAST when unsigned(slice) > SLICES"),
-    # All views reach every line.
+    # As if all views reached every line.
     ("border_counts.vhd", "row_down(0)  <= down(PASSES)", "row_down(0)  <= down(0)"),
     ("divide_weighted.vhd", "if unsigned(weight) = 0 then", "if unsigned(weight) = 1 then"),
 ]  # fmt: skip
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw generics."""
     while True:
         generics = _draw(rng)
         if work(generics) < 9000:
@@ -55,7 +54,7 @@ def _draw(rng: random.Random) -> dict[str, Any]:
         "HOLD": hold,
         "PARALLEL_ROWS": parallel,
         "PIXELS_PER_CLOCK": pixels,
-        # A core of moving sums whose longest line is one pixel is wrong.
+        # A core of moving sums cannot have lines of one pixel.
         "MAX_COLUMNS": rng.randint(1 + (engine == "moving_sum"), 3 * m + 8 + 2 * pixels),
         "CHANNELS": rng.choice([1, 1, 3]),
         "PIXEL_BITS": rng.randint(1, 16) if exact else rng.randint(1, 12 - guard),
@@ -71,14 +70,14 @@ def _draw(rng: random.Random) -> dict[str, Any]:
 
 
 def delay(g: dict[str, Any]) -> int:
-    """At least the lines that a core holds back."""
+    """Upper bound of the lines that a core holds back."""
     m = g["MICRO_IMAGE_SIZE"]
     largest = max(abs(int(shift)) for shift in g["SHIFTS"].split())
     return (m - 1) * (largest + 1 + g["INTERPOLATION_ORDER"]) + 2 * m
 
 
 def work(g: dict[str, Any]) -> int:
-    """What a simulator has to do for a frame."""
+    """Estimated work of the simulator for a frame."""
     lanes = g["CHANNELS"] * g["PARALLEL_ROWS"] * g["PIXELS_PER_CLOCK"]
     each = delay(g) if g["ENGINE"] == "fir" else 8
     tokens = g["MAX_COLUMNS"] / g["PIXELS_PER_CLOCK"] + 4
@@ -92,7 +91,6 @@ def words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.cores import CoreHunt
 
     g = bench.design["generics"]

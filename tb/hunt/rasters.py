@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Video in hunts: modes, and the signals of frames, one entry a clock."""
+"""Video for hunts: modes, and the signals of frames, one entry a clock."""
 
 import random
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Mode:
         return int(active), int(in_h == self.h_level), int(in_v == self.v_level)
 
     def timing(self) -> int:
-        """As video_pkg packs it: counts of 12 bits, and the two levels."""
+        """The mode packed as in video_pkg: counts of 12 bits, and the two levels."""
         sync, sync_line = self.h[0] + self.h[1], self.v[0] + self.v[1]
         counts = (
             *(self.h[0], self.line, sync, sync + self.h[2]),
@@ -45,7 +45,7 @@ class Mode:
 
 
 def draw_mode(rng: random.Random, columns: tuple[int, int], *, blank: int = 0) -> Mode:
-    """A small mode whose lines have so many active pixels, and at least `blank` others."""
+    """A small mode with the given number of active pixels, and at least `blank` others, a line."""
     h = [rng.randint(*columns), rng.randint(1, 4), rng.randint(1, 6), rng.randint(1, 6)]
     h[3] += max(0, blank - sum(h[1:]))
     v = (rng.randint(3, 8), rng.randint(1, 3), rng.randint(1, 3), rng.randint(1, 4))

@@ -45,12 +45,10 @@ def _draw(rng: random.Random) -> dict[str, Any]:
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw a design."""
     return {"generics": draw_generics(rng)}
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.sensors import SensorHunt
 
     await SensorHunt(bench, rng).run()

@@ -14,7 +14,6 @@ FAULTS = [
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
-    """Draw a design."""
     mosaic = rng.random() < 0.8
     generics = draw_generics(rng) | {"MOSAIC": mosaic}
     if mosaic:
@@ -23,7 +22,6 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
-    """One stream."""
     from hunt.sensors import SensorHunt
 
     await SensorHunt(bench, rng, mosaic=bench.design["generics"]["MOSAIC"]).run()

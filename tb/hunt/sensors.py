@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a sensor and calibrations for it: what `resampler` and `sensor_raster` share."""
+"""Frames of a sensor and calibrations for it, for `resampler` and `sensor_raster`."""
 
 import random
 from collections import deque
@@ -22,9 +22,9 @@ MORE = "more"
 
 
 class Loader:
-    """The load port: words, with clocks of silence between them, at any moment.
+    """The load port: words at any time, with idle clocks between them.
 
-    What was written outlives resets and streams. `commits` are (clock, grid) of those that took
+    Written words outlive resets and streams. `commits` are (clock, grid) of the loads that took
     effect.
     """
 
@@ -37,17 +37,16 @@ class Loader:
         self.grids: dict[tuple[int, ...], Grid] = {}
         self.commits: list[tuple[int, Grid]] = []
         self.incomplete = 0
-        # Clocks at which beats were taken.
+        # Clocks at which words were taken.
         self.taken: list[int] = []
         self.silence = 0
         bench.set(load_write=0, load_kind=0, load_address=0, load_data=0)
 
     def restart(self) -> None:
-        """A reset changes nothing; beats are counted anew."""
+        """A reset changes nothing, but beats are counted from 0."""
         self.taken = []
 
     def step(self, clock: int) -> None:
-        """A clock."""
         self.taken += [clock] * (self.source.taken - len(self.taken))
         if self.shown:
             self._took(self.shown, clock)
@@ -82,7 +81,6 @@ class Loader:
 
     @property
     def idle(self) -> bool:
-        """Whether all words were taken."""
         return not (self.queue or self.shown or self.silence)
 
 
@@ -99,20 +97,19 @@ class SensorHunt:
         self.frames = Frames()
         self.begins: list[int] = []
         self.shapes: list[tuple[int, int]] = []
-        # Clocks at which frames were all out.
+        # Clocks at which frames had come out.
         self.ends: list[int] = []
         self.sent = 0
-        # Number of the first frame that is refused for its size or its grid.
+        # Number of the first frame that is refused because of its size or grid.
         self.refused_from = 1 << 30
         self.rasters: dict[tuple[int, int, int], tuple[int, int, list[Beat]]] = {}
         self.red = rng.randrange(4)
-        # Words of the load on its way, after the last commit.
+        # Words of the current load, after the last commit.
         self.partial = bool(self.loader.written)
 
     # Grids.
 
     def load(self, grid: Grid, kind: str = "whole") -> None:
-        """Queue a load."""
         rng, loader = self.rng, self.loader
         every = loader.words(grid)
         if rng.random() < 0.3:
@@ -136,7 +133,7 @@ class SensorHunt:
                 loader.queue.append(rng.randint(0, longest))
 
     def some_loads(self) -> None:
-        """Queue loads for the frames of this segment, to be taken at any moment."""
+        """Queue loads for the frames of this segment, to be taken at any time."""
         rng = self.rng
         tables = self.g["MOVES"] or self.g["GAINS"]
         for _ in range(rng.choice([0, 0, 1, 2, 4])):
@@ -144,7 +141,7 @@ class SensorHunt:
             if grid is None:
                 return
             self.loader.queue.append(rng.choice([0, 10, rng.randint(0, 600)]))
-            # Tables are there once: only a load that stops before it changes nothing.
+            # Tables are not double buffered: an aborted load must stop before it writes them.
             kinds = ["broken off"]
             if not tables:
                 kinds += ["whole", "whole", "twice", "second commit"]
@@ -154,7 +151,7 @@ class SensorHunt:
     # Frames.
 
     def send(self, items: list[Beat | int]) -> None:
-        """Queue beats, and what they stand for."""
+        """Queue beats, and note their meaning."""
         self.source.send(items)
         for item in items:
             if isinstance(item, Beat):
@@ -166,7 +163,6 @@ class SensorHunt:
                 self.sent += 1
 
     def beats(self) -> list[Beat]:
-        """Beats of a drawn frame."""
         channels = 1 if self.mosaic else self.g["CHANNELS"]
         bits = self.g["PIXEL_BITS"]
         return frame_beats(
@@ -189,10 +185,10 @@ class SensorHunt:
                 items.insert(rng.randrange(len(items) + 1), rng.randint(1, 4 * self.columns + 20))
             yield items
 
-    # What has to come out.
+    # Expected output.
 
     def candidates(self, number: int) -> list[int]:
-        """Numbers of the commits that a frame may have: there is a FIFO in front of it."""
+        """Commits that may apply to a frame: there is a FIFO in front."""
         begin, commits = self.begins[number], self.loader.commits
         taken = self.loader.taken
         at = taken[begin] if begin < len(taken) else self.bench.clock
@@ -203,7 +199,7 @@ class SensorHunt:
         return [n for n in range(len(commits)) if n == sure or at < commits[n][0] <= until]
 
     def expected(self, number: int, commit: int) -> tuple[int, int, list[Beat]]:
-        """Lines that come out of a frame at least, beats of a line, beats that come at most."""
+        """Least lines of a frame's output, beats of a line, and most beats."""
         lines, (rows, columns) = self.frames.frames[number], self.shapes[number]
         key = (number, commit, len(lines))
         if key not in self.rasters:
@@ -225,7 +221,7 @@ class SensorHunt:
         return self.rasters[key]
 
     def outcome(self, number: int = 0, at: int = 0, floor: int = 0) -> str:
-        """Empty: all that has to come out did; MORE: not yet all; or what is wrong."""
+        """Empty: all expected output has come; MORE: not yet; otherwise what is wrong."""
         got = self.sink.received
         frames = self.frames
         final = len(frames.frames) - frames.is_open
@@ -249,7 +245,7 @@ class SensorHunt:
                 continue
             wrong = difference(part, want[: len(part)], width)
             if not wrong and end == len(got) and self.mosaic and frames.is_open:
-                # The mosaic holds lines back until the open frame goes on.
+                # The mosaic holds lines back until the open frame continues.
                 results.append("")
                 continue
             if not wrong and (len(part) < least * width or len(part) % width):
@@ -265,7 +261,6 @@ class SensorHunt:
         return results[0] if results else f"frame {number} has no calibration"
 
     async def come_out(self) -> None:
-        """Wait for all final frames."""
         limit = 40 * (self.columns + 20) * (self.rows + 20)
         await self.bench.until(lambda: self.source.idle, 5 * limit, "the source is refused")
         seen, quiet = -1, 0
@@ -282,7 +277,7 @@ class SensorHunt:
         raise FaultError(f"{seen} beats came and no more; {len(self.frames.frames)} frames")
 
     async def quiet(self) -> None:
-        """Nothing more comes; flags tell the faults of the stream and of the calibrations."""
+        """Check that nothing more comes; flags report faults of stream and calibrations."""
         bench, rng, frames = self.bench, self.rng, self.frames
         await bench.until(lambda: self.loader.idle, 10**5, "the load")
         await bench.clocks(rng.choice([150, 400]))
@@ -293,7 +288,7 @@ class SensorHunt:
         if max(refused, default=0) == self.rows or self.loader.incomplete:
             frames.flags |= GRID_FLAG
         elif refused:
-            # Cut short, perhaps in front of the first line that cannot be.
+            # Cut short, perhaps before the first impossible line.
             frames.loose |= GRID_FLAG
         want = frames.flags
         flags = bench.number("error_flags")
@@ -329,7 +324,6 @@ class SensorHunt:
         return grid
 
     async def run(self) -> None:
-        """One stream."""
         bench, rng, loader = self.bench, self.rng, self.loader
         bench.set(error_clear=0)
         if "MOSAIC" in self.g:
@@ -389,7 +383,7 @@ class SensorHunt:
         self.refused_from = len(self.frames.frames)
 
     async def tear(self) -> None:
-        """End anywhere: the next stream begins with a reset."""
+        """Stop at any point: the next stream begins with a reset."""
         self.bench.counts["reset inside"] += 1
         for items in self.segment():
             self.send(items)
@@ -399,5 +393,5 @@ class SensorHunt:
             raise FaultError(result)
 
     def outcome_so_far(self) -> str:
-        """As `outcome`, of frames that were not all sent yet."""
+        """As `outcome`, for frames that are not completely sent yet."""
         return self.outcome() if self.source.idle else ""

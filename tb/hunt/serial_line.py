@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A serial line in hunts: what is sent to `line_in`, characters that come from `line_out`."""
+"""A serial line for hunts: levels for `line_in`, characters from `line_out`."""
 
 from collections import deque
 from typing import Any
@@ -9,34 +9,32 @@ from hunt.streams import FaultError
 
 
 class SerialLine:
-    """Both ends of a line of so many clocks a bit."""
+    """Both ends of a line with a number of clocks per bit."""
 
     def __init__(self, bench: Any) -> None:
         self.bench, self.bit = bench, bench.design["generics"]["BIT_CLOCKS"]
         self.restart()
 
     def restart(self) -> None:
-        """The line rests; what came is forgotten."""
-        # Levels, and for how many clocks.
+        """Idle line; received characters are dropped."""
+        # Levels and their clocks.
         self.todo: deque[tuple[int, int]] = deque()
         self.left = 0
         self.text = b""
-        # Levels of the character that is coming.
+        # Levels of the character being received.
         self.seen: list[int] = []
         self.bench.set(line_in=1)
 
     @property
     def sent(self) -> bool:
-        """Whether all was sent."""
         return not self.todo and not self.left
 
     def hold(self, level: int, clocks: int) -> None:
-        """Queue a level."""
         if clocks:
             self.todo.append((level, clocks))
 
     def send(self, byte: int, *, factor: float = 1.0, stop: int = 1) -> None:
-        """Queue a character, slower than it should be by a factor."""
+        """Queue a character, slower by a factor."""
         passed = 0
         for number, level in enumerate(levels(byte, stop=stop), 1):
             end = round(number * self.bit * factor)
@@ -44,7 +42,6 @@ class SerialLine:
             passed = end
 
     def step(self, clock: int) -> None:
-        """A clock."""
         if self.left:
             self.left -= 1
         if not self.left and self.todo:

@@ -32,7 +32,7 @@ Change = Callable[[list[Path], Path], list[Path]]
 
 @dataclass
 class Result:
-    """What a design did: its cases that ran, how often each kind of thing, and its fault."""
+    """Result of a design: number of cases, counts of each kind, and its fault."""
 
     name: str
     streams: int = 0
@@ -80,7 +80,7 @@ def started_sources() -> set[Path]:
 def run_design(
     entity: str, number: int, *, streams: int = STREAMS, change: Change | None = None
 ) -> Result:
-    """Run the design and the streams that a number stands for.
+    """Run the design and the streams of a number.
 
     `change` copies the sources into a folder, changed.
     """
@@ -103,8 +103,8 @@ def run_design(
         "verdicts": str(verdicts),
     }
     (scratch / "order.json").write_text(json.dumps(order, indent=1))
-    # Numbers that start at odds with each other may leave their ranges before the reset, which
-    # ends a simulation and means nothing: then fewer are drawn.
+    # Contradicting start values may leave ranges before the reset, which ends a simulation but is
+    # no fault: then fewer values are drawn.
     shares = [1, 0.5, 0.25, 0.1, 0] if rng.random() < 0.5 else [0]
     for share in shares:
         used = sources
@@ -136,7 +136,7 @@ def _simulate(
     order: dict[str, Any],
     scratch: Path,
 ) -> str:
-    """Analyse and run; what the tools said."""
+    """Analyse and run; result: output of the tools."""
     name = simulator_name()
     case = scratch / f"{TOP}.vhd"
     case.write_text(wrapper([(top, generics)], sources))

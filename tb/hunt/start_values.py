@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sources whose registers and memories start with drawn values instead of the declared ones.
+"""Sources whose registers and memories start with random values instead of the declared ones.
 
-VHDL has no option for that, so the declarations are rewritten: `signal x : t := v;` gets a value of
-its type. Constants, and what has no declared value (undefined in simulation), stay.
+Simulators have no option for that, so declarations are rewritten: `signal x : t := v;` gets a value
+of its type. Constants and signals without a declared value (undefined in simulation) stay.
 """
 
 import random
@@ -16,14 +16,14 @@ _TYPE = re.compile(r"^ *(?:sub)?type +(\w+) +is +(.*?);(?= *(?:--.*)?$)", re.M |
 _RECORD = re.compile(r"^ *type +(\w+) +is +record(.*?)end record", re.M | re.S)
 _VECTOR = re.compile(r"(std_logic_vector|std_ulogic_vector|unsigned|signed)\s*\((.*)\)", re.S)
 _NUMBER = re.compile(r"(natural|integer|positive)\s+range\s+(.*?)\s+to\s+(.*)", re.S)
-# An address from before the reset may lie beyond a memory or a table, which only simulation minds.
+# A random address may lie beyond a memory or a table, which is an error only in simulation.
 _ADDRESSES = (
     (r"\bmemory\(to_integer\((\w+)\)\)", r"memory(to_integer(\1) mod memory'length)"),
     (
         r"ADDRESS_OF\(BASE_OF\(phase\) \+ place / BANKS\)",
         "ADDRESS_OF((BASE_OF(phase) + place / BANKS) mod ADDRESS_OF'length)",
     ),
-    # So may a partial sum in a memory beyond the largest one.
+    # So is a random partial sum above the largest one.
     (r"sums\(w\) := (to_integer\(.*\));", r"sums(w) := \1 mod (partial_sum_t'high + 1);"),
 )
 
@@ -45,7 +45,7 @@ def _split_array(meaning: str) -> str:
 
 
 class _Drawer:
-    """Draws expressions for the types that a source sees."""
+    """Draws expressions for the types visible in a source."""
 
     def __init__(self, types: dict[str, str], rng: random.Random) -> None:
         self.types, self.rng = types, rng
@@ -109,7 +109,7 @@ def with_start_values(
     share: float = 1,
     keep: Iterable[str] = (),
 ) -> list[Path]:
-    """Copies of sources (in order), a share of the start values drawn; files in `keep` stay."""
+    """Copies of sources (in order) with a share of random start values; files in `keep` stay."""
     texts = {source: source.read_text() for source in sources}
     shared: dict[str, str] = {}
     for source, text in texts.items():
@@ -122,7 +122,7 @@ def with_start_values(
 
         def drawn(found: re.Match[str], drawer: _Drawer = drawer) -> str:
             value = drawer.value(found[2]) if rng.random() < share else ""
-            # Lines keep their numbers: coverage counts them.
+            # Line numbers stay the same, for coverage.
             rest = "\n" * found[3].count("\n")
             return f"{found[1]}{found[2]}:= {value};{rest}" if value else found[0]
 

@@ -13,7 +13,7 @@ FAULTS = [
     ("stream_to_parallel.vhd", "elsif word_out(WIDTH) = '1' and rows_left /= ROWS then",
      "elsif false then"),
 ]  # fmt: skip
-# No pattern of stalls makes a line of a hunt take as long.
+# Longer than any line of a hunt with stalls.
 LONGEST_LINE = 1500
 
 
@@ -29,7 +29,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Screen:
-    """Takes parallel video: pixels in frames only, lines GAP clocks apart at least."""
+    """Receives parallel video; checks that lines are in frames, at least GAP clocks apart."""
 
     def __init__(self, dut: Any, gap: int) -> None:
         self.ports = (dut.frame_valid, dut.line_valid, dut.data)
@@ -113,9 +113,9 @@ async def stream(bench: Any, rng: random.Random) -> None:
 
 
 async def _silence(bench: Any, source: Source, g: dict[str, Any]) -> None:
-    """All is sent; then silence until a frame must have ended."""
+    """Wait until all is sent, then until an open frame must have ended."""
     await bench.until(lambda: source.idle, 400 * len(source.queue) + 9000, "the stream is refused")
-    # What waits inside may be lines of one pixel.
+    # Pixels still inside may be lines of one pixel.
     await bench.clocks(g["STALL"] + 4 * g["MAX_COLUMNS"] * (g["GAP"] + 3) + 40)
     if bench.number("frame_valid"):
         raise FaultError("frame_valid in silence")

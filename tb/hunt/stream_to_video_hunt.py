@@ -22,16 +22,16 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Screen:
-    """The input's raster, a stream, and what must be on the screen.
+    """The input's raster, a stream, and the expected screen.
 
-    A frame of the stream is shown from its first pixel on, which waits for its place, as far as its
-    pixels are there in time; the rest of the place is black. Pixels of other frames are dropped.
+    A frame of the stream waits for its position on the screen, and is shown as long as its pixels
+    come in time; the rest of its area is black. Pixels of other frames are dropped.
     """
 
     def __init__(self, dut: Any, design: dict[str, Any]) -> None:
         self.dut = dut
         self.pixels, self.window = design["DELAY_PIXELS"], bool(design["WINDOW"])
-        # From the clock of a start to the first pixel of the frame at the ports.
+        # Clocks from a start to the first pixel of the frame at the ports.
         self.late = 4 + self.window
         self.mode: Mode = Mode((4, 1, 1, 1), (3, 1, 1, 1))
         self.rng = random.Random(0)
@@ -45,14 +45,14 @@ class Screen:
         self.position = 0
         self.lines = 0
         self.size = (0, 0)
-        # Clock at which a frame of the raster is at the ports, and its mode.
+        # Clock at which a frame of the raster begins at the ports, and its mode.
         self.begin = -1
         self.coming: list[tuple[int, Mode, tuple[int, int], int]] = []
         self.shown: Mode | None = None
         self.shown_size = (0, 0)
-        # What is shown is the frame of the stream; the beat of the next clock.
+        # Whether a frame of the stream is being shown; the beat of the next clock.
         self.in_step = False
-        # A size of the picture counts from the first frame of its segment on.
+        # The size of the picture applies from the first frame of its segment on.
         self.blind = True
         self.segment = 0
         self.clocks = 0
@@ -83,8 +83,8 @@ class Screen:
             self.blind = self.blind and segment != self.segment
         place = clock - self.begin
         want = (0, 0, 0) if self.shown is None else self.shown.at(place)
-        # After a reset the syncs are those of the clock before; the levels of a new mode come a
-        # clock ahead of its first pixel.
+        # After a reset the syncs keep their levels for a clock; the levels of a new mode come one
+        # clock before its first pixel.
         ahead = any(begin == clock + 1 for begin, *_ in self.coming)
         syncs = (h_sync, v_sync) if self.clocks and not ahead else want[1:]
         self.clocks += 1
@@ -92,7 +92,7 @@ class Screen:
             raise FaultError(f"active, syncs, running {(active, *syncs, running)}, want {want}")
         if not self.blind:
             self._picture(pixel, place)
-        # What goes in the picture now is at the ports in the next clock.
+        # A beat taken now is at the ports in the next clock.
         beat = self.offered if self.offered is not None and ready else None
         self.taken = beat
         if beat is not None:
@@ -115,7 +115,7 @@ class Screen:
         return not self.window or (columns <= self.shown.h[0] and 1 <= rows <= self.shown.v[0])
 
     def _picture(self, pixel: int, place: int) -> None:
-        """The pixel at the ports is the beat that was taken at its place, or black."""
+        """Check that the pixel at the ports is the beat for its position, or black."""
         number = -1 if self.shown is None else self._inside(place)
         beat = self.taken
         if number < 0:
@@ -149,7 +149,7 @@ class Screen:
             self.dut.s_axis_tdata.value, self.dut.s_axis_tuser.value = beat.data, int(beat.start)
 
     def _raster(self, clock: int) -> None:
-        """The position that video_to_stream tells."""
+        """The position signals of video_to_stream."""
         self.dut.following_running.value = int(self.following)
         if not self.following:
             self.position = 0
@@ -212,7 +212,7 @@ class Hunt:
                 bench.counts[f"damage: {name}"] += 1
             screen.queue += beats
             await bench.clocks(mode.total if rng.random() < 0.8 else rng.randint(1, 2 * mode.total))
-        # Whole frames in time are shown whole in the end: each start waits for a frame of its own.
+        # At the end whole frames in time are shown whole, as each start waits for its own frame.
         screen.stalls = iter(())
         left = sum(beat.start for beat in screen.queue) + 2
         for _ in range(4):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""AXI4-Stream in hunts: sources, sinks that watch the rules, stalls, damage.
+"""AXI4-Stream for hunts: sources, sinks that check the rules, stalls, damage.
 
 Ports are stepped once after each rising edge, by the one coroutine of a hunt (`hunt.bench`).
 """
@@ -22,11 +22,11 @@ class Beat:
 
 
 class FaultError(AssertionError):
-    """What an entity did wrong."""
+    """A fault of the entity under test."""
 
 
 def stalls(rng: random.Random) -> Iterator[bool]:
-    """Draw a pattern: True for each clock in which a side stalls."""
+    """Draw a pattern of stalls: True for each stalled clock."""
     kind = rng.choice(["none", "none", "some", "many", "bursts", "rare"])
     if kind == "bursts":
         longest = rng.choice([3, 25, 150])
@@ -40,9 +40,9 @@ def stalls(rng: random.Random) -> Iterator[bool]:
 
 
 class Source:
-    """Offers beats; each stays on offer until it is taken.
+    """Offers beats; each stays until it is taken.
 
-    Between beats, numbers may be sent: clocks of silence.
+    Numbers between beats are idle clocks.
     """
 
     def __init__(self, dut: Any, name: str) -> None:
@@ -55,7 +55,7 @@ class Source:
         self.restart()
 
     def restart(self) -> None:
-        """Offer nothing, and forget what was to be sent."""
+        """Offer nothing, and drop queued beats."""
         self.queue: deque[Beat | int] = deque()
         self.offered: Beat | None = None
         self.silence = 0
@@ -65,16 +65,16 @@ class Source:
         self._show(tvalid=0, tdata=0, tuser=0, tlast=0)
 
     def send(self, items: Iterable[Beat | int]) -> None:
-        """Queue beats and silences."""
+        """Queue beats and idle clocks."""
         self.queue.extend(items)
 
     @property
     def idle(self) -> bool:
-        """Whether all that was sent was taken."""
+        """Whether all queued beats were taken."""
         return self.offered is None and not self.queue and not self.silence
 
     def _show(self, **values: int) -> None:
-        # A write costs more than a clock of the simulator.
+        # Only on changes: a write costs more than a clock of the simulator.
         for name, value in values.items():
             signal = self.signals[name]
             if signal is not None and self.shown.get(name) != value:
@@ -82,7 +82,6 @@ class Source:
                 self.shown[name] = value
 
     def step(self, clock: int) -> None:
-        """A clock."""
         ready = str(self.ready.value) if self.ready is not None else "1"
         if ready not in ("0", "1"):
             raise FaultError(f"{self.name}_tready is {ready}")
@@ -106,9 +105,9 @@ class Source:
 
 
 class Sink:
-    """Takes beats, and watches: what is on offer is defined, and stays until it is taken.
+    """Takes beats, and checks that an offered beat is defined and stays until it is taken.
 
-    A shy sink is ready only when it has seen an offer.
+    A shy sink is ready only after an offer.
     """
 
     def __init__(self, dut: Any, name: str) -> None:
@@ -123,7 +122,7 @@ class Sink:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what came, and what was on offer."""
+        """Drop received and offered beats."""
         self.received: list[Beat] = []
         self.starts: list[int] = []
         self.refused: Beat | None = None
@@ -135,7 +134,6 @@ class Sink:
         self.shown = ready
 
     def step(self, clock: int) -> None:
-        """A clock."""
         valid = str(self.valid.value)
         if valid == "0":
             if self.refused is not None:
@@ -156,7 +154,7 @@ class Sink:
                 if offer.start:
                     self.starts.append(clock)
         if self.shy:
-            # Ready in the clock after an offer that was refused.
+            # Ready in the clock after an offer was not accepted.
             self._show(int(self.refused is not None))
         else:
             self._show(int(not next(self.stalls, False)))
@@ -172,7 +170,7 @@ def frame_beats(words: Sequence[Sequence[int]]) -> list[Beat]:
 
 
 def difference(got: Sequence[Beat], want: Sequence[Beat], tokens: int) -> str:
-    """The first difference of two streams of lines of `tokens` beats; empty if there is none."""
+    """First difference of two streams with lines of `tokens` beats; empty if there is none."""
     for n, (one, other) in enumerate(zip(got, want, strict=False)):
         if one != other:
             return f"beat {n} (line {n // tokens}, {n % tokens}): got {one}, want {other}"
@@ -252,6 +250,6 @@ DAMAGE: dict[str, Callable[[list[Beat], int, int, random.Random], list[Beat]]] =
 
 
 def damage(beats: list[Beat], tokens: int, rng: random.Random) -> tuple[str, list[Beat]]:
-    """Break a frame in one of the ways of `DAMAGE`; its name, and what is left of the frame."""
+    """Damage a frame in one of the ways of `DAMAGE`; result: its name and the frame."""
     name = rng.choice(list(DAMAGE))
     return name, DAMAGE[name](beats, rng.randrange(len(beats)), tokens, rng)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A short draw of the hunt; and that it notices faults."""
+"""A short hunt, and the detection of planted faults."""
 
 import ast
 import os
@@ -21,11 +21,11 @@ from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
 HERE = Path(__file__).parent
-# Streams of a design in the short draw, and designs of entities that no other bench drives so.
+# Streams of a design in the short hunt; number of designs of entities without another such bench.
 STREAMS = 3
 DESIGNS = {"colour_mosaic": 4, "i2c_rom_slave": 2, "load_port": 3}
 FAULTS = [
-    # A fault may name the first design to try.
+    # A fault may give the number of the first design to try.
     (entity, *(*fault, 0)[:4])
     for entity in entities()
     for fault in import_module(f"hunt.{entity}_hunt").FAULTS
@@ -40,7 +40,7 @@ def simulator():
 
 @pytest.mark.parametrize("entity", entities())
 def test_short_draw(entity: str) -> None:
-    # `make hunt` draws; the same short run each time tells whose change it was that broke it.
+    # Fixed seeds here, so that a failure is due to the change; `make hunt` draws new ones.
     seed = int(os.environ.get("SEED") or 1)
     rng = random.Random(f"{seed} {entity}")
     print(f"SEED={seed}")
@@ -55,7 +55,7 @@ def test_short_draw(entity: str) -> None:
 def test_planted_fault_is_found(
     monkeypatch: pytest.MonkeyPatch, entity: str, file: str, old: str, new: str, first: int
 ) -> None:
-    # What changed VHDL reaches is of no account.
+    # Errors by changed VHDL elsewhere do not count.
     monkeypatch.delenv("NVC_COVERAGE", raising=False)
     for number in range(first, first + 30):
         result = run_design(
@@ -86,7 +86,7 @@ def test_the_command_names_the_case_that_failed(
 
 
 def test_references_import_numpy_alone() -> None:
-    """Nothing of plenofir, so that nobody's misreading is on both sides."""
+    """They import nothing of plenofir, so that a misunderstanding is not on both sides."""
     for source in (HERE / "references").glob("*.py"):
         for node in ast.walk(ast.parse(source.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
@@ -98,7 +98,7 @@ def test_references_import_numpy_alone() -> None:
 
 
 def test_start_values_reach_nearly_all_registers(tmp_path: Path) -> None:
-    """Of all declared start values, but those of types of no known size."""
+    """Nearly all declared start values can be drawn, except those of types of unknown size."""
     sources = hdl.hdl_sources()
     copies = with_start_values(sources, tmp_path, random.Random(1))[1:]
     declared = changed = 0
@@ -109,5 +109,5 @@ def test_start_values_reach_nearly_all_registers(tmp_path: Path) -> None:
         declared += len(before)
         changed += sum("start_values" in a or a != b for a, b in zip(before, after, strict=True))
     assert declared > 500
-    # Single bits keep their value half of the time.
+    # A random bit equals the declared one half of the time.
     assert changed > 0.6 * declared

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hunt of `text_overlay`: pictures smaller than it, at all edges, any font and number of slices."""
+"""Hunt of `text_overlay`: pictures smaller than the text, any font and number of slices."""
 
 import random
 from typing import Any
@@ -13,7 +13,7 @@ FAULTS = [
     ("text_overlay.vhd", "(OVERLAY_ROWS + MARGIN)", "(OVERLAY_ROWS + MARGIN + 1)"),
     ("overlay_pkg.vhd", "return MOST;", "return slices * label_columns;"),
 ]  # fmt: skip
-# Steps from a pixel that is written to the same one read: five clocks, and the one to write.
+# Steps from writing a pixel to reading it: a latency of five clocks, and one for the write.
 LATENCY = 6
 LETTERS = "".join(chr(code) for code in range(32, 127) if chr(code) not in '"%')
 
@@ -96,7 +96,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     for number in range(rng.choice([2, 3])):
         sent = frames(mode, 1, rng)
         following = settings(rng, g["SLICES"])
-        # What the next frame shows is told in the blanking, ahead of vertical sync.
+        # Settings of the next frame are made in the blanking before vertical sync.
         last = rows * mode.line + 1
         screen.queue += sent[:last]
         screen.got.clear()
@@ -118,7 +118,7 @@ def compare(got: list[list[str]], sent: list[tuple[int, int, int, int]], g: dict
     for clock, (one, other) in enumerate(zip(got, sent, strict=False)):
         want = (*other[:3], wanted(g, mode, other, clock, now))
         texts = [*map(str, want[:3]), f"{want[3]:024b}"]
-        # Below the text the blanking may be anything.
+        # In the blanking any pixel may come where the text is.
         if one[:3] != texts[:3] or (other[0] and one[3] != texts[3]):
             y, x = divmod(clock, mode.line)
             raise FaultError(f"line {y}, {x}: got {one}, want {texts}; {now}")

@@ -21,7 +21,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 class Cable:
-    """Three channels of bits, each late by some of its own; what comes out."""
+    """Three channels of bits with different delays, and their output."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -31,7 +31,7 @@ class Cable:
         self.restart()
 
     def restart(self) -> None:
-        # Bits under way in each channel, the first one lowest, and how many.
+        # Bits under way in each channel, the first one lowest, and their number.
         self.bits = [0, 0, 0]
         self.counts = [0, 0, 0]
         self.queue: list[int] = []
@@ -42,7 +42,7 @@ class Cable:
         self.counts[channel] += count
 
     def play(self, row: tuple[int, int, int]) -> None:
-        """Words of a clock go in at the far end, ten bits of each channel come out here."""
+        """Feed one word per channel, take ten bits of each."""
         packed = 0
         for c, word in enumerate(row):
             self.put(c, word, 10)
@@ -77,7 +77,7 @@ class Hunt:
         await self.bench.clocks(len(rows))
 
     async def check(self, kind: str) -> None:
-        """Two frames to settle; then all is as it was sent, but for words that are hit."""
+        """After two frames the output equals the input, except for damaged words."""
         sent = frames(self.mode, 5, self.rng)
         rows = words(sent)
         begin = 2 * self.mode.total
@@ -114,14 +114,14 @@ class Hunt:
         begin: int,
         late: int,
     ) -> list[int]:
-        """Clocks of what was sent that are not what came so much later."""
+        """Clocks in which the output differs from the delayed input."""
         wrong = []
-        # A wrong tenth bit makes another token, which counts up to the next one.
+        # A wrong tenth bit makes another token, which holds until the next one.
         token_hit = False
         for n in range(begin, len(sent) - late):
             *signal, errors, locked = got[n + late]
             if n in hits:
-                # The byte of one channel, at most.
+                # At most the byte of one channel.
                 signal[3] |= 0xFF0000 >> 8 * hits[n]
                 errors &= ~(1 << hits[n])
             want = list(sent[n])
@@ -147,7 +147,7 @@ class Hunt:
                     cable.counts[c] -= count
                 elif cable.counts[c] < 60:
                     cable.put(c, rng.getrandbits(9), rng.randint(1, 9))
-                # A bit too much would stand on the ones after it.
+                # An extra bit shifts all bits after it.
                 cable.bits[c] &= (1 << cable.counts[c]) - 1
         elif kind == "pulled out":
             level = rng.choice([0, 0x3FF])

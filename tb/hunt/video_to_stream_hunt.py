@@ -13,11 +13,11 @@ FAULTS = [
     ("video_to_stream.vhd", "rows_now <= divided - over;", "rows_now <= divided;"),
     ("video_to_stream.vhd", "if video_1.active = '1' then", "if true then"),
 ]  # fmt: skip
-# Counts of misses that no run comes to break the simulation before the reset.
+# Random start values of these counters could overflow in simulation before the reset.
 KEEP = ("video_to_stream.vhd",)
-# Steps from a pixel that is written to the one that is read: three clocks, and the one to write.
+# Steps from writing a pixel to reading it: a latency of three clocks, and one for the write.
 LATENCY = 4
-# Frames of a regular signal until it is followed, whatever was before.
+# Frames of a regular signal until it is followed, whatever came before.
 TO_FOLLOW = 6
 
 
@@ -35,7 +35,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
 
 
 def fits(mode: Mode, g: dict[str, Any]) -> bool:
-    """Whether a mode is one that is followed."""
+    """Whether a mode can be followed."""
     only = (g.get("ONLY_COLUMNS", 0), g.get("ONLY_ROWS", 0))
     return (
         mode.h[0] <= g["MAX_COLUMNS"]
@@ -47,7 +47,7 @@ def fits(mode: Mode, g: dict[str, Any]) -> bool:
 
 
 class Video:
-    """Video in; what comes out is a raster of whole lines, whatever goes in."""
+    """Video in; the output is a raster of whole lines for any input."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -66,7 +66,7 @@ class Video:
         self.queue: list[tuple[int, int, int, int]] = []
         self.sent: list[tuple[int, int, int, int]] = []
         self.ready = 1
-        # Place in the frame that comes out, its size, clocks since its first pixel.
+        # Position in the output frame, its size, clocks since its first pixel.
         self.clocks = -1
         self.size = (0, 0, 0, 0)
         self.starts: list[int] = []
@@ -81,7 +81,7 @@ class Video:
         was, self.following = self.following, following
         if overflow != (valid and not self.ready):
             raise FaultError(f"overflow {overflow}, tvalid {valid}, tready {self.ready}")
-        # The raster ends a clock after what is followed.
+        # The raster ends a clock after the followed signal.
         if following or not (was or valid):
             self._place(valid, first, last)
         elif valid and not was:
@@ -101,7 +101,7 @@ class Video:
             getattr(self.dut, name).value = value
 
     def _place(self, valid: int, first: int, last: int) -> None:
-        """Frames follow one another without a clock between them, lines are whole."""
+        """Check that lines are whole, and frames follow each other without a clock in between."""
         if self.clocks >= 0:
             self.clocks += 1
         if valid and first:
@@ -140,7 +140,7 @@ class Hunt:
         self.another()
 
     def another(self) -> None:
-        """Mostly a mode that just fits, or just does not."""
+        """Mostly a mode that just fits or just does not."""
         g, rng = self.g, self.rng
         most = g["MAX_COLUMNS"]
         only = g.get("ONLY_COLUMNS", 0)
@@ -157,7 +157,7 @@ class Hunt:
         await self.bench.clocks(len(self.video.queue))
 
     async def check(self, kind: str) -> None:
-        """Regular frames are followed in the end, or told not to be."""
+        """Check that regular frames are followed in the end, or reported as unsupported."""
         mode, video = self.mode, self.video
         await self.play(frames(mode, TO_FOLLOW, self.rng))
         begin = len(video.sent)

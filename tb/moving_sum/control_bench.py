@@ -16,7 +16,7 @@ CLOCKS = 700
 
 
 def lines(rng: random.Random) -> list[dict[str, int]]:
-    """Lines of any length, with pauses, as near to each other as they may be."""
+    """Lines of any length, with pauses, at the least permitted distance."""
     inputs: list[dict[str, int]] = []
     while len(inputs) < CLOCKS:
         length = rng.randint(1, 2 * CASE["delay"] + 2)

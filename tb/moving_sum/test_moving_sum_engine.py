@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The raster core with moving sums, against the bit-true model, as that with taps."""
+"""The raster core with moving sums, against the bit-true model."""
 
 import itertools
 import random
@@ -69,7 +69,7 @@ def test_every_slice_of_larger_micro_images(m: int, stored: bool) -> None:
     run_cases([slice_case(m, shift, stored=stored) for shift in SHIFTS])
 
 
-# Cases share simulations, which start faster than they run.
+# Cases share simulations, whose start-up takes most of the time.
 SETS: list[dict] = [
     {"micro_image_size": 5, "shifts": (-5, -3, 0, 4, 5), "channels": 3, "any_rows": True},
     {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
@@ -169,7 +169,7 @@ def draw(rng: random.Random) -> dict[str, object]:
 
 
 def frame_values(options: dict[str, object]) -> int:
-    """Values of a frame, which a thorough simulation takes time for: a second for about 60."""
+    """Number of values of a frame; a simulation takes a second for about 60."""
     core = CoreConfiguration.model_validate(engine_case(thorough=True, **options).case["core"])
     rows = core.frame_lines(1) + core.micro_image_size
     return core.max_columns * rows * core.channels

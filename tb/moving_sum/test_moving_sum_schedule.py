@@ -44,7 +44,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Simulator, Path]:
 
 
 def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[str, int]]:
-    """Yield what the bench writes, of SumLayout and CoreConfiguration."""
+    """Yield the lines that the bench should write, from SumLayout and CoreConfiguration."""
     layout = SumLayout(m, shifts, align)
 
     def core(*, any_rows: bool = False, **options: object) -> CoreConfiguration:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Netlists of boards in Verilator: Yosys' models of the fabric, ours of the hard blocks."""
+"""Netlists of boards in Verilator: Yosys's models of the fabric, own models of the hard blocks."""
 
 import shlex
 import subprocess
@@ -23,7 +23,7 @@ def run(command: list[str], folder: Path) -> str:
 
 
 def netlist_verilog(netlist: Path) -> Path:
-    """Verilog of a netlist that is for nextpnr."""
+    """Verilog of a netlist for nextpnr."""
     run_yosys(
         [
             f"read_json {netlist.name}",
@@ -41,7 +41,7 @@ def run_netlist(
     """Run a bench of this folder with a netlist; the words of its output.hex."""
     folder = netlist.parent
     simulator = find_simulator("verilator")
-    # It runs for seconds; to optimise takes minutes. For the others see `build_bench`.
+    # It runs for seconds, optimisation would take minutes. For other options see `build_bench`.
     fast = " ".join(f"OPT_{kind}=-O0" for kind in ("FAST", "SLOW", "GLOBAL"))
     make = f"CFG_CXXFLAGS_PCH_I=-include PYTHON3={shlex.quote(sys.executable)} {fast}"
     run(

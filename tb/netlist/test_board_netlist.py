@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The netlist that nextpnr places of the ULX3S, from serial bits to serial bits.
+"""The ULX3S's netlist for nextpnr, from serial bits to serial bits.
 
 Fabric: Yosys' models of the ECP5's cells; hard blocks: ``ecp5_blocks.v``.
 """
@@ -25,13 +25,13 @@ BOARD = BOARDS["ulx3s"]
 SCENE = "ulx3s-480p"
 # 640x480p60's pixel clock; its frames would take minutes.
 PERIOD_PS = 39_720
-# Blanking until the resets are over (1 ms of the control, 1 ms of the PLL), the clock was measured
-# (160 us, some times) and delays are found; frames, of which three are measured.
+# Blanking until resets are over (1 ms of the control, 1 ms of the PLL), the clock is measured
+# (160 us, several times) and delays are found; then frames, of which three are measured.
 SETTLE_WORDS, FRAMES = 100_000, 9
 
 
 def simulate(netlist: Path, words: np.ndarray) -> np.ndarray:
-    """Send words through a netlist; what comes out at its pins."""
+    """Send words through a netlist; result: the output at its pins."""
     (netlist.parent / "input.hex").write_text("".join(f"{word:08x}\n" for word in words))
     cells = cell_declarations("ecp5u")[0].parent
     models = [FOLDER / "ecp5_blocks.v", *(cells / f"{n}_sim.vh" for n in ("common", "ccu2c"))]
@@ -51,7 +51,7 @@ def test_netlist_of_a_scene(tmp_path: Path) -> None:
 
 
 def check_netlist(netlist: Path, plan: Plan) -> None:
-    """Small frames of random pixels: what comes out is the golden model's."""
+    """Small frames of random pixels: the output equals the golden model's."""
     seed = int(np.random.default_rng().integers(1 << 30))
     print("seed:", seed)
     shape = (FRAMES, MODE_720.v_active, MODE_720.h_active, 3)
@@ -61,7 +61,7 @@ def check_netlist(netlist: Path, plan: Plan) -> None:
     taken = simulate(netlist, np.concatenate([begin, encode_frames(MODE_720, frames)]))
     got = last_frames(taken, MODE_720.h_total)
     assert len(got) >= 3
-    # The last frame has not come out as a whole.
+    # The last frame is incomplete at the output.
     for shown, frame in zip(got[::-1], frames[-2:-5:-1], strict=False):
         assert shown.mode == MODE_720.as_measured()
         assert np.array_equal(shown.pixels, plan.core.golden(frame)[0])

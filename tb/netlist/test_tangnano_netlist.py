@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The netlist that nextpnr places of the Tang Nano 20K, from the stored flower to serial bits.
+"""The Tang Nano 20K's netlist for nextpnr, from the stored flower to serial bits.
 
 Fabric: Yosys' models of the GW2A's cells; hard blocks: ``gowin_blocks.v``.
 """
@@ -22,7 +22,7 @@ from plenofir.plan.configure import board_packages
 from plenofir_tb.video import in_the_middle
 
 BOARD = BOARDS["tangnano20k"]
-# Frames that are sent; of them three go by until the timing is followed.
+# Number of frames; the timing is followed after three of them.
 FRAMES = 6
 
 

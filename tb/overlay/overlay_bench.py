@@ -20,7 +20,7 @@ KINDS = ("refocused", "all-in-focus", "depth")
 
 @cocotb.test()
 async def texts_over_pictures(dut: Any) -> None:
-    """Slices, outputs, places, errors, raw pictures and none at all, changed between frames."""
+    """Slices, outputs, positions, errors, raw pictures and no text, changed between frames."""
     case = read_case()
     rng, pick = np.random.default_rng(cocotb.RANDOM_SEED), random.Random(cocotb.RANDOM_SEED)
     overlay = Overlay(*(tuple(map(tuple, p)) if p and not isinstance(p[0], str) else tuple(p)
@@ -37,7 +37,7 @@ async def texts_over_pictures(dut: Any) -> None:
     dut.reset.value = 0
     frames = list(rng.integers(0, 256, (9, mode.v_active, mode.h_active, 3), np.uint8))
     wanted = []
-    # All that a frame shows is set in the blanking before its vertical sync.
+    # Settings of a frame are made in the blanking before its vertical sync.
     total = mode.h_total * mode.v_total
     signals = raster_signals(mode, frames)
     last = mode.h_total * mode.v_active + 10
@@ -71,7 +71,7 @@ async def texts_over_pictures(dut: Any) -> None:
             )
     await tap.drive(type(signals)(*(part[begin:] for part in vars(signals).values())))
     got = tap.frames(from_start=True)
-    # The first frame came before any setting; of the last one the end is missing.
+    # The first frame came before any setting; the last one is incomplete.
     for number, (frame, want) in enumerate(zip(got[1:], wanted, strict=False)):
         assert frame.mode == mode.as_measured()
         assert np.array_equal(frame.pixels, want), f"frame {number}"
@@ -80,7 +80,7 @@ async def texts_over_pictures(dut: Any) -> None:
 
 @cocotb.test()
 async def resets_end_the_text(dut: Any) -> None:
-    """No pixel in the clock after a reset; up to the next frame the picture as it is."""
+    """No pixel in the clock after a reset; then the plain picture up to the next frame."""
     case = read_case()
     rng, pick = np.random.default_rng(cocotb.RANDOM_SEED), random.Random(cocotb.RANDOM_SEED)
     mode = VideoMode.model_validate(case["mode"])
@@ -109,7 +109,7 @@ async def resets_end_the_text(dut: Any) -> None:
     assert not tap.taken[-1][0]
     dut.reset.value = 0
     tap.taken = []
-    # Up to the lines after the picture; what was on its way may still be text.
+    # Up to the lines after the picture; pixels under way may still be text.
     end = total + mode.v_active * mode.h_total
     await drive(place + 1, end)
     got = np.array(tap.taken)[2 * OVERLAY_CLOCKS :]

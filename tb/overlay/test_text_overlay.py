@@ -34,6 +34,6 @@ WIDE = case(("a = 0", "a = 4/5  1.02 m", "all", "depth~", "input"), ("1.02 m", "
 def test_texts_rulers_and_errors() -> None:
     # The second one is cut at the right edge, and as high as the picture.
     cut = case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48, shades=8)
-    # Labels that no line of a picture has room for.
+    # Labels that are too long for a line of the picture.
     many = case(tuple("x" for _ in range(67)), tuple(f"{n:7}" for n in range(64)), 30, 44)
     run_cases([WIDE, cut, many])

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the testbenches share: stream driver and monitor, scoreboard, frames, runner."""
+"""Shared by the testbenches: stream driver and monitor, scoreboard, frames, runner."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""AXI4-Lite by the channels of cocotbext-axi: any address, any strobes, pauses everywhere."""
+"""AXI4-Lite with the channels of cocotbext-axi: any address, any strobes, random pauses."""
 
 import logging
 import random
@@ -24,12 +24,12 @@ OKAY, SLVERR = 0, 2
 
 
 def quiet(dut: Any) -> None:
-    """Let the library tell errors alone."""
+    """Log only errors of the library."""
     logging.getLogger(f"cocotb.{dut._name}").setLevel(logging.WARNING)
 
 
 class Channels:
-    """The five channels of a slave; a write's address and data come in any order."""
+    """The five channels of a slave; address and data of a write come in any order."""
 
     def __init__(self, dut: Any, prefix: str = "s_axi_ctrl") -> None:
         quiet(dut)
@@ -55,7 +55,7 @@ class Channels:
             channel.set_pause_generator(next(patterns))
 
     def clear(self) -> None:
-        """Forget what is under way, as in a reset."""
+        """Drop pending transfers, as in a reset."""
         for channel in self.all:
             channel.clear()
 
@@ -73,7 +73,7 @@ class Channels:
 
 
 class Master:
-    """The library's own master, words alone; an error fails the test."""
+    """The library's master, for words only; an error fails the test."""
 
     def __init__(self, dut: Any, prefix: str = "s_axi_ctrl") -> None:
         quiet(dut)
@@ -93,12 +93,10 @@ class Master:
             channel.set_pause_generator(iter(lambda own=own: own.random() < share, None))
 
     async def write(self, address: int, word: int) -> None:
-        """Write a word."""
         answer = await self.master.write(address, word.to_bytes(4, "little"))
         assert int(answer.resp) == OKAY, f"write to {address:#x}: {answer.resp!r}"
 
     async def read(self, address: int) -> int:
-        """Read a word."""
         answer = await self.master.read(address, 4)
         assert int(answer.resp) == OKAY, f"read of {address:#x}: {answer.resp!r}"
         return int.from_bytes(answer.data, "little")

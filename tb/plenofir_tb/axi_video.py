@@ -19,7 +19,7 @@ Frame = npt.NDArray[np.integer]
 
 @dataclass(frozen=True)
 class Beat:
-    """One transfer: a pixel and its side band; the slice comes out only."""
+    """One transfer: a pixel and its side band; only outputs have a slice."""
 
     data: int
     start_of_frame: bool
@@ -28,7 +28,6 @@ class Beat:
 
 
 def no_stalls() -> StallPattern:
-    """Never stall."""
     while True:
         yield False
 
@@ -82,7 +81,7 @@ def frame_beats(frame: Frame, pixel_bits: int, pixels_per_beat: int = 1) -> list
 
 
 class AxiVideoSource(BusDriver):
-    """Drives transfers, with stalls between them; counts the clocks in which it was refused."""
+    """Drives transfers, with stalls between them; counts the clocks in which it had to wait."""
 
     _signals = SIGNALS
 
@@ -99,7 +98,8 @@ class AxiVideoSource(BusDriver):
         """Send transfers, one each clock unless a side stalls."""
         edge = RisingEdge(self.clock)
         bus = self.bus
-        # Signals are written when they change: a write costs more than a clock of the simulator.
+        # Signals are only written when they change: a write costs more than a clock of the
+        # simulator.
         shown: Beat | None = None
         offered = False
         if sync:
@@ -129,9 +129,9 @@ class AxiVideoSource(BusDriver):
 
 
 class AxiVideoSink(BusMonitor):
-    """Takes transfers, stalling now and then, and hands them on one by one.
+    """Takes transfers with random stalls, and passes them on one by one.
 
-    What is on offer must stay on offer, unchanged, until it is taken.
+    Checks that an offered transfer stays unchanged until it is taken.
     """
 
     _signals = SIGNALS

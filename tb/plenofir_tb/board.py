@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole board as a bench sees it: a source, a monitor, its panel and its serial port."""
+"""The whole board in a bench: a source, a monitor, its panel and its serial port."""
 
 import random
 from typing import Any
@@ -18,18 +18,17 @@ from plenofir_tb.case import read_case
 from plenofir_tb.serial import SerialLink, last_frames
 from plenofir_tb.sources import RGB, hdmi_source
 
-# What the documentation states: after the time to lock (with the meter's window of this bench),
-# which is the board's, the frame under way and two whole ones go by.
+# As documented: after the board's time to lock (with the meter's window of this bench) the frame
+# under way and two whole ones are lost.
 LOCK_FRAMES = 4
 
 
 def fast(mode: VideoMode) -> VideoMode:
-    """Make a mode have the fast pixel clock of the build."""
+    """The mode with the fast pixel clock of the build."""
     return mode.model_copy(update={"pixel_clock": read_case()["fast_khz"]})
 
 
 def signal(mode: VideoMode) -> list[Command]:
-    """Commands that start a source."""
     return [pixel_period(mode), Command(Code.CLOCK, 1)]
 
 
@@ -44,12 +43,10 @@ class Board:
         self.case = read_case()
 
     def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
-        """Random pictures for a mode."""
         shape = (count, mode.v_active, mode.h_active, 3)
         return list(self.rng.integers(0, 256, shape, np.uint8))
 
     def golden(self, picture: np.ndarray, slice_: int = 0, info: AviInfo = RGB) -> np.ndarray:
-        """What the board must make of a picture."""
         rgb = to_full_range_rgb(picture, way_of(info))
         return ExactArithmetic().refocus(rgb, self.case["m"], shift=self.case["shifts"][slice_])
 
@@ -58,7 +55,7 @@ class Board:
         return int(self.dut.led.value)
 
     def lost_frames(self, mode: VideoMode) -> int:
-        """Frames that may go by between a new signal and the first refocused frame."""
+        """Most frames between a new signal and the first refocused frame."""
         frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
         return int(np.ceil(self.case["lock_us"] / frame_us)) + LOCK_FRAMES
 
@@ -71,9 +68,9 @@ class Board:
     ) -> list[ReceivedFrame]:
         """Send a script, then frames: the first whole frame that is not black must be right.
 
-        The source is one of DVI, or one of HDMI that tells of its pictures. Of `swapped` (sum of 1,
-        2, 4) the pairs of channels 0, 1, 2 have their wires swapped. Returns the frames from the
-        first right one on.
+        The source sends DVI, or HDMI with packets about its pictures. `swapped` (sum of 1, 2, 4):
+        wires of the pairs of channels 0, 1, 2 are swapped. Returns the frames from the first right
+        one on.
         """
         lost = self.lost_frames(mode)
         frames = self.pictures(mode, lost + 3)
@@ -86,7 +83,7 @@ class Board:
         assert got[-1].mode == mode.as_measured()
         shown = [frame for frame in got if frame.pixels.any()]
         assert shown, "nothing but black"
-        # Black frames come before the picture, never between.
+        # Black frames come before the picture, never in between.
         assert all(frame.pixels.any() for frame in got[-len(shown) :])
         wanted = [self.golden(frame, info=info or RGB) for frame in frames]
         first = next(
@@ -96,13 +93,12 @@ class Board:
         assert first <= lost, f"first frame {first}, {lost} may be lost"
         for frame, want in zip(shown, wanted[first:], strict=False):
             assert np.array_equal(frame.pixels, want)
-        # The last frame has not come out as a whole.
+        # The last frame is incomplete at the output.
         assert len(shown) >= len(frames) - first - 2
         return shown
 
 
 async def uart_send(dut: Any, text: str) -> None:
-    """Send characters to the board."""
     bit_ns = 10 * read_case()["bit_clocks"]
     for code in text.encode():
         for bit in (0, *(code >> i & 1 for i in range(8)), 1):

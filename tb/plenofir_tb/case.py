@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a running testbench is to do; light, as every bench imports it."""
+"""The case of a running testbench; few imports, as every bench imports it."""
 
 import json
 import os
@@ -18,11 +18,11 @@ def load_cases() -> list[dict[str, Any]]:
 
 
 def begin_case(case: dict[str, Any]) -> None:
-    """Make a case the one that `read_case` gives."""
+    """Make a case the current one, which `read_case` returns."""
     global _running
     _running = case
 
 
 def read_case() -> dict[str, Any]:
-    """What the testbench is to do: the `case` of its `plenofir_tb.runner.Case`."""
+    """The current case: the `case` of its `plenofir_tb.runner.Case`."""
     return _running

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The module that cocotb runs: for each case the tests of its bench, on its own entity.
+"""The module that cocotb runs: for each case the tests of its bench, on the case's entity.
 
-A bench reads its case when it is imported, so that each case gets a copy of the module.
+A bench reads its case when it is imported, so each case gets a copy of the module.
 """
 
 import functools
@@ -37,7 +37,8 @@ def _add_tests(number: int, case: dict[str, Any], bench: str, label: str) -> Non
     for generator in list(vars(module).values()):
         if isinstance(generator, TestGenerator):
             for test in generator.generate_tests():
-                # cocotb seeds a test by its name: the same beside other cases and alone.
+                # cocotb seeds a test by its name, so names must be the same with other cases and
+                # alone.
                 test.name = f"{label}/{test.name}"
                 test.func = _on_case(test.func, number, case)
                 globals()[test.name] = test
@@ -46,6 +47,6 @@ def _add_tests(number: int, case: dict[str, Any], bench: str, label: str) -> Non
 for _number, _case in enumerate(load_cases()):
     _add_tests(_number, **_case)
 
-# Modules stay, and what a clock makes goes by itself: looking for cycles takes a tenth of the time.
+# The search for reference cycles would take a tenth of the time, and there are hardly any.
 gc.freeze()
 gc.set_threshold(100_000)

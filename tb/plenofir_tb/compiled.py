@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """All sources compiled once by GHDL's LLVM back end, for runs of many testbenches.
 
-It simulates in two thirds of the time of the back end that need not compile, but compiling what
-a core needs takes longer than most benches run. The library is kept in ``build/ghdl`` by what it
-is made of; a long simulation gets a copy, to which it adds what is its own.
+It simulates in two thirds of the time of the mcode back end, but compiling a core takes longer than
+most benches run. The library is cached in ``build/ghdl`` by a hash of its sources; a long
+simulation gets a copy, to which it adds its own units.
 """
 
 import fcntl
@@ -16,15 +16,14 @@ from plenofir.fpga.tools.simulators import Simulator
 from plenofir.ground import project
 
 KEPT = project.root() / "build" / "ghdl"
-# Whether it is worth compiling: set where many benches run (``tb/conftest.py``).
+# Whether compiling is worthwhile: set if many benches run (``tb/conftest.py``).
 many = False
 
 
 def copy_library(simulator: Simulator, library: str, sources: Sequence[Path], folder: Path) -> bool:
     """Copy the library of all sources into a folder, if there is one.
 
-    There is none of sources that are not the project's own, for other simulators, and where no
-    other bench would use it.
+    There is none for changed sources, for other simulators, and if no other bench would use it.
     """
     kept = project.root() / "hdl"
     compiles = simulator.environment.get("GHDL_BACKEND") == "llvm"

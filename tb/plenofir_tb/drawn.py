@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Long lists of cases, of which ``make test`` takes some; ``make test-full`` takes all.
+"""Long lists of cases, from which ``make test`` draws some; ``make test-full`` takes all.
 
-``make test`` sets the variable ``DRAWN``, prints it, and takes it from the command line: a run
-with the same number takes the same cases. Where it is not set, all cases are taken.
+``make test`` sets the variable ``DRAWN`` and prints it; given on the command line, the same number
+draws the same cases. If it is not set, all cases are taken.
 """
 
 import os
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def drawn(cases: Sequence[T], count: int) -> list[T]:
-    """Those of a list that a run takes, in their order."""
+    """The drawn cases of a list, in their order."""
     seed = os.environ.get("DRAWN")
     if not seed:
         return list(cases)
@@ -25,7 +25,7 @@ def drawn(cases: Sequence[T], count: int) -> list[T]:
 
 
 def bench_filter(count: int, *benches: Path) -> str:
-    """Filter for cocotb (``COCOTB_TEST_FILTER``) that takes `count` tests of benches."""
+    """Filter for cocotb (``COCOTB_TEST_FILTER``) that draws `count` tests of benches."""
     text = "".join(bench.read_text() for bench in benches)
     names = re.findall(r"^@cocotb\.test\(.*\)\nasync def (\w+)", text, re.MULTILINE)
     return rf"\b({'|'.join(drawn(names, count))})$"

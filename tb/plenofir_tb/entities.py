@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests that are for one entity each, side by side in one module."""
+"""cocotb tests for one entity each, in a common module."""
 
 from typing import Any
 
@@ -9,5 +9,5 @@ from plenofir_tb.case import read_case
 
 
 def for_entity(name: str) -> Any:
-    """Run a test only where its entity is under test."""
+    """Run a test only if its entity is under test."""
     return cocotb.test(skip=read_case()["entity"] != name)

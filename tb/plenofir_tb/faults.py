@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults planted in the sources, to see that they are found."""
+"""Faults planted in the sources, to check that they are found."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,7 +19,7 @@ STALE = pytest.StashKey[list[str]]()
 def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
     """Find tests with a planted fault (a parameter ``old``) that can no longer be planted.
 
-    Those without a parameter ``file`` plant it wherever it stands.
+    Those without a parameter ``file`` plant it in any source.
     """
     texts = {source.stem: source.read_text() for source in hdl.hdl_sources()}
     stale = []
@@ -38,7 +38,7 @@ def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
 
 
 def plant(folder: Path, sources: Iterable[Path], file: str, old: str, new: str) -> list[Path]:
-    """Copy sources into a folder with one of them changed: `old` stands in it once."""
+    """Copy sources into a folder with one of them changed, in which `old` occurs once."""
     folder.mkdir(parents=True, exist_ok=True)
     copies = []
     for source in sources:

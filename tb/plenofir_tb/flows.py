@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of other people's flows share."""
+"""Shared by the tests of other projects' flows."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +11,7 @@ EXAMPLES = project.root() / "examples"
 
 
 def icarus(run: Run, folders: list[Path], files: list[Path], program: Path, *defines: str) -> str:
-    """Compile for Icarus Verilog and run; what the bench prints."""
+    """Compile for Icarus Verilog and run; result: output of the bench."""
     includes = [f"-I{folder}" for folder in folders]
     warnings = run(
         "iverilog", "-g2005", "-Wall", "-Wno-timescale", "-o", program, *defines, *includes, *files

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames to test with, and what becomes of broken ones."""
+"""Test frames, and a model of what the core makes of damaged streams."""
 
 import random
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ def make_frame(
 
 
 def damaged(beats: Sequence[Beat], tokens: int, rng: random.Random) -> list[Beat]:
-    """A frame with a fault: beats missing or doubled, cut off, without a mark, wild marks."""
+    """A frame with a fault: beats missing or doubled, cut off, no mark, random marks."""
     broken = list(beats)
     fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
     at = rng.randrange(len(broken))
@@ -61,11 +61,10 @@ def damaged(beats: Sequence[Beat], tokens: int, rng: random.Random) -> list[Beat
 def repaired_frames(
     beats: list[Beat], columns: int, rows: int
 ) -> tuple[list[list[list[int]]], set[str]]:
-    """What the frame sequencer makes of a possibly broken stream: the rules, in Python.
+    """The frame sequencer's output for a possibly broken stream, by its rules in Python.
 
-    Frames as lists of lines of packed pixels, all lines whole, frames that were cut short with
-    fewer lines; and the names of the faults: "line early", "line late", "frame early", "frame
-    late".
+    Result: frames as lists of whole lines of packed pixels, with fewer lines if they were cut
+    short; and the names of the faults: "line early", "line late", "frame early", "frame late".
     """
     frames: list[list[list[int]]] = []
     faults: set[str] = set()

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a master does on the two lines of I2C, made of moves of a line and a wait each."""
+"""An I2C master, composed of moves of one line and a wait each."""
 
 from abc import ABC, abstractmethod
 
 
 class I2cMaster(ABC):
-    """Conditions, bits and bytes; a bench says how its lines move."""
+    """Conditions, bits and bytes; a bench implements the moves of the lines."""
 
     @abstractmethod
     async def clock(self, level: int) -> None:
@@ -27,7 +27,6 @@ class I2cMaster(ABC):
         await self.clock(0)
 
     async def stop(self) -> None:
-        """Stop condition."""
         await self.clock(0)
         await self.data(0)
         await self.clock(1)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles a file of Verilator's own once for all models: ten seconds less for each of them.
+"""Compiles Verilator's own files once for all models, which saves ten seconds for each model.
 
 Usage: OBJCACHE="python object_cache.py", which Verilator's makefiles put before the compiler
 
-What an object depends on is its key: the command, the compiler, and Verilator's own files. Files of
-a model, and anything but a compilation, go to the compiler as they are.
+The key of an object is what it depends on: the command, the compiler, and Verilator's own files.
+Files of a model, and anything but a compilation, are passed to the compiler.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ KEPT = Path(__file__).parents[2] / "build" / "verilator"
 
 
 def key(command: list[str], source: Path) -> str:
-    """What tells an object from others."""
+    """Hash of all that an object depends on."""
     compiler = Path(shutil.which(command[0]) or command[0]).resolve()
     found = hashlib.sha256(repr((command, str(compiler), compiler.stat().st_mtime_ns)).encode())
     for path in sorted(source.parent.glob("verilated*")):
@@ -28,7 +28,7 @@ def key(command: list[str], source: Path) -> str:
 
 
 def main() -> int:
-    """Compile, or copy what was compiled before; the compiler's exit status."""
+    """Compile, or copy the cached object; result: the compiler's exit status."""
     command = sys.argv[1:]
     sources = [Path(word) for word in command if re.search(r"/verilated\w*\.cpp$", word)]
     if len(sources) != 1 or "-c" not in command or "-o" not in command[:-1]:

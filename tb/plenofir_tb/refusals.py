@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Entities elaborated by themselves: whether generics are refused, and in which words."""
+"""Elaborates single entities, to check whether and with which message generics are refused."""
 
 import os
 import random
@@ -16,13 +16,13 @@ from plenofir.fpga.tools.simulators import find_simulator, generic_text
 Generics = Mapping[str, int | bool | str]
 _REFUSED = re.compile(r"(?:\(assertion failure\)|\*\* Failure: \(init\)): (.*)")
 _INTEGER = re.compile(r"(positive|natural|integer)(?: range (-?\d+) to (-?\d+))?")
-# Memories of some megabits take more than its own 16 MB.
+# Memories of some megabits need more than GHDL's default of 16 MB.
 _NVC = ("nvc", "--std=1993", "-H", "1g", "-e", "--jit", "--no-save")
 _LARGEST = 2**31 - 1
 
 
 class Elaborator:
-    """A library of all sources that need no vendor's, in a folder, and what else is given."""
+    """A library in a folder of all sources that need no vendor's library, and of given others."""
 
     def __init__(self, simulator: str, folder: Path, *more: Path) -> None:
         self._folder = folder
@@ -31,7 +31,6 @@ class Elaborator:
         self.analyse(*hdl.hdl_sources(), *more)
 
     def analyse(self, *sources: Path) -> None:
-        """Add sources to the library."""
         command = ["nvc", "--std=1993", "-a"] if self._nvc else ["ghdl", "-a", "--std=93"]
         done = self._run([*command, *map(str, sources)])
         assert done.returncode == 0, done.stdout + done.stderr
@@ -47,7 +46,7 @@ class Elaborator:
         )
 
     def refusal(self, entity: str, generics: Generics) -> str:
-        """The message that refuses it; empty if it elaborates. Any other end fails."""
+        """The message of the refusal; empty if it elaborates. Any other end fails."""
         values = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
         if self._nvc:
             command = [*_NVC, *values, entity]
@@ -63,12 +62,11 @@ class Elaborator:
         return found[1]
 
     def refusals(self, cases: Sequence[tuple[str, Generics]]) -> list[str]:
-        """Those of many cases, some at a time."""
+        """Refusals of many cases, some in parallel."""
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(lambda case: self.refusal(*case), cases))
 
     def printed(self, entity: str) -> str:
-        """What a bench reports as it runs."""
         if self._nvc:
             done = self._run([*_NVC, entity, "-r"])
         else:
@@ -91,7 +89,7 @@ def _ends(kind: str) -> tuple[int, int]:
 
 
 def may_be(kind: str, value: int | bool | str) -> bool:
-    """Whether a generic of a type may have a value."""
+    """Whether a value is within a generic's type."""
     if isinstance(value, int) and _INTEGER.fullmatch(kind):
         low, high = _ends(kind)
         return low <= value <= high
@@ -99,7 +97,7 @@ def may_be(kind: str, value: int | bool | str) -> bool:
 
 
 def draw_integer(rng: random.Random, kind: str) -> int:
-    """A value of a declared range: its ends often, else rather a small one."""
+    """A random value of a declared range: often one of its ends, otherwise mostly small."""
     low, high = _ends(kind)
     small = min(high, low + int(2 ** rng.uniform(0, 7)))
     return rng.choice([low, high, small, small, small, rng.randint(low, min(high, low + 9999))])

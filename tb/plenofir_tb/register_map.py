@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The register map as its TOML file has it, and a model of the registers that software alone sets.
+"""The register map from its TOML file, and a model of the registers that only software sets.
 
-Read by itself, not by what builds the sources from it.
+It does not use the code that builds the sources from the file.
 """
 
 import re
@@ -29,11 +29,9 @@ class Register:
         return sum(((1 << bits) - 1) << low for low, bits in self.fields.values())
 
     def fields_of(self, word: int) -> dict[str, int]:
-        """Take a word apart."""
         return {name: word >> low & (1 << bits) - 1 for name, (low, bits) in self.fields.items()}
 
     def word_of(self, **values: int) -> int:
-        """Put a word together."""
         return sum(value << self.fields[name][0] for name, value in values.items())
 
 
@@ -64,7 +62,7 @@ MAP = read_map()
 
 
 class Model:
-    """What registers answer: whether there is one to read or write, and what it holds."""
+    """Answers of registers: whether they can be read or written, and their values."""
 
     def __init__(self, parts: set[str]) -> None:
         present = (r for r in MAP.values() if not r.parts or parts & set(r.parts))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a reset of one clock does all that a reset does."""
+"""Checks that a reset of one clock is as good as a long one."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -18,13 +18,12 @@ async def reset_is_whole(
     long: int = 40,
     after: int = 150,
 ) -> None:
-    """Let a reset end in the middle of the same inputs, once after a clock, once after many.
+    """Apply the same inputs with a reset of one clock and with a long one, and compare.
 
     `inputs` are values clock by clock of the entity's other inputs; its clock is falling now. The
-    reset has ended in the clocks `ends`, at least `long`. Outputs in `cleared` must be 0 in the
-    reset's last clock and in the next one, and agree from then on; `others` must agree from
-    `settled` clocks after the last one on, when they come from what the reset left. `after`
-    clocks after it are compared.
+    reset ends in each of the clocks `ends`, at least `long`. Outputs in `cleared` must be 0 in the
+    last clock of the reset and in the next one, and agree from then on; `others` must agree from
+    `settled` clocks after the reset on. `after` clocks after the reset are compared.
     """
     for end in ends:
         runs = []

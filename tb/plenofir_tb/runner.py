@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Building the VHDL and running cocotb testbenches on it, on whichever simulator is chosen.
+"""Builds the VHDL and runs cocotb testbenches on it.
 
-The environment variable ``SIM`` (ghdl or nvc) chooses the simulator. Cases that are given together
-run in one simulation, side by side. A case that fails is run once more by itself with the same
-seed and with waves on.
+The environment variable ``SIM`` (ghdl or nvc) selects the simulator. Cases that are given together
+run side by side in one simulation. A case that fails is run again alone with the same seed and
+with waveforms.
 """
 
 import hashlib
@@ -57,15 +57,15 @@ def draw_seed() -> int:
 
 @dataclass(frozen=True)
 class Case:
-    """An entity, and a bench that it is to pass."""
+    """An entity and its bench."""
 
     top: str
     bench: str  # Python module with the cocotb tests
     generics: Mapping[str, int | bool | str] = field(default_factory=dict)
-    # What the testbench is to do; it reads it with `plenofir_tb.case.read_case`.
+    # Parameters of the testbench, which reads them with `plenofir_tb.case.read_case`.
     case: Mapping[str, Any] = field(default_factory=dict)
-    # VHDL packages in place of those of the sources: their names and texts. Cases with others are
-    # in simulations of their own.
+    # VHDL packages that replace those of the sources: names and texts. Cases with different
+    # packages have simulations of their own.
     packages: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -79,7 +79,7 @@ class Case:
 def _build(
     cases: Sequence[Case], simulator: Simulator, work: Path, *, board: str, compiled: bool
 ) -> Runner:
-    """Analyse and elaborate in a folder what the cases need; a `compiled` library is there."""
+    """Analyse and elaborate in a folder what the cases need; it may have a `compiled` library."""
     sources = hdl.hdl_sources()
     if board:
         sources = chain_sources(board)[:-1]
@@ -161,10 +161,10 @@ def _simulate(
                 extra_env={
                     CASES_VARIABLE: str(todo),
                     "COCOTB_LOG_LEVEL": "INFO",
-                    # What follows the first failure of a case by itself tells nothing new.
+                    # Alone, a case stops at its first failure.
                     "COCOTB_MAX_FAILURES": str(int(len(cases) == 1)),
-                    # pytest explains the assertions of benches, not of every module they import,
-                    # and needs no plugins for it: a second and a half less for each start.
+                    # Only assertions of benches are rewritten by pytest, and no plugins are loaded,
+                    # which saves a second and a half at each start.
                     "COCOTB_REWRITE_ASSERTION_FILES": "*bench.py",
                     "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
                     "PYTHONPATH": os.pathsep.join([str(project.root() / "tb"), *_python_path()]),
@@ -174,7 +174,7 @@ def _simulate(
             )
     except (RuntimeError, SystemExit):
         pass
-    # A case whose tests were all skipped, or of which nothing was run, has tested nothing.
+    # A case without any test that ran counts as failed.
     passed: dict[str, bool] = {}
     if results.exists():
         for test in ElementTree.parse(results).getroot().findall(".//testcase"):
@@ -190,9 +190,9 @@ def run_cases(
 ) -> None:
     """Run benches on entities, in one simulation; fail the calling pytest test if any fails.
 
-    The environment variable ``CASE`` picks one by its label. A seed of None is drawn and printed.
-    `board`: whose sources and models of primitives the entities need. `long`: simulation takes ten
-    seconds or more, much longer than compilation.
+    The environment variable ``CASE`` selects one by its label. A seed of None is drawn and printed.
+    `board`: the board with the needed sources and models of primitives. `long`: simulation takes
+    ten seconds or more, much longer than compilation.
     """
     if "CASE" in os.environ:
         cases = [case for case in cases if case.label == os.environ["CASE"]]
@@ -219,7 +219,7 @@ def run_cases(
     for case in cases:
         if case.label in suspects:
             alone = _BUILD / "cases" / f"{case.label}-{seed}"
-            # The board's bits make waveforms of gigabytes.
+            # Waveforms of the board's serial bits would have gigabytes.
             if not board and not simulate([case], alone, waves=True):
                 reports.append(f"{case.label} failed beside others only; log in {scratch}")
             else:
@@ -237,12 +237,10 @@ def run_case(
     board: str = "",
     long: bool = False,
 ) -> None:
-    """Run one case; see `run_cases`."""
     run_cases([Case(top, bench, generics, case or {}, packages or {})], board=board, long=long)
 
 
 def _report(case: Case, seed: int, scratch: Path) -> str:
-    """What is known of a failure."""
     logs = [scratch / "run.log", scratch / "work" / "build.log", scratch / "work" / "simulator.log"]
     lines = [
         line.strip()

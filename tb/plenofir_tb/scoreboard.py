@@ -11,9 +11,9 @@ from plenofir_tb.axi_video import AxiVideoSink, Beat, Frame, frame_beats
 
 
 class FrameScoreboard:
-    """Compares each transfer with the expected frames, and frames with pictures when they differ.
+    """Compares each transfer with the expected frames, and writes pictures of those that differ.
 
-    `pictures` is the folder for got, want and difference; `pixels` are neighbours in a transfer.
+    `pictures` is the folder for got, want and difference; `pixels` are those of a transfer.
     """
 
     def __init__(
@@ -26,12 +26,12 @@ class FrameScoreboard:
         self.slices: list[int] = []
         self.received: list[Beat] = []
         self.frames_done = 0
-        # Off: what comes out is not compared.
+        # Off: the output is not compared.
         self.listening = True
         sink.add_callback(self._take)
 
     def expect(self, frame: Frame, slice_: int = 0) -> None:
-        """Add a frame, refocused to a slice, to those that must come out next."""
+        """Add a frame, refocused to a slice, to those expected next."""
         self.frames.append(frame)
         self.slices.append(slice_)
 

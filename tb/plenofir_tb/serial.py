@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Serial TMDS bits of the board: what ``tb/file_bench/hdmi_bench.vhd`` plays and takes."""
+"""Serial TMDS bits of the board, by way of ``tb/file_bench/hdmi_bench.vhd``."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,7 +33,7 @@ class SerialLink:
             getattr(dut, name).value = 0
         dut.uart_rx.value = 1
         dut.reset_n.value = 0
-        # Longer than what a board takes for a bounce of the button.
+        # Longer than a bounce of the button by the board's filter.
         await Timer(2, "us")
         await self.play(
             [
@@ -47,21 +47,21 @@ class SerialLink:
         await Timer(8, "us")
 
     async def play(self, script: Sequence[Command | Packed]) -> Packed:
-        """Play commands and words, return what came out meanwhile."""
+        """Play commands and words, and return the output meanwhile."""
         write_script(Path("input.bin"), script)
         self.dut.start.value = 1
         patience = Timer(PATIENCE_MS, "ms")
         assert await First(RisingEdge(self.dut.done), patience) is not patience, "the bench hangs"
         self.dut.start.value = 0
         await FallingEdge(self.dut.done)
-        # The bench notices the end of `start` with its next pixel.
+        # The bench notices the end of `start` at its next pixel.
         await Timer(100, "ns")
         self.taken = np.fromfile("output.bin", "<u4")
         return self.taken
 
 
 def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
-    """Whole frames after the last disturbance of a signal, to whose end it may last.
+    """Whole frames after the last disturbance of a signal, which may last to its end.
 
     The beginning of the regular signal is found to `step` words.
     """
@@ -72,7 +72,7 @@ def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
         except LinkError:
             return []
 
-    # A regular signal is so from any later beginning on too.
+    # A signal that is regular from one point on is regular from any later one too.
     regular = next((b for b in range(0, len(taken), 16 * step) if frames_from(b)), None)
     if regular is None:
         return []
@@ -84,6 +84,6 @@ def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
         else:
             disturbed = middle
     frames = frames_from(regular)
-    # A raster that was started anew looks like one frame with another blanking.
+    # A restarted raster looks like one frame with another blanking.
     others = [i for i, frame in enumerate(frames) if frame.mode != frames[-1].mode]
     return frames[others[-1] + 1 :] if others else frames

@@ -30,12 +30,11 @@ class ShownCamera:
     shape: tuple[int, int] = (36, 64)
 
     def model_dump(self) -> dict[str, Any]:
-        """As it goes into a case."""
+        """Its fields, for a case."""
         return asdict(self)
 
     @cached_property
     def calibration(self) -> Calibration:
-        """Its calibration."""
         grid = regular_grid(
             self.shape,
             self.pitch,
@@ -53,7 +52,7 @@ class ShownCamera:
 def shown_chip(
     m: int, cameras: list[ShownCamera], *, mosaic: bool, channels: int
 ) -> ResamplerConfiguration:
-    """Resampler that takes all of the cameras."""
+    """Resampler for all of the cameras."""
     chips = [resampling(c.calibration, m, channels=channels, devignette=c.shading) for c in cameras]
     lines = max(shown_lines(chip.registers, chip.tables, mosaic=mosaic) for chip in chips)
     return chips[0].core.model_copy(

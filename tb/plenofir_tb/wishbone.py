@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wishbone by the master of cocotbext-wishbone: standard cycles, words of 32 bits."""
+"""Wishbone with the master of cocotbext-wishbone: standard cycles, words of 32 bits."""
 
 import logging
 import random
@@ -41,12 +41,10 @@ class Master:
         return (int(result.datrd) if word is None else 0), result.ack
 
     async def write(self, address: int, word: int) -> None:
-        """Write a word."""
         _, answer = await self.access(address, word)
         assert answer == ACK, f"write to {address:#x}: {answer}"
 
     async def read(self, address: int) -> int:
-        """Read a word."""
         word, answer = await self.access(address)
         assert answer == ACK, f"read of {address:#x}: {answer}"
         return word

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""VHDL around entities under test, so that one simulation holds several of them."""
+"""VHDL around entities under test, so that several of them share a simulation."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -15,9 +15,9 @@ def wrapper(
 ) -> str:
     """VHDL of `TOP`, which puts entities with their generics side by side.
 
-    Its instance `case_<number>` has a signal for each port of an entity, and for a record one for
-    each field, named after both: simulators show cocotb no records. Of an array of records the
-    signal of a field has its elements side by side, the first one in the low bits.
+    Its instance `case_<number>` has a signal for each port of an entity, or for each field of a
+    record port, named after both, as cocotb cannot access records. For an array of records the
+    signal of a field is the concatenation of its elements, the first one in the low bits.
     """
     texts = [source.read_text() for source in sources]
     records = _Records(texts)
@@ -36,8 +36,8 @@ def wrapper(
     )
 
 
-# Records whose fields say by themselves what they are: the last word of the port's name is left
-# out of their signals' names, so that `in_video` has `in_active` and `video` has `active`.
+# Records with self-explanatory fields: the last word of the port's name is left out of the signals'
+# names, so that `in_video` has `in_active` and `video` has `active`.
 _PLAIN = {
     *(
         "video_t",
@@ -53,7 +53,7 @@ _PLAIN = {
 }
 
 
-# Records that are one signal, all fields side by side, the first one in the low bits.
+# Records that become one signal, the concatenation of all fields, the first one in the low bits.
 _PACKED = {"timing_t"}
 
 
@@ -64,11 +64,10 @@ class _Object:
     name: str
     kind: str  # its type, with limits
     mode: str = ""  # of a port: in, out, inout
-    default: str = ""  # with the := in front of it
+    default: str = ""  # with its :=
 
 
 def _split(clause: str | None) -> list[_Object]:
-    """Each declaration of a clause."""
     found = []
     for declaration in (clause or "").split(";"):
         if not declaration.strip():
@@ -90,7 +89,7 @@ class _Records:
     def __init__(self, texts: Sequence[str]) -> None:
         self.fields: dict[str, list[_Object]] = {}
         self.arrays: dict[str, str] = {}
-        self.contexts: dict[str, str] = {}  # what a file needs that names the fields' types
+        self.contexts: dict[str, str] = {}  # context clauses for the fields' types
         for text in texts:
             plain = re.sub(r"--.*", "", text)
             package = re.search(r"^package (\w+) is(.*?)^end package", plain, re.M | re.S)
@@ -109,18 +108,18 @@ class _Records:
                 self.arrays[name] = element
 
     def is_flat(self, kind: str) -> bool:
-        """Whether a type is no record and no array of the packages."""
+        """Whether a type is neither a record nor an array of the packages."""
         name = re.match(r"\w+", kind)
         return name is None or (name[0] not in self.arrays and name[0] not in self.fields)
 
     def record_of(self, kind: str) -> str | None:
-        """The record of a type, which may be an array of it."""
+        """The record type of a type, which may be an array of it."""
         name = re.match(r"\w+", kind)
         found = self.arrays.get(name[0], name[0]) if name else ""
         return found if found in self.fields else None
 
     def flat(self, port: _Object) -> tuple[list[str], list[str]]:
-        """Declarations and statements that give a port of records a signal for each field."""
+        """Declarations and statements for a signal for each field of a port."""
         kind = re.match(r"\w+", port.kind)
         assert kind
         if kind[0] in self.arrays:
@@ -199,7 +198,7 @@ class _Records:
 
 
 class _Declaration:
-    """What the sources say of an entity."""
+    """The declaration of an entity in the sources."""
 
     def __init__(self, name: str, texts: Sequence[str], records: _Records) -> None:
         self.name = name

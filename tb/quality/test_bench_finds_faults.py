@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The testbench itself: faults planted in the core make it fail, and it says where."""
+"""Test of the testbench: faults planted in the core make it fail, and it says where."""
 
 import re
 from pathlib import Path
@@ -65,5 +65,5 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, core, file, old, new) -> 
 
 
 def test_every_planted_fault_can_be_planted(request: pytest.FixtureRequest) -> None:
-    # Most of the tests that plant them are long, so nobody sees at once that a source changed.
+    # Most tests that plant faults are long, so a changed source would go unnoticed in short runs.
     assert not request.config.stash[STALE]

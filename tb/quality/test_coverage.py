@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make coverage` says of a small entity: each way that a statement can be missed."""
+"""`make coverage` of a small entity: each way in which a statement can be missed."""
 
 import sys
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be checked of the VHDL without running it: the standard, and that it synthesises."""
+"""Static checks of the VHDL: the standard, synthesis, dependencies of folders."""
 
 import re
 import shutil
@@ -33,7 +33,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def analyse_as_the_page_says(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Copy the sources into a folder and do there what docs/core.md says of them, to the letter."""
+    """Copy the sources into a folder and follow docs/core.md to the letter."""
     shutil.copytree(project.root() / "hdl", folder / "hdl")
     page = (project.root() / "docs" / "core.md").read_text()
     blocks = re.findall(r"```sh\n(.*?)```", page, re.S)
@@ -49,7 +49,7 @@ def test_the_list_is_all_but_the_boards(library: Path) -> None:
         assert f" {path.stem} at " in units, path
     own = set(hdl.all_sources()) - set(hdl.hdl_sources())
     assert own
-    # They want their vendors' libraries, and nothing else does.
+    # Only these need their vendors' libraries.
     for path in hdl.all_sources():
         assert bool(re.search(r"library (unisim|ecp5u|gw2a|lifcl);", path.read_text())) <= (
             path in own
@@ -200,14 +200,14 @@ end entity example;
     assert comments == ["", "", "Explains two ports.", "Explains two ports.", "", "beside", ""]
 
 
-# The folders that a folder may use, the data path from below to above.
+# The folders that a folder may use, in the order of the data path.
 MAY_USE = {
     "common": set(),
     "core": {"common"},
     "sharpen": {"common", "core"},
     "fir": {"common", "core", "sharpen"},
     "moving_sum": {"common", "core", "sharpen"},
-    # Each slice of a stack is made of the adders of the moving sums.
+    # Each slice of a stack uses the adders of the moving sums.
     "stack": {"common", "core", "moving_sum"},
     # Weights are moving sums of ones.
     "border": {"common", "core", "moving_sum"},
@@ -246,7 +246,7 @@ MAY_USE = {
 
 
 def forbidden_uses(texts: dict[str, tuple[str, str]]) -> list[str]:
-    """What may not be used; the sources as name to folder and text."""
+    """Forbidden uses; the sources are name to folder and text."""
     rooms = {name: folder for name, (folder, _) in texts.items()}
     return sorted(
         f"{rooms[name]}/{name} uses {rooms[used]}/{used}"

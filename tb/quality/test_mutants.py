@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mutation check: small changes of the VHDL are noticed, or it is known why not."""
+"""The mutation check: small changes of the VHDL are noticed, or explained."""
 
 import json
 import re
@@ -38,13 +38,13 @@ def test_survivors_are_explained(tmp_path: Path) -> None:
 
 
 def test_explained_mutants_exist() -> None:
-    # What is explained is a change that the rules make of a line that is there.
+    # Explained changes are changes of existing lines by the rules.
     keys = {mutant.key for mutant in mutants.mutants(hdl.board_sources())}
     assert len(keys) > 3000
     known = mutants.explained()
     of_python = {key for key in known if key[0].endswith(".py")}
     assert known - of_python - keys == set()
-    # What may be changed of Python cosmic-ray knows, which is not set up here.
+    # Changes of Python are known to cosmic-ray, which is not installed here.
     for file, old, _, place in of_python:
         lines = (project.root() / "golden" / "plenofir" / file).read_text().splitlines()
         assert [line.strip() for line in lines].count(old) >= place, (file, old)
@@ -144,7 +144,7 @@ def test_sample_stays_where_sources_change() -> None:
 @pytest.mark.parametrize(
     ("text", "becomes", "equal"),
     [
-        # Each tap has a copy of the input of its own.
+        # Each tap has its own copy of the input.
         ("BROADCAST_TAPS > TAPS,", "BROADCAST_TAPS < TAPS,", True),
         ("w <= TAPS - 1 - DELAY", "w < TAPS - 1 - DELAY", False),
         # Nothing drives it.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Objects are copied where all that they depend on is the same, and only there."""
+"""Objects are copied if and only if all that they depend on is the same."""
 
 import shutil
 import sys

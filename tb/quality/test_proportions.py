@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What keeps the sources readable, as numbers that no change makes worse."""
+"""Limits that keep the sources readable."""
 
 import ast
 import re
@@ -11,11 +11,11 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.ground import project
 
 ROOT = project.root()
-# Of the VHDL that is synthesised: lines of a port or generic map with an association, of the code;
-# lines that are comments, of all.
+# In the synthesised VHDL: share of the code that is associations in port or generic maps; share of
+# all lines that is comments.
 MOST_WIRING = 0.143
 LEAST_COMMENTS = 0.15
-# What users instantiate, and the tops of boards, have a generic for each choice there is.
+# Entities for users, and tops of boards, have a generic for each choice.
 CORES = ("raster_refocuser", "refocuser_axi")
 
 
@@ -35,7 +35,6 @@ def kinds(text: str) -> Counter[str]:
 
 
 def processes(text: str) -> dict[str, int]:
-    """Lines of each process."""
     found = re.finditer(r"^( *)(?:(\w+) : )?process\b.*?^\1end process", text, re.S | re.M)
     return {str(match[2]): match[0].count("\n") + 1 for match in found}
 
@@ -89,7 +88,7 @@ def test_few_pages() -> None:
 
 
 def test_a_run_is_short() -> None:
-    """What a kind of simulation does is in its own class, not in ``run``."""
+    """Each kind of simulation has its own class instead of code in ``run``."""
     text = Path(ROOT / "golden" / "plenofir" / "fpga" / "simulate" / "run.py").read_text()
     (run,) = (n for n in ast.parse(text).body if isinstance(n, ast.FunctionDef) and n.name == "run")
     assert run.end_lineno is not None

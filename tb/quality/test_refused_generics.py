@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot be built is refused by an assertion that names it, and Python refuses the same."""
+"""Generics that cannot be built are refused by an assertion with their name, and by Python."""
 
 import os
 import random
@@ -56,7 +56,7 @@ BOARD = CORE | {
 BOARD |= {"FRACTION_BITS": 0, "GUARD_BITS": 0, "BROADCAST_TAPS": 0, "ALIGN_TIMEOUT": 8192}
 
 LANES = {"PIXELS_PER_CLOCK": 4, "CHANNELS": 1}
-# Entities inside the cores, whose generics must fit each other.
+# Entities inside the cores, whose generics must be consistent.
 INNER: list[tuple[str, Generics, Generics]] = [
     (
         "result_scaler",
@@ -84,7 +84,7 @@ INNER: list[tuple[str, Generics, Generics]] = [
 
 TB = Path(__file__).parents[1]
 
-# Entity, generics that it takes, what is put in their place, the generic that the message names.
+# Entity, accepted generics, changes of them, the generic that the message names.
 Case = tuple[str, Generics, Generics, str]
 REFUSED: list[Case] = [
     *((entity, CORE, {"SHIFTS": text}, "SHIFTS") for entity in ARRAYS for text in NO_SETS[:3]),
@@ -208,7 +208,7 @@ REFUSED: list[Case] = [
 def test_what_a_board_cannot_show(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outputs: str, sensor: bool
 ) -> None:
-    """What `screen_pkg` and `sensor_pkg` say must fit together."""
+    """Constants of `screen_pkg` and `sensor_pkg` must be consistent."""
     sources = plant(
         *(tmp_path / "hdl", hdl.hdl_sources(), "screen_pkg.vhd"),
         *(': string  := "r";', f': string  := "{outputs}";'),
@@ -235,7 +235,7 @@ def test_what_a_board_cannot_show(
 def elaborator(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Elaborator:
-    """A library of all sources, and what decides about cores without building them."""
+    """A library of all sources, with a bench that checks cores without building them."""
     with or_skip():
         find_simulator(request.param)
     folder = tmp_path_factory.mktemp(request.param)
@@ -251,7 +251,7 @@ def seeded(given: int | None = None) -> random.Random:
 
 @pytest.mark.parametrize("count", [24, pytest.param(len(REFUSED), marks=pytest.mark.slow)])
 def test_each_is_named(elaborator: Elaborator, count: int) -> None:
-    """Each of them alone keeps its entity from being built, and the message says which it is."""
+    """Each change alone is refused, with a message that names the generic."""
     taken = seeded().sample(REFUSED, count)
     built = {entity: base for entity, base, _, _ in taken}
     assert elaborator.refusals(list(built.items())) == [""] * len(built)
@@ -264,7 +264,7 @@ def test_each_is_named(elaborator: Elaborator, count: int) -> None:
 
 
 def draw_core(rng: random.Random) -> CoreConfiguration | None:
-    """A core about the limits; None if its fields alone are refused, as GUARD_BITS above F."""
+    """A random core near the limits; None if single fields are refused, as GUARD_BITS above F."""
     m = min(128, int(2 ** rng.uniform(0, 7.2)))
     reach = rng.choice([3, 8, 40, 600 // m + 2, 4200])
     shifts = tuple(rng.randint(-reach, reach) for _ in range(rng.choice([1, 1, 2, 5])))
@@ -358,7 +358,7 @@ def bits(largest: int) -> int:
 
 
 def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
-    """Expressions of the packages' functions, and what they are in whole numbers of any size."""
+    """Calls of the packages' functions, and their values in integers of any size."""
     cases = []
     for _ in range(count):
         m, wide = rng.choice([1, 2, 91, 127, 128, rng.randint(1, 128)]), rng.randint(1, 16)
@@ -366,7 +366,7 @@ def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
             lens = bits(weight * (2**wide - 1) * m * m)
             cases.append((f"lens_bits({m}, {channels}, {wide})", str(lens)))
             radius = rng.randint(0, 8)
-            # Of a Laplacian, |4 a - b - c - d - e|, two bits more; then sums of 2 r + 1.
+            # A Laplacian, |4 a - b - c - d - e|, has two bits more; then sums of 2 r + 1 follow.
             row = lens + 2 + bits(2 * radius)
             name = f"sharpness_bits({m}, {channels}, {wide}, {radius})"
             cases.append((name, str(row + bits(2 * radius))))
@@ -384,7 +384,7 @@ def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
             units = rng.randint(1, 16)
             share = Fraction(units, 64)
             fraction = max(share.denominator.bit_length() - 1, 2)
-            # After the taps of columns: signed, from -2 b to 1 + 4 b times the sum, at most.
+            # After the taps of columns the sum is signed, within -2 b to 1 + 4 b times.
             span = int(total * (1 + 4 * share) * 2**fraction)
             name = f"tapped_bits({total}, {chr(34)}{units}{chr(34)}) > {span.bit_length()}"
             cases.append((name, "true"))
@@ -403,7 +403,7 @@ def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
 
 
 def text_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
-    """Texts that are sets of whole numbers, or nearly."""
+    """Strings that are sets of integers, or nearly."""
     texts = [*NO_SETS[:-1], "-0", "007", "4096 -4096", "  1  -2 ", "1-2"]
     for _ in range(count):
         parts = [str(rng.randint(-5000, 5000)) for _ in range(rng.randint(0, 4))]
@@ -428,7 +428,7 @@ def text_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
 
 
 def test_widths_and_texts(elaborator: Elaborator, tmp_path: Path) -> None:
-    """What the packages compute of generics is what whole numbers of any size give."""
+    """The packages' functions of generics have the values of integers of any size."""
     rng = seeded()
     cases = [*width_cases(rng, 60), *text_cases(rng, 150)]
     used = ("refocus", "arithmetic", "sharpen", "sharpness")
@@ -468,7 +468,7 @@ CHOICES: dict[str, tuple[int | str | bool, ...]] = {
     "LABELS": tuple("a" * n * m for n in (1, 2, 5) for m in (2, 3, 16)),
     "STATUS": ("#", "a # b #", "x"),
     "DESCRIPTION": ("x", "resampler 5"),
-    # What is refused most, seldom.
+    # Rarely, as these are mostly refused.
     "PARALLEL_ROWS": (1, 1, 1, 1, 2, 5, 64),
     "PIXELS_PER_CLOCK": (1, 1, 1, 1, 2, 8, 32, 31),
     "ANY_ROWS": (False, False, False, True),
@@ -492,7 +492,7 @@ HUNTED = [
 
 
 def hunt(elaborator: Elaborator, entity: str, rng: random.Random, count: int) -> None:
-    """Values within the declared ranges: the entity elaborates, or a message names a generic."""
+    """For values within the declared ranges the entity elaborates, or a message names a generic."""
     kinds = declared(entity)
     cases = []
     for _ in range(count):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene's list of sources: GHDL wants all of it, and nothing besides."""
+"""A scene's list of sources has exactly those that GHDL needs."""
 
 import shutil
 import subprocess

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of ``resampler``: loads that are pending, superseded, broken off, repeated."""
+"""cocotb tests of ``resampler``: loads that are pending, superseded, aborted, repeated."""
 
 from typing import Any
 
@@ -21,7 +21,6 @@ class LoadBench(Bench):
     """A resampler, and calibrations for frames of one size."""
 
     async def begin(self, count: int) -> list[Camera]:
-        """Draw calibrations, and reset."""
         await self.reset()
         self.stall("none", "none")
         self.dut.rows.value, self.dut.columns.value = SHAPE
@@ -44,7 +43,7 @@ class LoadBench(Bench):
 
 @cocotb.test()
 async def words_behind_a_pending_commit(dut: Any) -> None:
-    """What is written after a commit shows in no frame before its own; none after is mixed."""
+    """Words written after a commit affect no earlier frame, and no frame mixes two loads."""
     bench = LoadBench(dut)
     for some in (1, 9, 15):
         a, b = await bench.begin(2)
@@ -72,7 +71,7 @@ async def the_same_calibration_twice(dut: Any) -> None:
 
 @cocotb.test()
 async def newer_loads(dut: Any) -> None:
-    """The newest commit is used; a load broken off, and a second commit, change nothing."""
+    """The newest commit is used; an aborted load and a second commit change nothing."""
     bench = LoadBench(dut)
     a, b, c = await bench.begin(3)
     await bench.load([*bench.words(a), COMMIT, *bench.words(b), COMMIT])
@@ -96,7 +95,7 @@ async def newer_loads(dut: Any) -> None:
 
 @cocotb.test()
 async def commits_around_the_start_of_a_frame(dut: Any) -> None:
-    """The frame has one calibration or the other, whole; the next one has the newer."""
+    """The frame has one of the calibrations, unmixed; the next one has the newer."""
     bench = LoadBench(dut)
     old, *others = await bench.begin(6)
     await bench.load([*bench.words(old), COMMIT])

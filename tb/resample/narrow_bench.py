@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of ``resampler`` with frames of few pixels, and of those that are none."""
+"""cocotb tests of ``resampler`` with frames of few pixels, and with invalid ones."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from resample.resample_bench import Bench
 
 
 def grid(bench: Bench, shape: tuple[int, int]) -> GridRegisters:
-    """Lenses of 1 pixel, one for each but those at two borders, somewhere between the pixels."""
+    """Lenses of 1 pixel, one for each pixel except at two borders, at random positions between."""
     one = 1 << bench.core.fraction_bits
     rows, columns = shape
     y, x = (bench.rng.randrange(one) for _ in range(2))
@@ -32,7 +32,7 @@ def grid(bench: Bench, shape: tuple[int, int]) -> GridRegisters:
 
 @cocotb.test()
 async def rings_of_few_pixels(dut: Any) -> None:
-    """Lines shorter than what the reader takes to begin: none is overwritten before it is read."""
+    """Lines shorter than the reader's start-up time are not overwritten before they are read."""
     bench = Bench(dut)
     await bench.reset()
     for stalls in (("none", "none"), ("none", "many")):
@@ -47,7 +47,7 @@ async def rings_of_few_pixels(dut: Any) -> None:
 
 @cocotb.test()
 async def lines_and_columns(dut: Any) -> None:
-    """A frame of one line or column is no frame: a flag, and the next one comes out."""
+    """A frame of one line or column raises a flag, and the next one comes out."""
     bench = Bench(dut)
     await bench.reset()
     fitting = grid(bench, (5, 3))

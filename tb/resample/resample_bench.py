@@ -49,12 +49,12 @@ class Bench:
         self.scoreboard = FrameScoreboard(self.sink, self.core.pixel_bits, Path(case["pictures"]))
 
     def tight_camera(self) -> tuple[GridRegisters, Tables]:
-        """Of some calibrations the one that needs most lines of the ring."""
+        """The calibration that needs most lines of the ring, out of several."""
         drawn = [self.camera() for _ in range(12)]
         return max(drawn, key=lambda camera: ring_needs(*camera).least)
 
     def camera(self, *, shape: tuple[int, int] | None = None) -> tuple[GridRegisters, Tables]:
-        """Draw a calibration that the resampler takes."""
+        """Draw a calibration that fits the resampler."""
         core, rng = self.core, self.rng
         while True:
             m = core.micro_image_size
@@ -93,7 +93,7 @@ class Bench:
         """Draw a grid of level or steep rows, with lenses on the first and on the last line."""
         core, rng = self.core, self.rng
         bits, m = core.fraction_bits, core.micro_image_size
-        # Far apart, as more lines of the next row of lenses are kept then.
+        # Far apart, so that more lines of the next row of lenses are kept.
         drawn, tables = max(
             (self.camera() for _ in range(4)), key=lambda camera: camera[0].down[0][0]
         )
@@ -131,7 +131,6 @@ class Bench:
         return Tables(black, moves, lenses, profile)
 
     async def reset(self) -> None:
-        """Reset the resampler."""
         dut = self.dut
         for port in (dut.load_write, dut.load_kind, dut.load_address, dut.load_data):
             port.value = 0
@@ -143,7 +142,7 @@ class Bench:
         await ClockCycles(dut.clk, 16)
 
     async def reset_once(self) -> None:
-        """Reset for a clock, and compare what comes from then on."""
+        """Reset for a clock, and compare the output from then on."""
         self.dut.reset.value = 1
         await RisingEdge(self.dut.clk)
         self.dut.reset.value = 0
@@ -177,13 +176,11 @@ class Bench:
         self.sink.stalls = stall_pattern(sink, random.Random(self.rng.random()))
 
     def frame(self, kind: str) -> Frame:
-        """Make a raw frame."""
         rows, columns = self.registers.image_shape
         core = self.core
         return make_frame(kind, rows, columns, core.channels, core.pixel_bits, self.rng)
 
     def golden(self, frame: Frame) -> Frame:
-        """What the resampler makes of a frame."""
         full = (1 << self.core.pixel_bits) - 1
         return resample(frame, self.registers, self.tables, full_scale=full)
 
@@ -193,7 +190,7 @@ class Bench:
         self.source.append(frame_beats(frame, self.core.pixel_bits))
 
     async def drain(self) -> None:
-        """Wait until all expected frames are out, and a while longer for what must not come."""
+        """Wait until all expected frames are out, and some more clocks for unexpected output."""
         quiet = 0
         while self.scoreboard.waiting and quiet < self.patience:
             before = len(self.scoreboard.received), self.scoreboard.frames_done
@@ -204,7 +201,6 @@ class Bench:
         self.scoreboard.result  # noqa: B018  (raises)
 
     async def clear_errors(self) -> None:
-        """Clear the error flags."""
         self.dut.error_clear.value = 1
         await ClockCycles(self.dut.clk, 2)
         self.dut.error_clear.value = 0
@@ -217,7 +213,7 @@ class Bench:
 
 @cocotb.test()
 async def frames_without_stalls(dut: Any) -> None:
-    """Frames back to back; the source is not refused where the count of lines says so."""
+    """Frames back to back; the source does not have to wait if the ring has enough lines."""
     bench = Bench(dut)
     await bench.reset()
     bench.stall("none", "none")
@@ -250,7 +246,7 @@ async def frames_with_stalls(dut: Any) -> None:
 
 @cocotb.test()
 async def lenses_at_the_borders(dut: Any) -> None:
-    """Lenses that lie half outside the frame: what is mirrored is there, and still there."""
+    """For lenses half outside the frame, mirrored pixels are in the ring, and still in it."""
     bench = Bench(dut)
     await bench.reset()
     for stalls in (("many", "none"), ("some", "some"), ("none", "many")):
@@ -264,7 +260,7 @@ async def lenses_at_the_borders(dut: Any) -> None:
 
 @cocotb.test()
 async def frames_behind_resets(dut: Any) -> None:
-    """A clock of reset anywhere in a frame: the next frames are right; what was loaded stays."""
+    """After a reset of one clock in a frame the next frames are right, and loaded words stay."""
     bench = Bench(dut)
     rng = bench.rng
     await bench.reset()
@@ -279,7 +275,7 @@ async def frames_behind_resets(dut: Any) -> None:
         bench.scoreboard.listening = False
         beats = frame_beats(bench.frame("random"), bench.core.pixel_bits)
         if number % 2:
-            # A line of a pixel raises flags.
+            # A line of one pixel raises flags.
             beats[0] = Beat(0, True, True)
         await bench.source.send(beats[: rng.randint(len(beats) // 3, len(beats))])
         if number == 3:
@@ -298,7 +294,7 @@ async def frames_behind_resets(dut: Any) -> None:
     skip=not THOROUGH or read_case()["core"]["moves"] or read_case()["core"]["gains"],
 )
 async def registers_change_while_video_runs(dut: Any) -> None:
-    """Registers written in the middle of a frame: the next one is the first that has them."""
+    """Registers written in the middle of a frame apply from the next one on."""
     bench = Bench(dut)
     await bench.reset()
     await bench.use(*bench.camera())
@@ -319,7 +315,7 @@ async def registers_change_while_video_runs(dut: Any) -> None:
 
 @cocotb.test()
 async def broken_frames(dut: Any) -> None:
-    """Lines and frames that end anywhere: what can be resampled of them, and whole frames after."""
+    """Lines and frames that end anywhere are resampled as far as possible; later ones whole."""
     bench = Bench(dut)
     await bench.reset()
     await bench.use(*bench.camera())
@@ -341,7 +337,7 @@ async def broken_frames(dut: Any) -> None:
     beats += frame_beats(bench.frame("random"), core.pixel_bits)
     frames, faults = repaired_frames(beats, columns, rows)
     for lines in frames:
-        # Every line is whole; those of a frame that was cut short are followed by black.
+        # Every line is whole; a frame that was cut short is filled up with black lines.
         packed = np.zeros((rows, columns), object)
         packed[: len(lines)] = np.array(lines, object).reshape(-1, columns)
         mask = (1 << core.pixel_bits) - 1
@@ -363,7 +359,7 @@ async def broken_frames(dut: Any) -> None:
 
 @cocotb.test(skip=read_case()["core"]["lines"] > 16)
 async def grid_that_needs_too_many_lines(dut: Any) -> None:
-    """It gives a flag, no hang; a reset ends it, also one just then; the next one is resampled."""
+    """It raises a flag and does not hang; a reset ends it; the next one is resampled."""
     bench = Bench(dut)
     await bench.reset()
     registers, tables = bench.camera()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The resampler in VHDL, against its bit-true model; the hunter has the colour mosaic."""
+"""The resampler in VHDL, against its bit-true model; the hunter tests the colour mosaic."""
 
 import random
 
@@ -15,8 +15,7 @@ def resampler(options: dict, *, thorough: bool = True, bench: str = "resample_be
     return Case("resampler", f"resample.{bench}", core.generics(), case)
 
 
-# Lines of as many pixels as numbers of columns have values, and of one more; rows of more lenses
-# than the numbers of lenses have values.
+# Line lengths of a power of two and one more; rows with more lenses than a power of two.
 SMALL = (
     {
         "micro_image_size": 3,
@@ -32,7 +31,7 @@ SMALL = (
         "max_columns": 64,
         "lines": 8,
         "hexagonal": True,
-        # Values that are white only once they are rounded.
+        # Values that become white only by rounding.
         "gains": True,
         "lenses": 600,
     },

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The design that tests itself: passes with the golden model's signature, fails with another."""
+"""The self test passes with the golden model's signature, and fails with another."""
 
 import random
 from typing import Any
@@ -13,13 +13,13 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def result_of_three_frames(dut: Any) -> None:
-    """From a reset in the middle of a frame on as from the first one; blink tells the frames."""
+    """The result after any reset, also in the middle of a frame; `blink` counts frames."""
     case = read_case()
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     runs = []
     every = case["clocks"]
-    # Anywhere, and where some frames have been counted.
+    # At any point, and after some frames.
     parts = rng.randrange(every), every - 2 * case["pixels"] - rng.randrange(case["pixels"])
     for clocks in (every, *parts, every):
         dut.reset.value = 1
@@ -36,13 +36,13 @@ async def result_of_three_frames(dut: Any) -> None:
         assert shown == runs[0][: len(shown)]
     tested, passed, blink = zip(*runs[0], strict=True)
     assert (tested[-1], passed[-1]) == (1, case["passes"])
-    # A result from the end of the first frame on, which does not change.
+    # The result comes at the end of the first frame and does not change.
     first = tested.index(1)
     # The source begins a clock after the reset, and the last pixel is judged a clock later.
     assert first == case["latency"] + case["pixels"] + 1
     assert all(tested[first:])
     assert set(passed[:first]) == {1}
     assert set(passed[first:]) == {case["passes"]}
-    # The bit of the count of frames that counts pairs of them.
+    # The bit of the frame count that toggles every two frames.
     assert blink.index(1) == first + case["pixels"]
     assert blink.index(0, first + case["pixels"]) == first + 3 * case["pixels"]

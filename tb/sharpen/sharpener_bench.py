@@ -23,9 +23,9 @@ Frame = tuple[int, np.ndarray]
 
 
 def golden(slice_: int, sums: np.ndarray) -> np.ndarray:
-    """What is divided by DIVISOR afterwards."""
+    """Expected sums, before the division by DIVISOR."""
     scale = taps(CASE["scale_units"]).scale
-    # All slices have the taps of the least scale that suits them all.
+    # All slices use taps of the smallest common scale.
     found = sharpened_sums(sums, M, WEIGHTS[slice_]) * (scale // taps(WEIGHTS[slice_]).scale) ** 2
     half = scale**2 // 2 if DIVISOR % 2 else 0
     return np.clip((found + half) // scale**2, 0, SUM_MAX)
@@ -47,7 +47,7 @@ def draw_frame(rng: random.Random) -> Frame:
 
 
 def line_tokens(rng: random.Random, line: np.ndarray, about: Token) -> Iterator[Token]:
-    """Tokens of a line, and the empty ones after it that are wanted at least."""
+    """Tokens of a line, with the least number of empty ones after it."""
     count = -(-len(line) // PIXELS)
     rest = len(line) - (count - 1) * PIXELS
     for n in range(count):
@@ -55,7 +55,7 @@ def line_tokens(rng: random.Random, line: np.ndarray, about: Token) -> Iterator[
         fill = np.array([rng.randint(0, SUM_MAX) for _ in range((PIXELS - len(part)) * CHANNELS)])
         part = np.concatenate([part.reshape(-1), fill]).astype(np.int64)
         first = int(n == 0)
-        # What counts with a line's first token alone may be anything elsewhere.
+        # Inputs that only matter with a line's first token are random elsewhere.
         other = {key: rng.getrandbits(1) for key in ("image", "frame_first")}
         other["slice"] = rng.randrange(len(WEIGHTS))
         yield {
@@ -71,7 +71,6 @@ def line_tokens(rng: random.Random, line: np.ndarray, about: Token) -> Iterator[
 
 
 def frame_tokens(rng: random.Random, frame: Frame) -> Iterator[Token]:
-    """Tokens of a frame."""
     slice_, values = frame
     for number, line in enumerate(values):
         about = {"image": 1, "frame_first": int(number == 0), "slice": slice_}

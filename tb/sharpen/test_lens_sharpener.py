@@ -18,7 +18,6 @@ def sharpener_case(
     columns: int = 30,
     turns: int = 4,
 ) -> Case:
-    """A case of ``sharpen.sharpener_bench``."""
     divisor = m * m if divisor is None else divisor
     generics = {
         "MICRO_IMAGE_SIZE": m,

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small frames are simulated by the GHDL that need not compile, except by `COMPILED`."""
+"""Small frames are simulated with GHDL's mcode back end, except in `COMPILED`."""
 
 import os
 import shutil
 
 import pytest
 
-# Modules, and of a module whose tests differ in the core alone, one test.
+# Modules; or one test, of a module whose tests differ only in the core.
 COMPILED = (
     "test_chain_run.py",
     "test_capture_sweep.py",

@@ -27,6 +27,6 @@ def test_capture_swept_through_the_array(tmp_path: Path) -> None:
         assert np.array_equal(frame, refocus(scene.raster, M, f"{shift}/{M}"))
     for curve, want in zip(scene.curves(result.frames), predicted, strict=True):
         assert SHIFTS[int(np.argmax(curve))] == round(want)
-        # Not by a hair: two slices away at least a tenth is lost.
+        # By a clear margin: two slices away sharpness is at least a tenth lower.
         far = np.abs(np.array(SHIFTS) - want) >= 2
         assert curve[far].max() < 0.9

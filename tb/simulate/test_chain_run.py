@@ -59,7 +59,7 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
         if grey:
             want = np.repeat(want[:, :, np.newaxis], 3, axis=2)
         assert np.array_equal(shown, want)
-    # D lines, D pixels, and what the link holds.
+    # D lines, D pixels, and the link's latency.
     line = mode_for(40, 25).h_total
     assert report.latency_clocks is not None
     assert 0 < report.latency_clocks - 10 * (line + 1) < 100
@@ -81,7 +81,7 @@ def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
 def run_screen(
     folder: Path, screen: dict, size: tuple[int, int], m: int, shifts: tuple[int, ...], board: str
 ) -> ScreenReport:
-    """Show all that a screen has through serial bits; it is told over the serial port."""
+    """Show all outputs of a screen through serial bits, selected over the serial port."""
     raw = flower(*size)
     path = folder / "raw.png"
     write_png(path, raw)

@@ -18,7 +18,7 @@ SHAPE = 34, 44
 
 
 def sim(folder: Path, raw: np.ndarray, *arguments: str, full_scale: int = 0) -> tuple[int, str]:
-    """Run the command on a capture; its exit code and what it says of errors."""
+    """Run the command on a capture; result: exit code and standard error."""
     calibration_of_grid(regular_grid(SHAPE, 5.4, rotation_degrees=0.7), SHAPE).save(
         folder / "calib.json"
     )

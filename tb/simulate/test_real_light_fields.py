@@ -106,7 +106,7 @@ def test_whole_captures(tmp_path: Path, examples: Path, capture: Capture) -> Non
     files = [examples / capture.name / name for name in capture.files]
     assert calibrate(*map(read_image, files[1:])).lenses == capture.whole_lenses
     chain(capture, files, tmp_path / "out", 8)
-    # What is shipped is a part of it.
+    # The shipped capture is a part of it.
     for path, kind in zip(files, ("raw", "white", "dark"), strict=True):
         part, whole = read_image(DATA / capture.name / f"{kind}.png"), read_image(path)
         top, left = {"antleg": (170, 225), "seaurchin": (620, 555)}[capture.name]

@@ -73,7 +73,7 @@ def test_a_second_run_leaves_nothing_of_the_first(tmp_path: Path) -> None:
     out.mkdir()
     write_png(out / "own.png", raw)
     assert len(files("--raw", str(tmp_path / "raw.png"), "-a", "0 1")) == 8
-    # Of the first run itself: it is not taken away from under the second.
+    # The first run's own file is not removed while the second run uses it.
     kept = out / "golden_1.png"
     done = sim("-M", "5", "-a", "0", "--out", str(out), "--raw", str(kept))
     assert done.returncode == 0, done.stderr

@@ -61,7 +61,7 @@ def rendered(pitch: float, rotation: float, lenses: tuple[int, int]) -> Capture:
 @pytest.mark.parametrize(("bayer", "board"), [("grbg", "atlys"), (None, "ulx3s")])
 def test_rendered_capture_over_hdmi(tmp_path: Path, bayer: str | None, board: str) -> None:
     capture = rendered(13.889, 0.7, (7, 9))
-    # Grey: of a mosaic what grey light gives.
+    # A mosaic under grey light.
     raw = capture.raw
     calibration = calibration_of_grid(capture.grid, raw.shape[:2])
     options = ["--board", board, "--micro-image", "13", "-a", "4/13", "-a", "2/13"]

@@ -93,7 +93,7 @@ def test_capture_becomes_a_picture(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
-    """Rows of lenses that are long: places in a row need all their bits."""
+    """Long rows of lenses, for which positions in a row need all their bits."""
     with or_skip():
         find_simulator("verilator")
     shape = (61, 503)

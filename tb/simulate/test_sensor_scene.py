@@ -35,7 +35,7 @@ rows = {SHAPE[0]}
 slices = ["3/4"]
 """
 
-# The file bench's view of a scene: raw frames, load port, raster.
+# A scene's circuit with the ports of the file bench: raw frames, load port, raster.
 SHIM = """
 module sensor_raster(input clk, input reset, input [15:0] columns, input [15:0] rows,
   input [1:0] red_place, input load_write, input [1:0] load_kind, input [19:0] load_address,
@@ -82,7 +82,7 @@ def tools() -> None:
 def frames_through(
     plan: Plan, calibration: Calibration, folder: Path, *, netlist: bool
 ) -> np.ndarray:
-    """What a scene's circuit makes of two frames, compared with the models."""
+    """Pass two frames through a scene's circuit, and compare them with the models."""
     assert plan.sensor is not None
     sensor = plan.sensor
     sources = configure(plan, folder / "project")

@@ -44,7 +44,7 @@ def plenofir(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str])
 
 @pytest.mark.parametrize("pixels", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_crop_of_a_light_field(tmp_path: Path, plenofir, pixels: int) -> None:
-    # Where three of the planes meet, and lines that are no multiple of M.
+    # A region where three of the planes meet, with lines that are no multiple of M.
     raw = read_image(project.DATA / "planes_5x5.png")[100:143, 300:352].copy()
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "out"
@@ -87,7 +87,7 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir, pixels: int) -> None:
 
 
 def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:
-    # Exit code 1; the pictures are there all the same.
+    # Exit code 1, but the pictures are written.
     sources = plant(
         tmp_path / "hdl",
         file_bench.core_sources(),

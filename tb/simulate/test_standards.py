@@ -26,7 +26,7 @@ from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.tools import or_skip
 
 BOARD_NAMES = [board.name for board in BOARDS.values() if board.library]
-# Those that a chain goes through.
+# Simulators that can run a chain.
 WITH_INPUT = [name for name in BOARD_NAMES if BOARDS[name].clock_ranges]
 
 

@@ -37,7 +37,7 @@ def random_frames(core: CoreConfiguration, count: int, rows: int, columns: int) 
 
 
 def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
-    """What a sweep with a frame for each slice must give."""
+    """Expected frames of a sweep with one frame for each slice."""
     slices = len(core.shifts)
     return np.array([core.golden(frame)[number % slices] for number, frame in enumerate(frames)])
 
@@ -173,7 +173,7 @@ def check_stack(
     directory: Path,
     verilog: Sequence[Path] | None = None,
 ) -> tuple[int, int]:
-    """Compare all that comes out of a stack and its index; clocks of both ends."""
+    """Compare all outputs of a stack and its index; result: clocks of both ends."""
     m = core.micro_image_size
     raw = random_frames(core, 1, rows, core.max_columns)[0]
     want_slices = core.golden(raw)

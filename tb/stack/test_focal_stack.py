@@ -15,7 +15,7 @@ from plenofir_tb.runner import Case, draw_seed, run_cases
 def configuration(
     spare: int = 4, pixels: PixelsPerClock = 1, **options: object
 ) -> CoreConfiguration:
-    """Core with lines that it takes without a pause, or shorter."""
+    """Core with lines that it takes without a pause, or with shorter ones."""
     core = CoreConfiguration.model_validate({"max_columns": 8, "engine": StackEngine(), **options})
     m = core.micro_image_size
     tokens = max(-(-core.delay // pixels) + 1, 4)
@@ -32,7 +32,7 @@ def stack_case(core: CoreConfiguration, *, thorough: bool) -> Case:
     return Case("focal_stack", "core.raster_bench", core.generics(), case)
 
 
-# Cases share simulations, which start faster than they run.
+# Cases share simulations, whose start-up takes most of the time.
 STACKS: list[dict] = [
     {"micro_image_size": 5, "shifts": (-3, 0, 3), "channels": 3},
     {"micro_image_size": 3, "shifts": (-3, 3)},
@@ -75,7 +75,7 @@ def draw(rng: random.Random) -> dict[str, object]:
 
 
 def sums_of_a_line(core: CoreConfiguration) -> int:
-    """What the time of a thorough simulation goes with."""
+    """Estimate of a simulation's time."""
     return core.max_columns * core.micro_image_size * len(core.shifts) * core.channels
 
 

@@ -29,9 +29,8 @@ SCENES = {
     "lytro1-raw": "xc7a200t",
     "video-m11": "xc7z020",
 }
-# Interfaces and pins of the cells of a block design that are not ours, as AMD's and Digilent's
-# product guides and published designs name them: masters, slaves, inputs that must be driven,
-# outputs.
+# Interfaces and pins of other vendors' cells in a block design, by AMD's and Digilent's product
+# guides and published designs: masters, slaves, inputs that must be driven, outputs.
 PINS: dict[str, tuple[str, str, str, str]] = {
     "processing_system7": (
         "M_AXI_GP0",
@@ -160,7 +159,7 @@ def test_components_elaborate(scene: str, folders: dict[str, Path], tmp_path: Pa
 
 
 def calls(script: Path) -> list[list[str]]:
-    """What a script asks of Vivado."""
+    """Commands of a script to Vivado."""
     tclsh = shutil.which("tclsh")
     if tclsh is None:
         pytest.skip("tclsh is not installed (scripts/setup.sh tests)")
@@ -210,7 +209,7 @@ DESIGNS = [
 
 
 def own_pins(folder: Path, name: str) -> tuple[str, str, str, str]:
-    """Interfaces and pins of a cell of ours, as in `PINS`."""
+    """Interfaces and pins of one of the scene's cells, as in `PINS`."""
     root = ElementTree.parse(folder / f"{name}.xml").getroot()
     ends: dict[str, list[str]] = {"master": [], "slave": []}
     inputs, outputs = [], []

@@ -42,7 +42,7 @@ SLOW = pytest.mark.slow
 
 
 def marks_of(design: Design) -> list[pytest.MarkDecorator]:
-    """Which runs synthesise a design: not the large ones, and one of the scenes' cores."""
+    """Marks of a design: large ones are slow, and one of the scenes' cores is drawn."""
     if design.slow:
         return [SLOW]
     return [pytest.mark.drawn(1, "cores of scenes")] if design.name.endswith(" core") else []
@@ -87,13 +87,13 @@ def test_contents_of_memories_in_files(tmp_path: Path) -> None:
     whole = ["3] = 2'b11", "2] = 2'b01", "1] = 2'b00", "0] = 2'b10"]
     verilog.write_text(module(whole))
     move_contents(verilog)
-    # It has fewer words than are worth it.
+    # It has too few words for a file.
     assert verilog.read_text() == module(whole)
     move_contents(verilog, 4)
     (file,) = tmp_path.glob("*.mem")
     assert file.read_text().split() == ["10", "00", "01", "11"]
     assert f'initial $readmemb("{file.name}", memory);' in verilog.read_text()
-    # What has gaps is left as it is.
+    # Contents with gaps are not moved.
     verilog.write_text(module(whole[:3]))
     move_contents(verilog, 2)
     assert verilog.read_text() == module(whole[:3])
@@ -212,7 +212,7 @@ endmodule
 
 
 def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
-    """Additions and subtractions of pixels and sums that GHDL makes of the adders."""
+    """Additions and subtractions of pixels and sums in GHDL's Verilog of the adders."""
     file = next(s for s in hdl.hdl_sources() if s.stem == "moving_sum_adder")
     lines = file.read_text().splitlines()
     begin = next(n for n, line in enumerate(lines, 1) if "add : process" in line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of what stands between two clocks; each is for the entity it names."""
+"""cocotb tests of clock crossings and gearboxes; each is for the entity it names."""
 
 import random
 from typing import Any, NamedTuple
@@ -47,7 +47,7 @@ async def two_clocks(dut: Any, halves: int) -> None:
 
 
 async def all_bits_in_order(dut: Any, source: Port, sink: Port) -> None:
-    """Random words go in; what comes out has all their bits in order."""
+    """The output has all bits of random input words in order."""
     rng = random.Random(cocotb.RANDOM_SEED)
     words = [rng.randrange(1 << source.width) for _ in range(2000 // source.width)]
     cocotb.start_soon(two_clocks(dut, 220))
@@ -82,7 +82,7 @@ async def five_bits_from_ten(dut: Any) -> None:
 
 @for_entity("elastic_buffer")
 async def words_cross_clocks(dut: Any) -> None:
-    """Words come in order and half the depth late, at any phase; a lost clock begins anew."""
+    """Words come in order and half the depth late, at any phase, also after a lost clock."""
     rng = random.Random(cocotb.RANDOM_SEED)
     words = 1 << CASE["width"]
     half = 1 << (CASE["address_bits"] - 1)
@@ -119,7 +119,7 @@ async def words_cross_clocks(dut: Any) -> None:
             if int(dut.flowing.value):
                 break
         assert int(dut.flowing.value)
-        # What was in the memory comes out first.
+        # The memory's old contents come out first.
         for _ in range(2 * half):
             await FallingEdge(dut.read_clk)
         late = {(sent - int(dut.read_word.value)) % words}
@@ -127,10 +127,10 @@ async def words_cross_clocks(dut: Any) -> None:
             await FallingEdge(dut.read_clk)
             assert int(dut.flowing.value)
             late.add((sent - int(dut.read_word.value)) % words)
-        # One number more or less where both clocks change at one time.
+        # One more or less if both clocks change at the same time.
         assert max(late) - min(late) <= 1, late
         assert half - 1 <= min(late) <= max(late) <= half + 5, late
-        # The write clock stops until that is noticed: reading begins anew, half the depth behind.
+        # The write clock stops long enough to be noticed: reading restarts, half the depth late.
         writing = False
         for _ in range(2 * half):
             await FallingEdge(dut.read_clk)

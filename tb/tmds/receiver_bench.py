@@ -17,14 +17,14 @@ from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet
 from plenofir.fpga.hdmi.tmds import TOKENS
 from plenofir_tb.video import shrunken
 
-# Room for an island between the lines; where the blanking begins anew, room for many.
+# Room for an island between lines, and for many in the vertical blanking.
 MODE = shrunken(
     "hdmi", h_active=20, h_front=9, h_sync=30, h_back=37, v_active=18, v_front=1, v_sync=2, v_back=2
 )
 FRAME = MODE.h_total * MODE.v_total
 # Frames until the receiver is locked and knows the source.
 FIRST_FRAMES = 3
-# What is told comes two clocks after the last word of its packet.
+# Reports come two clocks after the last word of a packet.
 TOLD_LATE = 2
 
 
@@ -55,10 +55,10 @@ def random_packets(rng: random.Random) -> Iterator[Packet]:
 
 
 def spoil(words: Packed, rng: random.Random) -> None:
-    """Turn bits: single ones anywhere, and words that are wrong in all channels.
+    """Invert bits: single ones anywhere, and words that are wrong in all channels.
 
-    The deskew believes two equal measurements in a row, so that lost tokens, which end a run too
-    early, have a right run between them.
+    The deskew accepts two equal measurements in a row, so lost tokens, which end a run too early,
+    have a right run between them.
     """
     right = words.copy()
     for _ in range(len(words) // 150):
@@ -81,7 +81,7 @@ def spoil(words: Packed, rng: random.Random) -> None:
 
 @dataclass
 class Taken:
-    """What came out, one entry a clock."""
+    """The output, one entry a clock."""
 
     video: list[tuple[int, ...]] = field(default_factory=list)
     told: list[tuple[int, ...]] = field(default_factory=list)
@@ -95,7 +95,6 @@ NOTHING_TOLD = (0, 0, 0, 0, 0)
 
 
 async def play(dut: Any, words: list[int]) -> Taken:
-    """Send words, one each clock."""
     taken = Taken()
     groups = [
         ([getattr(dut, name) for name in names], out)
@@ -120,7 +119,7 @@ def told_by(info: AviInfo) -> tuple[int, ...]:
 
 @cocotb.test()
 async def as_the_python_receiver(dut: Any) -> None:
-    """HDMI, wrong bits, DVI, HDMI again: video, errors, packets and what they tell agree."""
+    """HDMI, wrong bits, DVI, HDMI again: video, errors, packets and their contents agree."""
     rng = random.Random(cocotb.RANDOM_SEED)
     pixels = np.random.default_rng(cocotb.RANDOM_SEED)
 
@@ -134,7 +133,7 @@ async def as_the_python_receiver(dut: Any) -> None:
         encode_hdmi(MODE, frames(3), sent),
         encode_frames(MODE, frames(1)),
         encode_hdmi(MODE, frames(1), sent),
-        # As of a source that sends no packets.
+        # Values for a source without packets.
         encode_hdmi(MODE, frames(1), iter([])),
     ]
     spoil(parts[1], rng)
@@ -152,7 +151,7 @@ async def as_the_python_receiver(dut: Any) -> None:
     columns = (signals.active, signals.h_sync, signals.v_sync, rgb, errors, want.hdmi)
     video = list(zip(*(column.astype(int).tolist() for column in columns), strict=True))
     begin, end = FIRST_FRAMES * FRAME, len(words)
-    # The clocks from a word to what it becomes.
+    # The clocks from a word to its output.
     late = taken.video.index(video[begin], begin) - begin
     for i in range(begin, end):
         assert taken.video[i + late] == video[i], (
@@ -165,7 +164,7 @@ async def as_the_python_receiver(dut: Any) -> None:
     for i in range(end - 1):
         at = i + late + TOLD_LATE
         torn = wrong = False
-        # What a source of DVI tells does not count; that it is one is known a clock earlier.
+        # Information of a DVI source does not matter; that it is DVI is known a clock earlier.
         if not want.hdmi[i + 1]:
             now = NOTHING_TOLD
         elif i in ends:

@@ -76,7 +76,7 @@ async def every_byte_at_every_disparity(dut: Any) -> None:
 
 @for_entity("tmds_encoder")
 async def encoder_begins_anew(dut: Any) -> None:
-    """A reset anywhere: the disparity and the words under way go."""
+    """A reset at any time clears the disparity and the words under way."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     inputs = [
@@ -98,7 +98,7 @@ async def encoder_begins_anew(dut: Any) -> None:
 
 @for_entity("tmds_decoder")
 async def decoder_begins_anew(dut: Any) -> None:
-    """A reset anywhere: no word under way is one."""
+    """A reset at any time invalidates the words under way."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     inputs = [{"word": rng.choice([rng.randrange(1024), *tmds.TOKENS])} for _ in range(300)]
@@ -137,7 +137,7 @@ async def every_word(dut: Any) -> None:
 
 @for_entity("tmds_periods")
 async def what_a_preamble_begins(dut: Any) -> None:
-    """Preambles and guard bands with faults, resets in preambles: what follows is as voted."""
+    """Preambles and guard bands with faults, resets in preambles: votes decide what follows."""
     rng = start(dut)
     words, enough, guards = 8, 4, 3
     for port in ("active", "control", "data", "error", "is_nibble", "nibble", "is_guard"):
@@ -207,7 +207,7 @@ def words_of(bits: list[int]) -> list[int]:
 
 
 async def send_words(dut: Any, words: list[int]) -> list[tuple[int, bool, bool]]:
-    """Send ten bits a clock; what came out for each."""
+    """Send ten bits a clock; result: the output for each."""
     got = []
     for word in words:
         dut.bits.value = word
@@ -225,7 +225,7 @@ def find(words: list[int], run: list[int]) -> int:
 
 @for_entity("tmds_word_align")
 async def every_phase(dut: Any) -> None:
-    """All ten phases, one after the other without a reset, with bit errors now and then."""
+    """All ten phases, one after the other without a reset, with occasional bit errors."""
     rng = start(dut)
     dut.bits.value = 0
     await reset(dut)
@@ -233,7 +233,7 @@ async def every_phase(dut: Any) -> None:
     for phase in phases:
         words = some_lines(rng, 6, 60, 24)
         bits = [rng.randrange(2) for _ in range(phase)] + bits_of(words) + [0] * (60 - phase)
-        # Errors in the middle of lines, away from what is compared below.
+        # Errors in the middle of lines, away from the compared parts.
         for line in (2, 3):
             bits[10 * 84 * line + rng.randrange(400)] ^= 1
         got = await send_words(dut, words_of(bits))
@@ -247,7 +247,7 @@ async def every_phase(dut: Any) -> None:
 
 @for_entity("tmds_word_align")
 async def alignment_begins_anew(dut: Any) -> None:
-    """A reset anywhere: nothing is left of a phase, nor of the tokens that it was found by."""
+    """A reset at any time clears the phase and the count of tokens for it."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     bits: list[int] = []
@@ -258,7 +258,7 @@ async def alignment_begins_anew(dut: Any) -> None:
     await reset_is_whole(
         dut, inputs, ends, cleared=["aligned"], others=["word", "token"], after=120
     )
-    # So many clocks after a reset and no less it counts as aligned: tokens before it do not count.
+    # It is aligned exactly this many clocks after a reset: tokens before the reset do not count.
     run = CASE["run"]
     dut.bits.value = tmds.TOKENS[1]
     for _ in range(2 * run):
@@ -271,7 +271,7 @@ async def alignment_begins_anew(dut: Any) -> None:
 
 @for_entity("tmds_word_align")
 async def loss_is_noticed(dut: Any) -> None:
-    """No tokens, or single ones only: lost after the timeout, and found again later."""
+    """Without tokens, or with single ones, alignment is lost after the time-out, then found."""
     rng = start(dut)
     dut.bits.value = 0
     await reset(dut)
@@ -303,7 +303,7 @@ async def every_skew(dut: Any) -> None:
         dut.aligned.value = 7
         got: list[list[int]] = [[], [], []]
         for i in range(len(lines[0])):
-            # One wrong token early in the blanking of a line must not count as a line.
+            # A wrong token early in a line's blanking must not count as a line.
             now = [channel[i] for channel in late]
             if i == 74 * 3 + 60:
                 now[rng.randrange(3)] = 0x1F0
@@ -318,7 +318,7 @@ async def every_skew(dut: Any) -> None:
         # Lines 5 and 6 of all channels lie side by side.
         starts = [find(out, words[5 * 74 : 7 * 74]) for out, words in zip(got, lines, strict=True)]
         assert len(set(starts)) == 1, f"skew {skew}: lines begin at {starts}"
-    # Without lines it stays locked for as long as it may, less what has passed since the last one.
+    # Without lines it stays locked for the time-out, less the time since the last one.
     dut.words.value = dut.tokens.value = 0
     held = 0
     while int(dut.locked.value) and held <= CASE["timeout"]:
@@ -338,7 +338,7 @@ async def every_skew(dut: Any) -> None:
 
 @for_entity("tmds_deskew")
 async def deskew_begins_anew(dut: Any) -> None:
-    """A reset anywhere: nothing is left of taps, nor of the lines that they were found by."""
+    """A reset at any time clears the taps and the measurements for them."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     inputs = []
@@ -347,14 +347,14 @@ async def deskew_begins_anew(dut: Any) -> None:
         tokens = sum((w in tmds.TOKENS) << c for c, w in enumerate(now))
         words = now[0] | now[1] << 10 | now[2] << 20
         inputs.append({"words": words, "tokens": tokens, "aligned": 7})
-    # A line has been measured before each reset: what it gave stays for comparison.
+    # A line is measured before each reset, which must not count afterwards.
     ends = rng.sample(range(80, len(inputs) - 10), 20)
     await reset_is_whole(dut, inputs, ends, cleared=["locked"], others=["out_words"], after=120)
 
 
 @for_entity("tmds_polarity")
 async def swapped_wires(dut: Any) -> None:
-    """Any channels inverted: 1 and 2 are found by their tokens, 0 by both, not by preambles."""
+    """Inverted channels: 1 and 2 are found by their tokens, 0 by both, not by preambles."""
     rng = start(dut)
     token_00, token_01 = tmds.TOKENS[0], tmds.TOKENS[1]
     dut.words.value = 0
@@ -386,11 +386,11 @@ async def swapped_wires(dut: Any) -> None:
 
 @for_entity("info_frame_reader")
 async def reader_begins_anew(dut: Any) -> None:
-    """A reset anywhere, also after the last word of a packet: nothing is told of it."""
+    """After a reset at any time, also after a packet's last word, the packet is not reported."""
     rng = start(dut)
     await FallingEdge(dut.clk)
     inputs, ends = [], []
-    # Good ones, one whose check bits are wrong, one whose sum is, one of another kind.
+    # Good ones, one with wrong check bits, one with a wrong checksum, one of another type.
     for kind in ("good", "torn", "good", "spoilt", "good", "audio"):
         info = AviInfo(ColourSpace(2), Colorimetry(1), format_code=rng.randrange(1, 60))
         packet = info.packet()

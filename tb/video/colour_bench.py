@@ -17,7 +17,7 @@ LATENCY = 3
 
 @cocotb.test()
 async def colours_are_converted(dut: Any) -> None:
-    """All ways, and those that pass: pixels as in the Python arithmetic, syncs with them."""
+    """All conversions, and none: pixels as in the Python arithmetic, with their syncs."""
     Clock(dut.clk, 10, "ns").start()
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
     ends = list(itertools.product((0, 16, 128, 240, 255), repeat=3))
@@ -43,6 +43,6 @@ async def colours_are_converted(dut: Any) -> None:
             dut.in_h_sync.value = flags[at] >> 1 & 1
             dut.in_v_sync.value = flags[at] >> 2
             if i == 0:
-                # The way is known a clock later.
+                # The conversion is selected a clock later.
                 await FallingEdge(dut.clk)
             await FallingEdge(dut.clk)

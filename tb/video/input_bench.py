@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of what takes video in; each is for the entity that it names."""
+"""cocotb tests of video input; each is for the entity that it names."""
 
 import random
 from typing import Any
@@ -23,7 +23,7 @@ from plenofir_tb.video import (
 )
 
 CASE = read_case()
-# Of a timing's count, and the places of two of its counts.
+# Bits of a timing's counts, and positions of two of them.
 MOST = (1 << COUNT_BITS) - 1
 LINE_LENGTH, ROWS = 1, 4
 
@@ -48,7 +48,6 @@ class MeterSource:
         self.stable.clear()
 
     async def play(self, active: Any, h_sync: Any, v_sync: Any) -> None:
-        """Send a signal."""
         dut = self.dut
         for a, h, v in zip(*(s.tolist() for s in (active, h_sync, v_sync)), strict=True):
             dut.active.value, dut.h_sync.value, dut.v_sync.value = int(a), int(h), int(v)
@@ -59,7 +58,6 @@ class MeterSource:
                 self.timings.append([timing >> COUNT_BITS * i & MOST for i in range(10)])
 
     async def frames(self, mode: VideoMode, count: int = 1) -> None:
-        """Send regular frames."""
         signals = blank_frames(mode, count)
         await self.play(signals.active, signals.h_sync, signals.v_sync)
 
@@ -79,20 +77,20 @@ async def timings_of_any_mode(dut: Any) -> None:
         assert source.stable[-2:] == [1, 1], mode
         assert int(dut.timing.value) == timing_vector(mode), mode
         mode = random_mode(rng)
-    # A reset: nothing is known of what came before.
+    # After a reset earlier frames do not count.
     total = mode.h_total * mode.v_total
     for clocks in (1, 3 * mode.h_total, total - 1, total + 1, 4 * total - 1):
         signals = blank_frames(mode, 4)
         await source.play(*(s[:clocks] for s in (signals.active, signals.h_sync, signals.v_sync)))
         await source.reset(mode)
         await source.frames(mode, 5)
-        # A frame that begins without a vertical sync before it is not known to begin.
+        # The beginning of a frame is not recognised without a vertical sync before it.
         assert source.stable == [0, 0, 1, 1]
 
 
 @for_entity("video_timing_meter")
 async def irregular_frames_are_not_stable(dut: Any) -> None:
-    """One line that differs makes the frame's timing unstable, two regular frames end that."""
+    """A single different line makes the frame's timing unstable, until two regular frames."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     source = MeterSource(dut)
@@ -130,7 +128,7 @@ async def irregular_frames_are_not_stable(dut: Any) -> None:
         if line < mode.v_active:
             place = rng.randrange(1, mode.h_active)
             faults.append((f"line {line}, torn at {place}", one("active", at + place)))
-            # A line of a pixel more, or of one less.
+            # A line with one pixel more or less.
             faults.append((f"line {line} begins late", one("active", at)))
             faults.append((f"line {line} ends late", one("active", at + mode.h_active)))
             faults.append((f"line {line} is shorter", cut(at + mode.h_active, 1)))
@@ -142,7 +140,7 @@ async def irregular_frames_are_not_stable(dut: Any) -> None:
     for name, signals in rng.sample(faults, len(faults)):
         source.stable.clear()
         await source.play(signals.active, signals.h_sync, signals.v_sync)
-        # The start of the frame itself, told by the regular one before.
+        # The start of the frame itself, after the regular one before it.
         assert source.stable[0] == signals.active[0], name
         source.stable.clear()
         await source.frames(mode, 3)
@@ -181,7 +179,7 @@ async def timings_end(dut: Any) -> None:
 
 @for_entity("video_timing_meter")
 async def meter_is_reset_at_any_pixel(dut: Any) -> None:
-    """A clock of reset while video goes on: nothing is known from then on, nor from before."""
+    """A reset of one clock while video goes on: earlier measurements do not count."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     source = MeterSource(dut)
@@ -209,11 +207,11 @@ async def meter_is_reset_at_any_pixel(dut: Any) -> None:
         await play(1)
         dut.reset.value = 0
         assert [int(p.value) for p in (dut.frame_start, dut.stable, dut.timing)] == [0, 0, 0]
-        # A frame that begins without a vertical sync since the reset is not known to begin.
+        # The beginning of a frame is not recognised without a vertical sync since the reset.
         await play(5 * total)
         assert source.stable == [0, 0, 1, 1, 1][: 5 if place < v_end else 4], f"{mode}, {place}"
         assert int(dut.timing.value) == timing_vector(mode)
-        # Of the frame that was cut, lines count from the reset on; how long they are is not known.
+        # In the frame with the reset, lines are counted from the reset on, without their length.
         if mode.h_total <= place < v_end:
             ends = np.arange(mode.v_active) * mode.h_total + mode.h_active - 1
             assert source.timings[0][ROWS] == sum(ends > place)
@@ -235,12 +233,12 @@ class StreamTap:
         self.rng = random.Random(cocotb.RANDOM_SEED)
         self.stalls = 0.0
         self.taken: list[tuple[int, ...]] = []
-        # What was told with the first pixel of each frame.
+        # Reports with the first pixel of each frame.
         self.rows: list[int] = []
         dut.restart.value = 0
 
     async def play(self, signals: RasterSignals) -> None:
-        """Send a signal; what comes out is added to `taken`."""
+        """Send a signal; the output is added to `taken`."""
         dut = self.dut
         packed = signals.pixels.astype(int) @ (1, 256, 65536)
         columns = (signals.active, signals.h_sync, signals.v_sync, packed)
@@ -258,7 +256,6 @@ class StreamTap:
             self.taken.append((*beat, int(dut.following_running.value), int(dut.miss.value)))
 
     def pictures(self, mode: VideoMode, count: int) -> RasterSignals:
-        """Signals of random frames."""
         rng = np.random.default_rng(self.rng.randrange(1 << 32))
         shape = (count, mode.v_active, mode.h_active, 3)
         return raster_signals(mode, list(rng.integers(0, 256, shape, np.uint8)))
@@ -266,7 +263,7 @@ class StreamTap:
 
 @for_entity("video_to_stream")
 async def modes_at_the_limits(dut: Any) -> None:
-    """Modes that just fit are streamed whole; those that just do not are told."""
+    """Modes that just fit are streamed whole; those that just do not are reported."""
     Clock(dut.clk, 10, "ns").start()
     tap = StreamTap(dut)
     for name in ("active", "h_sync", "v_sync", "pixel"):
@@ -318,7 +315,7 @@ async def frames_reach_into_the_blanking(dut: Any) -> None:
         tap.rows.clear()
         signals = tap.pictures(mode, 6)
         await tap.play(signals)
-        # Three frames until a timing is followed; the last one is not out as a whole.
+        # Three frames until a timing is followed; the last one is incomplete.
         assert tap.rows[-3:] == [rows] * 3, mode
         packed = signals.pixels.astype(int) @ (1, 256, 65536)
         total = mode.h_total * mode.v_total
@@ -335,7 +332,7 @@ async def frames_reach_into_the_blanking(dut: Any) -> None:
 
 @for_entity("video_to_stream")
 async def misses_are_counted(dut: Any) -> None:
-    """One frame that begins elsewhere is a miss, two in a row make it start anew."""
+    """A frame that begins at another time is a miss; two misses in a row cause a restart."""
     Clock(dut.clk, 10, "ns").start()
     tap = StreamTap(dut)
     mode = at_the_limits("moved")
@@ -350,7 +347,7 @@ async def misses_are_counted(dut: Any) -> None:
             keep = np.r_[keep, np.full(clocks, keep[-1])]
         await tap.play(RasterSignals(*(s[keep] for s in vars(frame).values())))
 
-    # There and back, again and again: it goes on.
+    # Single misses, repeatedly: it goes on.
     for clocks in (1, -1, 2):
         tap.taken.clear()
         await moved(clocks)
@@ -358,7 +355,7 @@ async def misses_are_counted(dut: Any) -> None:
         await tap.play(tap.pictures(mode, 1))
         assert sum(miss for *_, miss in tap.taken) == 1
         assert all(following for *_, following, _ in tap.taken)
-    # Moved for good.
+    # Moved permanently.
     tap.taken.clear()
     await moved(1)
     await tap.play(tap.pictures(mode, 4))
@@ -380,7 +377,7 @@ async def misses_are_counted(dut: Any) -> None:
 
 @for_entity("video_to_stream")
 async def stream_is_reset_at_any_pixel(dut: Any) -> None:
-    """A clock of reset while video goes on: no stream until two frames are measured anew."""
+    """A reset of one clock while video goes on: no stream until two more frames are measured."""
     Clock(dut.clk, 10, "ns").start()
     tap = StreamTap(dut)
     mode = at_the_limits("reset")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""cocotb tests of what a board shows without a source, and of black sides."""
+"""cocotb tests of pictures without a source, and of black sides."""
 
 import random
 from typing import Any
@@ -19,7 +19,7 @@ PACKED = (1, 256, 65536)
 
 @for_entity("stored_light_field")
 async def stored_in_the_middle(dut: Any) -> None:
-    """Two frames from each reset on, also from one in the middle of a frame."""
+    """Two frames after each reset, also after one in the middle of a frame."""
     case = read_case()
     mode = shrunken("stored", **case["mode"])
     rng = random.Random(cocotb.RANDOM_SEED)

@@ -16,7 +16,7 @@ CASE = read_case()
 
 
 class Camera:
-    """Sends frames with blanking, and takes what comes out."""
+    """Sends frames with blanking, and collects the output."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -25,7 +25,6 @@ class Camera:
         self.frame_before = self.line_before = 0
 
     async def clocks(self, count: int) -> None:
-        """Go on for some clocks."""
         dut = self.dut
         for _ in range(count):
             await FallingEdge(dut.clk)
@@ -90,7 +89,7 @@ async def frames_are_refocused(dut: Any) -> None:
 
 @cocotb.test()
 async def resets_in_frames(dut: Any) -> None:
-    """The rest of a frame is left out without an error; the next frame is whole."""
+    """The rest of a frame with a reset is dropped without an error; the next frame is whole."""
     Clock(dut.clk, 10, "ns").start()
     camera = Camera(dut)
     for name in ("in_frame_valid", "in_line_valid", "in_data", "slice"):

@@ -13,7 +13,7 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def lines_without_gaps(dut: Any) -> None:
-    """After each reset: whole frames, each line in one go, nothing of what was before."""
+    """After each reset: whole frames, each line without gaps, nothing from before."""
     rng = random.Random(cocotb.RANDOM_SEED)
     rows, columns = read_case()["rows"], read_case()["columns"]
     Clock(dut.clk, 10, "ns").start()
@@ -21,7 +21,7 @@ async def lines_without_gaps(dut: Any) -> None:
     line_before = 0
 
     async def clock() -> bool:
-        """Go on for a clock; whether a pixel on offer was taken."""
+        """Run for a clock; result: whether an offered pixel was taken."""
         nonlocal line_before
         taken = str(dut.s_axis_tready.value) == "1"
         await FallingEdge(dut.clk)
@@ -61,7 +61,7 @@ async def lines_without_gaps(dut: Any) -> None:
         sent = [*frames[0], *frames[1]]
         assert runs == [sent[i : i + columns] for i in range(0, len(sent), columns)]
         assert not int(dut.frame_valid.value)
-        # A line goes out while the reset comes, or waits, or has not come in.
+        # At the reset a line is being sent, waits, or has not come in.
         await send(frames[0][: rng.randint(columns, rows * columns - 1)])
         for _ in range(rng.randint(0, 6)):
             await clock()
@@ -137,7 +137,7 @@ async def frames_cut_short_stay_apart(dut: Any) -> None:
     await clocks(stall - 4 * columns)
     assert int(dut.frame_valid.value)
     await send(whole[2:], starts=False)
-    # All pixels are there but the last mark: the frame is whole.
+    # All pixels have come, but not the last mark: the frame is whole.
     await send(other, ends=False)
     await clocks(8 * columns)
     assert frames == [whole[:2], whole, other]

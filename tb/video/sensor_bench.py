@@ -70,7 +70,6 @@ class Bench(VideoBench):
             await FallingEdge(self.dut.clk)
 
     def golden(self, picture: np.ndarray) -> np.ndarray:
-        """What the design must make of a picture."""
         registers, tables = self.chip()
         raw = picture
         if CASE["order"] is not None:
@@ -95,9 +94,9 @@ class Bench(VideoBench):
         return frames
 
     async def check(self, mode: VideoMode, lost: int = 1, count: int = 2) -> None:
-        """Some frames may be lost, then each is right but the last, which is not out as a whole."""
+        """Check that after lost frames each is right, except the last, incomplete one."""
         await self.play(mode, lost)
-        # The first frame in what is taken does not count as whole: it is one of those before.
+        # The first frame is incomplete, from before.
         before = (mode.v_total - mode.v_active + 2) * mode.h_total
         self.tap.taken = self.tap.taken[-before:]
         frames = await self.play(mode, count + 1)
@@ -111,7 +110,7 @@ class Bench(VideoBench):
 
 
 def differences(got: np.ndarray, want: np.ndarray) -> str:
-    """Where a picture differs."""
+    """Description of the differences of a picture."""
     places = np.argwhere((got != want).any(axis=-1))
     return f"{len(places)} pixels differ, from {places[0]} to {places[-1]}"
 
@@ -155,7 +154,7 @@ async def raw_aligned_refocused(dut: Any) -> None:
 
 @cocotb.test(skip=not BIND)
 async def blanking(dut: Any) -> None:
-    """Blanking that is as short as it may be, a thorough run's also long, with either output."""
+    """The shortest blanking, in thorough runs also long ones, with either output."""
     bench = Bench(dut)
     await bench.reset()
     await bench.load(0)
@@ -202,7 +201,7 @@ async def modes_change(dut: Any) -> None:
 
 @cocotb.test(skip=not BIND or not CASE["thorough"])
 async def broken_frames(dut: Any) -> None:
-    """Torn data enable: the pixel is black; a source that is lost and comes back at any phase."""
+    """Gaps in data enable give black pixels; a source is lost and comes back at any phase."""
     bench = Bench(dut)
     await bench.reset()
     await bench.load(0)
@@ -238,7 +237,7 @@ async def broken_frames(dut: Any) -> None:
 
 @cocotb.test(skip=BIND)
 async def lines_of_the_ring(dut: Any) -> None:
-    """With the shortest blanking nothing is lost; with fewer lines raw pixels are, and flagged."""
+    """Nothing is lost with the shortest blanking; with a smaller ring pixels are, with a flag."""
     bench = Bench(dut)
     await bench.reset()
     bench.core = bench.core.model_copy(update={"lines": 256})

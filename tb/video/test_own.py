@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board shows without a source, and the black sides of a picture."""
+"""Pictures without a source, and the black sides of a picture."""
 
 import random
 

@@ -22,8 +22,8 @@ EVEN = (44, 72)
 # M, shifts, cameras.
 Plain = tuple[int, tuple[int, ...], list[ShownCamera]]
 SIMPLE: Plain = (3, (2, -1), TINY)
-# The core is more lines behind than there are between two frames of the raster, and these come more
-# and more slowly than they go out.
+# The core's delay is longer than the gap between frames of the raster, whose lines come more slowly
+# than they leave.
 FAR_BEHIND: Plain = (3, (50, -1), [ShownCamera(4.05, 0.3, shape=(140, 64))])
 SMALL = [ShownCamera(5.4, 0.7), ShownCamera(6.9, -1.0)]
 

@@ -69,7 +69,7 @@ def video_case(
 
 
 def run_thorough(outputs: str) -> None:
-    """The whole bench; what simulates longer than it compiles."""
+    """The whole bench, which simulates longer than it compiles."""
     mode = shrunken("mini")
     run_cases([video_case(3, (2, 0, -1), mode, thorough=True, outputs=outputs)], long=True)
 
@@ -94,7 +94,7 @@ def test_more_of_all_in_focus_and_depth() -> None:
 def test_blanking_of_stacks() -> None:
     cases = []
     for m, shifts, outputs, radius, changes in [
-        # Lines of a frame with its blanking that are M - 1, M - 2, 0 too many.
+        # Lines of a frame, blanking included, that are M - 1, M - 2, 0 above a multiple of M.
         (5, (-1, 2), "dr", 0, {"v_active": 24, "v_front": 1, "v_sync": 1, "v_back": 3}),
         (4, (1, 0, 3), "ad", 1, {"v_active": 30, "v_back": 1, "h_back": 60}),
         (3, (-2, 1), "d", 2, {"v_active": 22, "v_front": 1, "v_sync": 1, "v_back": 21}),
@@ -130,7 +130,7 @@ def unit(entity: str, generics: dict, *, bench: str = "unit", **case: object) ->
     return Case(entity, f"video.{bench}_bench", generics, {"entity": entity, **case})
 
 
-# Of video_to_stream: the bench has modes that just meet them.
+# Limits of video_to_stream: the bench has modes that just meet them.
 LIMITS = {"MAX_COLUMNS": 12, "DELAY_LINES": 6, "DELAY_PIXELS": 14, "BLANK_LINES": 4}
 
 

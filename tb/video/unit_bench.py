@@ -27,7 +27,7 @@ from plenofir_tb.video import (
 
 @for_entity("picture_marks")
 async def marked_pictures(dut: Any) -> None:
-    """Marks as they are, with other colours, spoilt; the bar, and pictures without any."""
+    """Marks unchanged, with other colours, damaged; the bar, and pictures without marks."""
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     tap = VideoTap(dut, sink="out")
@@ -67,14 +67,14 @@ async def marked_pictures(dut: Any) -> None:
 
 @for_entity("raster_generator")
 async def rasters_of_any_mode(dut: Any) -> None:
-    """Every output at every pixel, from starts and resets at any moment on."""
+    """Every output at every pixel, after starts and resets at any time."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     dut.timing.value = 0
     await FallingEdge(dut.clk)
     for number in range(12):
         mode = random_mode(rng)
-        # A start in the clock of the reset is none.
+        # A start in the clock of the reset is ignored.
         dut.start.value = number // 4 % 2
         await reset(dut, 1)
         dut.start.value = 0
@@ -114,7 +114,7 @@ async def rasters_of_any_mode(dut: Any) -> None:
 
 @for_entity("camera_timing")
 async def frames_wait_for_a_camera(dut: Any) -> None:
-    """Frames that come any number of clocks apart, and then none: lines are always whole."""
+    """Frames any number of clocks apart, and then none: lines are always whole."""
     rng = random.Random(cocotb.RANDOM_SEED)
     late = read_case()["late"]
     mode = random_mode(rng)
@@ -173,17 +173,18 @@ async def pattern_from_its_equation(dut: Any) -> None:
 
 @for_entity("stream_to_video")
 async def streams_with_faults_are_shown(dut: Any) -> None:
-    """Missing, late and surplus pixels: told, black up to the next frame, which is right."""
+    """Missing, late and surplus pixels: reported, black up to the next frame, which is right."""
     case = read_case()
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
     mode = shrunken("shown", h_active=6, h_front=1, h_sync=2, h_back=1, v_active=4, v_back=2)
     total = mode.h_total * mode.v_total
-    # From a position at the ports, which is of the clock to come, to its place at the output.
+    # Clocks from a position at the ports, which is that of the next clock, to its pixel at the
+    # output.
     delay = case["lines"] * mode.h_total + case["pixels"] + 2
     Clock(dut.clk, 10, "ns").start()
     position = 0
     beats: list[tuple[int, int]] = []
-    # Beats that are left when one is not there in the clock in which it is wanted.
+    # Beats left when one is missing in its clock.
     gap = 0
     dut.following_timing.value = timing_vector(mode)
     dut.delay_lines.value = case["lines"]
@@ -235,7 +236,7 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         active, _, _, _, running, underflow = (await run(1))[0]
         dut.reset.value = 0
         assert (active, running, underflow) == (0, 0, 0)
-        # Nothing is in step: what does not begin a frame is dropped at once.
+        # Not synchronised: beats that do not start a frame are dropped at once.
         dut.s_axis_tvalid.value, dut.s_axis_tuser.value = 1, 0
         await Timer(1, "ns")
         assert int(dut.s_axis_tready.value)
@@ -263,17 +264,17 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         await show([], black, 1)
         good = frame()
         await show(good, [pixel for pixel, _ in good], 0)
-        # Pixels too many take the place of the next frame, which so comes later.
+        # Surplus pixels delay the next frame.
         good, late = frame(), frame()
         await show([*good, *frame()[1:7], *late], [pixel for pixel, _ in good], 0)
         await show([], black, 1)
         await show([], [pixel for pixel, _ in late], 0)
-        # A frame that is cut short; the next one waits for its place.
+        # A frame that is cut short; the next one waits for its position.
         short, good = frame()[:10], frame()
         await show([*short, *good], [*[pixel for pixel, _ in short], *black[10:]], 1)
         await show([], [pixel for pixel, _ in good], 0)
-        # Without a source it goes on, black, whatever the timing says, and that is no fault: but
-        # for the pixel that was due in the clock in which the source went.
+        # Without a source it goes on in black, whatever the timing, without a fault, except for the
+        # pixel of the clock in which the source disappeared.
         dut.following_running.value = 0
         dut.following_timing.value = 0
         await show([], black, 1)
@@ -288,7 +289,7 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
 
 @for_entity("window")
 async def pictures_in_the_middle(dut: Any) -> None:
-    """With black around; one that does not fit is told and dropped, whatever it does."""
+    """Pictures with black around; one that does not fit is reported and dropped."""
     case = read_case()
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
     mode = shrunken("shown", h_active=7, h_front=1, h_sync=2, h_back=2, v_active=5, v_back=2)
@@ -337,7 +338,7 @@ async def pictures_in_the_middle(dut: Any) -> None:
 
 @for_entity("mode_ports")
 async def timing_of_a_mode(dut: Any) -> None:
-    """Every count of a mode that is given as in data sheets."""
+    """Every count of a mode, from values as in data sheets."""
     await Timer(1, "ns")
     mode = VideoMode.model_validate(read_case()["mode"])
     assert int(dut.timing.value) == timing_vector(mode)

@@ -29,7 +29,6 @@ class Bench(VideoBench):
         self.slice = self.shown = 0
 
     def golden(self, picture: np.ndarray) -> np.ndarray:
-        """What the design must make of a picture."""
         arithmetic = (
             StoredProductArithmetic(fraction_bits=4, guard_bits=2)
             if CASE["stored"]
@@ -59,7 +58,6 @@ class Bench(VideoBench):
         return np.array(CASE["colours"], np.uint8)[index]
 
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
-        """Send whole frames."""
         await self.tap.drive(raster_signals(mode, frames))
 
 
@@ -71,10 +69,10 @@ async def every_frame_is_refocused(dut: Any) -> None:
     mode = VideoMode.model_validate(CASE["mode"])
     frames = bench.pictures(mode, 7)
     signals = raster_signals(mode, frames)
-    # The source was on before: the first frame is not whole.
+    # The source was on before, so the first frame is incomplete.
     await bench.tap.drive(part(signals, bench.random.randrange(1, mode.h_total * mode.v_active)))
     got = bench.tap.frames(from_start=True)
-    # Two frames are measured after the one that is cut; of the last one the end is missing.
+    # Two frames are measured after the incomplete one; the last one is incomplete too.
     assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
     for picture, frame in zip(frames[FRAMES_TO_FOLLOW:], got, strict=False):
         assert np.array_equal(frame.pixels, bench.golden(picture))
@@ -113,7 +111,7 @@ async def modes_change(dut: Any) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def bit_errors_stay_where_they_are(dut: Any) -> None:
-    """Torn data enable and wrong syncs: the raster stays, only the pixels hit are wrong."""
+    """Gaps in data enable and wrong syncs: the raster stays, only the affected pixels are wrong."""
     bench = Bench(dut)
     await bench.reset()
     mode = shrunken("mini")
@@ -145,7 +143,7 @@ async def bit_errors_stay_where_they_are(dut: Any) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def input_lost_and_back(dut: Any) -> None:
-    """No picture for a while: the raster goes on, black; then the picture is back, at any phase."""
+    """No input for a while: the raster goes on in black; then the picture is back, at any phase."""
     bench = Bench(dut)
     await bench.reset()
     mode = shrunken("mini")
@@ -202,7 +200,7 @@ async def slices_change_between_frames(dut: Any) -> None:
             "sweep": bench.random.randrange(2),
             "sweep_frames": bench.random.randrange(3),
         }
-        # After the beginning of the frame before at the output.
+        # After the previous frame has begun at the output.
         late = CASE["delay_lines"] * mode.h_total + 100
         at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - late)
         await bench.tap.drive(part(signals, begin, at))
@@ -225,7 +223,7 @@ async def slices_change_between_frames(dut: Any) -> None:
 
 
 async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
-    """Slice, output and whether it is raw, as told with the first pixel of each frame."""
+    """Slice, output and whether it is raw, as reported at the first pixel of each frame."""
     blank_lines, was = 1000, 0
     while True:
         await FallingEdge(dut.clk)
@@ -240,7 +238,7 @@ async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def passed_through(dut: Any) -> None:
-    """With pass_through, and with lines that are too long, the input comes out as it is."""
+    """With pass_through, and with lines that are too long, the input is passed unchanged."""
     bench = Bench(dut)
     await bench.reset()
     for long in (False, True):
@@ -258,7 +256,7 @@ async def passed_through(dut: Any) -> None:
         assert np.array_equal(got[0].pixels, frames[3])
         assert got[0].mode == mode.as_measured()
         assert not int(dut.following.value) or not long
-    # A reset darkens the output at once, and for as long as it lasts.
+    # A reset makes the output black at once, as long as it lasts.
     dut.pass_through.value = 1
     await bench.tap.drive(part(signals, 0, 5))
     assert int(dut.out_active.value)

@@ -42,7 +42,6 @@ class Constraints:
     pins: Mapping[str, str] = field(default_factory=dict)  # port to the package's pin
 
     def text(self, language: Language) -> str:
-        """Lines of a constraints file."""
         return "".join(f"{line}\n" for line in self._lines(language))
 
     def _lines(self, language: Language) -> Iterator[str]:

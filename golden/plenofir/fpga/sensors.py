@@ -62,7 +62,6 @@ class SensorMode:
 
     @property
     def frames_per_second(self) -> float:
-        """Frames a second."""
         return self.pixel_rate / (self.line_pixels * self.frame_lines)
 
 

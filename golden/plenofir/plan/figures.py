@@ -244,7 +244,6 @@ class FiguresFile(BaseModel):
 
 
 def load_figures() -> FiguresFile:
-    """Read the file of figures."""
     return FiguresFile.model_validate(json.loads(FILE.read_text()))
 
 

@@ -179,7 +179,6 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
 
 
 def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
-    """Readme of a project's folder."""
     crossings = ", ".join(crossing.register for crossing in constraints.crossings)
     about = (
         "its streams are ports. Join them to your design, or give them\n"

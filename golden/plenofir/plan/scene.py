@@ -70,7 +70,6 @@ class SceneFrame(_Part):
 
     @property
     def channels(self) -> int:
-        """Channels of a pixel."""
         return 3 if self.colour == "rgb" else 1
 
 

@@ -20,7 +20,6 @@ def _constant(name: str, value: int | bool | str) -> str:
 
 
 def sensor_generics(sensor: PlannedSensor) -> Generics:
-    """Generics of `sensor_raster`."""
     return {**sensor.core.generics(), "MOSAIC": sensor.mosaic is not None}
 
 

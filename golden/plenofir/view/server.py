@@ -74,7 +74,6 @@ class _Nothing(RequestHandler):
             self.set_header(name, value)
 
     def prepare(self) -> None:
-        """Refuse."""
         raise HTTPError(404)
 
     def write_error(self, status_code: int, **kwargs: object) -> None:

@@ -24,7 +24,6 @@ class Words(dict):
         return self.get(address, 0)
 
     def write(self, address: int, value: int) -> None:
-        """Write a word."""
         self[address] = value
 
 

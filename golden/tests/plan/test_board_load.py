@@ -46,7 +46,6 @@ class Board:
         self.answers: list[bytes] = []
 
     def write(self, data: bytes, /) -> object:
-        """Take a line."""
         line = data.decode().removesuffix("\r")
         if self.deaf:
             self.deaf = False

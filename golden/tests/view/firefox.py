@@ -63,7 +63,6 @@ class Tab:
         return result
 
     def goto(self, address: str) -> None:
-        """Open an address."""
         self._call("WebDriver:Navigate", url=address)
 
     def resize(self, width: int, height: int) -> None:

@@ -42,19 +42,15 @@ class ChromiumTab:
         self.tab = tab
 
     def goto(self, address: str) -> None:
-        """Open an address."""
         self.tab.goto(address)
 
     def evaluate(self, expression: str, argument: Any = None) -> Any:
-        """The value of an expression."""
         return self.tab.evaluate(expression, argument)
 
     def press(self, key: str) -> None:
-        """Press a key."""
         self.tab.keyboard.press(key)
 
     def wheel(self, x: int, y: int, delta: int) -> None:
-        """Turn the wheel."""
         self.tab.mouse.move(x, y)
         self.tab.mouse.wheel(0, delta)
         self.tab.wait_for_timeout(100)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `colour_mosaic` must do: bilinear in 3 x 3 pixels, mirrored at the borders, halves up.
+"""Reference of `colour_mosaic`: bilinear in 3 x 3 pixels, mirrored at the borders, halves up.
 
-A colour that a pixel's filter does not let through is the mean of those neighbours that have it. In
+A colour that a pixel's filter blocks is the mean of those neighbours that have it. In
 a frame of a single line or column, that line or column stands for its neighbours.
 """
 
@@ -16,7 +16,7 @@ def colours(raw: np.ndarray, red_line: int, red_column: int) -> np.ndarray:
         index.append(np.abs(size - 1 - np.abs(size - 1 - np.abs(n))) if size > 1 else n * 0)
     wide = raw[np.ix_(*index)].astype(np.int64)
     rows, columns = raw.shape
-    # The filters count on over the borders: 0 red, 1 green, 2 blue.
+    # The filters' pattern continues beyond the borders: 0 red, 1 green, 2 blue.
     y = (np.arange(-1, rows + 1) + red_line) % 2
     x = (np.arange(-1, columns + 1) + red_column) % 2
     filters = y[:, None] + x

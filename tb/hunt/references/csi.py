@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSI-2 from the standard and the header of `csi_receiver`: packets, and what is made of them."""
+"""CSI-2 from the standard and the header of `csi_receiver`: packets and their reception."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -68,7 +68,7 @@ def unpacked(payload: Sequence[int], bits: int) -> list[int]:
 
 
 def mended(head: Sequence[int]) -> tuple[int, str]:
-    """The 24 bits of a header, and what is told of it."""
+    """The 24 bits of a header, and the report about it."""
 
     def sound(word: int) -> bool:
         return word >> 24 == check_byte(word & 0xFFFFFF)
@@ -83,7 +83,7 @@ def mended(head: Sequence[int]) -> tuple[int, str]:
 
 
 class Receiver:
-    """Takes bursts; frames as lists of lines, and counts of what is told."""
+    """Receives bursts: frames as lists of lines, and counts of reports."""
 
     def __init__(self, lanes: int, bits: int, channel: int, columns: int, rows: int) -> None:
         self.lanes, self.bits, self.channel = lanes, bits, channel
@@ -94,7 +94,7 @@ class Receiver:
         self.told: Counter[str] = Counter()
 
     def burst(self, data: Sequence[int]) -> None:
-        """What all lanes brought, in order."""
+        """Receive a burst of all lanes."""
         if len(data) < 4:
             self.told["cut"] += 1
             return
@@ -120,7 +120,7 @@ class Receiver:
         whole = len(body) == value + 2
         if not whole:
             self.told["cut"] += 1
-            # A word that is not there on all lanes is not there.
+            # A word counts only if all lanes have it.
             body = body[: len(body) // self.lanes * self.lanes]
         elif checksum(body[:-2]) != body[-2] | body[-1] << 8:
             self.told["payload"] += 1

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `depth_index` must do, from docs/stack.md: sharpness of micro images, votes, the picture."""
+"""Reference of `depth_index`, from docs/stack.md: sharpness of micro images, votes, the picture."""
 
 import numpy as np
 
 
 def _window(x: np.ndarray, radius: int) -> np.ndarray:
-    """Sums over (2 radius + 1)^2 micro images; beyond the edges there is nothing."""
+    """Sums over (2 radius + 1)^2 micro images; 0 beyond the edges."""
     rows, columns = x.shape
     padded = np.pad(x, radius)
     reach = range(2 * radius + 1)
@@ -13,7 +13,7 @@ def _window(x: np.ndarray, radius: int) -> np.ndarray:
 
 
 def sharpness(image: np.ndarray, m: int, radius: int) -> np.ndarray:
-    """Of each micro image (t, s) of a slice (rows, columns, channels)."""
+    """Sharpness of each micro image (t, s) of a slice (rows, columns, channels)."""
     luma = image @ np.array([1, 2, 1]) if image.shape[2] == 3 else image[:, :, 0]
     rows, columns = (-(-length // m) for length in luma.shape)
     whole = np.zeros((rows * m, columns * m), dtype=np.int64)
@@ -29,9 +29,9 @@ def sharpness(image: np.ndarray, m: int, radius: int) -> np.ndarray:
 
 
 def between(curves: np.ndarray, shifts: list[int], level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where each peak lies from 0 to 255, and its confidence; curves: sharpness (slices, t, s).
+    """Position of each peak, 0 to 255, and its confidence; curves: sharpness (slices, t, s).
 
-    In whole numbers of Python, with the vertex of a parabola through three points.
+    In Python's integers, with the vertex of a parabola through three points.
     """
     place, sure = np.full(curves.shape[1:], 128), np.zeros(curves.shape[1:], dtype=int)
     drop = 1 << max(level.bit_length() - 5, 0)
@@ -44,7 +44,7 @@ def between(curves: np.ndarray, shifts: list[int], level: int) -> tuple[np.ndarr
         (x0, x1, x2), (y0, y1, y2) = shifts[i - 1 : i + 2], curve[i - 1 : i + 2]
         over = y0 * (x1**2 - x2**2) + y1 * (x2**2 - x0**2) + y2 * (x0**2 - x1**2)
         under = 2 * (y0 * (x1 - x2) + y1 * (x2 - x0) + y2 * (x0 - x1))
-        # On the way from the middle of the first two to that of the last two.
+        # Relative position from the middle of the first two to that of the last two.
         place[t, s] = min(256 * (2 * over - (x0 + x1) * under) // (under * (x2 - x0)), 255)
         bend = 2 * curve[i] - curve[i - 1] - curve[i + 1]
         sure[t, s] = min(max(bend // drop, 1), 255)
@@ -52,7 +52,7 @@ def between(curves: np.ndarray, shifts: list[int], level: int) -> tuple[np.ndarr
 
 
 def weight(shift: int, m: int) -> int:
-    """Sixteenths by which a slice counts."""
+    """Weight of a slice in sixteenths."""
     return {0: 12}.get(shift % m, 15 if 2 * shift % m == 0 else 16)
 
 
@@ -71,7 +71,7 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
     if not g["VOTE_RADIUS"]:
         return index, *depth
     sure = np.ptp(all_of_them, axis=0) >= g["CONFIDENCE"]
-    # What has no slice of its own has no place between two.
+    # Micro images without a slice of their own have no depth between slices.
     depth = tuple(np.where(sure, part, none) for part, none in zip(depth, (128, 0), strict=False))
     votes = np.stack([_window((index == s) & sure, g["VOTE_RADIUS"]) for s in range(len(slices))])
     found = index.copy()

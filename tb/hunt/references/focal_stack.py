@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `focal_stack` must do (docs/stack.md): all slices of a pixel, exact, nearest neighbour."""
+"""Reference of `focal_stack` (docs/stack.md): all slices of a pixel, exact, nearest neighbour."""
 
 import numpy as np
 

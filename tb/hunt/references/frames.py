@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of a stream whose marks are broken: the table of faults in docs/core.md."""
+"""Reference for streams with wrong marks: the table of faults in docs/core.md."""
 
 from collections.abc import Iterable
 
@@ -9,8 +9,8 @@ LINE_EARLY, LINE_LATE, FRAME_EARLY, BETWEEN, SIZE = (1 << n for n in range(5))
 class Frames:
     """Frames of a stream of beats, as lines of `tokens` words; flags of its faults.
 
-    A frame is final when nothing that follows can change it: it has all of its lines, or another
-    one began. `loose` are flags that may be set or not.
+    A frame is final when nothing that follows can change it: it has all of its lines, or the next
+    one has begun. `loose` are flags that may or may not be set.
     """
 
     def __init__(self) -> None:
@@ -21,7 +21,7 @@ class Frames:
         self.line: list[int] = []
 
     def take(self, beats: Iterable, tokens: int, rows: int, *, supported: bool = True) -> None:
-        """Take beats, all with the same size of frame at the ports."""
+        """Take beats, all with the same frame size at the ports."""
         for beat in beats:
             if beat.start:
                 self.dropping = False
@@ -41,7 +41,7 @@ class Frames:
                 continue
             elif not self.is_open:
                 if self.flags & SIZE:
-                    # The rest of a frame that is dropped for its size.
+                    # The rest of a frame that is dropped because of its size.
                     self.loose |= BETWEEN
                 elif self.frames:
                     self.flags |= BETWEEN

@@ -7,7 +7,7 @@ DEVICE = 0x50
 
 
 def edid_faults(block: Sequence[int], columns: int) -> list[str]:
-    """What is wrong with a block of 128 bytes for lines of at most some columns."""
+    """Faults of a block of 128 bytes, for lines with a largest number of columns."""
     faults = []
     if list(block[:8]) != [0, *[255] * 6, 0]:
         faults.append("header")
@@ -26,8 +26,8 @@ def edid_faults(block: Sequence[int], columns: int) -> list[str]:
 class Device:
     """A device's side of the lines: `low` says whether it pulls the data line.
 
-    `content` is sent from the address on that was written, 0xFF after its end; None: no answer.
-    `refuse` is the number of a byte of a transfer that is not acknowledged; 2: the address to read.
+    `content` is sent from the written address on, then 0xFF; None: no answer. `refuse` is the
+    number of a byte in a transfer that is not acknowledged; 2: the address to read.
     """
 
     def __init__(self, content: Sequence[int] | None) -> None:
@@ -37,15 +37,15 @@ class Device:
         self.lines = (1, 1)
         self.mode, self.bits, self.byte, self.number = "idle", 0, 0, 0
         self.low = False
-        # Bytes taken, bytes sent with the master's bit after them, starts and stops.
+        # Received bytes, sent bytes with the master's acknowledge, starts and stops.
         self.log: list[tuple[str, int, int]] = []
 
     def sends(self, byte: int) -> None:
-        """Be in the middle of a byte."""
+        """Start in the middle of a byte."""
         self.mode, self.byte, self.bits, self.low = "send", byte, 1, not byte >> 7
 
     def follow(self, scl: int, sda: int) -> None:
-        """Take levels of the lines."""
+        """Follow the levels of the lines."""
         before, self.lines = self.lines, (scl, sda)
         if before == (1, 1) and self.lines == (1, 0):
             self.log.append(("start", 0, 0))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `load_port` and `command_line` behind it answer to a line, from what they say of themselves.
+"""Answers of `load_port` with `command_line` behind it to a line, from their headers.
 
-Blanks do not count. A line that begins with l is a word (16 hexadecimal digits, kind 0 to 3) or the
-question; all others are for the command line: a letter, and for most a decimal number up to 255.
+Blanks are ignored. A line that begins with l is a word (16 hexadecimal digits, kind 0 to 3) or the
+question; others are commands: a letter, for most with a decimal number up to 255.
 """
 
 DIGITS = "0123456789"
@@ -12,7 +12,7 @@ Word = tuple[int, int, int]
 
 
 def answer(line: str, description: str, *, busy: bool) -> tuple[str | None, Word | None]:
-    """The answer to a line, if it has one, and the word that it writes."""
+    """The answer to a line, if there is one, and the word that it writes."""
     text = line.replace(" ", "")
     if not text:
         return None, None

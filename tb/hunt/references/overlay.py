@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `text_overlay` draws, from its header and `overlay_pkg`: texts, labels, a ruler."""
+"""Reference of `text_overlay`, from its header and `overlay_pkg`: texts, labels, a ruler."""
 
 GLYPH, HEIGHT, RULER, MARGIN = 8, 16, 8, 8
 ROWS = 2 * HEIGHT + RULER
-# Characters that the longest picture has room for.
+# Characters that fit the widest picture.
 MOST_COLUMNS = 511
 
 
@@ -17,7 +17,7 @@ def place(g: dict, rows: int, y: int, x: int, *, bottom: int) -> tuple[int, int]
 
 def drawn(g: dict, oy: int, ox: int, pixel: int, *, slice_: int, kind: int, raw: int,
           errors: int) -> int:  # fmt: skip
-    """The pixel at a place of the overlay, over a pixel of the picture; red in the low bits."""
+    """The pixel of the overlay over a pixel of the picture; red in the low bits."""
     slices, width = g["SLICES"], g["LABEL_COLUMNS"]
     if oy >= 2 * HEIGHT:
         field, within = divmod(ox, GLYPH * width)

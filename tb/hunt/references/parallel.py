@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 
 def frames(items: Iterable, columns: int, rows: int) -> list[list[list[int]]]:
-    """Lines of pixels of the frames that come out of beats; None: silence longer than STALL."""
+    """Lines of pixels of the output frames for beats; None: silence longer than STALL."""
     found: list[list[list[int]]] = []
     line: list[int] = []
     starts = dropping = is_open = False

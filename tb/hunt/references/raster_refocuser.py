@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `raster_refocuser` must do, from its definitions: docs/core.md, docs/golden-model.md.
+"""Reference of `raster_refocuser`, from its definitions: docs/core.md, docs/golden-model.md.
 
 S[k'] = sum over u of x[M floor((k' - u a') / M) + u], outside the picture x = 0; output pixel k is
 S[k + floor((M-1) a' / 2)] if centred. Rows first, then columns; each order of interpolation is
@@ -50,7 +50,7 @@ def refocused(raw: np.ndarray, g: dict, slice_: int) -> np.ndarray:
     x = raw.astype(np.int64)
     if g["EXACT"]:
         if g["BORDER_NORMALISED"]:
-            # Sums over those of a picture of ones; 0 where nothing arrives.
+            # Divide by the sums of a picture of ones; 0 where these are 0.
             weight = picture_sums(np.ones_like(x), m, passes, g["CENTRED"])
             x = picture_sums(x, m, passes, g["CENTRED"])
             return (2 * x + weight) // np.maximum(2 * weight, 1)

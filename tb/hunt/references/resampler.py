@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `resampler` must do, from docs/resampling.md and the equations at the heads of its parts.
+"""Reference of `resampler`, from docs/resampling.md and the equations in its parts' headers.
 
 Pixel (v, u) of lens (t, s) lies at origin + down(0) + ... + down(t - 1) + s right + (v, u), in
 2**-FRACTION_BITS pixels; its first WEIGHT_BITS are used. A grid is a dictionary of the registers
@@ -18,7 +18,7 @@ def round_off(x: np.ndarray, bits: int) -> np.ndarray:
 
 
 def first_lines(grid: dict, g: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (t, s, 2) in 2**-WEIGHT_BITS, and the whole line of each row's first lens."""
+    """Positions (t, s, 2) in 2**-WEIGHT_BITS, and the integer line of each row's first lens."""
     rows, lenses = grid["lenses"]
     steps = np.array([(0, 0)] + [grid["down"][t % 2] for t in range(rows - 1)]).cumsum(axis=0)
     at = np.array(grid["origin"]) + steps[:, None] + np.arange(lenses)[:, None] * grid["right"]
@@ -36,7 +36,7 @@ def reach(grid: dict, g: dict) -> tuple[int, int]:
 
 
 def lines_needed(grid: dict, g: dict, rows: int) -> tuple[np.ndarray, np.ndarray]:
-    """The last raw line that each line of the raster needs, and the first that is kept for it."""
+    """The last raw line that each line of the raster needs, and the first one kept for it."""
     (up, down), last = reach(grid, g), rows - 1
     _, first = first_lines(grid, g)
     line = (first[:, None] + np.arange(g["MICRO_IMAGE_SIZE"])).ravel()
@@ -86,7 +86,7 @@ def raster(raw: np.ndarray, grid: dict, g: dict) -> np.ndarray:
 
 
 def words(grid: dict, g: dict) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int]]]:
-    """(kind, address, word) for the load port: those of the tables, those of the registers."""
+    """(kind, address, word) for the load port: of the tables, and of the registers."""
     up, down = reach(grid, g)
     rows, lenses = grid["lenses"]
     vectors = [grid["origin"], grid["right"], *grid["down"]]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Settings:
-    """What commands set; limits are numbers of slices, outputs, places of the text."""
+    """Settings by commands; limits are numbers of slices, outputs, positions of the text."""
 
     slices: int
     outputs: int
@@ -20,7 +20,7 @@ class Settings:
         self.values = {"s": self.first_slice, "w": 0, "p": 0, "t": 0, "o": 0, "h": 1}
 
     def answer(self, line: Sequence[int], status: str) -> str | None:
-        """Obey a line without its end; its answer, None if there is none."""
+        """Execute a line without its end; result: its answer, None if there is none."""
         characters = [chr(code) for code in line if code not in (0x20, 0x00)]
         if not characters:
             return None

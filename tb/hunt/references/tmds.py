@@ -10,7 +10,7 @@ Signal = tuple[int, int, int, int]
 
 
 def encode(byte: int, disparity: int) -> tuple[int, int]:
-    """The word of a byte, and ones minus zeros after it (figure 3-5)."""
+    """The word of a byte, and the running disparity (figure 3-5)."""
     d = [byte >> i & 1 for i in range(8)]
     with_xor = not (sum(d) > 4 or (sum(d) == 4 and not d[0]))
     q = [d[0]]

@@ -29,7 +29,6 @@ class Pin:
 
     @property
     def bank(self) -> int:
-        """Bank of an I/O pin."""
         return int(self.name.rsplit("_", 1)[1])
 
     @property
@@ -106,6 +105,5 @@ class Device(BaseModel):
 
 @cache
 def device() -> Device:
-    """Read the device file."""
     content: dict[str, Any] = tomllib.loads((_FOLDER / "xc6slx45.toml").read_text())
     return Device.model_validate(content)

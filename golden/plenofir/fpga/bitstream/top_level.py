@@ -28,7 +28,6 @@ _STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")
 
 
 def top_source(top: str = TOP) -> Path:
-    """Source of a top level."""
     return project.root() / "hdl" / "board" / f"{top}.vhd"
 
 

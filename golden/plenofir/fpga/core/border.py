@@ -38,7 +38,6 @@ def weights_clocks(raster: Raster, pixels_per_clock: int) -> int:
 
 
 def weight_bits(raster: Raster) -> int:
-    """Width of a weight."""
     return int(raster.micro_image_size ** (2 * raster.passes)).bit_length()
 
 

@@ -141,7 +141,6 @@ class DepthIndexConfiguration(BaseModel):
         )
 
     def generics(self) -> Generics:
-        """Generics of the entity ``depth_index``."""
         # One pixel a clock is the entity's default.
         own = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
         fields = self.model_dump(exclude=own)

@@ -102,12 +102,10 @@ class Raster(BaseModel):
 
     @property
     def column_bits(self) -> int:
-        """Bits of a column's number."""
         return max((self.max_columns - 1).bit_length(), 1)
 
     @property
     def slice_bits(self) -> int:
-        """Bits of a slice's number."""
         return max((len(self.shifts) - 1).bit_length(), 1)
 
     def pass_shifts(self, number: int) -> tuple[int, ...]:

@@ -59,7 +59,6 @@ class MovingSumEngine(SliceEngine):
     # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
-        """Schedule of a stage."""
         shifts = raster.pass_shifts(number)
         return SumLayout(raster.micro_image_size, shifts, raster.align, self.any_rows)
 

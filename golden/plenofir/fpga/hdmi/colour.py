@@ -107,7 +107,6 @@ def to_full_range_rgb(pixels: Pixels, way: int) -> Pixels:
 
 
 def colour_package() -> str:
-    """VHDL of ``hdl/video/colour_pkg.vhd``, the coefficients."""
     rows = []
     for c in WAYS:
         numbers = (c.luma, c.red, c.green_red, c.green_blue, c.blue)

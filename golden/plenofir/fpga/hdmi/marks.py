@@ -54,8 +54,6 @@ def with_bar(picture: Image, marks: int, lines: int) -> Image:
 
 
 def marks_package() -> str:
-    """VHDL of ``hdl/video/marks_pkg.vhd``."""
-
     def colour(values: tuple[int, int, int]) -> str:
         return 'x"' + "".join(f"{value:02X}" for value in values[::-1]) + '"'
 

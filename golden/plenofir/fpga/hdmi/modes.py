@@ -43,7 +43,6 @@ class VideoMode(BaseModel):
 
     @property
     def frame_rate(self) -> float:
-        """Frames a second."""
         return 1000 * self.pixel_clock / (self.h_total * self.v_total)
 
     def as_measured(self) -> "VideoMode":

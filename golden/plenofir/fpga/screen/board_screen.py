@@ -75,7 +75,6 @@ class Screen:
         return self.delay_lines(core) * line_length + self.delay_pixels(core) + _VIDEO_CLOCKS + text
 
     def core_generics(self, core: CoreConfiguration) -> Generics:
-        """Generics of ``picture_core``."""
         stack = core.generics()
         return {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")} | {
             "OUTPUTS": self.outputs,
@@ -97,7 +96,6 @@ def _literal(value: str | int | bool) -> tuple[str, str]:
 
 
 def _constants(values: dict[str, str | int]) -> list[str]:
-    """Declarations, in columns."""
     found = {name: _literal(value) for name, value in values.items()}
     names, types = max(map(len, found)), max(len(kind) for kind, _ in found.values())
     return [

@@ -59,12 +59,10 @@ class Overlay:
 
     @property
     def slices(self) -> int:
-        """Number of slices."""
         return len(self.labels)
 
     @property
     def text_columns(self) -> int:
-        """Characters of a text."""
         return max(map(len, self.texts))
 
     @property
@@ -74,7 +72,6 @@ class Overlay:
 
     @property
     def columns(self) -> int:
-        """Characters of the widest line."""
         return max(self.text_columns + ERROR_COLUMNS, self.slices * self.label_columns)
 
     @property
@@ -90,7 +87,6 @@ class Overlay:
         return ROWS + 2 * MARGIN, self.columns * GLYPH_COLUMNS + 2 * MARGIN
 
     def generics(self) -> dict[str, int | str]:
-        """Generics of ``text_overlay``."""
         return {
             "SLICES": self.slices,
             "FONT": font_digits(),

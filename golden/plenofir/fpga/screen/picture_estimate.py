@@ -27,7 +27,6 @@ def _bits(largest: int) -> int:
 
 
 def stack_memories(core: CoreConfiguration) -> Iterator[Memory]:
-    """Memories of the entity ``focal_stack``."""
     engine = core.engine
     assert isinstance(engine, StackEngine)
     layout, pixel = engine.layout(core), core.channels * core.pixel_bits
@@ -50,7 +49,6 @@ def stack_memories(core: CoreConfiguration) -> Iterator[Memory]:
 
 
 def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Iterator[Memory]:
-    """Memories of the entity ``depth_index``."""
     slices, pixel = index.slices, index.channels * index.pixel_bits
     lenses = -(-index.max_columns // index.micro_image_size)
     places, number = _bits(lenses - 1), _bits(slices - 1)

@@ -106,7 +106,6 @@ def golden_frame(
 
 
 def _name(core: CoreConfiguration, screen: Screen, frame: ShownFrame) -> str:
-    """File of a picture."""
     letter = screen.outputs[frame.output]
     name = _KINDS[letter].replace("-", "_")
     if letter == "r":

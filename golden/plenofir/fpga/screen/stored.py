@@ -43,13 +43,11 @@ class StoredLightField:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Rows and columns of pixels."""
         rows, columns = self.lenses
         return rows * self.micro_image_size, columns * self.micro_image_size
 
     @property
     def word_bits(self) -> int:
-        """Bits of a micro image."""
         return self.micro_image_size**2 + 2 * sum(COLOUR_BITS)
 
     @property

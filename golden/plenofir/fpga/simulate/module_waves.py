@@ -137,7 +137,6 @@ def _merged(name: str, texts: Sequence[str]) -> WaveJson:
 
 
 def _level(name: str, bits: Sequence[str]) -> WaveJson:
-    """A lane of one bit."""
     again = [i > 0 and bit == bits[i - 1] for i, bit in enumerate(bits)]
     wave = "".join(_AS_BEFORE if a else bit for a, bit in zip(again, bits, strict=True))
     return {"name": name, "wave": wave}

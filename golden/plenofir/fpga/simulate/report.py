@@ -88,7 +88,6 @@ class StackReport(Report):
 
 
 def _weights(report: Report) -> str:
-    """Weight of each slice's taps."""
     return "b = " + " ".join(slice_.sharpening for slice_ in report.slices)
 
 

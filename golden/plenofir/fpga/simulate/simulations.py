@@ -77,12 +77,10 @@ class Simulation(ABC):
 
     @property
     def more_files(self) -> tuple[str, ...]:
-        """Its other files."""
         return ()
 
     @property
     def frames(self) -> int:
-        """Frames that go in."""
         return len(self.core.shifts)
 
     @abstractmethod
@@ -100,7 +98,6 @@ class Simulation(ABC):
         """Simulate in a folder, made if missing; `progress` is called with pixels."""
 
     def slices(self, result: BenchResult) -> Image:
-        """The picture of each slice."""
         if result.slices != tuple(range(len(self.core.shifts))):
             raise SimulationError(f"the core swept through the slices {result.slices}")
         return result.frames
@@ -186,7 +183,6 @@ class StackSimulation(Simulation):
         )
 
     def slices(self, result: BenchResult) -> Image:
-        """All slices of the frame."""
         assert result.stacks is not None
         stack: Image = result.stacks[0]
         return stack
@@ -248,7 +244,6 @@ class BoardSimulation(Simulation):
 
     @property
     def more_files(self) -> tuple[str, ...]:
-        """Pictures of the other outputs."""
         return shown_names(self.core, self.what.screen)
 
     def check(self) -> None:
@@ -299,7 +294,6 @@ class BoardSimulation(Simulation):
 
 
 def simulation_of(what: Run, raw: Picture) -> Simulation:
-    """The simulation for a request."""
     if what.chain == "hdmi":
         return BoardSimulation(what, raw)
     stack = isinstance(what.core.engine, StackEngine)

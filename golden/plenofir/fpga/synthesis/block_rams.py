@@ -89,7 +89,6 @@ def _module(
 
 
 def block_ram_models() -> str:
-    """Verilog of RAMB16BWER and RAMB8BWER."""
     large = [
         (
             letter,

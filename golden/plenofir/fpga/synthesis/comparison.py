@@ -147,7 +147,6 @@ class Comparison(BaseModel):
 
 
 def load_comparison() -> Comparison:
-    """Read the file."""
     return Comparison.model_validate(json.loads(FILE.read_text()))
 
 

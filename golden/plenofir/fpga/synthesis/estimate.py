@@ -71,7 +71,6 @@ def _products(core: CoreConfiguration) -> tuple[int, tuple[int, int]]:
 
 
 def multipliers(core: CoreConfiguration, family: Family = "spartan6") -> int:
-    """Multipliers of a raster core."""
     number, factors = _products(core)
     return number * multiplier_units(*factors, family) if number else 0
 

@@ -70,7 +70,6 @@ def _ports(verilog: str, top: str) -> list[tuple[str, int, str]]:
 
 
 def _module(top: str, pins: list[str], body: list[str], links: list[str]) -> str:
-    """Text of the wrapper."""
     return "\n".join(
         [
             f"module {NAME} (",

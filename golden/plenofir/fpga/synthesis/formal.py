@@ -38,7 +38,6 @@ class FirProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         hold = " hold" if self.hold else ""
         return (
             f"filter M={self.micro_image_size} a'={self.shift}{hold}, "
@@ -91,12 +90,10 @@ class LaneProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         m, p = self.micro_image_size, self.pixels
         return f"{p} pixels a token, M={m} a'={self.shift}, {self.clocks} clocks"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         m, shift, p = self.micro_image_size, self.shift, self.pixels
         lanes = LaneLayout(SumLayout(m, (shift,)), p)
         generics: Generics = {
@@ -130,11 +127,9 @@ class DivideProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return f"division of {self.quotient_bits} bit by any weight of {self.weight_bits} bit"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         weight_max = (1 << self.weight_bits) - 1
         generics: Generics = {
             "LANES": 1,
@@ -157,11 +152,9 @@ class FifoProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return f"buffer of {1 << self.address_bits} words of {self.width} bit, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         sizes = {"WIDTH": self.width, "ADDRESS_BITS": self.address_bits}
         _prepare("axis_fifo", "fifo_properties", sizes, sizes, directory, sources)
         _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
@@ -179,11 +172,9 @@ class BusProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return f"{self.entity} with addresses of {self.address_bits} bit, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         sizes = {"ADDRESS_BITS": self.address_bits}
         properties = f"{self.entity.rsplit('_', 1)[0]}_properties"
         _prepare(self.entity, properties, sizes, sizes, directory, sources)
@@ -198,11 +189,9 @@ class HeaderProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return "every one and every two wrong bits of every CSI-2 header"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         _prepare("header_ecc", "header_properties", {}, {}, directory, sources)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
@@ -216,11 +205,9 @@ class MergeProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return f"merge of {self.lanes} lanes, {self.skew} clocks of skew, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         sizes = {"LANES": self.lanes, "MAX_SKEW": self.skew}
         _prepare("lane_merge", "merge_properties", sizes, sizes, directory, sources)
         _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
@@ -236,11 +223,9 @@ class RingProof:
 
     @property
     def name(self) -> str:
-        """Name of the proof."""
         return f"ring of {self.lines} lines, M={self.micro_image_size}, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it; parameters as `FirProof.prove`."""
         generics: Generics = {
             "MICRO_IMAGE_SIZE": self.micro_image_size,
             "LINES": self.lines,

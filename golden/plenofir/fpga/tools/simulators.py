@@ -149,7 +149,6 @@ class Simulator:
     def timed_run(
         self, command: Sequence[str], directory: Path, poll: Callable[[], None] | None = None
     ) -> float:
-        """Seconds that a command runs."""
         started = time.perf_counter()
         self.run(command, directory, poll=poll)
         return time.perf_counter() - started

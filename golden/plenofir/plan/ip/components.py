@@ -35,7 +35,6 @@ class Port:
 
     @property
     def type_name(self) -> str:
-        """VHDL of its type."""
         return f"std_logic_vector({self.bits - 1} downto 0)" if self.bits else "std_logic"
 
 
@@ -68,11 +67,9 @@ class Component:
 
     @property
     def ports(self) -> list[Port]:
-        """All ports."""
         return [port for i in self.interfaces for port in i.ports.values()] + [*self.others]
 
     def interface(self, name: str) -> Interface:
-        """An interface by its name."""
         return next(interface for interface in self.interfaces if interface.name == name)
 
 

@@ -57,7 +57,6 @@ def write_components(plan: Plan, out: Path) -> list[str]:
 
 
 def _readme(plan: Plan, found: Sequence[Component], scripts: Mapping[str, str | None]) -> str:
-    """Readme of the folder."""
     listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in found)
     text = (
         f"The cores of {plan.scene} as components, IP-XACT of IEEE 1685-2014.\n\n{listed}\n"

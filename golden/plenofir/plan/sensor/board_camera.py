@@ -42,7 +42,6 @@ class BoardCamera:
 
 
 def camera_package(camera: BoardCamera | None = None) -> str:
-    """VHDL of ``hdl/board/camera_pkg.vhd``."""
     camera = camera or BoardCamera()
     values = {
         "CAMERA_LANES": camera.lanes,
@@ -97,7 +96,6 @@ class PlannedCamera:
 
     @property
     def byte_mhz(self) -> float:
-        """The lanes' clock."""
         return self.lane_mbits / 8
 
     def check_clock(self, *, where: str) -> None:

@@ -38,7 +38,6 @@ def sensor_delay_lines(micro_image_size: int, *, mosaic: bool) -> int:
 
 
 def sensor_package(sensor: BoardSensor | None = None) -> str:
-    """VHDL of ``hdl/video/sensor_pkg.vhd``."""
     core = ResamplerConfiguration(micro_image_size=1) if sensor is None else sensor.core
     red = (0, 0) if sensor is None or sensor.red_place is None else sensor.red_place
     words = [(0, 0, 0)] if sensor is None or not sensor.loads else list(sensor.loads)

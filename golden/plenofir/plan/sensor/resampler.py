@@ -51,7 +51,6 @@ class ResamplerConfiguration(BaseModel):
     gain_bits: Annotated[int, Field(ge=4, le=14)] = 12  # of gains
 
     def generics(self) -> dict[str, int | bool | str]:
-        """Generics of the entity."""
         return {name.upper(): value for name, value in self.model_dump().items()}
 
     def register_loads(self, registers: Mapping[str, int]) -> list[Load]:

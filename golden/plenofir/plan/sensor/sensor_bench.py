@@ -25,7 +25,6 @@ def load_words(loads: Sequence[Load]) -> npt.NDArray[np.int32]:
 
 
 def sensor_generics(core: ResamplerConfiguration, *, mosaic: bool) -> Generics:
-    """Generics of the entity `CORE`."""
     return {**core.generics(), "MOSAIC": mosaic}
 
 

@@ -50,7 +50,6 @@ class SensorFrame:
 
     @property
     def mode(self) -> VideoMode:
-        """Video timing of the frame."""
         return chain.mode_for(self.sensor.columns, self.sensor.rows)
 
     def delay_lines(self, core: CoreConfiguration, rows: int) -> int:

@@ -82,7 +82,6 @@ class CsiFrame:
 
     @property
     def byte_ps(self) -> int:
-        """Period of the lanes' clock."""
         pixels = 8 * self.lanes / self.bits
         return 2 * round(_CLOCKS_PER_PIXEL * pixels * _CLOCK_PS / 2)
 

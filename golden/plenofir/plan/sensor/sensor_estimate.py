@@ -18,7 +18,6 @@ _GAIN_INTEGER_BITS = 4
 
 
 def sensor_memories(core: ResamplerConfiguration, *, mosaic: bool) -> Iterator[Memory]:
-    """Memories of the entity ``sensor_raster``."""
     m, bits = core.micro_image_size, core.channels * core.pixel_bits
     value = core.pixel_bits + core.guard_bits + _GAIN_INTEGER_BITS
     values = core.channels * value
@@ -51,7 +50,6 @@ def sensor_memories(core: ResamplerConfiguration, *, mosaic: bool) -> Iterator[M
 
 
 def sensor_multipliers(core: ResamplerConfiguration, family: Family = "spartan6") -> int:
-    """Multipliers of the entity ``sensor_raster``."""
     gain = core.gain_bits + _GAIN_INTEGER_BITS
     sample = core.pixel_bits + core.guard_bits
     # Interpolation in two columns and between them; gain; interpolation between two lenses.

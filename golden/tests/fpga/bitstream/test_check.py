@@ -36,14 +36,12 @@ def problems(tmp_path: Path, ucf: str = UCF, **changed: str) -> list[str]:
 
 
 def replaced(text: str, pattern: str, new: str) -> str:
-    """Text with one place changed."""
     out, number = re.subn(pattern, new, text, count=1, flags=re.M)
     assert number == 1, pattern
     return out
 
 
 def without(pattern: str) -> str:
-    """Constraints without a line."""
     return replaced(UCF, rf"^.*{pattern}.*\n", "")
 
 

@@ -26,7 +26,6 @@ CELLS = ("LUT4", "ALU", "DFF", "BSRAM", "MULT18X18", "IOLOGICO", "rPLL", "IOB")
 
 
 def report(constraint: float = 25.2, achieved: float = 40.0) -> dict[str, Any]:
-    """What nextpnr reports."""
     return {
         "fmax": {"clk": {"constraint": constraint, "achieved": achieved}},
         "utilization": {name: {"used": 7, "available": 100} for name in CELLS},

@@ -37,7 +37,6 @@ CLOCKS = {
 
 
 def section(constraint: str, paths: int = 7, errors: int = 0) -> str:
-    """One constraint of TRCE's report."""
     return f"""\
 ================================================================================
 Timing constraint: {constraint}

@@ -27,7 +27,6 @@ WANTED = {"clk": 120.4, "byte_clk": 114.0}
 
 
 def report(clk: float = 130.0, byte_clk: float = 120.0) -> dict[str, Any]:
-    """What nextpnr reports."""
     return {
         "fmax": {
             "clk$glb_clk": {"constraint": 120.4, "achieved": clk},
