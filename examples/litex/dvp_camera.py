@@ -13,12 +13,12 @@ from migen import Cat, ClockDomain, If, Signal
 
 
 class DvpCamera(LiteXModule):
-    """Two bytes a pixel, in the camera's clock: RGB565, or YUYV of which the brightness is taken.
+    """Two bytes a pixel, in the camera's clock: RGB565, or the brightness of YUYV.
 
     Bytes come while ``href`` is high; a pulse of ``vsync`` stands between frames. ``source`` is in
     the clock domain ``sys``: ``user`` is the start of a frame, ``last`` the end of a line, red or
-    grey in the low bits. The camera cannot wait: what no longer fits into the buffer is lost, and
-    the refocuser tells of a line that ended early.
+    grey in the low bits. The camera cannot wait: pixels that do not fit into the buffer are lost,
+    and the refocuser reports a line that ended early.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ _SEED = 1
 class Accuracy:
     """Errors of centres found, and how long that took."""
 
-    # distance of found from true centres in pixels, over all that were found
+    # distance from found to true centres in pixels, over all found ones
     mean: float
     largest: float
     missed: int  # true centres in the image without one found within half a pitch
@@ -253,7 +253,7 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     own = [] if spots is None else list(_spot_images(spots))
     report = Report(folder, "report.md", 12 + len(own) + DRAWS + STEPS + 3, progress)
     if spots is not None and folder.resolve() == spots.resolve():
-        # A spot image may be called like one of the figures.
+        # A spot image may have the name of one of the figures.
         raise InputError(
             "is the folder of the spots; name another one for the report", where=str(folder)
         )

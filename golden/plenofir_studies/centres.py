@@ -46,7 +46,7 @@ _NOISE = 0.01
 
 @dataclass(frozen=True)
 class Decoded:
-    """What a way to interpolate makes of the same capture."""
+    """Result of one interpolation for the same capture."""
 
     way: Interpolation
     view: Image  # central view of the edge, without noise

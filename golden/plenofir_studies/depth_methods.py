@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to depth and to pictures that are sharp everywhere, measured where the truth is known."""
+"""Methods for depth and for pictures in focus everywhere, measured against ground truth."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -43,10 +43,10 @@ RAMP_STEPS = 1, 2
 BAD = (0.01, 0.03, 0.07)
 """Errors of a above which a pixel counts as bad: those of the HCI benchmark."""
 _BORDER = 8
-# Slices of depth from focus beyond the nearest and farthest object.
+# Additional slices of depth from focus beyond the nearest and farthest object.
 _SPARE = 3
 _ENDS = (np.floor, np.nanmin), (np.ceil, np.nanmax)
-# Of the window of a depth index.
+# Radius of the window of a depth index.
 _RADIUS = 2
 
 Way = Callable[[Truth], Floats]
@@ -54,14 +54,14 @@ Way = Callable[[Truth], Floats]
 
 
 def _stack(truth: Truth, step: int = 1) -> tuple[tuple[int, ...], FocalStack]:
-    """Slices so many pixels apart, from the farthest to the nearest object and three beyond."""
+    """Slices a number of pixels apart, from the farthest to the nearest object and three beyond."""
     low, high = (round_(f(truth.a) * truth.m / step) for round_, f in _ENDS)
     shifts = tuple(step * k for k in range(int(low) - _SPARE, int(high) + _SPARE + 1))
     return shifts, FocalStack(truth.raw, truth.m, [Fraction(k, truth.m) for k in shifts])
 
 
 def by_depth_index(truth: Truth) -> Floats:
-    """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses."""
+    """Depth from focus as in the VHDL: the sharpest slice, windows of 5 x 5 lenses."""
     shifts, stack = _stack(truth)
     return depth_index(stack, truth.m, _RADIUS).focus(shifts, truth.m)
 
@@ -89,7 +89,7 @@ GUIDED = "disparity, guided"
 
 @dataclass(frozen=True)
 class Score:
-    """How well a way does on a scene."""
+    """Errors and time of a method on a scene."""
 
     bad: tuple[float, ...]  # share of pixels with an error above each of `BAD`
     mse: float  # mean square error of a, x 100
@@ -97,7 +97,7 @@ class Score:
 
 
 def score(found: Floats, truth: Truth, seconds: float = 0.0, border: int = _BORDER) -> Score:
-    """Compare depth with the truth, borders left out."""
+    """Compare depth with the truth, without borders."""
     part = (slice(border, -border),) * 2
     error = np.abs(found - truth.a)[part][np.isfinite(truth.a[part])]
     return Score(
@@ -172,7 +172,7 @@ PICTURES: dict[str, Sharp] = {
 
 @dataclass(frozen=True)
 class Likeness:
-    """How like the truth a picture is."""
+    """Similarity of a picture to the truth."""
 
     psnr: float  # dB
     ssim: float
@@ -181,7 +181,7 @@ class Likeness:
 
 
 def likeness(picture: Floats | Image, truth: Truth, seconds: float = 0.0) -> Likeness:
-    """Compare a picture with the truth at full resolution, borders left out."""
+    """Compare a picture with the truth at full resolution, without borders."""
     if truth.picture is None:
         raise ValueError("no true picture")
     part = (slice(_BORDER * truth.m, -_BORDER * truth.m),) * 2
@@ -213,7 +213,7 @@ def _timed(work: Callable[..., Any], *words: Any) -> tuple[Any, float]:
 
 
 def _maps_picture(rows: Iterable[tuple[Truth, Floats]]) -> Figure:
-    """Central view, truth and what is found, of one scene below the other in two columns."""
+    """Central view, truth and results of the scenes, in two columns."""
     shown = list(rows)
     lines = -(-len(shown) // 2)
     figure, axes = plt.subplots(
@@ -257,7 +257,7 @@ def _say_depth(report: Report, names: list[str], scores: Mapping[str, list[Score
 
 
 def ramp_errors(truth: Truth, step: int) -> list[Floats]:
-    """Errors of a on a ramp in steps of the slices: the index alone, weighed, between slices.
+    """Errors of a on a ramp in units of the slices' step: index alone, weighted, between slices.
 
     Of micro images with texture (`SURE`) whose depth lies between the slices.
     """
@@ -331,7 +331,7 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
         truth = hci_truth(kind) if isinstance(kind, Path) else rendered(kind)
         border = HCI_BORDER if isinstance(kind, Path) else _BORDER
         if not maps:
-            # Compiles what is not yet.
+            # Compiles kernels beforehand.
             small = truth.raw[: 9 * truth.m, : 9 * truth.m]
             refocus(small, truth.m, 0, interpolation="linear", border="normalise")
             depth_index(FocalStack(small, truth.m, [0, 1]), truth.m)

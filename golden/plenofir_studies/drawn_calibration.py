@@ -26,7 +26,7 @@ _AXES = (
 
 @dataclass(frozen=True)
 class Tried:
-    """What came out for a drawn white image."""
+    """Result for a drawn white image."""
 
     values: tuple[float, float, float]  # pitch in pixels, share damaged, noise
     must_be_found: bool

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Energy of a pixel: what switches in a simulated netlist, times published energies of devices.
+"""Energy of a pixel: switching activity of a simulated netlist times published energies.
 
-There is no published energy for each resource of a Spartan-6, so those of other devices are scaled:
-energy goes with the size of structures (capacitance) and with the square of the voltage.
+Energies of a Spartan-6's resources are not published, so those of other devices are scaled: energy
+is proportional to the size of structures (capacitance) and to the square of the voltage.
 
 - Logic and routing: a CLB of a Virtex-II (150 nm, 1.5 V) takes 5.9 uW/MHz in typical designs, 60 %
   of it in routing, 16 % in logic, 14 % in clocks (L. Shang, A. Kaviani, K. Bathala: Dynamic power
@@ -19,9 +19,9 @@ energy goes with the size of structures (capacitance) and with the square of the
   Spartan-6 LX45 take 24 mA at 1.2 V with 10 mA at 2.5 V (Spartan-3A 1400A, DS681, table 10) and
   41 mA with 25 mA (Spartan-3A DSP 1800A, DS705, table 10): 54 and 112 mW.
 
-Changes are counted without glitches, wires have the length that they have in other designs. That
-the result is good to a factor of two either way, which `UNCERTAINTY` says, is a judgement and not
-derived. Pins and clock generation are not in it.
+Changes are counted without glitches, and wires are assumed as long as in other designs. That the
+result is right within a factor of two (`UNCERTAINTY`) is a judgement, not derived. Pins and clock
+generation are not included.
 """
 
 import json
@@ -84,7 +84,7 @@ STATIC_MW = (24 * 1.2 + 10 * 2.5, 41 * 1.2 + 25 * 2.5)
 
 @dataclass(frozen=True)
 class Design:
-    """A core, and what goes through its netlist."""
+    """A core, and the frames for its netlist."""
 
     name: str
     core: CoreConfiguration
@@ -92,7 +92,7 @@ class Design:
 
 
 class Measured(BaseModel):
-    """What a netlist takes, and what switched in it."""
+    """Resources of a netlist, and its switching activity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -100,12 +100,12 @@ class Measured(BaseModel):
     clocks: int  # from the first pixel in to the last pixel out
     input_pixels: int
     pixels: int  # refocused: those of all slices
-    nets: int  # that leave their slice
-    toggles: int  # of all of these nets
+    nets: int  # nets that leave their slice
+    toggles: int  # changes of these nets
 
     @property
     def clocks_a_pixel(self) -> float:
-        """Clocks for each pixel that came in, the last ones' way through the core included."""
+        """Clocks for each input pixel, including the latency of the last ones."""
         return self.clocks / self.input_pixels
 
 
@@ -130,13 +130,13 @@ class Energy:
 
     @property
     def factor(self) -> float:
-        """Factor, either way, that the sum may be off if each part may be, on its own."""
+        """Uncertainty of the sum, as a factor, from independent ones of its parts."""
         spread = hypot(*(part / self.total * log(UNCERTAINTY) for part in self.parts))
         return exp(hypot(spread, log(CONTENT)))
 
 
 def energy_of(measured: Measured) -> Energy:
-    """Weigh what switches, for each refocused pixel."""
+    """Energy of the activity, for each refocused pixel."""
     figures, clocks = measured.figures, measured.clocks / measured.pixels
     return Energy(
         nets=NET_PJ * measured.toggles / measured.pixels,
@@ -160,7 +160,7 @@ def grey(
     pixels: int = 1,
     engine: str = "moving_sum",
 ) -> CoreConfiguration:
-    """The core that is varied: grey, 8 bit, exact."""
+    """The core to vary: grey, 8 bit, exact."""
     made = {"fir": FirEngine, "stack": StackEngine}.get(engine)
     return CoreConfiguration(
         micro_image_size=m,
@@ -241,7 +241,7 @@ def measure(design: Design) -> Measured:
 
 
 def measure_missing(found: dict[str, Measured], step: Callable[[], None] = lambda: None) -> None:
-    """Measure what is not there yet, and keep each at once in ``data/energy.json``."""
+    """Measure missing designs, and record each at once in ``data/energy.json``."""
     for design in designs():
         if design.name not in found:
             found[design.name] = measure(design)
@@ -256,10 +256,10 @@ _COUNTERS = Path("/sys/class/powercap")
 
 
 def joules(root: Path = _COUNTERS) -> float | None:
-    """What the processors' own counters have reached, in J; None where there are none (RAPL)."""
+    """Values of the processors' energy counters (RAPL) in J; None if there are none."""
     found = []
     for path in root.glob("*/energy_uj"):
-        # Whole packages alone: their parts have names with two numbers.
+        # Only whole packages: their parts have names with two numbers.
         if path.parent.name.count(":") == 1:
             try:
                 found.append(int(path.read_text()))
@@ -269,7 +269,7 @@ def joules(root: Path = _COUNTERS) -> float | None:
 
 
 def software_pj(root: Path = _COUNTERS, seconds: float = 2.0) -> float | None:
-    """Energy of `refocus` for each pixel by the counters, all of the package counted."""
+    """Energy of `refocus` for each pixel by the counters, which include the whole package."""
     raw = np.random.default_rng(0).integers(0, 256, (3201, 3201), np.uint8)
     out = np.empty_like(raw)
     refocus(raw, 11, "1/11", out=out)
@@ -302,7 +302,7 @@ def _shown(name: str, measured: Measured) -> list[str]:
 
 
 def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
-    """The report: what each design takes for a pixel, beside others, and how sure that is."""
+    """The report: energy of each design for a pixel, its uncertainty, and other devices."""
     base = energy_of(found[name_of(grey())]).total
     contents = {
         content: energy_of(found[name]).total / base

@@ -2,8 +2,8 @@
 """The thesis's experiments with a real camera (section 5.3), done with the synthetic one.
 
 Objects stand at known distances; the raw captures are calibrated, decoded, and refocused or matched
-as real ones would be. The predictions come from the ray model, which the pictures were taken
-with, so what differs is what capture and processing do: sampling, noise, calibration, search.
+as real ones would be. Predictions come from the ray model, with which the pictures were rendered,
+so differences are due to capture and processing: sampling, noise, calibration, search.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,8 +38,8 @@ FOCUS_MM = {"a": inf, "b": inf, "c": 4000.0}
 """Focus of the parts of Table 5.10; Table 5.11 has that of (b), Table 5.12 that of (c)."""
 OBJECT_LENSES = 26
 """Width of an object in micro lenses: enough for refocusing and for small windows."""
-# Objects are this many micro lenses apart, and judged away from their borders, which others' blur
-# reaches.
+# Objects are this many micro lenses apart, and measured away from their borders, where the blur of
+# others reaches.
 _APART = 4
 _MARGIN = 5
 _NOISE = 0.01
@@ -74,8 +74,8 @@ def take(
 ) -> Scene:
     """Capture and decode objects side by side, a plain wall behind them.
 
-    Objects are squares of some micro lenses; what is judged of them lies `margin` micro lenses
-    farther inside than other objects' blur reaches.
+    Objects are squares of some micro lenses; the measured region lies `margin` micro lenses farther
+    inside than other objects' blur reaches.
     """
     count = len(distances_mm)
     columns = count * (object_lenses + _APART) + _APART + 2
@@ -120,7 +120,7 @@ class Focused:
     """An object and where it was found sharpest."""
 
     predicted: float  # focus setting at which the ray model says it is sharp
-    distance_mm: float  # where it stands
+    distance_mm: float  # its distance
     # focus settings of the stack and the object's sharpness there
     settings: Floats
     curve: Floats
@@ -173,7 +173,7 @@ def placed(part: str) -> list[float]:
 
 @dataclass(frozen=True)
 class ViewPair:
-    """Two views, and how their disparity is searched for."""
+    """Two views, and parameters of their disparity search."""
 
     first: int  # the first view, counted from the central one
     gap: int  # G, views between the two
@@ -230,7 +230,7 @@ def disparity_experiment(
 ) -> DisparityExperiment:
     """Measure baselines and tilts from objects at known depths (Tables 5.11, 5.12)."""
     m = model.micro_image_size
-    # Windows reach over an object's border where they are wider than what is left out there.
+    # Windows wider than the margin reach over an object's border.
     margin = max(0.0, max(pair.window for pair in pairs) / 2 - 2 * _MARGIN)
     scene = take(
         model,
@@ -259,7 +259,7 @@ def disparity_experiment(
         convergence = -np.tan(np.radians(float(model.tilt(gap, pair.first))))
         baseline = float(model.baseline(gap))
         for depth, region in zip(depths_mm, scene.regions, strict=True):
-            # The first view is not the central one: the object is seen a little aside.
+            # If the first view is not the central one, the object is shifted in it.
             aside = -round(float(model.disparity(depth, 1)) * pair.first)
             part = region[0], slice(region[1].start + aside, region[1].stop + aside)
             pixels = float(np.median(maps[pair][part]))
@@ -278,10 +278,10 @@ def disparity_experiment(
 
 @dataclass(frozen=True)
 class Ranged:
-    """An object at some distance, and how far two methods say that it is."""
+    """An object at some distance, and its distance by two methods."""
 
-    distance_mm: float  # where it stands, from the micro lenses
-    # what the depth map and the sharpest slice say
+    distance_mm: float  # its distance from the micro lenses
+    # by the depth map, and by the sharpest slice
     by_disparity_mm: float
     by_focus_mm: float
 

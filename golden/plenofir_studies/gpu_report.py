@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The refocuser on a GPU, timed: a frame's time, its share of the memory's bandwidth, the CPU.
 
-Arrays stay on the GPU. A copy of a frame within its memory says what that memory gives: a frame is
-read once and written once there, and at the least by refocusing. What cannot run is named.
+Arrays stay on the GPU. A copy of a frame within its memory measures the bandwidth: it reads and
+writes a frame once, as refocusing must at least. The report names what cannot run.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +32,7 @@ class Device:
     put: Callable[[Image], Any]
     get: Callable[[Any], Image]
     copy: Callable[[Any], Any]
-    wait: Callable[[], None]  # for all that was asked for
+    wait: Callable[[], None]  # for all pending work
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Timed:
 
     @property
     def share(self) -> float:
-        """Share of what a copy gets of the memory."""
+        """Share of a copy's bandwidth."""
         return self.copy_seconds / self.seconds
 
 
@@ -95,10 +95,10 @@ def devices() -> Iterator[Device | str]:
 
 
 def _least(work: Callable[[], object], wait: Callable[[], None], runs: int) -> float:
-    """Least wall time of a call and all that it asked for."""
+    """Least wall time of a call and the work that it starts."""
     best = float("inf")
     for _ in range(runs + 1):
-        # The first compiles.
+        # The first call compiles.
         wait()
         start = perf_counter()
         work()

@@ -100,7 +100,7 @@ class Growth:
 
 
 def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterator[Growth]:
-    """Everything that is measured, in the order of the page."""
+    """All measured quantities, in the order of the page."""
     ns, mb, batch = recorded.nanoseconds, recorded.megabytes, recorded.batch
     time_ = "software: ns a pixel"
     frames = {side**2: 1e-6 * side**2 * value for side, value in ns["pixels of a side"].items()}
@@ -158,7 +158,7 @@ def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterato
 
 
 def _of_cores() -> Iterator[Growth]:
-    """What is recorded of the cells of the comparison, and of what was placed with P pixels."""
+    """Recorded results of the cells of the comparison, and of placed cores with P pixels."""
     cells = load_comparison().figures
     kinds: tuple[tuple[SliceEngineName, str], ...] = (
         ("moving_sum", "moving sums"),
@@ -226,7 +226,7 @@ def _of_stacks(recorded: Recorded) -> Iterator[Growth]:
 
 
 def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
-    """10^9 pixels a second and 10^6 frames, by the same numbers."""
+    """Plans for 10^9 pixels a second and for 10^6 frames, by the same numbers."""
     sides = recorded.nanoseconds["pixels of a side"]
     ns = fit({side**2: value * side**2 for side, value in sides.items()}, "line").slope
     few, _, real = recorded.batch
@@ -269,7 +269,7 @@ def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[st
 
 
 def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
-    """The section: every law with its points, and what follows for large tasks."""
+    """The section: every law with its points, and plans for large tasks."""
     rows = [
         [
             g.quantity,
@@ -302,7 +302,7 @@ def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
 
 
 def picture(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Figure:
-    """Points and laws, each against its least value, a panel for each kind of quantity."""
+    """Points and laws, relative to their least values, a panel for each kind of quantity."""
     kinds: dict[str, list[Growth]] = {}
     for growth in growths(recorded, found):
         kinds.setdefault(growth.quantity, []).append(growth)
@@ -331,7 +331,7 @@ def add_section(report: Report, recorded: Recorded, found: Mapping[str, energy.M
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Measure this machine anew and write ``growth.md``; cores are the recorded ones."""
+    """Measure this machine and write ``growth.md``; cores are the recorded ones."""
     report = Report(folder, "growth.md", 4, progress)
     report.say("# Growth")
     add_section(report, measure(report.step), energy.load_measured())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `growth` fits laws to: software and Dask timed on a machine, stacks synthesised."""
+"""Measurements for `growth`: software and Dask timed on a machine, stacks synthesised."""
 
 import os
 import resource
@@ -79,9 +79,9 @@ def _case(what: str, value: int) -> tuple[int, int, int, int, int]:
 
 
 def _nanoseconds() -> dict[str, Points]:
-    """All points in turns, the least of several rounds of each.
+    """All points in turn, the least of several rounds for each.
 
-    Processor time, which other work on the machine hardly changes; wall time where threads vary.
+    Processor time, which other work on the machine hardly changes; wall time if threads are varied.
     """
     frames = {
         side: np.random.default_rng(0).integers(0, 256, (side, side), np.uint8)
@@ -90,9 +90,9 @@ def _nanoseconds() -> dict[str, Points]:
     outs = {side: np.empty_like(frame) for side, frame in frames.items()}
     least: dict[tuple[str, int], float] = {}
     timed = dict(_TIMED)
-    # This process is one of the load itself.
+    # This process counts as one in the load itself.
     if os.getloadavg()[0] > 0.75 * processors():
-        # Other work would take the processors that threads are to have.
+        # Other work would take processors from the threads.
         del timed["threads"]
     for _ in range(ROUNDS):
         for what, values in timed.items():
@@ -112,9 +112,9 @@ def extra_bytes(
     shape: tuple[int, ...], m: int, kind: str = "uint8", threads: int | None = None, order: int = 0
 ) -> int:
     """Largest memory of a call beside input and output, in bytes."""
-    # A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
-    # what it holds at the moment by clear_refs), less what it held before. What it has free of its
-    # own is given back first (glibc), or that would be taken again unseen.
+    # Measured in a process of its own: peak memory during the call (Linux' VmHWM, reset by
+    # clear_refs), less the memory before. Freed memory is first returned to the system (glibc), or
+    # its reuse would not be seen.
     options = f"interpolation={order}, threads={threads}"
     small = (1700, 1700, *shape[2:])
     code = (
@@ -143,9 +143,9 @@ def _megabytes() -> dict[str, Points]:
 
 
 def _batches() -> dict[str, Points]:
-    """Processor time of whole runs in ms, start and all.
+    """Processor time of whole runs in ms, start-up included.
 
-    Of the client and its scheduler, or with large frames of the workers together.
+    It is that of the client and its scheduler, or with large frames that of all workers.
     """
     found: dict[str, Points] = {}
     with tempfile.TemporaryDirectory() as name:
@@ -183,7 +183,7 @@ def _batch_ms(folder: Path, side: int, frames: int, workers: int) -> tuple[float
 
 
 def stack_figures(slices: int) -> dict[str, int]:
-    """What a focal stack takes of a Spartan-6."""
+    """Resources of a focal stack on a Spartan-6."""
     core = energy.grey(shifts=_STACK_SHIFTS[:slices], engine="stack")
     with tempfile.TemporaryDirectory() as folder:
         figures = synthesise(

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plenoptic camera made of glass: pictures by real rays, without a formula of the ray model.
+"""A plenoptic camera with real lenses: pictures by ray tracing, without formulas of the ray model.
 
-Each pixel sends rays from places in it through places in its micro lens, a plano-convex piece of
-glass, and through all surfaces of the main lens with its stop to where the objects are. What the
-rays hit there is averaged. With `paraxial` the same surfaces bend rays as thin ones do, in
-proportion to their heights: what then changes in the pictures is what aberrations do.
+Each pixel sends rays from points in it through points of its plano-convex micro lens and through
+all surfaces of the main lens with its stop to the objects, and averages what they hit. With
+`paraxial` the same surfaces refract in proportion to height and slope; the difference between the
+pictures is the effect of aberrations.
 
 Lengths in mm, z from the micro lenses' vertices towards the objects. There is no diffraction.
 """
@@ -30,18 +30,18 @@ _LEVEL = 0.9
 _BLOCK_RAYS = 1 << 17
 # Heights at which rays are paraxial.
 _NEAR_MM = 1e-5
-# Steps of a sequence that fills a square of four dimensions evenly (roots of x^5 = x + 1).
+# Steps of a low-discrepancy sequence in four dimensions (roots of x^5 = x + 1).
 _STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Spherical and plane surfaces across the axis, in the order in which rays meet them."""
+    """Spherical and plane surfaces on the axis, in the order in which rays meet them."""
 
     z: Floats  # of the vertices
     curvatures: Floats  # positive: the centre lies farther on
     indices: Floats  # before the first, between, behind the last
-    radii: Floats  # of what lets light through
+    radii: Floats  # clear radii
 
     def part(self, first: int, last: int) -> "Surfaces":
         """Surfaces `first` to `last` - 1."""
@@ -56,14 +56,14 @@ class Surfaces:
 
 @dataclass
 class Rays:
-    """Places and directions of rays, shape (3, rays), and which of them came through."""
+    """Points and directions of rays, shape (3, rays), and which of them passed."""
 
     places: Floats
     directions: Floats  # unit vectors; paraxial: (slope x, slope y, 1)
     passed: npt.NDArray[np.bool_]
 
     def at(self, z: float) -> Floats:
-        """(x, y) in a plane across the axis, shape (2, rays)."""
+        """(x, y) in a plane perpendicular to the axis, shape (2, rays)."""
         return np.asarray(self.places[:2] + (z - self.places[2]) * self.slopes)
 
     @property
@@ -88,7 +88,7 @@ def bend(rays: Rays, surfaces: Surfaces, *, paraxial: bool) -> None:
         ):
             step(rays, z, curvature, *surfaces.indices[k : k + 2])
             x, y = rays.places[:2]
-            # Rays that miss a surface are nan, and no number is larger.
+            # Rays that miss a surface are nan, for which comparisons are false.
             rays.passed &= x * x + y * y <= radius * radius
 
 
@@ -142,7 +142,7 @@ class LensCamera:
 
     @cached_property
     def pupil_z(self) -> float:
-        """Exit pupil: where rays from the middle of the stop come from, seen from the sensor."""
+        """Position of the exit pupil: apparent origin of rays from the middle of the stop."""
         inner = self.lens.part(0, self.stop).turned()
         start = np.array([[0.0], [0.0], [-float(self.lens.z[self.stop])]])
         rays = rays_from(start, np.array([[0.0], [1e-4]]), paraxial=True)
@@ -156,7 +156,7 @@ class LensCamera:
         return rays
 
     def stopped(self, fill: float) -> "LensCamera":
-        """With the stop closed until micro images are `fill` of their pitch wide."""
+        """The camera with the stop closed until micro images are `fill` of their pitch wide."""
         slope = fill * PITCH_MM / 2 / self.micro_focal_length
         rays = rays_from(np.zeros((3, 1)), np.array([[0.0], [slope]]), paraxial=self.paraxial)
         bend(rays, self.lens.part(0, self.stop + 1), paraxial=self.paraxial)
@@ -165,7 +165,7 @@ class LensCamera:
         return replace(self, lens=replace(self.lens, radii=radii))
 
     def object_spacing(self, distance: float) -> float:
-        """How far apart what neighbouring micro lenses see lies at a distance, on the axis."""
+        """Pitch on the object, near the axis, of the points that neighbouring micro lenses see."""
         places = np.array([[0.0], [_NEAR_MM], [0.0]])
         rays = self.to_objects(places, np.array([[0.0], [-_NEAR_MM / self.pupil_z]]))
         return abs(float(rays.at(distance)[1, 0])) * PITCH_MM / _NEAR_MM
@@ -193,7 +193,7 @@ def lens_camera(
         return replace(own, z=own.z - own.z[0] + distance)
 
     def image_distance(object_mm: float) -> float:
-        """Where rays from the axis, so far from the first surface, meet behind the last one."""
+        """Image distance, from the last surface, of an axial point at a distance from the first."""
         rays = rays_from(
             np.array([[0.0], [_NEAR_MM], [-float(own.z[-1])]]),
             np.array([[0.0], [_NEAR_MM / object_mm]]),
@@ -204,7 +204,7 @@ def lens_camera(
 
     behind = image_distance(np.inf)
     if np.isfinite(focus_mm):
-        # The distance counts from the micro lenses, which the lens moves away from.
+        # The distance is measured from the micro lenses, from which the lens moves away.
         for _ in range(100):
             behind = image_distance(focus_mm - behind - system.length_mm)
     stop = len(own.z) - 1 - system.stop
@@ -213,7 +213,7 @@ def lens_camera(
 
 @dataclass(frozen=True)
 class Light:
-    """Rays of each pixel in front of the camera: where they go, whatever stands there."""
+    """Rays of each pixel in front of the camera, for any objects."""
 
     shape: tuple[int, int]  # rows and columns of pixels
     # (x, y) extended to z = 0, and slopes, shape (2, pixels, rays); shares of light (pixels, rays).
@@ -223,7 +223,7 @@ class Light:
 
     @property
     def white(self) -> Image:
-        """What the camera takes of an even, bright surface."""
+        """The camera's picture of an even, bright surface."""
         return _exposed(self.shares.sum(axis=1).reshape(self.shape), self._brightest)
 
     @property
@@ -231,7 +231,7 @@ class Light:
         return float(self.shares.sum(axis=1).max())
 
     def picture(self, texture: "Texture", distance: float) -> Image:
-        """What the camera takes of a flat picture across the axis."""
+        """The camera's picture of a flat texture perpendicular to the axis."""
         seen = texture.at(self.places + distance * self.slopes)
         return _exposed((seen * self.shares).sum(axis=1).reshape(self.shape), self._brightest)
 
@@ -241,9 +241,9 @@ def _exposed(values: Floats, brightest: float) -> Image:
 
 
 def capture(camera: LensCamera, lenses: tuple[int, int], *, rays: int = 16, seed: int = 0) -> Light:
-    """Send the rays of all pixels behind so many rows and columns of micro lenses.
+    """Trace the rays of all pixels behind a number of rows and columns of micro lenses.
 
-    `rays`: of each pixel, each from another place in the pixel and in its micro lens.
+    `rays`: number for each pixel, from different points of the pixel and its micro lens.
     """
     stretch = 1 + camera.micro_focal_length / camera.pupil_z
     rows, columns = (round(n * PITCH_MM * stretch / PIXEL_MM) for n in lenses)
@@ -257,7 +257,7 @@ def capture(camera: LensCamera, lenses: tuple[int, int], *, rays: int = 16, seed
         part = slice(start, start + block)
         centres = ((pixels[part] - middle) * PIXEL_MM).T
         count = centres.shape[1]
-        # Evenly spread over pixel and lens, from a random place on.
+        # Evenly spread over pixel and lens, from a random start.
         spread = random.random((4, count, 1)) + _STEPS[:, None, None] * np.arange(rays)
         spread = (spread % 1 - 0.5).reshape(4, -1)
         found = _through(camera, np.repeat(centres, rays, axis=1), lenses, spread)
@@ -271,18 +271,18 @@ def _through(
     camera: LensCamera, centres: Floats, lenses: tuple[int, int], spread: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Rays from pixels through their micro lenses and the main lens."""
-    # The lens whose middle is nearest to the way from the pixel to the pupil.
+    # The lens whose middle is nearest to the line from the pixel to the pupil.
     shrink = camera.pupil_z / (camera.pupil_z + camera.micro_focal_length)
     odd = np.array([[lenses[1] - 1], [lenses[0] - 1]]) / 2
     lens = (np.rint(centres * shrink / PITCH_MM + odd) - odd) * PITCH_MM
     start = centres + PIXEL_MM * spread[:2] - lens
-    # Towards places in the lens's inner principal plane: one focal length from the sensor.
+    # Towards points in the lens's inner principal plane, one focal length from the sensor.
     slopes = (PITCH_MM * spread[2:] - start) / camera.micro_focal_length
     depth = np.full((1, start.shape[1]), camera.sensor_z)
     rays = rays_from(np.concatenate([start, depth]), slopes, paraxial=camera.paraxial)
     shares = (1 + (slopes**2).sum(axis=0)) ** -2
     bend(rays, camera.micro, paraxial=camera.paraxial)
-    # Beyond its edge is the neighbour.
+    # Rays beyond its edge would meet the neighbour.
     rays.passed &= (np.abs(rays.places[:2]) <= PITCH_MM / 2).all(axis=0)
     rays.places[:2] += lens
     bend(rays, camera.lens, paraxial=camera.paraxial)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What pictures by real rays (`lens_camera`) measure, beside the closed forms of the ray model.
+"""Measurements on pictures by real rays (`lens_camera`), beside the ray model's closed forms.
 
 Textured planes stand at known distances. Their pictures are calibrated, decoded and refocused as
-any captures are; views are registered with the texture, whose size and place are known. So
+any captures are; views are registered with the texture, whose size and position are known. So
 
-- the sharpest slice tells a distance by the closed form, and the plane stands at another or not;
-- the place of the texture in a view, at several distances, is a line: the view's axis. Its views
-  meet in the entrance pupil; from there the baselines, and the tilts between the lines;
-- disparities between views tell distances by triangulation.
+- the distance of the sharpest slice by the closed form is compared with the plane's distance;
+- the position of the texture in a view, over several distances, is a line: the view's axis. These
+  axes meet in the entrance pupil, which gives baselines and tilts;
+- disparities between views give distances by triangulation.
 
-Each camera takes its pictures twice: by real rays, and with surfaces that bend in proportion
-(`paraxial`), which leaves what the measurement itself does. Between the two are aberrations.
+Each camera takes its pictures twice: by real rays, and with surfaces that refract in proportion
+(`paraxial`). The latter have only errors of the measurement; the difference is due to aberrations.
 """
 
 import json
@@ -53,15 +53,15 @@ GAP = 6
 _VIEWS = range(-3, 4)
 # Pixels of the texture for what neighbouring lenses see.
 _FINE = 4
-# Standard deviation of the texture's blur, in what neighbouring lenses see: where sharpness is
-# judged, and for registration, where views are sampled too coarsely for finer ones.
+# Standard deviation of the texture's blur, in distances of neighbouring lenses: for sharpness, and
+# for registration, where views are sampled too coarsely for a finer texture.
 _DETAIL, _SOFT = 0.6, 2.0
 _MARGIN = 9
 
 
 @dataclass(frozen=True)
 class Case:
-    """A camera, and where textures stand in front of it."""
+    """A camera, and distances of textures in front of it."""
 
     lens: str
     mla: str
@@ -87,9 +87,9 @@ CASES = (
 
 @dataclass(frozen=True)
 class Found:
-    """What one kind of rays gives, or the closed form says."""
+    """Results of one kind of rays, or of the closed form."""
 
-    # Of each distance: by the sharpest slice, and by triangulation, from the micro lenses.
+    # For each distance: by the sharpest slice, and by triangulation, from the micro lenses.
     by_focus_mm: tuple[float, ...]
     by_disparity_mm: tuple[float, ...]
     disparities_px: tuple[float, ...]
@@ -166,7 +166,7 @@ def _focus(taken: _Taken, model: RayModel) -> float:
 
 
 def _register(view: Floats, taken: _Taken, spacing: float) -> Floats:
-    """In mm, how far apart pixels of a view see the texture, and (x, y) of it on the axis."""
+    """Pitch of a view's pixels on the texture in mm, and (x, y) of the texture on the axis."""
     sides = (np.arange(n) - c for n, c in zip(view.shape, taken.centre, strict=True))
     y, x = np.meshgrid(*sides, indexing="ij")
     soft = Texture(ndimage.uniform_filter(taken.texture.pixels, _FINE), taken.texture.step)
@@ -178,7 +178,7 @@ def _register(view: Floats, taken: _Taken, spacing: float) -> Floats:
         weights = np.linalg.lstsq(basis, view.ravel(), rcond=None)[0]
         return np.asarray(basis @ weights - view.ravel())
 
-    # The lens turns the picture upside down.
+    # The lens inverts the picture.
     tries = [np.array([-spacing, dx * spacing, 0.0]) for dx in range(-6, 7)]
     best = min(tries, key=lambda guess: float((left(guess) ** 2).sum()))
     found = optimize.least_squares(left, best, x_scale=[spacing / 50, spacing, spacing])
@@ -188,13 +188,13 @@ def _register(view: Floats, taken: _Taken, spacing: float) -> Floats:
 def _axes(registered: Floats, distances: Sequence[float]) -> tuple[float, float, float]:
     """Entrance pupil, baseline and tilt from scale and place of the texture in views.
 
-    `registered`: shape (distances, views, 3), as `_register` gives them. Places and scales are
-    straight lines over the distance.
+    `registered`: shape (distances, views, 3), from `_register`. Positions and scales are linear in
+    the distance.
     """
     lines = np.polynomial.polynomial.polyfit(
         np.asarray(distances), registered[..., :2].reshape(len(distances), -1), 1
     ).reshape(2, registered.shape[1], 2)
-    # Where neighbouring pixels see one place: the camera's own.
+    # The distance at which the scale is 0 is that of the camera.
     pupil = float(-(lines[0, :, 0].mean() / lines[1, :, 0].mean()))
     first, last = (lines[0, k, 1] + lines[1, k, 1] * pupil for k in (0, -1))
     slopes = lines[1, [0, -1], 1]
@@ -241,9 +241,9 @@ def results(cases: Sequence[Case] = CASES, step: Callable[[], None] = lambda: No
 
 @dataclass(frozen=True)
 class Deviations:
-    """How far pictures are from the closed form, and what of it aberrations do.
+    """Deviations of pictures from the closed form, and the part of aberrations.
 
-    In percent, of several distances the largest; the tilt in degrees.
+    The largest over several distances, in percent; of the tilt in degrees.
     """
 
     by_focus: float
@@ -254,7 +254,7 @@ class Deviations:
 
 
 def deviations(one: Found, other: Found) -> Deviations:
-    """How far one is from the other."""
+    """Deviations of one from the other."""
 
     def percent(found: Sequence[float], wanted: Sequence[float]) -> float:
         shares = 100 * (np.divide(found, wanted) - 1)
@@ -270,7 +270,7 @@ def deviations(one: Found, other: Found) -> Deviations:
 
 
 def summary(measured: Sequence[Result]) -> list[str]:
-    """Lines of a table: what the measurement does, and what aberrations do."""
+    """Lines of a table: deviations by the measurement, and by aberrations."""
     heads = [
         "camera",
         "distance by the sharpest slice",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many pixels a clock: what the core of a scene takes and reaches with 1 to 32 of them.
+"""Many pixels a clock: resources and clock of a scene's core with 1 to 32 of them.
 
-``data/pixels.json`` holds what nextpnr makes of each (`make compare`); the page is built of it.
+``data/pixels.json`` holds nextpnr's results (`make compare`), from which the page is built.
 """
 
 import json
@@ -30,14 +30,14 @@ SPREADS = DATA / "spreads.json"
 PLACEMENTS = 10
 DEVICE, GRADE = "85k", 6
 LARGE_PACKAGE = "CABGA756"
-# Pins of it (Lattice FPGA-DS-02012).
+# Pins of each package (Lattice FPGA-DS-02012).
 _MOST_PINS = 365
 WITH_PINS = 16
 """Most pixels a clock that find pins; more are placed behind few of them (`few_pins`)."""
 
 
 def load_placed() -> dict[int, Placed]:
-    """Read the file: pixels a clock to what nextpnr made of them."""
+    """Read the file: nextpnr's result for each number of pixels a clock."""
     content = json.loads(FILE.read_text())
     return {int(pixels): Placed.model_validate(placed) for pixels, placed in content.items()}
 
@@ -48,7 +48,7 @@ def save_placed(placed: dict[int, Placed]) -> None:
 
 
 def package(pixels: int) -> str:
-    """Package of the device, for nextpnr, with the pins that a core of P pixels a clock has."""
+    """Package of the device, for nextpnr, with enough pins for a core of P pixels a clock."""
     return PACKAGE if pixels <= 8 else LARGE_PACKAGE
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ways to refocus a raw image, to compare with each other.
 
-All take a grey raw image, M and a', and give the refocused image in grey levels, at the raw image's
-size (pixels) or with a value for each micro lens.
+All take a grey raw image, M and a', and return the refocused image in grey levels, in the raw
+image's size or with a value for each micro lens.
 """
 
 from collections.abc import Callable
@@ -39,8 +39,7 @@ class Method:
     name: str  # name for tables
     work: Work  # takes a raw image, M and a'
     lenses: bool = False  # whether the result has a value for each micro lens, not for each pixel
-    # order of the interpolation that it computes, or None if it is of another kind: then it is
-    # compared with the truth alone
+    # order of its interpolation; None if it is of another kind and is only compared with the truth
     order: int | None = 0
     # arithmetic, if it is the core's
     hardware: StoredProductArithmetic | ExactArithmetic | None = None
@@ -53,7 +52,7 @@ def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np
 
 
 def plain_numba(raw: Image, m: int, shift: int) -> Image:
-    """The method of `refocus` as plain loops for Numba: its compiler alone finds the vectors."""
+    """The method of `refocus` as plain loops for Numba, vectorised only by its compiler."""
     out = np.empty_like(raw)
     offset = output_offset(m, shift, "centred")
     # Which pixels of a micro image have u a' = p modulo M, for each p.
@@ -72,7 +71,7 @@ def _plain_loops(raw: Any, out: Any, m: int, shift: int, offset: int, phases: An
     # 2^32 over M^2, rounded up: exact for sums of 8 bit pixels and M of up to 60.
     scale = np.uint64((1 << 32) // (m * m) + 1)
     sums = np.zeros(columns, np.uint32)
-    # So many lines side by side, so that sums along them are vectors.
+    # A number of lines side by side, so that sums along them are vectors.
     words = np.zeros((columns + 3 * m, _LINES), np.uint32)
     total, values = np.zeros(_LINES, np.uint32), np.zeros((columns, _LINES), np.uint8)
     places, ends = np.empty(2 * columns + 2 * m, np.int64), np.zeros(columns + 1, np.int64)

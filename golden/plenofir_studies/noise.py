@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What refocusing does to noise: variance measured on even frames, and derived.
+"""The effect of refocusing on noise: variance measured on even frames, and derived.
 
 An output pixel is the mean of M x M pixels of the raw image, for every a. Independent noise of
 variance s^2 leaves s^2 / M^2 of it; rounding adds its own:
@@ -8,9 +8,9 @@ variance s^2 leaves s^2 / M^2 of it; rounding adds its own:
     stored products:  s^2 / M^2 + (M q_F + r_G) / M + M q_F + r_0
 
 with q_n = 4^-n / 12 the variance of rounding to n fraction bits, and r_n = q_n where fraction bits
-are dropped to n, else 0. Of M products rounded by themselves M q_F remains; the columns average
-that of M rows. The products' remainders are taken for evenly spread and independent, which they are
-while a product's step, M / 2^F grey levels, is narrower than the noise.
+are dropped to n, else 0. M separately rounded products add M q_F; the columns average that of M
+rows. Rounding errors of products are assumed uniform and independent, which holds while a product's
+step, M / 2^F grey levels, is smaller than the noise.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -55,7 +55,7 @@ class Noise:
     arithmetic: str
     raw: float  # variance of the raw image, in squares of grey levels
     measured: float  # mean square distance of the refocused image from the even level, the same
-    derived: float  # what the formulas above say
+    derived: float  # by the formulas above
 
     @property
     def a(self) -> str:
@@ -75,9 +75,9 @@ def rounding_variance(bits: int) -> float:
 
 
 def share_of_noise(m: int, shift: int, order: int = 0) -> float:
-    """Share of the raw image's variance that is left, by the squares of the operator's weights.
+    """Share of the raw image's variance that remains: sum of the operator's squared weights.
 
-    Mean over the outputs of a micro image, away from the borders; for nearest neighbour 1 / M^2.
+    Mean over the outputs of a micro image, inside the picture; for nearest neighbour 1 / M^2.
     """
     reach = m * (abs(shift) + order + 4)
     impulses = np.eye(2 * reach + m, dtype=np.int64)
@@ -112,7 +112,7 @@ def noisy_frame(m: int, seed: int, level: float = _LEVEL) -> npt.NDArray[np.uint
 
 
 def _inside(image: npt.NDArray[np.generic], m: int, shift: int) -> Floats:
-    """Part of an image whose pixels have all their sources in the frame."""
+    """Part of an image whose pixels have all their views."""
     border = (abs(shift) + 4) * m
     return np.asarray(image[border:-border, border:-border], dtype=np.float64)
 
@@ -157,7 +157,7 @@ def neighbours_alike(m: int, shift: int, seed: int = 0) -> Floats:
 
 
 def cases() -> Iterator[tuple[int, int, Arithmetic, int]]:
-    """What is measured: M, a', arithmetic, order of the interpolation."""
+    """Measured cases: M, a', arithmetic, order of the interpolation."""
     for m in SIZES:
         for shift in (-m, 0, 1, 2, m, m + 1):
             yield m, shift, ARITHMETICS[0], 0

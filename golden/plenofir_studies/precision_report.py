@@ -54,17 +54,17 @@ class Field:
 
 @dataclass(frozen=True)
 class Result:
-    """What a method does on a light field."""
+    """Result of a method on a light field."""
 
     method: Method
     seconds: float  # median run time of a slice; for hardware its clocks at `PIXEL_CLOCK_HZ`
-    # distance from the exact value in grey levels, beyond the correct rounding where the result
-    # is rounded; nan where the method computes something else
+    # error in grey levels, beyond correct rounding if the result is rounded; nan if the method
+    # computes something else
     largest: float
     rms: float
     truth_db: float  # PSNR against the object itself; nan if that is not known
     sharp: float  # sharpness divided by the object's own; nan if that is not known
-    # memory for line buffers and ROMs, and bits of the adders, of which each takes a LUT
+    # memory for line buffers and ROMs; bits of the adders, one LUT each
     ram_bits: int = 0
     adder_bits: int = 0
 
@@ -75,7 +75,7 @@ def plane_field(m: int, shift: int, lenses: tuple[int, int], seed: int = 0) -> F
     margin = int(np.ceil(abs(shift) / m * (m - 1) / 2)) + 4
     shape = [n + 2 * margin for n in lenses]
     noise = np.random.default_rng(seed).normal(size=shape)
-    # Most of it below a quarter of a cycle each micro lens: what a lens would let through.
+    # Mostly below a quarter of a cycle per micro lens, as lenses limit the resolution.
     texture = ndimage.gaussian_filter(noise, 0.9)
     texture = np.clip(128 + 45 * texture / texture.std(), 5, 250)
     a, c = shift / m, (m - 1) / 2
@@ -145,7 +145,7 @@ def measure(field: Field, method: Method) -> Result:
     rows, columns = field.raw.shape[0] // m, field.raw.shape[1] // m
     if method.lenses:
         exact = exact[middle::m, middle::m][:rows, :columns]
-        # Near the borders views are missing, and methods differ in what they take for them.
+        # Near the borders views are missing, which methods treat differently.
         margin = int(np.ceil(abs(shift) / m * (m - 1) / 2)) + 2
     else:
         margin = 0
@@ -169,7 +169,7 @@ def measure(field: Field, method: Method) -> Result:
 
 
 def pareto(results: Sequence[Result], error: Callable[[Result], float]) -> list[Result]:
-    """Results that no other one beats in both time and error."""
+    """Results that no other one beats in both time and error (Pareto front)."""
     front: list[Result] = []
     candidates = [r for r in results if not np.isnan(error(r))]
     for result in sorted(candidates, key=lambda r: (r.seconds, error(r))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the ray model after those of the thesis's chapter 5, drawn from the same numbers."""
+"""Pictures of the ray model in the manner of the thesis's chapter 5, from the same numbers."""
 
 import matplotlib
 
@@ -80,7 +80,7 @@ def _draw_meeting(axes: Axes, lens: str, size: int, a: float) -> None:
 
 
 def meetings_picture(lens: str = "f100") -> Image:
-    """Real rays that meet on refocused planes: planes change above, M below (Figs. 5.6, 5.7)."""
+    """Real rays that meet on refocused planes: a varies above, M below (Figs. 5.6, 5.7)."""
     figure, axes = plt.subplots(
         2, 3, figsize=(11, 6), sharex=True, sharey=True, constrained_layout=True
     )

@@ -223,7 +223,7 @@ class Timing:
     """Error and run time of one way to the distances of planes."""
 
     way: str
-    # largest relative error against the oracle (real rays: deviation of the paraxial model)
+    # largest relative error against the oracle (for real rays: deviation of the paraxial model)
     error: float
     nanoseconds: float  # run time for each plane of an array
     microseconds_single: float  # run time of a call for one plane
@@ -239,7 +239,7 @@ def _median(work: Callable[[], object], runs: int) -> float:
 
 
 def error_against_run_time() -> list[Timing]:
-    """Measure all ways to the distance of a plane: error and run time."""
+    """Measure error and run time of all ways to compute the distance of a plane."""
     # The planes lie between 0.25 m and 100 m; f100 focused to infinity, M = 13.
     camera = load_camera("f100-mla2")
     model = RayModel.focused(camera, inf, 13)

@@ -39,11 +39,11 @@ class Outcome:
     group: str  # what makes it hard
     case: str
     want: float | None  # the oracle's number, or None where there is none
-    state: str  # what the model says of the plane
-    error: float  # relative error of the model; 0 where both say that there is no number
+    state: str  # the plane's state by the model
+    error: float  # relative error of the model; 0 if both have no number
     # relative errors of the thesis's formulas, by name; inf where they give no number
     naive: dict[str, float]
-    # of the number with regard to all inputs; None where it was not computed
+    # condition number with respect to all inputs; None if not computed
     condition: float | None = None
 
 
@@ -121,7 +121,7 @@ def _plane(
     found = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
     state, got = found.state(), float(found.mm)
     if state in (State.INFINITY, State.BEYOND_INFINITY):
-        # nan is right if the oracle's rays are parallel, or meet behind the front of the lens.
+        # nan is correct if the oracle's rays are parallel, or meet behind the front of the lens.
         nothing = want is None if state is State.INFINITY else want is not None
         error = 0.0 if isnan(got) and nothing else inf
     else:
@@ -233,7 +233,7 @@ def focus_cases() -> Iterator[Outcome]:
         got = RayModel.focused(camera, focus, 13).extension_mm
         total = focus - separation
         quadratic = (total - (total * total - 4 * total * f) ** 0.5) / 2 - f
-        # Near 1:1 the iteration hardly moves at all; it is given up after a thousand steps.
+        # Near 1:1 the iteration hardly converges; it is stopped after a thousand steps.
         iterated, _ = iterated_image_distance(f, separation, focus, limit=1000)
         naive = {
             "quadratic formula": _error(quadratic, want),
@@ -285,7 +285,7 @@ def optics_cases() -> Iterator[Outcome]:
     """Glass with cancelling terms (Eq. 5.7), and micro lenses with a plane side."""
     glass = MICRO_LENS_SELLMEIER
     terms = len(glass.strengths)
-    # The coefficients as they are printed.
+    # The coefficients as printed.
     printed = [repr(x) for x in (*glass.strengths, *glass.resonances_um2)]
 
     def refracting(of: Any, *numbers: Any) -> Any:
@@ -334,7 +334,7 @@ def magnitude(error: float) -> str:
 
 
 def summary(outcomes: Sequence[Outcome]) -> list[str]:
-    """Markdown table: the worst of each group, by formula, beside what rounded inputs do alone."""
+    """Markdown table: worst case of each group, by formula, beside the effect of rounded inputs."""
     ways = list(dict.fromkeys(way for outcome in outcomes for way in outcome.naive))
     rows = []
     for group in dict.fromkeys(o.group for o in outcomes if o.naive):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The thesis's printed predictions beside what the ray model says: for tests and the report."""
+"""The thesis's printed predictions beside those of the ray model, for tests and the report."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class Check:
     row: str
     quantity: str  # name of the number, with its unit
     printed: Printed  # the number as printed
-    computed: float  # what the model says
+    computed: float  # by the model
     erratum: str | None = None  # key of the erratum that says why it is wrong, or None
 
     @property
@@ -88,7 +88,7 @@ def micro_lens_checks() -> Iterator[Check]:
 
 
 def micro_image_checks(*, rounded: bool = True) -> Iterator[Check]:
-    """Tables 5.3 and 5.4: micro image centres from the places where chief rays may come from."""
+    """Tables 5.3 and 5.4: micro image centres for different origins of chief rays."""
     for number in ("5.3", "5.4"):
         for part in load_table(number).parts:
             labels, focus = part.settings.labels, part.settings["d_f_m"]
@@ -103,7 +103,7 @@ def micro_image_checks(*, rounded: bool = True) -> Iterator[Check]:
                 )
                 for name, origin in origins:
                     computed = float(model.micro_image_centre(position, origin))
-                    # Only its prediction from the exit pupil is wrong.
+                    # Only the prediction from the exit pupil is wrong.
                     erratum = row.erratum if origin == "exit pupil" else None
                     printed = row.numbers[name]
                     yield Check(number + part.name, label, name, printed, computed, erratum)
@@ -184,7 +184,7 @@ def virtual_camera_checks(*, rounded: bool = True) -> Iterator[Check]:
             for row in part.rows:
                 gap = int(row["gap"] if "gap" in row.numbers else settings["gap"])
                 if cell in row.numbers:
-                    # Table 5.12 prints the size of the tilt.
+                    # Table 5.12 prints the absolute value of the tilt.
                     value = float(model.baseline(gap) if name == "baseline" else -model.tilt(gap))
                     label = f"{lens}, G = {gap}"
                     yield Check(number + part.name, label, cell, row.numbers[cell], value)
@@ -215,9 +215,9 @@ def all_checks(*, rounded: bool = True) -> list[Check]:
 
 
 def digits_of_rounding() -> tuple[int, int, float]:
-    """How many numbers agree only from the rounded image distances, of how many, and how far off.
+    """How many numbers agree only with the rounded image distances, and of how many.
 
-    The last is the largest relative difference of what the model gives from both.
+    Third, the largest relative difference of the model's numbers from both image distances.
     """
     pairs = [
         (one, other)
@@ -229,7 +229,7 @@ def digits_of_rounding() -> tuple[int, int, float]:
 
 
 def rounding_sentences() -> str:
-    """Say which printed digits the model gives by itself."""
+    """Sentences about the printed digits that the model gives without rounded image distances."""
     count, of, far = digits_of_rounding()
     return (
         "From the image distances of Table 5.2, which the thesis rounded to 0.1 um, the model "

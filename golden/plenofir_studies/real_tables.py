@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables 5.5 to 5.9 by own rays: all focus settings and micro lens arrays, the shipped lenses.
+"""Tables 5.5 to 5.9 by real rays through the shipped lenses, for all focuses and micro lenses.
 
-The thesis simulates f193 and f90, whose prescriptions are not at hand. The same planes, borders,
-virtual cameras and triangulated distances are predicted and traced here through lenses that are.
+The thesis simulates f193 and f90, whose prescriptions are not at hand. Here the same planes,
+borders, virtual cameras and triangulated distances are predicted and traced through other lenses.
 """
 
 from collections.abc import Iterator
@@ -82,7 +82,7 @@ def _traced() -> Iterator[Traced]:
                     )
                     for name, border in BORDERS.items()
                 }
-                # Rays of no disparity are parallel where the focus is at infinity.
+                # Rays with disparity 0 are parallel if the focus is at infinity.
                 cameras = compare_virtual_cameras(
                     lens,
                     GAP,
@@ -94,19 +94,19 @@ def _traced() -> Iterator[Traced]:
 
 
 def largest(values: list[Values]) -> float:
-    """Largest size of deviations, those of what does not exist left out; nan without any."""
+    """Largest absolute deviation, without nan; nan if there is none."""
     sizes = np.abs(np.concatenate([np.atleast_1d(v) for v in values]))
     return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else float("nan")
 
 
 def plane_deviations(found: Traced, *, near: bool) -> list[Values]:
-    """Deviations of planes and borders in percent; nan for those that are not in front.
+    """Deviations of planes and borders in percent; nan for those not in front of the lens.
 
-    `near`: those of a = 1 and more; else of 0 and less, at the focus and beyond.
+    `near`: planes with a of at least 1; otherwise of at most 0, at the focus and beyond.
     """
     deviations = []
     for comparison in found.planes.values():
-        # Nearer than the lens nothing can be.
+        # Nothing can be inside the lens.
         there = comparison.predicted > comparison.model.image_distance_mm
         chosen = there & ((comparison.a >= 1) == near)
         deviations.append(np.where(chosen, comparison.deviation_percent, np.nan))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extreme inputs: where sums are widest, frames oddest and floating point weakest."""
+"""Extreme inputs: largest sums, unusual frames, and weak points of floating point."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -34,8 +34,8 @@ class Outcome:
 
     group: str  # what makes it hard
     case: str
-    # largest error of each method in grey levels, beyond the correct rounding where the result is
-    # rounded; inf where nan comes out that should not
+    # largest error of each method in grey levels, beyond correct rounding if the result is rounded;
+    # inf if it is wrongly nan
     errors: dict[str, float]
 
 
@@ -60,7 +60,7 @@ def _errors(raw: Image, m: int, shift: int) -> dict[str, float]:
     exact = exact_sums(raw, m, shift)
     errors = {}
     for name, work in METHODS.items():
-        # M^2 passes over the frame, each of them slow on a long one.
+        # It takes M^2 passes over the frame, which are slow on long lines.
         if name.startswith("shift") and m * m * raw.size > 1e8:
             continue
         image = work(raw, m, shift)
@@ -117,7 +117,7 @@ def floating_frames() -> Iterator[tuple[str, str, npt.NDArray[np.float64], int, 
 
 
 def _float_errors(raw: npt.NDArray[np.float64], m: int, shift: int) -> dict[str, float]:
-    """Largest error, relative to the exact value of each pixel, away from what is nan."""
+    """Largest error relative to each pixel's exact value, where the exact value is no nan."""
     exact = shift_and_sum(raw, m, shift, np.longdouble)
     errors = {}
     for name in FLOATING:
@@ -173,7 +173,7 @@ def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
         kept = min(columns, 40 * m + columns % m)
         got = refocus(raw, m, "3/5", region=(slice(None), slice(columns - 20 * m, None)))
         if length <= 10**7:
-            # The whole frame: what the last columns hold must not depend on it.
+            # The whole frame, which must not affect the last columns.
             got = refocus(raw, m, "3/5")[:, -20 * m :]
         want = ExactArithmetic().refocus(raw[:, columns - kept :], m, shift=3)[:, -20 * m :]
         difference = got.astype(int) - want.astype(int)

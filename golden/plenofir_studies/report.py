@@ -67,7 +67,7 @@ REPORTS = {
 
 
 def _write(name: str, *words: Any) -> None:
-    # Loaded when it is asked for: the studies take seconds to load.
+    # Loaded when needed, as the studies take seconds to load.
     writer = import_module(f"plenofir_studies.{REPORTS[name][0]}").write_report
     # The report of the ray model names its steps.
     with steps_bar("report") if name == "rays" else progress_bar("measuring") as show:

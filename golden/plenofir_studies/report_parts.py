@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all reports share: Markdown with tables and pictures, and the machine it was made on."""
+"""Shared by all reports: Markdown with tables and pictures, and a description of the machine."""
 
 import os
 import platform
@@ -60,7 +60,7 @@ class Report:
         self.add(table_of(items, columns))
 
     def picture(self, name: str, picture: Image | Figure, text: str = "") -> None:
-        """Add a picture, ``name`` with ``.png``; the text is read where it cannot be shown."""
+        """Add a picture, ``name`` with ``.png``; `text` is its alternative text."""
         pixels = figure_pixels(picture) if isinstance(picture, Figure) else picture
         self._files[f"{name}.png"] = encode_png(pixels)
         self.say(f"![{text}]({name}.png)")

@@ -95,7 +95,7 @@ ELSEWHERE = {
 
 
 def table_or_figure(words: Sequence[str]) -> tuple[str, str]:
-    """Take ``5.5``, ``table 5.5``, ``figure 5.9`` or ``Fig. 5.9`` apart: kind and number.
+    """Kind and number from ``5.5``, ``table 5.5``, ``figure 5.9`` or ``Fig. 5.9``.
 
     A number alone means the table, or the figure where there is no such table.
     """

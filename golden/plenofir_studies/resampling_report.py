@@ -74,14 +74,14 @@ def rendered(pitch: float, rotation: float, layout: str = "rectangular") -> Capt
 def raster_difference(
     raw: Image, calibration: Calibration, m: int, precision: Precision | None = None
 ) -> tuple[Difference, float]:
-    """Raster of micro images of the chip against `decode`; how far pixels are from their places."""
+    """Differences of the chip's raster from that of `decode`; errors of pixel positions."""
     registers, accuracy = grid_registers(calibration, m, precision)
     got = resample(raw, registers, tables_of(calibration, registers))
     return difference(got, decode(raw, calibration, m)), accuracy.turn_px
 
 
 def microscope() -> tuple[Image, Calibration]:
-    """The microscope capture and its calibration, in levels of 8 bit: 255 is its brightest."""
+    """The microscope capture, scaled so that its brightest level is 255, and its calibration."""
     raw, white, dark = (read_image(MICROSCOPE / f"{n}.png") for n in ("raw", "white", "dark"))
     calibration = calibrate(white, dark)
     scale = 255 / int(raw.max())

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much detail a refocused picture holds (Figs. 6.12 and 6.13 of the thesis).
+"""Resolution of refocused pictures (Figs. 6.12 and 6.13 of the thesis).
 
-A slanted edge stands where the ray model says that it is in focus. The refocused picture's edge
-spread function, gathered from all lines, gives the modulation transfer function (the method of
-ISO 12233). Frequencies are counted in cycles a micro lens: half of one is the most that one sample
-for each micro lens can hold.
+A slanted edge is placed where the ray model has it in focus. The refocused picture's edge spread
+function, gathered from all lines, gives the modulation transfer function (the method of ISO 12233).
+Frequencies are in cycles per micro lens: 0.5 is the Nyquist frequency of one sample per micro lens.
 """
 
 from dataclasses import dataclass
@@ -87,15 +86,15 @@ class Transfer:
 
 
 def edge_places(picture: Image | Floats) -> Floats:
-    """Column in which each line crosses the level half way between its ends, between pixels too.
+    """Position of the edge in each line, with sub-pixel accuracy.
 
-    The picture is dark on the left. Each is the mean place of the line's rise, which noise moves
-    least.
+    The picture is dark on the left. The position is the centroid of the line's rise, which is least
+    affected by noise.
     """
     lines = np.asarray(picture, dtype=np.float64)
     rise = np.diff(lines, axis=1)
     columns = np.arange(rise.shape[1]) + 0.5
-    # Far from the edge there is noise alone.
+    # Far from the edge there is only noise.
     coarse = ndimage.uniform_filter1d(rise, 9, axis=1)
     middle = columns[np.argmax(coarse, axis=1)]
     reach = rise.shape[1] / 4
@@ -124,7 +123,7 @@ def transfer(picture: Image | Floats, pixels_a_lens: float) -> Transfer:
     line = np.diff(spread) * np.hanning(2 * last)
     spectrum = np.abs(np.fft.rfft(line))
     frequency = np.fft.rfftfreq(len(line), 1 / _BINS)
-    # The difference of neighbouring bins is a filter of its own.
+    # Corrects for the filter that differences of neighbouring bins are.
     own = np.sinc(frequency / _BINS)
     shown = frequency <= 2
     contrast = spectrum[shown] / spectrum[0] / own[shown]
@@ -172,14 +171,14 @@ def interpolated_after(raw: Image, m: int, shift: int, order: int) -> Floats:
 
 
 def row_stage(raw: Image, m: int, shift: int) -> Image:
-    """What leaves the row stage (Figs. 6.12 a and b): refocused along rows alone, rounded."""
+    """Output of the row stage (Figs. 6.12 a and b): refocused along rows only, rounded."""
     offset = output_offset(m, shift, "centred")
     sums = gather_sums(raw, m, shift, axis=1, offset=offset)
     return ((2 * sums + m) // (2 * m)).astype(raw.dtype)
 
 
 def values_a_lens(picture: Image, m: int) -> float:
-    """Share of neighbours in a row, inside M x M blocks, that differ; 0: all blocks are even."""
+    """Share of neighbours in a row, inside M x M blocks, that differ; 0 if all blocks are even."""
     rows, columns = (n // m * m for n in picture.shape[:2])
     lenses = picture[:rows, :columns].reshape(rows, columns // m, m)
     return float((np.diff(lenses.astype(np.int64), axis=2) != 0).mean())
@@ -204,10 +203,10 @@ def grating(frequency: float, lenses: int = _LENSES) -> Floats:
 
 
 def alias(m: int, shift: int, frequency: float = 0.7) -> float:
-    """Contrast of stripes that one sample a micro lens cannot hold, at the wrong frequency.
+    """Aliasing of stripes above the Nyquist frequency of one sample per micro lens.
 
-    The stripes, of more than half a cycle a micro lens, are in focus at a'. The amplitude at 1 -
-    frequency, where samples of each micro lens put it, over that at frequency.
+    The stripes, of more than half a cycle per micro lens, are in focus at a'. Result: the amplitude
+    at the alias frequency, 1 - frequency, over that at the frequency itself.
     """
     a = Fraction(shift, m)
     picture = refocus(capture(m, a, grating(frequency)), m, a)
@@ -233,7 +232,7 @@ class Detail:
 
 
 def _border(m: int, shift: int) -> int:
-    """Pixels at each border that not all views reach, and some more, a multiple of M."""
+    """Pixels at each border with missing views, and some more, a multiple of M."""
     return m * (-(-abs(shift) * (m - 1) // (2 * m)) + 3)
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sharpening at the distance of a lens: the best weight, what it gains, and where it harms.
+"""Sharpening with taps a lens apart: the best weight, its gain, and where it harms.
 
-Theory and measurement are apart: `best_weight` takes the operator's transfer function and a
+Theory and measurement are independent: `best_weight` uses the operator's transfer function and a
 spectrum, `measure` compares a refocused textured plane with the object.
 """
 
@@ -34,12 +34,12 @@ _WHITE = 255
 def transfer(m: int, shift: int, order: int, frequencies: Floats) -> npt.NDArray[np.complex128]:
     """Transfer function of the operator along a dimension, in cycles a lens: shape (M, n).
 
-    For each place of an output pixel in its lens the amplitude over that of a wave at this very
-    place.
+    For each position of an output pixel in its lens: the amplitude relative to that of a wave at
+    the same position.
     """
     common = gcd(shift, m)
     wave = 2j * np.pi * frequencies / m
-    # Places of the M/g samples that output p meets, from its own place on.
+    # Positions of the M/g samples in output p, relative to its own.
     phases = []
     for p in range(m):
         places = np.arange(m // common) * common + p % common - (m - 1) / 2
@@ -57,7 +57,7 @@ def transfer(m: int, shift: int, order: int, frequencies: Floats) -> npt.NDArray
 
 
 def natural_spectrum(frequencies: Floats, band: float) -> Floats:
-    """Power (n, n) of natural pictures behind square lenses: 1 / f^2, nothing above a band."""
+    """Power (n, n) of natural pictures behind square lenses: 1 / f^2, 0 above a band limit."""
     y, x = np.meshgrid(frequencies, frequencies, indexing="ij")
     squared = y**2 + x**2
     power = (np.sinc(x) * np.sinc(y)) ** 2 / squared
@@ -86,7 +86,7 @@ def best_weight(m: int, shift: int, order: int = 0, *, band: float = 0.5) -> tup
 
 @dataclass(frozen=True)
 class Texture:
-    """A textured plane, a value for each lens; what lies between them is its cubic spline."""
+    """A textured plane, a value for each lens, interpolated by cubic splines."""
 
     name: str
     make: Callable[[tuple[int, int], int], Floats]
@@ -105,7 +105,7 @@ def _natural(shape: tuple[int, int], seed: int) -> Floats:
     y, x = (np.fft.fftfreq(n) for n in shape)
     distance = np.hypot(y[:, np.newaxis], x)
     distance[0, 0] = np.inf
-    # What a lens lets through of an amplitude 1 / f.
+    # Amplitude 1 / f, attenuated by a lens.
     return np.real(np.fft.ifft2(noise / distance * np.sinc(y)[:, np.newaxis] * np.sinc(x)))
 
 
@@ -126,7 +126,7 @@ class Plane:
     raw: Image  # grey
     lenses: Floats  # the object at the centre of each lens, in grey levels
     pixels: Floats  # at the centre of each pixel
-    # What an ideal refocuser gives for each pixel: the mean of the views, moved to a'.
+    # The ideal result for each pixel: the mean of the views, moved to a'.
     blurred: Floats
     border: int  # pixels at each border that miss views
 
@@ -201,11 +201,11 @@ def decibels(got: npt.NDArray[np.generic], want: Floats) -> float:
 
 @dataclass(frozen=True)
 class Nearness:
-    """How near a picture is to the object, PSNR in dB."""
+    """Similarity of a picture to the object, PSNR in dB."""
 
-    lens: float  # of a value for each lens
-    pixel: float  # of each pixel
-    ideal: float  # of each pixel to an ideal refocuser's picture, which out of focus is another
+    lens: float  # with a value for each lens
+    pixel: float  # with each pixel
+    ideal: float  # with each pixel, to the ideal refocused picture instead of the object
 
 
 def measure(field: Plane, b: Fraction, order: int = 0) -> Nearness:
@@ -213,7 +213,7 @@ def measure(field: Plane, b: Fraction, order: int = 0) -> Nearness:
     m, border = field.m, field.border
     image = refocused(field, b, order)
     inside = slice(border, -border)
-    # For even M the pixels on both sides of a lens's centre, half a pixel off.
+    # For even M the pixels on both sides of a lens's centre, each half a pixel from it.
     middles = {(m - 1) // 2, m // 2}
     at_lenses = np.mean(
         [image[v::m, u::m].astype(np.float64) for v in middles for u in middles], axis=0

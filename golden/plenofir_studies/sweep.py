@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where hardware, golden refocuser and ray model meet: a rendered capture, swept.
+"""Joint test of hardware, golden refocuser and ray model: a sweep over a rendered capture.
 
 Three objects stand at distances that the ray model predicts for three slices. The capture is
 calibrated and decoded like a real one; the raster goes through the filter array once for each

@@ -2,7 +2,7 @@
 """Broadcast nets of a row filter compared: all taps at once, latches, and full-systolic.
 
 The thesis's filters are semi-systolic; it recommends to convert them (section 6.3). The filters of
-``data/row_filter.vhd`` are the same but for the net; tests hold that they give the same sums.
+``data/row_filter.vhd`` differ only in the net; tests check that they give the same sums.
 `python scripts/resources.py nets` places them for an ECP5.
 """
 
@@ -43,7 +43,7 @@ class RowFilter:
 
     @property
     def latency(self) -> int:
-        """Clocks from a pixel to the first sum that has it; the switches take one in two nets."""
+        """Clocks from a pixel to the first sum with it; in two nets the switches take one."""
         return self.taps if self.net < 0 else 2 + (self.net > 0)
 
     def generics(self, pixel_bits: int = 8) -> dict[str, int]:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmark of section 6.1.2 of the thesis: its numbers beside ours, on the same frame.
 
-What is counted from formulas or simulated is the same everywhere; what was timed on a machine is
-kept in ``data/thesis_benchmark.json`` with that machine (``make bench RECORD=1`` writes it anew).
+Counts by formulas or simulation are the same everywhere; times are recorded in
+``data/thesis_benchmark.json`` with their machine (``make bench RECORD=1`` measures them again).
 """
 
 import tempfile
@@ -105,7 +105,7 @@ def _software() -> dict[str, Callable[[Image], Image]]:
 def time_software(size: int = SIZE, *, step: Step | None = None) -> dict[str, float]:
     """Time the ways in software (seconds for each frame); all must give the same picture.
 
-    Processor time counts, the least of several runs: other work on the machine hardly changes it.
+    Processor time, the least of several runs, as other work on the machine hardly changes it.
     """
     raw = np.random.default_rng(0).integers(0, 256, (size, size), np.uint8)
     refocus(raw[: 3 * M, : 3 * M], M, Fraction(SHIFT, M))  # compiles
@@ -145,7 +145,7 @@ def simulate(engine: FirEngine | MovingSumEngine, size: int = SIZE, frames: int 
         for image, frame in zip(result.frames, raw, strict=True)
     )
     assert result.latency_clocks is not None
-    # Both ends count. Frames follow each other as fast as the core takes them.
+    # Both ends are included. Frames follow each other as fast as the core takes them.
     next_frame, rest = divmod(result.clocks - result.latency_clocks, frames)
     assert rest == 0
     return Simulated(first_frame=result.latency_clocks + next_frame, next_frame=next_frame)

@@ -42,11 +42,11 @@ from plenofir_studies.thesis_benchmark import as_printed
 
 FILE = DATA / "work_precision.json"
 _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 50, 0.3
-# Of the Fourier slices the one with the thesis's window.
+# The Fourier slice with the thesis's window.
 _LEFT_OUT = ("window 1.5", "window 2.5", "window 3.5, oversampling 1.25", "window 6")
 # Stored products that are drawn: fraction and guard bits.
 _STORED = ("F = 0, G = 0", "F = 2, G = 2", "F = 4, G = 4", "F = 8, G = 4")
-# Where errors of 0 are drawn: software's, hardware's.
+# Positions at which errors of 0 are drawn, for software and hardware.
 _EXACT = (1e-18, 1e-21)
 _DEPTH_SCENES = ("pictures", "slopes", "strips")
 _SEED = 41
@@ -61,8 +61,8 @@ class Point(BaseModel):
 
     way: str
     nanoseconds: float  # of processor time for each pixel, plane or micro lens
-    error: float | None = None  # against what the chapter says; None if it computes another thing
-    to_object: float | None = None  # of a refocused picture: against the object itself
+    error: float | None = None  # against the chapter's reference; None if it computes another thing
+    to_object: float | None = None  # of a refocused picture, against the object itself
     hardware: bool = False
 
 
@@ -114,7 +114,7 @@ def _on_gpu(raw: Any, m: int, shift: int) -> Any:
 
 
 def _refocusing(field: Field, step: Step) -> list[Point]:
-    """Every way in software, and the cores at the clocks that were placed."""
+    """All ways in software, and the cores at their placed clocks."""
     found = []
     pixels = field.raw.size
     for method in _ways():
@@ -159,7 +159,7 @@ def _rays() -> list[Point]:
         Point(
             way=timing.way,
             nanoseconds=timing.nanoseconds,
-            # Real rays are what the paraxial model is compared with.
+            # Real rays are the reference of the paraxial model.
             error=None if timing.way == "real rays" else timing.error,
         )
         for timing in error_against_run_time()
@@ -180,7 +180,7 @@ def _calibration() -> list[Point]:
     found = []
     for name, way in ways.items():
         centres = way().reshape(-1, 2)
-        # Of micro images that the border cuts no way finds the middle by centroids.
+        # Centroids of micro images that are cut by the border are never their middles.
         whole = ((centres > pitch) & (centres < np.array(shape) - 1 - pitch)).all(axis=1)
         centres = centres[whole]
         error = cKDTree(truth).query(centres)[0]
@@ -192,7 +192,7 @@ def _calibration() -> list[Point]:
 
 
 def _depth(step: Step) -> list[Point]:
-    """Ways to depth: root mean square error of a over some rendered scenes."""
+    """Methods for depth: root mean square error of a over some rendered scenes."""
     scenes = [rendered(name) for name in _DEPTH_SCENES]
     found = []
     for name, way in WAYS.items():
@@ -232,7 +232,7 @@ def save_recorded(recorded: Recorded) -> None:
 
 
 def front(points: Sequence[Point], error: Callable[[Point], float | None]) -> list[Point]:
-    """Points that no other one beats in both time and error."""
+    """Points that no other one beats in both time and error (Pareto front)."""
     kept: list[Point] = []
     known = [(p.nanoseconds, e, p) for p in points if (e := error(p)) is not None]
     for _, value, point in sorted(known, key=lambda one: one[:2]):

@@ -299,7 +299,7 @@ async def modes_at_the_limits(dut: Any) -> None:
 
 @for_entity("more_rows")
 async def frames_reach_into_the_blanking(dut: Any) -> None:
-    """Black lines below the picture; how many lines, is right with the first pixel of a frame."""
+    """Black lines below the picture; their number is right at the first pixel of a frame."""
     Clock(dut.clk, 10, "ns").start()
     tap = StreamTap(dut)
     for name in ("active", "h_sync", "v_sync", "pixel"):

@@ -101,8 +101,8 @@ def test_mosaic() -> None:
 def test_lines_of_the_ring(
     m: int, camera: ShownCamera, options: dict[str, Any], fewer_lines: int
 ) -> None:
-    # The number of lines is enough, and not larger than it has to be by more than its roundings:
-    # two lines of video to leave the ring, an even number, the FIFO after it.
+    # The number of lines is enough, and at most rounded up: two lines of video to leave the ring,
+    # an even number, the FIFO after it.
     run_cases([case(m, (1,), [camera], fewer_lines=fewer_lines, ring=True, **options)])
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An erratum of the thesis: what is printed, what holds, and a computation that tells the two."""
+"""An erratum of the thesis: printed, correct, and a computation that distinguishes the two."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Shown:
-    """What the computation of an erratum found."""
+    """Result of the computation for an erratum."""
 
     text: str  # what was computed, with its numbers
-    # how far what is printed, and what holds, miss what they should give
+    # errors of the printed and of the correct version
     printed: float
     holds: float
-    limit: float  # a miss up to this is rounding
+    limit: float  # errors up to this are rounding
 
     @property
     def confirmed(self) -> bool:
-        """Whether what is printed misses and what holds does not."""
+        """Whether the printed version is wrong and the correct one is not."""
         return self.holds <= self.limit < self.printed
 
 

@@ -66,7 +66,7 @@ def test_lenses_at_the_border_that_tell_of_more() -> None:
     try:
         found = calibrate(white.image)
     except InputError as error:
-        assert "together" in error.problem or "uncertain" in error.problem  # noqa: PT017
+        assert "same direction" in error.problem or "uncertain" in error.problem  # noqa: PT017
         return
     worst = white.errors(found.centres).max()
     assert found.evidence.centre_error_px > worst / 3
