@@ -41,7 +41,10 @@ entity depth_index is
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Whether the pixel of a chosen slice goes beside.
+    -- Whether the picture comes out, for which the pixels of all slices wait inside; else only what is found of each
+    -- pixel, and there is no such ring of lines.
+    PICTURE : boolean := true;
+    -- Whether the pixel of a chosen slice goes beside the picture.
     CHOSEN_TOO : boolean := false;
     -- Whether the entity pushes the rest of a frame out when nothing follows. Without it the next frame does, and
     -- frames may have lines below the picture, see picture_rows.
@@ -67,13 +70,13 @@ entity depth_index is
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0; above that, with
+    -- The picture: the pixel, with PICTURE, channel 0 in the low bits; above it 8 bits of the index; above that, with
     -- SHIFTS, 8 bits of the place between slices and 8 of its confidence (depth_fraction); above that, with CHOSEN_TOO,
     -- the pixel of the slice tid. Then all of it for the next pixel; zeros behind a line's last one.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS,
-                                                                                  CHOSEN_TOO) - 1 downto 0);
+                                                                                  CHOSEN_TOO, PICTURE) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
@@ -89,12 +92,13 @@ architecture rtl of depth_index is
   constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
                                                  MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
   constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
+  constant NO_RING  : boolean := not takes(PICTURE or not CHOSEN_TOO, "depth_index: CHOSEN_TOO needs PICTURE");
 
   constant BETWEEN : boolean := SHIFTS'length > 0;
 
   constant P        : positive := PIXELS_PER_CLOCK;
   constant IN_BITS  : positive := P * SLICES * CHANNELS * PIXEL_BITS;
-  constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO);
+  constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO, PICTURE);
   constant CLOCKS   : positive := index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P);
 
   -- What the shell orders and marks, and the tokens that it makes of the stream.
@@ -164,6 +168,7 @@ begin
       VOTE_RADIUS      => VOTE_RADIUS,
       SHIFTS           => SHIFTS,
       CROPPED          => not FLUSH,
+      PICTURE          => PICTURE,
       CHOSEN_TOO       => CHOSEN_TOO,
       MAX_COLUMNS      => MAX_COLUMNS,
       PIXELS_PER_CLOCK => P,

@@ -3,6 +3,7 @@
 --
 -- The pixels wait in a ring of lines until the index of their row of micro images has been written, and are then
 -- selected by it. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
+-- Without the picture only the places of the pixels wait.
 --
 -- The pixels of a token lie in one micro image or in two of which the first is that of the token before: what was read
 -- for that one is kept, so one read a token is enough.
@@ -32,8 +33,10 @@ entity sharpest_pixels is
     RING_LINES : positive;
     -- Clocks from the last token of a row of micro images until the index of the first one is written.
     INDEX_LATENCY : positive;
-    -- Whether a depth between slices goes with an index, and the pixel of the slice that the frame has chosen.
+    -- Whether a depth between slices goes with an index, the pixel of the sharpest slice, and beside this that of the
+    -- slice that the frame has chosen.
     BETWEEN    : boolean;
+    PICTURE    : boolean;
     CHOSEN_TOO : boolean;
     -- Width of a pixel, all channels.
     PIXEL_BITS : positive
@@ -57,7 +60,8 @@ entity sharpest_pixels is
     result : out   result_t;
     -- Of each pixel, from the low bits: that of its sharpest slice, the index, the depth, the pixel of the chosen
     -- slice. Zeros behind a line's last one.
-    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO) - 1 downto 0)
+    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO, PICTURE) - 1
+                                      downto 0)
   );
 end entity sharpest_pixels;
 
@@ -69,9 +73,11 @@ architecture rtl of sharpest_pixels is
   constant STACK_BITS : positive := P * SLICES * PIXEL_BITS;
   -- An index, and its depth above it.
   constant FOUND_BITS : positive := INDEX_BITS + choose(BETWEEN, 2 * FRACTION_BITS, 0);
-  constant WORD_BITS  : positive := pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO);
-  constant RING_WORDS : positive := RING_LINES * MAX_TOKENS;
-  constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
+  constant WORD_BITS  : positive := pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO, PICTURE);
+  -- The pixel in front of what was found.
+  constant PICTURE_BITS : natural  := choose(PICTURE, PIXEL_BITS, 0);
+  constant RING_WORDS   : positive := RING_LINES * MAX_TOKENS;
+  constant RING_BITS    : positive := bits_for(RING_WORDS - 1);
 
   -- Clocks that a pixel waits in front of the ring.
   constant IN_FRONT : positive := INDEX_LATENCY - 2;
@@ -82,15 +88,12 @@ architecture rtl of sharpest_pixels is
 
   type parts_t is array (natural range <>) of std_logic_vector(P - 1 downto 0);
 
-  type stacks_t is array (natural range <>) of std_logic_vector(STACK_BITS - 1 downto 0);
-
   -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the
   -- ring until the index is known. Of a token's micro images the last one is looked up; first_at marks the pixels that
   -- lie in the one before it.
   signal token_at : tokens_t(1 to IN_FRONT + 1) := (others => NO_TOKEN);
   signal lens_at  : lenses_t(1 to IN_FRONT + 2) := (others => (others => '0'));
   signal first_at : parts_t(1 to IN_FRONT + 3)  := (others => (others => '0'));
-  signal data_at  : stacks_t(1 to IN_FRONT + 1) := (others => (others => '0'));
   signal new_line : std_logic;
   -- First word of the line in the ring that is written and read, and the word of the pixel. Each word is read just
   -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
@@ -123,7 +126,6 @@ begin
       token_at(1)        <= token;
       token_at(1).strobe <= place.active;
       lens_at(1)         <= place.last_lens(LENS_BITS - 1 downto 0);
-      data_at(1)         <= data;
       any                := '0';
 
       -- Whether the token reaches into a further micro image: only then its first pixels are of the
@@ -144,7 +146,6 @@ begin
       token_at(2 to IN_FRONT + 1) <= token_at(1 to IN_FRONT);
       lens_at(2 to IN_FRONT + 2)  <= lens_at(1 to IN_FRONT + 1);
       first_at(2 to IN_FRONT + 3) <= first_at(1 to IN_FRONT + 2);
-      data_at(2 to IN_FRONT + 1)  <= data_at(1 to IN_FRONT);
 
       if reset = '1' then
 
@@ -220,21 +221,44 @@ begin
 
   end process find_word;
 
-  -- Read and written at one address: the memory gives the old word in the clock that overwrites it.
-  ring : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => STACK_BITS,
-      ADDRESS_BITS => RING_BITS,
-      WORDS        => RING_WORDS
-    )
-    port map (
-      clk           => clk,
-      write_enable  => token_at(IN_FRONT + 1).strobe,
-      write_address => ring_word,
-      write_data    => data_at(IN_FRONT + 1),
-      read_address  => ring_word,
-      read_data     => delayed
-    );
+  pixels_wait : if PICTURE generate
+
+    signal entering : std_logic_vector(STACK_BITS - 1 downto 0);
+
+  begin
+
+    wait_in_front : entity work.tag_delay
+      generic map (
+        WIDTH  => STACK_BITS,
+        LENGTH => IN_FRONT + 1
+      )
+      port map (
+        clk     => clk,
+        tag     => data,
+        delayed => entering
+      );
+
+    -- Read and written at one address: the memory gives the old word in the clock that overwrites it.
+    ring : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => STACK_BITS,
+        ADDRESS_BITS => RING_BITS,
+        WORDS        => RING_WORDS
+      )
+      port map (
+        clk           => clk,
+        write_enable  => token_at(IN_FRONT + 1).strobe,
+        write_address => ring_word,
+        write_data    => entering,
+        read_address  => ring_word,
+        read_data     => delayed
+      );
+
+  end generate pixels_wait;
+
+  no_picture : if not PICTURE generate
+    delayed <= (others => '0');
+  end generate no_picture;
 
   index_word(INDEX_BITS - 1 downto 0) <= std_logic_vector(index);
 
@@ -284,6 +308,8 @@ begin
     signal picked : std_logic_vector(PIXEL_BITS - 1 downto 0);
     signal chosen : std_logic_vector(PIXEL_BITS - 1 downto 0);
     signal told   : std_logic_vector(FOUND_BITS - 1 downto 0);
+    -- Its index.
+    signal index_byte : std_logic_vector(7 downto 0);
 
   begin
 
@@ -327,12 +353,17 @@ begin
 
     end process pick;
 
-    out_data(LOW + PIXEL_BITS + 7 downto LOW) <= std_logic_vector(resize(unsigned(told(INDEX_BITS - 1 downto 0)), 8)) &
-                                                 picked;
+    index_byte <= std_logic_vector(resize(unsigned(told(INDEX_BITS - 1 downto 0)), 8));
+
+    with_pixel : if PICTURE generate
+      out_data(LOW + PIXEL_BITS - 1 downto LOW) <= picked;
+    end generate with_pixel;
+
+    out_data(LOW + PICTURE_BITS + 7 downto LOW + PICTURE_BITS) <= index_byte;
 
     with_depth : if BETWEEN generate
-      out_data(LOW + PIXEL_BITS + 7 + 2 * FRACTION_BITS downto LOW + PIXEL_BITS + 8) <= told(FOUND_BITS - 1 downto
-                                                                                             INDEX_BITS);
+      out_data(LOW + PICTURE_BITS + 7 + 2 * FRACTION_BITS downto LOW + PICTURE_BITS + 8) <= told(FOUND_BITS - 1 downto
+                                                                                                 INDEX_BITS);
     end generate with_depth;
 
     -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.

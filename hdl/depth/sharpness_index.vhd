@@ -6,7 +6,6 @@
 -- further back and finds its indices; then the first line of that row leaves. Of equally sharp slices the first counts.
 -- With VOTE_RADIUS micro images without texture take their neighbours' slice (index_vote), which delays everything by
 -- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes.
---
 -- Of several pixels a clock each lies in one of two micro images at most; the scan keeps up with them.
 --
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock, in lines
@@ -31,15 +30,15 @@ entity sharpness_index is
     SLICES : positive range 1 to 256;
     -- Micro images from the middle of the window to its edge.
     RADIUS : natural range 0 to 8 := 1;
-    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture, and how many micro
-    -- images around one vote for its slice; with 0 every micro image keeps its own.
+    -- As depth_index: the texture that votes need, and the window that votes.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
     -- The slices' a', if there is to be depth between them.
     SHIFTS : string := "";
     -- Whether frames may have lines below the picture, see rows.
     CROPPED : boolean := false;
-    -- Whether the pixel of the slice that its frame has chosen goes beside.
+    -- Whether the picture comes out, and beside it the pixel of the slice that its frame has chosen.
+    PICTURE    : boolean := true;
     CHOSEN_TOO : boolean := false;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
@@ -63,8 +62,8 @@ entity sharpness_index is
     -- Pixels of the picture.
     result : out   result_t;
     -- As depth_index.
-    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO) - 1
-                                      downto 0)
+    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO,
+                                                                         PICTURE) - 1 downto 0)
   );
 end entity sharpness_index;
 
@@ -478,6 +477,7 @@ begin
       RING_LINES       => sharpness_delay(M, RADIUS, VOTE_RADIUS),
       INDEX_LATENCY    => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P),
       BETWEEN          => BETWEEN,
+      PICTURE          => PICTURE,
       CHOSEN_TOO       => CHOSEN_TOO,
       PIXEL_BITS       => DATA_BITS
     )

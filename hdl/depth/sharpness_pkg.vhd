@@ -142,11 +142,13 @@ package sharpness_pkg is
     pixels      : positive
   ) return positive;
 
-  -- A pixel, its index, its depth between slices, if there is one, and the pixel of a chosen slice, if it goes beside.
+  -- A pixel, if there is a picture, its index, its depth between slices, if there is one, and the pixel of a chosen
+  -- slice, if it goes beside.
   function pixel_word_bits (
     data_bits  : positive;
     between    : boolean;
-    chosen_too : boolean
+    chosen_too : boolean;
+    picture    : boolean := true
   ) return positive;
 
   -- The same; depth if there are SHIFTS.
@@ -154,7 +156,8 @@ package sharpness_pkg is
     channels   : positive;
     pixel_bits : positive;
     shifts     : string;
-    chosen_too : boolean
+    chosen_too : boolean;
+    picture    : boolean := true
   ) return positive;
 
 end package sharpness_pkg;
@@ -391,12 +394,14 @@ package body sharpness_pkg is
   function pixel_word_bits (
     data_bits  : positive;
     between    : boolean;
-    chosen_too : boolean
+    chosen_too : boolean;
+    picture    : boolean := true
   ) return positive is
   begin
 
     -- The index has a byte whatever the number of slices, so that software reads it alike.
-    return choose(chosen_too, 2, 1) * data_bits + 8 + choose(between, 2 * FRACTION_BITS, 0);
+    return choose(picture, data_bits, 0) + choose(chosen_too, data_bits, 0) + 8 +
+           choose(between, 2 * FRACTION_BITS, 0);
 
   end function pixel_word_bits;
 
@@ -404,11 +409,12 @@ package body sharpness_pkg is
     channels   : positive;
     pixel_bits : positive;
     shifts     : string;
-    chosen_too : boolean
+    chosen_too : boolean;
+    picture    : boolean := true
   ) return positive is
   begin
 
-    return pixel_word_bits(channels * pixel_bits, shifts'length > 0, chosen_too);
+    return pixel_word_bits(channels * pixel_bits, shifts'length > 0, chosen_too, picture);
 
   end function index_word_bits;
 

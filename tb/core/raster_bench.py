@@ -128,7 +128,7 @@ class Bench:
                 for part in (found.fraction, found.confidence)
                 if part is not None
             ]
-            return np.dstack([image, index, *between])
+            return np.dstack([*[image] * core.picture, index, *between])
         return core.arithmetic.refocus(
             frame,
             core.micro_image_size,

@@ -36,8 +36,9 @@ entity bench_core is
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
-    -- Of a stack: whether the depth index finds depth between slices.
-    BETWEEN_SLICES : boolean := false
+    -- Of a stack: whether the depth index finds depth between slices, and whether the picture comes out.
+    BETWEEN_SLICES : boolean := false;
+    PICTURE        : boolean := true
   );
   port (
     clk     : in    std_logic;
@@ -158,7 +159,8 @@ begin
     end function index_shifts;
 
     constant DATA_BITS : positive := CHANNELS * PIXEL_BITS;
-    constant WORD_BITS : positive := index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false);
+    constant WORD_BITS : positive := index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false, PICTURE);
+    constant INDEX_LOW : natural := choose(PICTURE, DATA_BITS, 0);
 
     signal valid        : std_logic;
     signal ready        : std_logic;
@@ -210,6 +212,7 @@ begin
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
         SHIFTS           => index_shifts,
+        PICTURE          => PICTURE,
         MAX_COLUMNS      => MAX_COLUMNS,
         PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
         CHANNELS         => CHANNELS,
@@ -248,8 +251,15 @@ begin
       -- A word has the pixel, its index, and the depth on top.
       word <= found((j + 1) * WORD_BITS - 1 downto j * WORD_BITS);
 
-      m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= word(DATA_BITS - 1 downto 0);
-      m_axis_index((j + 1) * 8 - 1 downto j * 8)                 <= word(DATA_BITS + 7 downto DATA_BITS);
+      m_axis_index((j + 1) * 8 - 1 downto j * 8) <= word(INDEX_LOW + 7 downto INDEX_LOW);
+
+      with_picture : if PICTURE generate
+        m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= word(DATA_BITS - 1 downto 0);
+      end generate with_picture;
+
+      no_picture : if not PICTURE generate
+        m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= (others => '0');
+      end generate no_picture;
 
       depth_between : if BETWEEN_SLICES generate
         m_axis_depth((j + 1) * 16 - 1 downto j * 16) <= word(WORD_BITS - 1 downto WORD_BITS - 16);

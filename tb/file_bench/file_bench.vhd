@@ -50,6 +50,7 @@ entity file_bench is
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
     BETWEEN_SLICES      : boolean  := false;
+    PICTURE             : boolean  := true;
     -- The frames in the file.
     COLUMNS       : positive := 1;
     ROWS          : positive := 1;
@@ -158,7 +159,8 @@ begin
       RADIUS              => RADIUS,
       CONFIDENCE          => CONFIDENCE,
       VOTE_RADIUS         => VOTE_RADIUS,
-      BETWEEN_SLICES      => BETWEEN_SLICES
+      BETWEEN_SLICES      => BETWEEN_SLICES,
+      PICTURE             => PICTURE
     )
     port map (
       clk           => clk,

@@ -84,7 +84,7 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
 
 
 def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
-    """Words of the picture: pixel of the index, index, depth, pixel of the chosen slice.
+    """Words of the picture: pixel of the index (or none), index, depth, pixel of the chosen slice.
 
     Neighbouring pixels together, with zeros after a line's last one.
     """
@@ -93,14 +93,14 @@ def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
     slices = np.moveaxis(raw.reshape(rows, columns, g["SLICES"], channels), 2, 0)
     index, *depth = (part.repeat(m, 0).repeat(m, 1)[:rows, :columns] for part in indices(slices, g))
     together = g["PIXELS_PER_CLOCK"]
-    width = (2 if g["CHOSEN_TOO"] else 1) * channels * bits + 8 * (1 + len(depth))
+    width = (g["PICTURE"] + g["CHOSEN_TOO"]) * channels * bits + 8 * (1 + len(depth))
     lines = []
     for y in range(rows):
         line = [0] * -(-columns // together)
         for x in range(columns):
-            fields = [*slices[index[y, x], y, x]]
+            fields = [*slices[index[y, x], y, x]] if g["PICTURE"] else []
             word = sum(int(v) << (n * bits) for n, v in enumerate(fields))
-            above = channels * bits
+            above = len(fields) * bits
             for part in (index, *depth):
                 word |= int(part[y, x]) << above
                 above += 8

@@ -41,6 +41,8 @@ class DepthIndexConfiguration(BaseModel):
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
     # The slices' a', if there is to be depth between them.
     shifts: tuple[int, ...] = ()
+    # Whether the picture in focus comes out, too: then the pixels of all slices wait inside.
+    picture: bool = True
 
     @property
     def delay(self) -> int:
@@ -72,7 +74,7 @@ class DepthIndexConfiguration(BaseModel):
         """Bits of the lines that delay the slices' pixels, and of the sharpness sums."""
         m, slices = self.micro_image_size, self.slices
         pixels = self.line_tokens(self.max_columns) * self.pixels_per_clock
-        waiting = self.delay * pixels * slices * self.channels * self.pixel_bits
+        waiting = self.delay * pixels * slices * self.channels * self.pixel_bits * self.picture
         lens, row = self.lens_bits, self.row_bits
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
@@ -141,8 +143,9 @@ class DepthIndexConfiguration(BaseModel):
         )
 
     def generics(self) -> Generics:
-        # One pixel a clock is the entity's default.
+        # One pixel a clock and the picture are the entity's defaults.
         own = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
+        own |= {"picture"} if self.picture else set()
         fields = self.model_dump(exclude=own)
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})

@@ -167,6 +167,7 @@ def core_generics(
         judged = index.generics()
         values |= {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
         values["BETWEEN_SLICES"] = bool(index.shifts)
+        values["PICTURE"] = index.picture
     return values
 
 

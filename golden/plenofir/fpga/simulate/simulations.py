@@ -139,19 +139,21 @@ class RasterSimulation(Simulation):
 class StackSimulation(Simulation):
     """A focal stack, all slices at once, and the depth index behind it."""
 
-    more_files: tuple[str, ...] = (ALL_IN_FOCUS, DEPTH_INDEX)
+    more_files: tuple[str, ...] = (DEPTH_INDEX,)
     frames = 1
 
     def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
-        # The depth index of the scene's screen, or one with the radius of the request.
+        # The scene's depth index, or one with the radius of the request.
         core = what.core
         between = len(core.shifts) > 2 and has_order(core.shifts)
         level = confidence_level(
             TEXTURE, core.micro_image_size, what.radius, core.channels, core.pixel_bits
         )
         own = Screen(radius=what.radius, confidence=level if between else 0, between=between)
-        self.depth = depth_index_of(core, what.screen if what.screen.needs_stack else own)
+        self.depth = depth_index_of(core, what.screen if what.screen.needs_index else own)
+        if self.depth.picture:
+            self.more_files = (ALL_IN_FOCUS, *self.more_files)
         if self.depth.shifts:
             self.more_files += (DEPTH, CONFIDENCE)
 
@@ -194,8 +196,10 @@ class StackSimulation(Simulation):
         image, index, m, depth = result.frames[0], result.index[0], report.M, self.depth
         want = depth.golden(golden)
         want_index = want.index.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
-        pairs = [(image, want.image), (index, want_index)]
-        write_png(folder / ALL_IN_FOCUS, self.picture.like(image))
+        pairs: list[tuple[Image, Image]] = [(index, want_index)]
+        if depth.picture:
+            pairs.append((image, want.image))
+            write_png(folder / ALL_IN_FOCUS, self.picture.like(image))
         write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
         if want.fraction is not None and want.confidence is not None:
             assert result.depth is not None
