@@ -15,7 +15,7 @@ import textwrap
 from pathlib import Path
 
 from camera_tables import camera_tables
-from device_tables import device_shares, device_sources
+from device_tables import device_shares, device_sources, scenes_on
 from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
@@ -90,9 +90,12 @@ PLACED_CORES = (
     "By `python scripts/resources.py devices` (Yosys and nextpnr), behind shift registers. Other "
     "scenes are estimates.\n"
     "These fit but were not placed, as each takes minutes of processor time: `thesis-m3` on "
-    "GW2AR-18 and GW5A-25,\n`rgb-720p` on GW5A-25, `video-m11` on LIFCL-40, all scenes on CCGM1A1 "
+    "GW2AR-18 and GW5A-25,\n`rgb-720p` on GW5A-25, all scenes on CCGM1A1 "
     "(`rgb-480p` reached 47.5 MHz there, by\n`make pnr`). `rgb-720p` as it is does not fit "
-    "GW2AR-18 (48 of 46 block RAMs); the planner gives it stored products\nthere, in 36."
+    "GW2AR-18 (48 of 46 block RAMs); the planner gives it stored products\nthere, in 36. "
+    "Of the LIFCL-40 a table says how far each scene went; `make pnr SCENE= DEVICE=lifcl-40` "
+    "places what fits, in minutes.\nThe core of `video-m11` was placed [several times]"
+    "(#spread-of-the-clock)."
 )
 LEFT_OUT_COSTS = (
     "Estimates of `plenofir plan`, on each scene's own device. Options that cost nothing to leave "
@@ -148,7 +151,10 @@ def measured_tables() -> str:
             "Scenes on devices",
             "resources.md",
             ("Shares of a device", [SHARES, "", *device_shares()]),
-            ("Cores that were placed", [PLACED_CORES, "", *placed_table()]),
+            (
+                "Cores that were placed",
+                [PLACED_CORES, "", *placed_table(), "", *scenes_on("lifcl-40")],
+            ),
             ("What was left out", left_out_of_scenes()),
             ("What leaving out costs", [LEFT_OUT_COSTS, "", *costs_of_leaving_out()]),
             ("Where the amounts are from", device_sources()),

@@ -69,6 +69,20 @@ def _on_device(scene: str, device: str) -> str:
     return f"{lut} + {blocks}{whole}{at_once}" + (f" **{clock:g} MHz**" if clock else "")
 
 
+def scenes_on(device: str) -> list[str]:
+    """Make the table of how far each shipped scene went on a device."""
+    rows = []
+    for scene in scene_names():
+        plan = plan_on(scene, device)
+        if isinstance(plan, str):
+            rows.append((scene, f"does not fit: {plan}"))
+            continue
+        clock, what = _clock_of(scene, plan), "board" if plan.path != "core" else "core"
+        fits = f"the {what} fits; not placed"
+        rows.append((scene, fits if clock is None else f"the {what} placed: {clock:g} MHz"))
+    return table(f"scene | on the {DEVICES[device].title}", rows)
+
+
 def device_table(text: str) -> str:
     """Put what the shipped scenes' cores take of every device between its marks in a page."""
     rows = []

@@ -18,7 +18,7 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, Placed, make_netlist, place
 from plenofir.fpga.synthesis.placers import PLACERS, route_core, synthesise_core
 from plenofir.fpga.synthesis.records import save_records
-from plenofir.ground.errors import InputError
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.figures import CORE
 from plenofir_studies import DATA
@@ -52,8 +52,9 @@ def package(pixels: int) -> str:
     return PACKAGE if pixels <= 8 else LARGE_PACKAGE
 
 
-Spreads = dict[str, dict[str, list[float]]]
-"""Device to pixels a clock to MHz of each placement."""
+Spreads = dict[str, dict[str, list[float | None]]]
+"""Device to pixels a clock to MHz of each placement; None where nextpnr found no way."""
+_NO_WAY = "Failed to route arc"
 
 
 def load_spreads() -> Spreads:
@@ -62,10 +63,11 @@ def load_spreads() -> Spreads:
     return content
 
 
-def place_again(device: str, pixels: int, folder: Path) -> Iterator[float]:
+def place_again(device: str, pixels: int, folder: Path) -> Iterator[float | None]:
     """Clocks in MHz of a core of P pixels a clock, placed for the seeds that are not recorded.
 
     One netlist is placed and routed `PLACEMENTS` times; each clock is recorded when it is known.
+    From some places of a LIFCL-40's oscillator nextpnr finds no way to the clock's net: None.
     """
     if device not in {*NAMES, *PLACERS} or pixels not in PIXELS_PER_CLOCK:
         raise InputError(
@@ -81,16 +83,21 @@ def place_again(device: str, pixels: int, folder: Path) -> Iterator[float]:
         few = pixels > WITH_PINS
         netlist = make_netlist(sources, CORE, generics, folder, behind_few_pins=few)
     for seed in range(done + 1, PLACEMENTS + 1):
-        if device in PLACERS:
-            fmax = route_core(device, family, folder, seed=seed).fmax_mhz
-        else:
-            fmax = place(
-                netlist,
-                speed_grade=GRADE,
-                device=NAMES[device],
-                package=package(pixels),
-                seed=seed,
-            ).fmax_mhz
+        fmax: float | None = None
+        try:
+            if device in PLACERS:
+                fmax = route_core(device, family, folder, seed=seed).fmax_mhz
+            else:
+                fmax = place(
+                    netlist,
+                    speed_grade=GRADE,
+                    device=NAMES[device],
+                    package=package(pixels),
+                    seed=seed,
+                ).fmax_mhz
+        except ToolError as error:
+            if _NO_WAY not in str(error):
+                raise
         spreads = load_spreads()
         spreads.setdefault(device, {}).setdefault(str(pixels), []).append(fmax)
         save_records(SPREADS, spreads, levels=2)
@@ -104,6 +111,7 @@ class Spread:
     device: str
     pixels: int  # P
     clocks: Sequence[float]
+    seeds: int  # placements that were tried
 
     @property
     def million_pixels(self) -> float:
@@ -114,14 +122,14 @@ class Spread:
 def spread_lines() -> list[str]:
     """Write the section of repeated placements."""
     found = [
-        Spread(device, int(pixels), clocks)
+        Spread(device, int(pixels), [clock for clock in clocks if clock is not None], len(clocks))
         for device, cores in load_spreads().items()
         for pixels, clocks in sorted(cores.items(), key=lambda item: int(item[0]))
     ]
     columns: Columns = {
         "device": lambda s: f"{s.device.upper()}",
         "P": "{.pixels}",
-        "placements": lambda s: str(len(s.clocks)),
+        "placements": lambda s: f"{len(s.clocks)} of {s.seeds}",
         "least MHz": lambda s: f"{min(s.clocks):g}",
         "median MHz": lambda s: f"{median(s.clocks):.1f}",
         "most MHz": lambda s: f"{max(s.clocks):g}",
@@ -133,7 +141,9 @@ def spread_lines() -> list[str]:
         "nextpnr starts from random places, so the same netlist reaches another clock with another "
         f"seed. `scripts/resources.py spread DEVICE P` places the core of `{SCENE}` with the seeds "
         f"1 to {PLACEMENTS} (ECP5 in grade {GRADE}, LIFCL-40 in grade 9 behind a shift register). "
-        "A change of a design is better or worse where it moves the median by more than this.",
+        "The seeds that a line has fewer were not run; without a clock are those for which nextpnr "
+        "found no way to the net of the clock. A change of a design is better or worse where it "
+        "moves the median by more than this.",
         "",
         *table_of(found, columns),
     ]

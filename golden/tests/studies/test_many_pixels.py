@@ -27,8 +27,9 @@ def test_placed_cores_keep_the_clocks_of_the_planner() -> None:
 def test_most_placements_reach_the_clock_of_the_planner() -> None:
     for name, cores in load_spreads().items():
         for pixels, clocks in cores.items():
-            assert len(clocks) == PLACEMENTS
-            assert median(clocks) >= DEVICES[name].clock_mhz(int(pixels)), (name, pixels)
+            known = [clock for clock in clocks if clock is not None]
+            assert 3 <= len(known) <= len(clocks) <= PLACEMENTS
+            assert median(known) >= DEVICES[name].clock_mhz(int(pixels)), (name, pixels)
 
 
 def test_estimates_of_an_ecp5_against_placed_cores() -> None:
