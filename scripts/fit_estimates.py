@@ -135,6 +135,9 @@ def fit(names: Sequence[str]) -> None:
         times = [
             [getattr(u, r) / getattr(estimate(core), r) for _, core, u in cells] for r in RESOURCES
         ]
+        factors = [round(float(np.median(t)), 2) for t in times]
         for part in ("sharpener", "sensor"):
-            weights[part][family] = [round(float(np.median(t)), 2) for t in times]
+            weights[part][family] = factors
+        # Of stacks those that were compared with boards stay.
+        weights["picture"].setdefault(family, factors)
     save_records(WEIGHTS, weights, levels=2)

@@ -39,6 +39,7 @@ from plenofir.plan.figures import (
     SENSORS,
     Design,
     core_designs,
+    lane_part_designs,
     load_figures,
     scene_designs,
     sensor_design,
@@ -124,6 +125,16 @@ def lane_rows() -> Iterator[tuple[object, ...]]:
             )
 
 
+def lane_parts() -> Iterator[tuple[object, ...]]:
+    """Rows of the table of the stages of a core of several pixels a clock, each by itself."""
+    figures = recorded()
+    for design in lane_part_designs():
+        found, (pixels, what) = figures[design.name], design.name.split(" ", 1)
+        each = found.lut / int(pixels.removeprefix("P="))
+        what = f"{pixels.replace('=', ' = ')}, {what}"
+        yield what, f"`{design.top}`", found.lut, found.flip_flops, f"{each:.0f}"
+
+
 def moving_sum_tables(text: str) -> str:
     """Put the tables of the page on moving sums between their marks."""
     heads = "M | a' | channels | fir: lines of partial sums, kbit "
@@ -131,7 +142,9 @@ def moving_sum_tables(text: str) -> str:
     text = put(text, "memory", table(heads, column_memory()))
     heads = "core | LUT | flip-flops | block RAM | multipliers | MHz on ECP5 "
     heads += "| LUT of a pixel | flip-flops of a pixel"
-    return put(text, "lanes", table(heads, lane_rows()))
+    text = put(text, "lanes", table(heads, lane_rows()))
+    heads = "part | entity | LUT | flip-flops | LUT of a pixel"
+    return put(text, "lane parts", table(heads, lane_parts()))
 
 
 def engine_table() -> list[str]:

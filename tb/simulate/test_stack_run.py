@@ -126,3 +126,31 @@ def test_bad_input_is_one_line(
     assert message in errors
     assert len(errors.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_scene_of_all_slices(tmp_path: Path, plenofir) -> None:
+    # The index alone, between slices, two pixels a clock.
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'name = "test"\n[camera]\nmicro_image_size = 3\n'
+        '[frame]\ncolumns = 28\nrows = 9\ncolour = "grey"\n'
+        '[depth]\nslices = ["-1/3", "0", "2/3"]\n'
+        '[stack]\noutput = "depth"\nvote_radius = 0\nbetween_slices = true\n'
+        "[build]\npixels_per_clock = 2\n"
+    )
+    raw = np.random.default_rng(3).integers(0, 256, (9, 28), np.uint8)
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    code, errors = plenofir(
+        *("--scene", str(scene), "--raw", str(tmp_path / "raw.png"), "--out", str(out))
+    )
+    assert code == 0, errors
+    slices = np.stack([refocus(raw, 3, a) for a in ("-1/3", "0", "2/3")])
+    want = depth_index(slices, 3, 1, confidence=confidence_level(TEXTURE, 3, 1), shifts=(-1, 0, 2))
+    assert np.array_equal(read_image(out / "depth_index.png")[::3, ::3] // 127, want.index)
+    assert np.array_equal(read_image(out / "confidence.png")[::3, ::3], want.confidence)
+    # No picture in focus, and no pixel that waits for one.
+    report = json.loads((out / "report.json").read_text())
+    assert (report["mismatches"], report["pixels_compared"]) == (0, 5 * 9 * 28)
+    assert report["waiting_bits"] == 0
+    assert not (out / "all_in_focus.png").exists()

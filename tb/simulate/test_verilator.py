@@ -9,6 +9,7 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.engine import PixelsPerClock
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
@@ -315,14 +316,22 @@ def test_netlist_equals_golden_model(
 
 
 @pytest.mark.slow
-def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
+@pytest.mark.parametrize(("pixels", "columns", "bits"), [(1, 9, 8), (2, 21, 2)])
+def test_netlist_of_stack_equals_golden_model(
+    tmp_path: Path, simulator: Simulator, pixels: PixelsPerClock, columns: int, bits: int
+) -> None:
     with or_skip():
         yosys_version()
     core = CoreConfiguration(
-        micro_image_size=2, shifts=(-1, 2), max_columns=9, engine=StackEngine()
+        micro_image_size=2,
+        shifts=(-1, 2),
+        max_columns=columns,
+        pixel_bits=bits,
+        engine=StackEngine(pixels_per_clock=pixels),
     )
     # With depth between slices results wait in a block RAM, of which there is no model.
     index = index_of(core, 0, between=False)
     netlist = synthesise(core_sources(), CORE, core_generics(core, index), tmp_path)
     assert netlist.figures.usage.block_rams == 0
-    check_stack(simulator, core, index, 9, tmp_path / "bench", [netlist.verilog, cell_models()])
+    verilog = [netlist.verilog, cell_models()]
+    check_stack(simulator, core, index, 9, tmp_path / "bench", verilog)

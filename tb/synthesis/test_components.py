@@ -22,12 +22,13 @@ from plenofir.plan.ip.vivado import word
 
 STUBS = Path(__file__).with_name("vivado_stubs.tcl")
 NAMES = {"i": "http://www.accellera.org/XMLSchema/IPXACT/1685-2014"}
-# A monitor and colours; grey; a sensor with a mosaic and 12 bits; 8 pixels a clock.
+# A monitor and colours; grey; a sensor with a mosaic and 12 bits; 8 pixels a clock; all slices.
 SCENES = {
     "rgb-720p": "xc7z020",
     "grey-microscope": "xc7z010",
     "lytro1-raw": "xc7a200t",
     "video-m11": "xc7z020",
+    "stack-1080p": "xc7a200t",
 }
 # Interfaces and pins of other vendors' cells in a block design, by AMD's and Digilent's product
 # guides and published designs: masters, slaves, inputs that must be driven, outputs.

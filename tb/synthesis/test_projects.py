@@ -14,6 +14,7 @@ from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
+from plenofir.plan.configure import configure
 from plenofir.plan.project_files import PARALLEL, TOOLS, tool_of, write_project
 
 DEVICES = {
@@ -65,6 +66,45 @@ def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     readme = (folder / "README").read_text()
     assert "never built" in readme
     assert ("crossing_reset" if parallel else "there is one clock") in readme
+
+
+STACK = """
+name = "test"
+[camera]
+micro_image_size = 3
+[frame]
+columns = 48
+rows = 33
+colour = "rgb"
+[depth]
+slices = ["-1/3", "0", "2/3"]
+[stack]
+output = "OUTPUT"
+[build]
+pixels_per_clock = 2
+device = "xc7z020"
+"""
+
+
+@pytest.mark.parametrize(
+    "output", ["slices", 'all-in-focus"\nbetween_slices = true #', pytest.param("depth")]
+)
+def test_a_stack_elaborates(output: str, tmp_path: Path) -> None:
+    """Widths of the streams between its entities, and of those that come out."""
+    file = tmp_path / "scene.toml"
+    file.write_text(STACK.replace("OUTPUT", output))
+    sources = configure(make_plan(load_scene(file)), tmp_path / "out")
+    simulator = find_simulator("ghdl", brief=True)
+    for command in (["-a", *map(str, sources)], ["--elab-run", "scene_top", "--no-run"]):
+        done = subprocess.run(
+            ["ghdl", command[0], "--std=93", f"--workdir={tmp_path}", *command[1:]],
+            cwd=tmp_path,
+            env={**os.environ, **simulator.environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
 
 
 def test_a_parallel_camera_has_its_scene(tmp_path: Path) -> None:

@@ -81,18 +81,27 @@ def print_sensor(sensor: "PlannedSensor") -> None:
     print_line("resampler", f"takes {_amounts(needs)}")
 
 
+_OUTPUTS = {
+    "r": "refocused",
+    "a": "all-in-focus",
+    "d": "depth",
+    "i": "depth index",
+    "s": "all slices",
+}
+
+
 def print_screen(plan: "Plan") -> None:
-    """Print what a board shows besides the refocused slice."""
+    """Print what comes out besides the refocused slice."""
     screen = plan.screen
     if screen.needs_stack:
-        names = {"r": "refocused", "a": "all-in-focus", "d": "depth"}
-        print_line("output", ", ".join(names[letter] for letter in screen.outputs))
+        print_line("output", ", ".join(_OUTPUTS[letter] for letter in screen.outputs))
+    if screen.needs_index:
         votes = f", votes within {screen.vote_radius}" if screen.vote_radius else ""
         waiting = screen.index(plan.core).memory_bits[0]
         print_line(
             "index",
-            f"sharpness within {screen.radius} micro images{votes}; pixels wait in "
-            f"{waiting / 1024:.0f} Kbit",
+            f"sharpness within {screen.radius} micro images{votes}; "
+            + (f"pixels wait in {waiting / 1024:.0f} Kbit" if waiting else "no pixel waits"),
         )
     if screen.overlay is not None and plan.screen_needs is not None:
         takes = {name: amount for name, amount in plan.screen_needs.items() if amount}
@@ -139,7 +148,7 @@ def print_plan(plan: "Plan") -> None:
     if plan.sensor is not None:
         print_sensor(plan.sensor)
     if core.pixels_per_clock > 1 and plan.clock_mhz is not None:
-        kept = DEVICES[plan.device].clock_mhz(core.pixels_per_clock)
+        kept = core.kept_mhz(DEVICES[plan.device])
         print_line(
             "pixels",
             f"{core.pixels_per_clock} a clock, {plan.columns * plan.rows / plan.frame_clocks:.3g} "

@@ -17,7 +17,8 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.engine import Generics, SliceEngine
+from plenofir.fpga.core.engine import Generics, SliceEngine, Words
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
@@ -83,10 +84,27 @@ def scene_design(plan: Plan) -> Design:
 def scene_designs() -> tuple[Design, ...]:
     """Design of each shipped scene: a core, or the whole board.
 
-    Boards for nextpnr are not among them: their builds are in ``data/boards.json``.
+    Boards for nextpnr are not among them: their builds are in ``data/boards.json``; nor are cores
+    with all slices at once, which are larger than a Spartan-6.
     """
     plans = (make_plan(load_scene(file)) for file in scene_files())
-    return tuple(scene_design(plan) for plan in plans if not is_nextpnr_board(plan))
+    return tuple(
+        scene_design(plan)
+        for plan in plans
+        if not is_nextpnr_board(plan) and not is_stack_core(plan)
+    )
+
+
+def is_stack_core(plan: Plan) -> bool:
+    """Whether a scene is a core with all slices at once: wider than a device has pins."""
+    return plan.path == "core" and plan.screen.needs_stack
+
+
+def stack_core_designs() -> Iterator[Design]:
+    """Shipped scenes that are cores with all slices at once."""
+    for plan in (make_plan(load_scene(file)) for file in scene_files()):
+        if is_stack_core(plan):
+            yield scene_design(plan)
 
 
 def is_nextpnr_board(plan: Plan) -> bool:
@@ -171,6 +189,48 @@ def stack_designs() -> Iterator[Design]:
     yield Design(name, None, "depth_index", several.generics(), index=several)
 
 
+# The core of which the page on moving sums tells what its parts take, with eight pixels a clock.
+LANE_PARTS_CORE = grey_core(
+    5, (2,), channels=3, max_columns=1280, engine=MovingSumEngine(pixels_per_clock=8)
+)
+
+
+def lane_part_designs() -> Iterator[Design]:
+    """Stages of a core of one and of several pixels a clock, each by itself, and parts of rows."""
+    core, engine = LANE_PARTS_CORE, LANE_PARTS_CORE.engine
+    assert isinstance(engine, MovingSumEngine)
+    m, p, column, row = core.micro_image_size, engine.pixels_per_clock, core.words(0), core.words(1)
+    of_slice: Generics = {"MICRO_IMAGE_SIZE": m, "SHIFTS": str(core.shifts[0]), "CENTRED": True}
+    of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
+    lanes, white = engine.lanes(core, 1), (1 << column.data) - 1
+
+    def stage(words: Words, most: int, more: Generics) -> Generics:
+        sums: Generics = {"DATA_BITS": words.data, "RESULT_BITS": words.sum}
+        return of_slice | sums | {"PRODUCT_MAX": most, "SUM_MAX": m * most} | more
+
+    def columns(pixels: int) -> Generics:
+        depth = -(-core.max_columns // pixels)
+        more: Generics = {"COLUMNS": True, "DEPTH": depth, "LANES": pixels * core.channels}
+        return stage(column, white, more)
+
+    rows: Generics = {"DATA_BITS": row.data, "SUM_BITS": row.sum}
+    banks: Generics = {
+        "PIXEL_BITS": row.data,
+        "ROW_BITS": (lanes.rows - 1).bit_length(),
+        "MOST_ROWS": max(2 - min(lanes.row(0, place) for place in range(lanes.banks)), 1),
+    }
+    sums: Generics = {"DIFFERENCE_BITS": row.data + 1, "SUM_BITS": row.sum, "HOLDING": False}
+    for name, top, generics in (
+        ("P=1 columns", "moving_sum_stage", columns(1)),
+        ("P=1 rows", "moving_sum_stage", stage(row, m * white, {"LANES": core.channels})),
+        (f"P={p} columns", "moving_sum_stage", columns(p)),
+        (f"P={p} rows", "lane_stage", of_slice | of_tokens | rows),
+        (f"P={p} rows: banks", "pixel_banks", of_slice | of_tokens | banks),
+        (f"P={p} rows: prefix sums", "prefix_sums", of_tokens | sums),
+    ):
+        yield Design(name, None, top, generics)
+
+
 _TEXT_SHIFTS = (0, 1, 2, 3, 4)
 
 
@@ -229,6 +289,7 @@ def designs() -> list[Design]:
         full_design(),
         *filter_designs(),
         *stack_designs(),
+        *lane_part_designs(),
         *picture_designs(),
         sensor_design("grey"),
     ]

@@ -2,6 +2,7 @@
 """Features of a full build that a scene does not need."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from pydantic import BaseModel, ConfigDict
 
@@ -161,16 +162,33 @@ def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
     return _left_out(what, device.amounts(more), device.amounts(less), device)
 
 
+def _stack_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
+    """What all slices in one pass could be more, and are not."""
+    family = device.family
+    full, taken = full_core(core), picture_usage(core, shown, family)
+    spare = len(full.shifts) - len(core.shifts)
+    if spare > 0:
+        wide = core.model_copy(update={"shifts": full.shifts})
+        lines = core.engine.lines(wide) - core.engine.lines(core)
+        what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
+        yield _more(what, picture_usage(wide, shown, family), taken, device)
+    if core.channels < full.channels:
+        what = f"{full.channels - core.channels} of {full.channels} channels"
+        more = core.model_copy(update={"channels": full.channels})
+        yield _more(what, picture_usage(more, shown, family), taken, device)
+    found, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, shown.outputs
+    if outputs in found and len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size:
+        what, more_outputs = found[outputs]
+        yield _more(
+            what, picture_usage(core, replace(shown, outputs=more_outputs), family), taken, device
+        )
+
+
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
     """Outputs of a board that the scene does not use."""
     family = device.family
     if shown.needs_stack:
-        full, taken = full_core(core), picture_usage(core, shown, family)
-        spare = len(full.shifts) - len(core.shifts)
-        if spare > 0:
-            lines = core.engine.lines(full) - core.engine.lines(core)
-            what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(full)}"
-            yield _more(what, picture_usage(full, shown, family), taken, device)
+        yield from _stack_left_out(core, shown, device)
     elif len(core.shifts) > 1 and core.micro_image_size > 1:
         stack = core.model_copy(
             update={
@@ -193,7 +211,7 @@ def left_out(
     """All features that a core on a device, or the board around it, leaves out."""
     on_screen = tuple(_screen_left_out(core, shown, device)) if path == "video" else ()
     if shown.needs_stack:
-        return on_screen
+        return on_screen if path == "video" else tuple(_stack_left_out(core, shown, device))
     needs = device.amounts(estimate(core, device.family))
     found = []
     for what, other in _differences(core):

@@ -12,7 +12,7 @@ from plenofir.fpga.core.weights import is_weighed
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
-from plenofir.fpga.names import SliceEngineName, engines_with
+from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage, stored_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.ground.errors import InputError
@@ -21,6 +21,7 @@ from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
+from plenofir.plan.scene_stack import stack_of
 from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.plan.sensor.camera_estimate import camera_usage
@@ -53,7 +54,8 @@ def _candidates(
     """Suitable cores in order of preference: best arithmetic first, then smallest."""
     scene = loaded.scene
     if loaded.shown.needs_stack:
-        yield _stack_core(loaded, shifts)
+        core = _stack_core(loaded, shifts)
+        yield core if scene.build.path == "video" else _with_pixels(loaded, core, device)
         return
     wanted = scene.build.engine
     order = interpolation_order(scene.build.interpolation)
@@ -94,15 +96,17 @@ def _candidates(
 
 
 def _stack_core(loaded: LoadedScene, shifts: tuple[int, ...]) -> CoreConfiguration:
-    """Core of a video path that shows more than the refocused slice, see picture_core.vhd."""
+    """Core with all slices at once; behind one whose video cannot wait, see picture_core.vhd."""
     scene, m = loaded.scene, loaded.scene.camera.micro_image_size
+    lines = m if scene.build.path == "video" else 1
     return CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=scene.frame.columns,
         channels=scene.frame.channels,
         pixel_bits=scene.frame.bits,
-        engine=StackEngine(input_lines=m),
+        engine=StackEngine(input_lines=lines),
+        border=scene.build.border,
     )
 
 
@@ -122,7 +126,7 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
     """A core with the scene's pixels per clock; by default the fewest for its rate, else one."""
     # The resampler gives one pixel a clock.
     wanted = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
-    if core.engine.kind not in engines_with("pixels_per_clock"):
+    if "pixels_per_clock" not in type(core.engine).model_fields:
         return core
     for pixels in PIXELS_PER_CLOCK if wanted == "auto" else (wanted,):
         engine = core.engine.model_copy(update={"pixels_per_clock": pixels})
@@ -135,7 +139,7 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
 def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> str:
     """Why a core on a device does not reach the scene's frame rate; empty if it does."""
     frame, pixels, lanes = loaded.scene.frame, core.pixels_per_clock, loaded.scene.lanes
-    needed, kept = _clock(loaded, core, None)[0], device.clock_mhz(pixels)
+    needed, kept = _clock(loaded, core, None)[0], core.kept_mhz(device)
     if loaded.scene.build.path == "video" or needed is None or needed <= kept:
         return ""
     each = "a pixel" if pixels == 1 else f"{pixels} pixels"
@@ -161,7 +165,7 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
         return ""
     mode = find_mode(*loaded.video_size, frame.rate_hz)
     clocks, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
-    if loaded.shown.needs_stack:
+    if loaded.shown.needs_index:
         clocks = max(clocks, loaded.shown.index(core).band_steps(frame.columns))
     if mode is not None and clocks > mode.h_total:
         return f"lines of {clocks} clocks, the mode has {mode.h_total}"
@@ -173,7 +177,7 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
 def _check_limits(loaded: LoadedScene, core: CoreConfiguration) -> None:
     """Refuse configurations that cannot be built, the depth index of a stack included."""
     core.check_limits()
-    if loaded.shown.needs_stack:
+    if loaded.shown.needs_index:
         loaded.shown.index(core).check_limits()
 
 
@@ -194,9 +198,10 @@ def _engine_choice(
 ) -> tuple[tuple[EngineOption, ...], str]:
     """All engines with the arithmetic of the chosen core, and the reason of the choice."""
     if loaded.shown.needs_stack:
-        refused = "gives one slice at a time; what the screen shows needs all"
+        refused = "gives one slice at a time; the scene needs all"
         engines = (EngineOption(engine=e, needs=None, refused=refused) for e in SLICE_ENGINES)
-        return tuple(engines), "all slices in one pass, for all-in-focus and depth"
+        purpose = ", for all-in-focus and depth" if loaded.shown.needs_index else ""
+        return tuple(engines), f"all slices in one pass{purpose}"
     options, usages = [], dict[SliceEngineName, Usage | None]()
     for name, engine in SLICE_ENGINES.items():
         variants = [core] if core.engine.kind == name else _variants(loaded, core, engine, device)
@@ -229,13 +234,24 @@ def _size(usage: Usage) -> tuple[int, int]:
     return usage.block_rams, usage.lut + usage.flip_flops
 
 
+_LESS_STACK = {
+    "slices": "columns or channels",
+    "depth": "columns or votes, stack.output = 'slices'",
+    "all-in-focus": "columns or votes, stack.output = 'depth'",
+}
+"""What makes a focal stack smaller, besides fewer slices, by its output."""
+
+
 def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     family = [other for other in DEVICES.values() if other.family == device.family]
     larger = [other.name for other in family if not other.overflow(usage) and other != device]
     kind = FAMILIES[device.family].title
     others = "channels or columns, another arithmetic"
     if loaded.shown.needs_stack:
+        stack = loaded.scene.stack
         others = 'columns or votes, screen.output = ["refocused"]'
+        if stack is not None:
+            others = _LESS_STACK[stack.output]
     fits = f", or build.device = {larger[0]!r}" if larger else f"; no {kind} is large enough"
     return InputError(
         f"the {device.name.upper()} is too small: it needs "
@@ -349,7 +365,12 @@ def _clock(
         return mode.pixel_clock / 1000, mode.h_total * mode.v_total
     # One token per clock on the raster's streams, however many rows the array takes at once.
     tokens = core.line_tokens(frame.columns)
-    clocks = max(tokens, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
+    steps, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
+    if loaded.shown.needs_index:
+        index = loaded.shown.index(core)
+        steps = max(steps, index.band_steps(frame.columns))
+        lines = max(lines, index.frame_lines(frame.rows))
+    clocks = max(tokens, steps) * lines
     if core.parallel_rows > 1:
         clocks = frame.columns * frame.rows
     if loaded.sensor is not None:
@@ -396,7 +417,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
         shifts = loaded.shifts
     device = DEVICES[scene.build.device]
     size = scene.frame.rows, scene.frame.columns
-    shown = screen_of(scene.screen, shifts, m, model, size, where=str(loaded.path))
+    if scene.stack is not None:
+        pixel = scene.frame.channels, scene.frame.bits
+        shown = stack_of(scene.stack, shifts, m, pixel, where=str(loaded.path))
+    else:
+        shown = screen_of(scene.screen, shifts, m, model, size, where=str(loaded.path))
     loaded = loaded.model_copy(update={"shown": shown})
     core = _choose(loaded, shifts, device)
     mode = _mode(loaded, core)
@@ -422,11 +447,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
         ),
         frame_clocks=frame_clocks,
         latency_clocks=(
-            core.latency_clocks(columns, rows)
+            shown.core_latency_clocks(core, columns, rows)
             if mode is None
             else shown.latency_clocks(core, mode.h_total) + lag * mode.h_total
         ),
-        latency_lines=shown.delay_lines(core) + lag,
+        latency_lines=(shown.core_delay_lines if mode is None else shown.delay_lines)(core) + lag,
         slices=tuple(planned_slice(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,

@@ -28,6 +28,7 @@ from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
+from plenofir.plan.scene_stack import SceneStack
 from plenofir.plan.scene_stored import SceneStored, load_stored
 from plenofir.plan.sensor.scene_lanes import SceneLanes, load_registers
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
@@ -192,6 +193,8 @@ class Scene(_Part):
     # Source of raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
+    # All slices at once.
+    stack: SceneStack | None = None
     # Lanes of a camera whose frames already are the raster.
     lanes: SceneLanes | None = None
     # Light field stored on the chip, instead of the test pattern.
@@ -216,28 +219,39 @@ class Scene(_Part):
             for out in (False, True)
         )
         lanes, shown = self.lanes is not None, bool(board and board.camera and board.camera.screen)
-        stack = self.screen is not None and self.screen.needs_stack
+        # What asks for a focal stack.
+        asks = "stack" if self.stack is not None else "screen.output"
+        stack = self.stack is not None or (self.screen is not None and self.screen.judges)
         _refuse_first(
             (self.screen is not None and not video, "screen needs build.path = 'video'"),
+            (self.stack is not None and build.path != "core", "stack needs build.path = 'core'"),
             (
                 self.screen is not None and sensor is not None,
                 "a screen shows refocused and micro images if there is a sensor; leave it out",
             ),
             (
                 stack and self.camera.micro_image_size < 2,
-                "screen.output needs camera.micro_image_size of 2 or more",
+                f"{asks} needs camera.micro_image_size of 2 or more",
             ),
             (
                 stack and build.arithmetic == "stored",
-                "screen.output needs build.arithmetic = 'exact'",
+                f"{asks} needs build.arithmetic = 'exact'",
             ),
             (
                 stack and build.interpolation != "nearest",
-                "screen.output needs build.interpolation = 'nearest'",
+                f"{asks} needs build.interpolation = 'nearest'",
             ),
             (
                 stack and build.engine != "auto",
-                "screen.output needs all slices in one pass: build.engine = 'auto'",
+                f"{asks} needs all slices in one pass: build.engine = 'auto'",
+            ),
+            (
+                stack and build.parallel_rows > 1,
+                f"{asks} needs build.parallel_rows = 1",
+            ),
+            (
+                stack and bool(sharpening_units(build.sharpen, 2, 1)),
+                f"{asks} needs build.sharpen = 'off'",
             ),
             (
                 self.depth.slices is None and self.camera.model is None,

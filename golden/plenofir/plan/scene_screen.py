@@ -1,55 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """The screen of a scene: outputs besides the refocused slice, and the text over them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, isfinite, isnan
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.distances import Distances, State
 from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.overlay import Overlay
 from plenofir.ground.errors import InputError
-from plenofir.refocus.sharpness import (
-    MAX_SHARPNESS_RADIUS,
-    MAX_VOTE_RADIUS,
-    TEXTURE,
-    confidence_level,
-    has_order,
-)
+from plenofir.plan.scene_stack import Judging, judged
 from plenofir.refocus.shifts import shift_to_text
 
 Output = Literal["refocused", "all-in-focus", "depth"]
 _LETTERS: dict[Output, str] = {"refocused": "r", "all-in-focus": "a", "depth": "d"}
 # From here on lengths are given in metres.
 _METRE_MM = 1000.0
-_GREY_LEVELS = 255
 
 
-class SceneScreen(BaseModel):
-    """Outputs of a board's screen."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class SceneScreen(Judging):
+    """What a board shows; with `between_slices` depth is coloured between them."""
 
     # Pictures that can be selected while video runs, the first one after a reset: "refocused" (the
     # selected slice), "all-in-focus", "depth" (false colours); the last two need a focal stack and
     # its depth index.
     output: Annotated[tuple[Output, ...], Field(min_length=1)] = ("refocused",)
     overlay: bool = False  # a line of text and a ruler of the slices are written over the picture
-    # Sharpness is judged in a window of (2 radius + 1)^2 micro images.
-    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
-    # Micro images with less texture, in grey levels, take their neighbours' slice, see
-    # `plenofir.refocus.sharpness.confidence_level`.
-    confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = TEXTURE
-    # Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
-    # keeps its own slice.
-    vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
-    # Whether depth is interpolated between slices: three or more in ascending or descending order.
-    between_slices: bool = False
 
     @model_validator(mode="before")
     @classmethod
@@ -63,15 +44,12 @@ class SceneScreen(BaseModel):
     def _each_output_once(self) -> Self:
         if len(set(self.output)) < len(self.output):
             raise ValueError("give each output once")
-        judges = {"radius", "confidence", "vote_radius"} & self.model_fields_set
-        if judges and not self.needs_stack:
-            raise ValueError(f"{min(judges)} needs the output 'all-in-focus' or 'depth'")
         if self.between_slices and "depth" not in self.output:
             raise ValueError("between_slices needs the output 'depth'")
         return self
 
     @property
-    def needs_stack(self) -> bool:
+    def judges(self) -> bool:
         """Whether it takes a focal stack and its depth index."""
         return self.output != ("refocused",)
 
@@ -200,12 +178,10 @@ def screen_of(
     """
     if part is None:
         return Screen()
-    if part.needs_stack and (len(shifts) < 2 or micro_image_size < 2):
-        raise InputError(
-            "all-in-focus and depth need M of 2 or more and at least two slices, not "
-            f"{len(shifts)} of M = {micro_image_size}",
-            where=f"{where}: screen.output",
-        )
+    outputs = "".join(_LETTERS[name] for name in part.output)
+    shown = Screen(outputs=outputs)
+    if part.judges:
+        shown = judged(part, outputs, shifts, micro_image_size, (3, 8), where=f"{where}: screen")
     shades = SHADES if part.between_slices else 1
     colours = slice_colours(shifts, shades) if "depth" in part.output else ()
     overlay = None
@@ -217,22 +193,4 @@ def screen_of(
                 f"picture of {size[1]} x {size[0]}; use fewer slices, or a larger frame",
                 where=f"{where}: screen.overlay",
             )
-    outputs = "".join(_LETTERS[name] for name in part.output)
-    if part.between_slices and not (len(shifts) > 2 and has_order(shifts)):
-        raise InputError(
-            f"depth between slices needs three or more, going up or down, not {len(shifts)} of "
-            f"a' = {' '.join(map(str, shifts))}",
-            where=f"{where}: screen.between_slices",
-        )
-    if not part.needs_stack:
-        return Screen(outputs=outputs, overlay=overlay)
-    confidence = confidence_level(part.confidence, micro_image_size, part.radius, channels=3)
-    return Screen(
-        outputs=outputs,
-        radius=part.radius,
-        confidence=confidence if part.vote_radius else 0,
-        vote_radius=part.vote_radius,
-        colours=colours,
-        between=part.between_slices,
-        overlay=overlay,
-    )
+    return replace(shown, colours=colours, overlay=overlay)

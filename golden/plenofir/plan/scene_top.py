@@ -9,6 +9,7 @@ from plenofir.plan.sensor.calibration_loader import LOADER
 TOP = "scene_top"
 PACKAGE = "scene_pkg"
 _SENSOR = "SENSOR_"
+_INDEX = "INDEX_"
 
 
 def _constant(name: str, value: int | bool | str) -> str:
@@ -23,6 +24,16 @@ def sensor_generics(sensor: PlannedSensor) -> Generics:
     return {**sensor.core.generics(), "MOSAIC": sensor.mosaic is not None}
 
 
+def index_generics(plan: Plan) -> Generics:
+    """Generics of the `depth_index` behind a scene's stack; none without one."""
+    return plan.screen.index(plan.core).generics() if plan.screen.needs_index else {}
+
+
+def has_choice(plan: Plan) -> bool:
+    """Whether a scene's core gives one of several slices at a time."""
+    return len(plan.slices) > 1 and not plan.screen.needs_stack
+
+
 def package_text(plan: Plan) -> str:
     """VHDL-93 of the package with the constants of a scene."""
     constants: Generics = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
@@ -30,6 +41,7 @@ def package_text(plan: Plan) -> str:
         sizes = {"COLUMNS": plan.sensor.columns, "ROWS": plan.sensor.rows}
         own = {**sensor_generics(plan.sensor), **sizes}
         constants.update({f"{_SENSOR}{name}": value for name, value in own.items()})
+    constants.update({f"{_INDEX}{name}": value for name, value in index_generics(plan).items()})
     lines = [_constant(name, value) for name, value in constants.items()]
     a = " ".join(part.a for part in plan.slices)
     return "\n".join(
@@ -46,7 +58,7 @@ def package_text(plan: Plan) -> str:
     )
 
 
-def _stream_ports(pixel: str, raw: str, *, several: bool) -> list[str]:
+def _stream_ports(out: str, raw: str, *, several: bool) -> list[str]:
     return [
         "    s_axis_tvalid : in    std_logic;",
         "    s_axis_tready : out   std_logic;",
@@ -55,7 +67,7 @@ def _stream_ports(pixel: str, raw: str, *, several: bool) -> list[str]:
         "    s_axis_tlast  : in    std_logic;",
         "    m_axis_tvalid : out   std_logic;",
         "    m_axis_tready : in    std_logic;",
-        f"    m_axis_tdata  : out   std_logic_vector({pixel});",
+        f"    m_axis_tdata  : out   std_logic_vector({out});",
         "    m_axis_tuser  : out   std_logic_vector(0 downto 0);",
         *(["    m_axis_tid    : out   std_logic_vector(7 downto 0);"] if several else []),
         "    m_axis_tlast  : out   std_logic;",
@@ -153,21 +165,52 @@ def _sensor_instance(sensor: PlannedSensor) -> list[str]:
     ]
 
 
+def _instance(
+    label: str, entity: str, generics: list[str], inputs: str, outputs: str, more: dict[str, str]
+) -> list[str]:
+    """A core between two streams; `more` are its other ports."""
+    ports = {"clk": "clk", "reset": "reset", **more}
+    parts = ("tvalid", "tready", "tdata", "tuser", "tlast")
+    ports |= {f"s_axis_{name}": f"{inputs}_{name}" for name in parts}
+    ports |= {f"m_axis_{name}": f"{outputs}_{name}" for name in parts}
+    ports["error_clear"] = "error_clear"
+    return [
+        f"  {label} : entity work.{entity}",
+        "    generic map (",
+        ",\n".join(f"      {generic}" for generic in generics),
+        "    )",
+        "    port map (",
+        ",\n".join(f"      {port.ljust(13)} => {signal}" for port, signal in ports.items()),
+        "    );",
+        "",
+    ]
+
+
+def _stream_signals(name: str, data: str) -> list[str]:
+    width = max(len(name) + 7, 13)
+    types = {"tvalid": "std_logic", "tready": "std_logic", "tdata": f"std_logic_vector({data})"}
+    types |= {"tuser": "std_logic_vector(0 downto 0)", "tlast": "std_logic"}
+    return [f"  signal {f'{name}_{part}'.ljust(width)} : {kind};" for part, kind in types.items()]
+
+
 def top_text(plan: Plan) -> str:
     """VHDL-93 top level of a scene: the core for its frame size, with ports for run-time choices.
 
     With a sensor `sensor_raster` is before the core. A built-in calibration is loaded from a ROM,
-    otherwise it comes through the load port.
+    otherwise it comes through the load port. All slices at once are a `focal_stack`, and a
+    `depth_index` behind it if the sharpest ones are wanted.
     """
-    several, sensor = len(plan.slices) > 1, plan.sensor
+    sensor, core = plan.sensor, plan.core
+    several, stack = has_choice(plan), plan.screen.needs_stack
     loads = sensor is not None and not sensor.calibrated
-    zero, zeros = "'0'", 'x"00"'
-    pixels = "PIXELS_PER_CLOCK * " if plan.core.pixels_per_clock > 1 else ""
+    pixels = "PIXELS_PER_CLOCK * " if core.pixels_per_clock > 1 else ""
     pixel = raw = f"{pixels}CHANNELS * PIXEL_BITS - 1 downto 0"
+    slices = f"{pixels}{len(core.shifts)} * CHANNELS * PIXEL_BITS - 1 downto 0"
+    out = f"{pixels}{plan.screen.stack_pixel_bits(core)} - 1 downto 0" if stack else pixel
     if sensor is not None and sensor.mosaic is not None:
         raw = "PIXEL_BITS - 1 downto 0"
-    generics = [f"      {name} => {name}" for name in plan.core.generics()]
     before = "mosaic and lenses, then " if sensor is not None else ""
+    behind = " and depth_index" if index_generics(plan) else ""
     signals: list[str] = []
     if sensor is not None:
         signals = [
@@ -175,17 +218,39 @@ def top_text(plan: Plan) -> str:
             *_size("RAW_ROWS_PORT", f"{_SENSOR}ROWS"),
             "",
             *(_LOAD_SIGNALS if sensor.calibrated else []),
-            "  signal raster_tvalid : std_logic;",
-            "  signal raster_tready : std_logic;",
-            f"  signal raster_tdata  : std_logic_vector({pixel});",
-            "  signal raster_tuser  : std_logic_vector(0 downto 0);",
-            "  signal raster_tlast  : std_logic;",
+            *_stream_signals("raster", pixel),
         ]
-    source = "s_axis" if sensor is None else "raster"
+    size = {name: name if loads else f"{name.upper()}_PORT" for name in ("columns", "rows")}
+    one, none = {"slice": 'x"00"', "sweep": "'0'", "sweep_frames": 'x"00"'}, {"m_axis_tid": "open"}
+    chosen = {name: name for name in (*one, *none)} if several else {**one, **none}
+    generics = [f"{name} => {name}" for name in core.generics()]
+    source, result = "s_axis" if sensor is None else "raster", "m_axis"
+    errors, cores = {"error_flags": "error_flags"}, list[str]()
+    if behind:
+        signals += [
+            *_stream_signals("stack", slices),
+            "  signal stack_flags  : std_logic_vector(4 downto 0);",
+            "  signal index_flags  : std_logic_vector(4 downto 0);",
+        ]
+        result, errors = "stack", {"error_flags": "stack_flags"}
+        cores = _instance(
+            *("index", "depth_index", [f"{n} => {_INDEX}{n}" for n in index_generics(plan)]),
+            *("stack", "m_axis"),
+            {**size, "picture_rows": size["rows"], **one, **none, "error_flags": "index_flags"},
+        )
+        cores += ["  error_flags <= stack_flags or index_flags;", ""]
+    choice = {} if stack else chosen
+    cores = [
+        *_instance(
+            "core", core.engine.ENTITY, generics, source, result, {**size, **choice, **errors}
+        ),
+        *cores,
+    ]
     return "\n".join(
         [
             f"-- The scene {plan.scene}, written by plenofir configure:",
-            f"-- {before}raster_refocuser for frames of {plan.columns} x {plan.rows} pixels.",
+            f"-- {before}{core.engine.ENTITY}{behind} for frames of {plan.columns} x {plan.rows} "
+            "pixels.",
             "",
             "library ieee;",
             "use ieee.std_logic_1164.all;",
@@ -201,7 +266,7 @@ def top_text(plan: Plan) -> str:
             *(_CHOICE if several else []),
             *(_LOAD_PORT if loads else []),
             *(_FLAGS if sensor is not None else []),
-            *_stream_ports(pixel, raw, several=several),
+            *_stream_ports(out, raw, several=several),
             "  );",
             f"end entity {TOP};",
             "",
@@ -214,33 +279,7 @@ def top_text(plan: Plan) -> str:
             "",
             *(_LOADER if sensor is not None and sensor.calibrated else []),
             *(_sensor_instance(sensor) if sensor is not None else []),
-            "  core : entity work.raster_refocuser",
-            "    generic map (",
-            ",\n".join(generics),
-            "    )",
-            "    port map (",
-            "      clk           => clk,",
-            "      reset         => reset,",
-            f"      columns       => {'columns' if loads else 'COLUMNS_PORT'},",
-            f"      rows          => {'rows' if loads else 'ROWS_PORT'},",
-            f"      slice         => {'slice' if several else zeros},",
-            f"      sweep         => {'sweep' if several else zero},",
-            f"      sweep_frames  => {'sweep_frames' if several else zeros},",
-            f"      s_axis_tvalid => {source}_tvalid,",
-            f"      s_axis_tready => {source}_tready,",
-            f"      s_axis_tdata  => {source}_tdata,",
-            f"      s_axis_tuser  => {source}_tuser,",
-            f"      s_axis_tlast  => {source}_tlast,",
-            "      m_axis_tvalid => m_axis_tvalid,",
-            "      m_axis_tready => m_axis_tready,",
-            "      m_axis_tdata  => m_axis_tdata,",
-            "      m_axis_tuser  => m_axis_tuser,",
-            f"      m_axis_tid    => {'m_axis_tid' if several else 'open'},",
-            "      m_axis_tlast  => m_axis_tlast,",
-            "      error_flags   => error_flags,",
-            "      error_clear   => error_clear",
-            "    );",
-            "",
+            *cores,
             "end architecture rtl;",
             "",
         ]

@@ -19,7 +19,7 @@ def sizes_header(plan: Plan, top: str) -> str:
     Macros ``SCENE_...``; ``SCENE_SHIFTS`` has a' of each slice in pixels, 16 bits in two's
     complement, slice 0 in the lowest ones. The guard is named after the entity `top`.
     """
-    core = plan.core
+    core, shown = plan.core, plan.screen
     shifts = "_".join(f"{shift % (1 << _SHIFT_BITS):04x}" for shift in reversed(core.shifts))
     generics = core.generics()
     values = {
@@ -32,9 +32,12 @@ def sizes_header(plan: Plan, top: str) -> str:
         "SLICES": len(core.shifts),
         "SHIFTS": f"{_SHIFT_BITS * len(core.shifts)}'h{shifts}",
         "CENTRED": int(bool(generics["CENTRED"])),
-        "EXACT": int(bool(generics["EXACT"])),
+        "EXACT": int(core.exact),
         "INTERPOLATION_ORDER": core.order,
     }
+    if shown.needs_stack:
+        # Of a pixel that comes out.
+        values["OUT_BITS"] = shown.stack_pixel_bits(core)
     guard = f"{top.upper()}_VH"
     return "\n".join(
         [

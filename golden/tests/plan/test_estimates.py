@@ -36,6 +36,7 @@ from plenofir.plan.figures import (
     load_figures,
     picture_designs,
     sensor_design,
+    stack_core_designs,
 )
 
 
@@ -82,6 +83,20 @@ def test_estimates_of_an_ecp5_against_placed_cores() -> None:
         assert (usage.block_rams, usage.dsp) == (found.block_rams, found.multipliers), name
         assert usage.lut == pytest.approx(found.lut, rel=0.15), name
         assert usage.flip_flops == pytest.approx(found.flip_flops, rel=0.15), name
+
+
+def test_estimates_of_stacks_against_placed_ones() -> None:
+    scenes = json.loads((project.DATA / "ecp5.json").read_text())
+    compared = 0
+    for design in stack_core_designs():
+        assert design.plan is not None
+        found, needs = Placed.model_validate(scenes[design.name]["6"]), design.plan.needs
+        assert needs["block RAM (18 Kbit)"] == found.block_rams
+        assert needs["MULT18X18D"] == found.multipliers
+        assert needs["LUT4"] == pytest.approx(found.lut, rel=0.15)
+        assert needs["flip-flops"] == pytest.approx(found.flip_flops, rel=0.15)
+        compared += 1
+    assert compared == 1
 
 
 def test_estimates_of_boards_against_their_builds() -> None:

@@ -15,6 +15,7 @@ from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BI
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.devices import Device
 from plenofir.fpga.names import DEFAULT_ENGINE, SliceEngineName
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
@@ -61,6 +62,10 @@ class CoreConfiguration(Raster):
     def line_tokens(self, columns: int) -> int:
         """Tokens of a line of so many pixels."""
         return -(-columns // self.pixels_per_clock)
+
+    def kept_mhz(self, device: Device) -> float:
+        """Clock in MHz that the core keeps on a device; 0 if it is not known."""
+        return self.engine.CLOCK_SHARE * device.clock_mhz(self.pixels_per_clock)
 
     @property
     def taps(self) -> int:

@@ -146,6 +146,8 @@ class Engine(BaseModel, ABC):
 
     kind: str
     ENTITY: ClassVar[str] = "raster_refocuser"
+    CLOCK_SHARE: ClassVar[float] = 1
+    """Share of the clock that a device's cores keep (`Device.clocks_mhz`) which this one keeps."""
     WAVES: ClassVar[tuple[Scope, ...]] = ()
 
     @property

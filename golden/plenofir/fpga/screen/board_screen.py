@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outputs of a board's screen besides the refocused slice: ``hdl/video/screen_pkg.vhd``."""
+"""What comes out besides the refocused slice: on a board's screen, or of a core with all slices.
+
+``hdl/video/screen_pkg.vhd`` holds what a board shows.
+"""
 
 from dataclasses import dataclass
 
@@ -7,6 +10,7 @@ from plenofir.fpga.core.configuration import STREAM_CLOCKS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
+from plenofir.refocus.sharpness import FRACTION_BITS
 
 SCREEN_PACKAGE = "screen_pkg"
 """Name of the VHDL package."""
@@ -22,7 +26,8 @@ _DIGITS = 80
 class Screen:
     """Selectable outputs, and the text over them."""
 
-    # A letter for each, as in ``hdl/video/picture_pkg.vhd``; the first one after a reset.
+    # A letter for each, as in ``hdl/video/picture_pkg.vhd``; the first one after a reset. Of a core
+    # without a screen "s" (all slices), "ai" (in focus, with the depth index) or "i" (the latter).
     outputs: str = "r"
     radius: int = 1  # see `plenofir.refocus.sharpness.depth_index`, as the next two
     confidence: int = 0
@@ -34,8 +39,13 @@ class Screen:
 
     @property
     def needs_stack(self) -> bool:
-        """Whether all slices are computed at once, for depth or the picture in focus."""
-        return bool(set(self.outputs) & {"a", "d"})
+        """Whether all slices are computed at once."""
+        return self.needs_index or "s" in self.outputs
+
+    @property
+    def needs_index(self) -> bool:
+        """Whether the sharpest of them are found."""
+        return bool(set(self.outputs) & {"a", "d", "i"})
 
     def index(self, core: CoreConfiguration) -> DepthIndexConfiguration:
         """Depth index behind the focal stack."""
@@ -50,6 +60,7 @@ class Screen:
             channels=core.channels,
             pixel_bits=core.pixel_bits,
             shifts=core.shifts if self.between else (),
+            picture=self.outputs != "i",
         )
 
     def delay_lines(self, core: CoreConfiguration) -> int:
@@ -73,6 +84,24 @@ class Screen:
         """
         text = OVERLAY_CLOCKS if self.overlay else 0
         return self.delay_lines(core) * line_length + self.delay_pixels(core) + _VIDEO_CLOCKS + text
+
+    def stack_pixel_bits(self, core: CoreConfiguration) -> int:
+        """Bits of a pixel in the stream of a core with all slices (index_word_bits)."""
+        if not self.needs_index:
+            return len(core.shifts) * core.channels * core.pixel_bits
+        picture = core.channels * core.pixel_bits * self.index(core).picture
+        return picture + 8 + 2 * FRACTION_BITS * self.between
+
+    def core_delay_lines(self, core: CoreConfiguration) -> int:
+        """Lines that what comes out of a core's streams is behind its input."""
+        return core.delay + (self.index(core).delay if self.needs_index else 0)
+
+    def core_latency_clocks(self, core: CoreConfiguration, columns: int, rows: int) -> int:
+        """Clocks from the first pixel of a core's streams to the first one that comes out."""
+        clocks = core.latency_clocks(columns, rows)
+        if self.needs_index:
+            clocks += self.index(core).latency_clocks(columns, rows)
+        return clocks
 
     def core_generics(self, core: CoreConfiguration) -> Generics:
         stack = core.generics()

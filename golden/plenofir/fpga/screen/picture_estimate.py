@@ -29,27 +29,34 @@ def _bits(largest: int) -> int:
 def stack_memories(core: CoreConfiguration) -> Iterator[Memory]:
     engine = core.engine
     assert isinstance(engine, StackEngine)
-    layout, pixel = engine.layout(core), core.channels * core.pixel_bits
-    sums = core.channels * core.words(0).sum
-    input_bits = _bits(engine.input_lines * core.max_columns + 1)
+    p, layout = core.pixels_per_clock, engine.layout(core)
+    pixel, columns = p * core.channels * core.pixel_bits, engine.line_words(core)
+    sums = p * core.channels * core.words(0).sum
+    input_bits = _bits(engine.input_lines * core.line_tokens(core.max_columns) + 1)
     yield Memory("input FIFO", input_bits, pixel + 2, 1)
     for lines in layout.history_lines:
         if lines:
             width = lines * pixel
-            yield Memory("lines of a phase", core.column_bits, width, 1, words=core.max_columns)
+            yield Memory("lines of a phase", _bits(columns - 1), width, 1, words=columns)
     words = sum(layout.slice_words(slice_) for slice_ in range(len(core.shifts)))
-    for size in block_sizes(core.max_columns, sums):
+    for size in block_sizes(columns, sums):
         yield Memory("sums", (size - 1).bit_length(), sums, words, words=size)
-    reach = layout.reach.bit_length()
     row_pixels = core.channels * core.words(1).data
-    copies = len(core.shifts) * (1 + layout.pixels_leave)
-    yield Memory("pixels of a line", reach, row_pixels, copies)
+    if p == 1:
+        copies = len(core.shifts) * (1 + layout.pixels_leave)
+        yield Memory("pixels of a line", layout.reach.bit_length(), row_pixels, copies)
+    else:
+        for lanes in engine.lanes(core):
+            rows = (lanes.rows - 1).bit_length()
+            yield Memory("pixels of a line", rows, row_pixels, 2 * lanes.banks)
     under_way = 2 + core.array_clocks
     yield Memory("output FIFO", _bits(2 * under_way + 1), len(core.shifts) * pixel + 3, 1)
 
 
 def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Iterator[Memory]:
-    slices, pixel = index.slices, index.channels * index.pixel_bits
+    """Memories of the entity ``depth_index``."""
+    slices, p = index.slices, index.pixels_per_clock
+    pixel = p * index.channels * index.pixel_bits
     lenses = -(-index.max_columns // index.micro_image_size)
     places, number = _bits(lenses - 1), _bits(slices - 1)
 
@@ -66,11 +73,13 @@ def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Itera
     between = 2 * FRACTION_BITS if index.shifts else 0
     if between and index.vote_radius:
         yield of_lenses("depths that wait", between * index.vote_radius)
-    words = index.delay * index.max_columns
-    yield Memory("waiting pixels", _bits(words - 1), slices * pixel, 1, words=words)
+    words = index.delay * index.line_tokens(index.max_columns)
+    if index.picture:
+        yield Memory("waiting pixels", _bits(words - 1), slices * pixel, 1, words=words)
     yield of_lenses("slices found", number + between)
     under_way = 2 + index.index_latency + 4
-    out = (2 if chosen_too else 1) * pixel + 8 + between + 3 + (number if chosen_too else 0)
+    out = (index.picture + chosen_too) * pixel + p * (8 + between) + 3
+    out += number if chosen_too else 0
     yield Memory("output FIFO", _bits(2 * under_way + 1), out, 1)
 
 
@@ -78,37 +87,52 @@ def stack_structure(core: CoreConfiguration) -> dict[str, int]:
     """Parts of ``focal_stack`` that take look-up tables and flip-flops."""
     engine, pixel = core.engine, core.channels * core.pixel_bits
     assert isinstance(engine, StackEngine)
-    sums = core.channels * core.words(0).sum
-    return {
+    p, slices = core.pixels_per_clock, len(core.shifts)
+    sums, row_bits = slices * core.channels * core.words(0).sum, core.channels * core.words(1).data
+    one = {
         "stack": 1,
-        "sum bits": len(core.shifts) * sums,
+        "sum bits": sums,
         "history bits": engine.lines(core) * pixel,
-        "slices": len(core.shifts),
+        "slices": slices,
     }
+    # Of several pixels a clock: column sums, what they choose from, and the pixels of all banks.
+    lanes = {
+        "slices of lanes": slices,
+        "lane bits": p * sums,
+        "lane choices": p * sums * core.micro_image_size,
+        "bank bits": sum(lane.banks for lane in engine.lanes(core)) * row_bits,
+    }
+    taken, left = (one, lanes) if p == 1 else (lanes, one)
+    return taken | dict.fromkeys(left, 0)
 
 
-def index_structure(index: DepthIndexConfiguration) -> dict[str, int]:
-    """Parts of ``depth_index`` that take look-up tables and flip-flops."""
+def index_structure(index: DepthIndexConfiguration | None) -> dict[str, int]:
+    """Parts of ``depth_index``, if there is one, that look-up tables and flip-flops go to."""
+    if index is None:
+        return dict.fromkeys(("index", "pixel bits", "judged bits", "vote bits"), 0)
     window = (2 * index.vote_radius + 1) ** 2
     return {
         "index": 1,
-        "pixel bits": index.slices * index.channels * index.pixel_bits,
+        "pixel bits": index.slices * index.pixels_per_clock * index.channels * index.pixel_bits,
         "judged bits": (index.slices - 1) * index.row_bits,
         "vote bits": index.slices * window.bit_length() if index.vote_radius else 0,
     }
 
 
 def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spartan6") -> Usage:
-    """Estimate what a focal stack and the depth index behind it take of a device.
+    """Estimate what a focal stack, and the depth index behind it if there is one, take of a device.
 
     Multipliers are exact, block RAM too on an ECP5 (elsewhere up to five too many); LUTs and
     flip-flops are within 15 % on a Spartan-6, within a third on an ECP5.
     """
-    index = screen.index(core)
+    index = screen.index(core) if screen.needs_index else None
+    parts, memories = stack_structure(core) | index_structure(index), list(stack_memories(core))
+    if index is not None:
+        memories += index_memories(index, chosen_too="i" not in screen.outputs)
     return usage_of_parts(
         "picture",
-        stack_structure(core) | index_structure(index),
-        [*stack_memories(core), *index_memories(index, chosen_too=True)],
+        parts,
+        memories,
         family,
         len(core.shifts) * multipliers(core, family),
     )

@@ -3,6 +3,7 @@
 
 import importlib.util
 import json
+import re
 import shutil
 import sys
 from collections.abc import Sequence
@@ -101,13 +102,14 @@ def place(
     goal_mhz: float = 150,
     constraints: Path | None = None,
     seed: int | None = None,
+    route: bool = True,
 ) -> Placed:
     """Place and route a netlist of Yosys; results are written beside it.
 
     Speed grades are 6 (slowest) to 8; the device is ``"45k"``, ``"85k"``, or the smaller one with
     enough block RAMs. `constraints` is an LPF file; any pins if None. `seed` is that of the random
-    initial placement (nextpnr's default if None). ToolError if it fails, for instance because the
-    design is too large.
+    initial placement (nextpnr's default if None). Without `route` the clock is that of the placer's
+    estimates. ToolError if it fails, for instance because the design is too large.
     """
     check_tools()
     if device is None:
@@ -130,11 +132,10 @@ def place(
             str(speed_grade),
             "--json",
             netlist.name,
-            "--textcfg",
-            f"{netlist.stem}.config",
             "--freq",
             str(goal_mhz),
             *seed_option(seed),
+            *(["--textcfg", f"{netlist.stem}.config"] if route else ["--no-route"]),
             *pins,
             "--timing-allow-fail",
             "--report",
@@ -145,6 +146,10 @@ def place(
     content = json.loads(report.read_text())
     used = {name: content["utilization"][kind]["used"] for name, kind in _RESOURCES.items()}
     clocks = [clock["achieved"] for clock in content["fmax"].values()]
+    if not route:
+        # The report has clocks of routed designs alone.
+        log = (directory / "nextpnr.log").read_text(errors="replace")
+        clocks = [float(mhz) for mhz in re.findall(r"Max frequency for clock .*?: (\S+) MHz", log)]
     return Placed(device=device, speed_grade=speed_grade, fmax_mhz=round(min(clocks), 1), **used)
 
 

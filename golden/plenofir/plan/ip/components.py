@@ -14,7 +14,7 @@ from plenofir.fpga.tools.simulators import generic_text
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan.planned import Plan
-from plenofir.plan.scene_top import TOP, sensor_generics
+from plenofir.plan.scene_top import TOP, has_choice, sensor_generics
 from plenofir.refocus.arithmetic import ExactArithmetic
 
 Bus = Literal["axis", "aximm", "clock", "reset", "interrupt"]
@@ -196,7 +196,8 @@ def components(plan: Plan) -> list[Component]:
     core, sensor = plan.core, plan.sensor
     pixel = core.channels * core.pixel_bits
     data = core.pixels_per_clock * pixel
-    several = len(plan.slices) > 1
+    several, all_slices = has_choice(plan), plan.screen.needs_stack
+    out = core.pixels_per_clock * plan.screen.stack_pixel_bits(core) if all_slices else data
     raw = data if sensor is None or sensor.mosaic is None else core.pixel_bits
     others: list[Port] = []
     if several:
@@ -208,7 +209,7 @@ def components(plan: Plan) -> list[Component]:
             others += [Port("load_data", "in", 40)]
         others.append(Port("sensor_flags", "out", 6))
     others += [Port("error_flags", "out", 5), Port("error_clear", "in")]
-    inside = "raster_refocuser" if sensor is None else "sensor_raster and raster_refocuser"
+    inside = " and ".join(["sensor_raster"] * (sensor is not None) + [core.engine.ENTITY])
     found = [
         Component(
             name="refocuser",
@@ -217,23 +218,39 @@ def components(plan: Plan) -> list[Component]:
             generics={},
             interfaces=_clocked(
                 _stream("s_axis", _data("s_axis_tdata", "in", raw)),
-                _stream("m_axis", _data("m_axis_tdata", "out", data), several),
+                _stream("m_axis", _data("m_axis_tdata", "out", out), several),
             ),
             others=tuple(others),
         )
     ]
-    title = f"Refocuser of the scene {plan.scene}, with registers"
-    found.append(
-        _behind_registers("refocuser_axi", title, core.generics(), data, data, identity=True)
-    )
+    if not all_slices:
+        title = f"Refocuser of the scene {plan.scene}, with registers"
+        found.append(
+            _behind_registers("refocuser_axi", title, core.generics(), data, data, identity=True)
+        )
     if sensor is not None:
         title = f"Sensor of the scene {plan.scene}, with registers"
         found.append(_behind_registers("sensor_axi", title, sensor_generics(sensor), raw, pixel))
-    stack = _stack_generics(core)
-    if stack is not None:
-        title = f"Slices and depth of the scene {plan.scene}, with registers"
+    title = f"Slices and depth of the scene {plan.scene}, with registers"
+    if all_slices:
+        if (stack := _scene_stack_generics(plan)) is not None:
+            found.append(_behind_registers("stack_axi", title, stack, data, out))
+    elif (stack := _stack_generics(core)) is not None:
         found.append(_behind_registers("stack_axi", title, stack, pixel, pixel + _INDEX_BITS))
     return found
+
+
+def _scene_stack_generics(plan: Plan) -> Generics | None:
+    """Generics of a scene's own stack behind registers; None for what these do not have."""
+    generics = plan.core.generics()
+    if not plan.screen.needs_index:
+        return generics
+    index = plan.screen.index(plan.core)
+    if not index.picture or index.shifts:
+        return None
+    judged = index.generics()
+    own = {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
+    return {**generics, "DEPTH_INDEX": True, **own}
 
 
 def _stack_generics(core: CoreConfiguration) -> Generics | None:

@@ -44,7 +44,7 @@ def write_components(plan: Plan, out: Path) -> list[str]:
         scripts: dict[str, str | None] = {}
         if device.family == "series7":
             scripts["package_ip.tcl"] = package_script(found, files, device.part, release)
-        if device.name.startswith("xc7z"):
+        if device.name.startswith("xc7z") and not plan.screen.needs_stack:
             by_name = {component.name: component for component in found}
             scripts["block_design_memory.tcl"] = memory_design(plan, by_name, device.part)
             scripts["block_design_camera.tcl"] = camera_design(plan, by_name, device.part)
@@ -73,7 +73,10 @@ def _readme(plan: Plan, found: Sequence[Component], scripts: Mapping[str, str | 
         "  vivado -mode batch -source package_ip.tcl\n"
     )
     if "block_design_memory.tcl" not in scripts:
-        return f"{text}Block designs come with a Zynq, such as --device xc7z020.\n"
+        return (
+            f"{text}Block designs come with a Zynq, such as --device xc7z020, and one slice at a "
+            "time.\n"
+        )
     text += "and then makes a block design, whose first lines say what it is:\n"
     text += "".join(
         f"  vivado -source {name}\n"

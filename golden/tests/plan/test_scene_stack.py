@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes whose core gives all slices at once: what comes out, what it takes, what is refused."""
+
+from pathlib import Path
+
+import pytest
+from in_process import plenofir
+
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.screen.picture_estimate import picture_usage
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.configure import package_text, top_text
+from plenofir.plan.planned import Plan
+
+STACK = """
+name = "test"
+[camera]
+micro_image_size = 5
+[frame]
+columns = 320
+rows = 240
+rate_hz = 60.0
+colour = "rgb"
+[depth]
+slices = ["-1/5", "0", "1/5"]
+[stack]
+output = "slices"
+[build]
+device = "lfe5u-45f"
+pixels_per_clock = 4
+"""
+
+
+def write(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = STACK
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def plan_of(folder: Path, *changes: tuple[str, str]) -> Plan:
+    return make_plan(load_scene(write(folder, *changes)))
+
+
+def test_the_shipped_scene() -> None:
+    """1080p60 needs 31 MHz with four pixels a clock, and fills the block RAM of the device."""
+    plan = make_plan(load_scene("stack-1080p"))
+    assert plan.core.engine == StackEngine(pixels_per_clock=4)
+    assert (plan.frame_clocks, plan.clock_mhz) == (480 * 1080, pytest.approx(31.104))
+    assert plan.latency_lines == plan.core.delay == 8
+    assert (plan.needs["block RAM (18 Kbit)"], plan.needs["MULT18X18D"]) == (104, 60)
+
+
+NO_VOTES = '"\nvote_radius = 0 #'
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "blocks"),
+    [(-1, 1, (74, 93, 91, 256, 168)), (-1, 2, (86, 110, 108, 328, 211)),
+     (-2, 2, (104, 133, 131, 406, 259))],
+)  # fmt: skip
+def test_block_ram_at_1080p(tmp_path: Path, first: int, last: int, blocks: tuple[int, ...]) -> None:
+    """As the page on stacks tells it; an LFE5U-45F has 108, an LFE5U-85F 208."""
+    size = [("columns = 320", "columns = 1920"), ("rows = 240", "rows = 1080")]
+    device = ("lfe5u-45f", "xc7a200t")
+    slices = ", ".join(f'"{a}/5"' for a in range(first, last + 1))
+    outputs = ("slices", "depth", f"depth{NO_VOTES}", "all-in-focus")
+    for output, wanted in zip(
+        (*outputs, f"all-in-focus{NO_VOTES[:-1]}\nradius = 0 #"), blocks, strict=True
+    ):
+        changes = (*size, device, ('"-1/5", "0", "1/5"', slices), ('"slices"', f'"{output}"'))
+        plan = plan_of(tmp_path, *changes)
+        usage = picture_usage(plan.core, plan.screen, "ecp5")
+        assert usage.block_rams == wanted, output
+
+
+def test_outputs_take_more_in_turn(tmp_path: Path) -> None:
+    slices, depth, focus = (
+        plan_of(tmp_path, ('"slices"', f'"{output}"'), ("columns = 320", "columns = 160"))
+        for output in ("slices", "depth", "all-in-focus")
+    )
+    assert all(
+        less.needs[name] <= more.needs[name]
+        for less, more in ((slices, depth), (depth, focus))
+        for name in slices.needs
+    )
+    # Of a pixel: slices in colour; a byte of the index; both the index and a pixel.
+    assert [p.screen.stack_pixel_bits(p.core) for p in (slices, depth, focus)] == [72, 8, 32]
+    assert [part.what for part in slices.left_out][-1] == "depth index"
+    assert [part.what for part in depth.left_out][-1] == "picture in focus"
+    index = focus.screen.index(focus.core)
+    assert depth.latency_lines == focus.latency_lines == focus.core.delay + index.delay
+    assert depth.latency_clocks > slices.latency_clocks
+
+
+def test_pixels_a_clock_are_the_fewest_that_keep_the_rate(tmp_path: Path) -> None:
+    auto = ("pixels_per_clock = 4", "")
+    assert plan_of(tmp_path, auto).core.pixels_per_clock == 1
+    rate = ("rate_hz = 60.0", "rate_hz = 900.0")
+    plan = plan_of(tmp_path, auto, rate)
+    assert plan.core.pixels_per_clock == 2
+    assert plan.clock_mhz == pytest.approx(160 * 240 * 900 / 1e6)
+
+
+def test_top_level(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path)
+    assert "entity work.focal_stack" in top_text(plan)
+    assert "depth_index" not in top_text(plan) + package_text(plan)
+    assert "sweep" not in top_text(plan)
+    judged = ('"slices"', '"depth"\nvote_radius = 0\nbetween_slices = true')
+    between = plan_of(tmp_path, judged)
+    text = top_text(between)
+    assert text.index("entity work.focal_stack") < text.index("entity work.depth_index")
+    assert "m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * 24 - 1 downto 0)" in text
+    package = package_text(between)
+    assert "constant INDEX_PICTURE : boolean := false;" in package
+    assert 'constant INDEX_SHIFTS : string := "-1 0 1";' in package
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ([('"slices"', '"index"')], "stack.output = 'index' should be 'slices', 'all-in-focus'"),
+        ([("output =", "radius = 1\noutput =")], "stack: radius needs the output 'all-in-focus'"),
+        ([("pixels_per_clock = 4", 'path = "video"')], "stack needs build.path = 'core'"),
+        (
+            [("pixels_per_clock = 4", 'arithmetic = "stored"')],
+            "stack needs build.arithmetic = 'exact'",
+        ),
+        ([("pixels_per_clock = 4", 'engine = "fir"')], "stack needs all slices in one pass"),
+        ([("pixels", 'interpolation = "linear"\npixels')], "stack needs build.interpolation"),
+        ([("pixels", 'sharpen = "auto"\npixels')], "stack needs build.sharpen = 'off'"),
+        (
+            [("pixels_per_clock = 4", "parallel_rows = 3")],
+            "stack needs build.parallel_rows = 1",
+        ),
+        ([("pixels", 'border = "normalise"\npixels')], "a focal stack of 4 pixels a clock has no"),
+        ([('"-1/5", "0", ', ""), ('"slices"', '"depth"')], "at least two slices, not 1 of M = 5"),
+        (
+            [('"slices"', '"depth"'), ("clock = 4", "clock = 8")],
+            "takes at most M pixels a clock (M = 5), not 8",
+        ),
+        (
+            [("columns = 320", "columns = 1920"), ('"slices"', '"all-in-focus"')],
+            "of 108 block RAM (18 Kbit); use fewer slices, columns or votes, stack.output",
+        ),
+        ([("rate_hz = 60.0", "rate_hz = 6000.0")], "240 at 6000 Hz needs 115.2 MHz at 4 pixels"),
+    ],
+)
+def test_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
+    done = plenofir("plan", str(write(tmp_path, *changes)))
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
