@@ -14,6 +14,7 @@ from plenofir.refocus.kernels import (
     Integers,
     Plan,
     Taps,
+    aligned,
     column_lines,
     column_sums,
     compiled,
@@ -27,10 +28,12 @@ from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
     copy_line,
     divide,
+    finished_lines,
     quotients,
     running_sum,
     sharpen,
     sum_lines,
+    take_number,
     transpose_back,
 )
 
@@ -111,7 +114,7 @@ def _row(
     low, high = plan.step * (t0 - 1) - m + 1, plan.step * (t0 + steps - 1) + 1
     low = min(columns.length, max(0, low + min(0, reach)))
     high = max(low, min(columns.length, high + max(0, reach)))
-    start, places = np.empty(m, np.int64), np.empty(steps * plan.step + 2 * m, np.int64)
+    start, places = np.empty(m, np.int64), np.full(steps * plan.step + 2 * m + PAD, low)
     ends = np.zeros(steps + 1, np.int64)
     start = start[: whole(plan, plan.step * (t0 - 1), low, high, start, 0)]
     n, single = 0, plan.common == 1
@@ -123,18 +126,18 @@ def _row(
             n += 1
         ends[t + 1] = n
     plain = positions_of(plan, taps) == 1
-    memory = (0 if plain else (steps + 4 * m) * plan.channels) * LINE_BYTES // word.itemsize
+    memory = (0 if plain else (steps + 4 * m + PAD) * plan.channels) * LINE_BYTES // word.itemsize
     return Row(
         ranges,
         low,
         high,
-        np.zeros((high - low + (3 + int(single)) * m + PAD) * pixel, word.dtype),
+        aligned((high - low + (3 + int(single)) * m + PAD) * pixel, word),
         (start - low + m) * pixel,
-        (places[:n] - low + m) * pixel,
+        (places[: n + PAD] - low + m) * pixel,
         ends[: 0 if single else ends.size],
-        np.zeros(pixel, like.dtype),
-        np.zeros(memory, like.dtype),
-        np.zeros(memory, like.dtype),
+        aligned(pixel, like),
+        aligned(memory, like),
+        aligned(memory, like),
     )
 
 
@@ -193,13 +196,18 @@ def refocus_blocks(
     taps: Taps,
     weights: Weights,
     blocks: Integers,
+    counter: Integers,
     past: int,
     word: Integers,
     like: Integers,
 ) -> None:
-    """Make blocks of a refocused image; `past` 1: written past the caches."""
+    """Make the blocks of a refocused image that no other thread has taken.
+
+    `past` 1: written past the caches.
+    """
     # `x` and `out` have the shape (rows, columns * channels). A line of `blocks` is the first and
-    # last + 1 row and column of a block of outputs. `like` has the type that holds sums, `word`
+    # last + 1 row and column of a block of outputs; `counter` has the number of the next one, and
+    # threads share it. `like` has the type that holds sums, `word`
     # that of columns' sums.
     m, channels, rows, columns = plan.micro_image_size, plan.channels, plan.rows, plan.columns
     lanes = LINE_BYTES // word.itemsize
@@ -207,85 +215,118 @@ def refocus_blocks(
     plain = positions_of(plan, taps) == 1
     first, flat = first_pixels(plan), out.reshape(-1)
     piece = max(1, PIECE // channels // columns.scale)
-    values = np.empty((piece * channels + PAD) * lanes, word.dtype)
-    table = np.zeros((weights.columns.size, 3, lanes), like.dtype)
-    reached = np.full(lanes, -1, np.int64)
-    for block in range(blocks.shape[0]):
-        row0, row1, column0, column1 = blocks[block]
-        t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
+    piece -= piece % PAD if piece > PAD else 0
+    values = aligned((piece * channels + PAD) * lanes, word)
+    table = aligned(weights.columns.size * 3 * lanes, like).reshape((-1, 3, lanes))
+    numbers, reached = table.reshape(-1), np.full(lanes, -1, np.int64)
+    taken = np.zeros(1, np.int64)
+    take_number(counter, taken)
+    while taken[0] < blocks.shape[0]:
+        column0, column1 = blocks[taken[0], 2], blocks[taken[0], 3]
         s0 = (column0 + columns.base) // columns.scale
         s1 = (column1 - 1 + columns.base) // columns.scale + 1
         row = _row(plan, taps, first, s0, s1, word, like)
-        lines = column_lines(plan, taps, word, t0, t1, row.low, row.high)
         width = (column1 - column0) * channels
-        pitch = width + 2 * PAD
-        picture = np.empty(lanes * pitch, out.dtype)
+        pitch = (width + 5 * PAD) // LINE_BYTES * LINE_BYTES
+        picture = aligned(lanes * pitch, out[0])
         # The sum of each sample, and the weight of each sum.
-        index = np.empty((column1 - column0) * channels + PAD, np.int64)
+        index = np.empty(width + PAD, np.int64)
+        place, rest, sample = 0, (column0 + columns.base) % columns.scale, 0
         for k in range(index.size):
-            o = min(column0 + k // channels, column1 - 1)
-            index[k] = ((o + columns.base) // columns.scale - s0) * pixel + k % channels * lanes
-        entries = np.empty((s1 - s0) * channels, np.int64)
-        for k in range(entries.size):
-            o = max((s0 + k // channels) * columns.scale - columns.base, 0)
-            entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
-        numbers, one_each = np.arange(s1 - s0), np.empty(0, np.int64)
+            index[k] = place + sample * lanes
+            sample += 1
+            if sample == channels and k < width - 1:
+                sample, rest = 0, rest + 1
+                if rest == columns.scale:
+                    place, rest = place + pixel, 0
+            sample = min(sample, channels - 1)
+        entries = np.zeros((s1 - s0) * channels, np.int64)
         # Pieces of one weight.
         alike = np.ones((s1 - s0) // piece + 1, np.int64)
-        for k in range(entries.size):
-            part = k // channels // piece
-            alike[part] &= int(entries[k] == entries[part * piece * channels])
-        # Sums of lines above the first begin with 0.
-        begin = t0
-        if not plain:
+        if weights.columns.size > 1:
+            for k in range(entries.size):
+                o = max((s0 + k // channels) * columns.scale - columns.base, 0)
+                entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
+                part = k // channels // piece
+                alike[part] &= int(entries[k] == entries[part * piece * channels])
+        one_each, boxes = np.empty(0, np.int64), np.empty(0 if plain else s1 - s0 + PAD, np.int64)
+        steps = row.ranges[plan.order, 0] - row.ranges[max(plan.order - 1, 0), 0]
+        for k in range(boxes.size):
+            boxes[k] = (steps + plan.box_offset + m + k) * pixel
+        # Sums that are pixels each, a single one that enters with each of them.
+        direct = columns.scale == 1 and taps.side == 0 and (not plain or row.ends.size == 0)
+        while taken[0] < blocks.shape[0] and column0 == blocks[taken[0], 2]:
+            row0, row1 = blocks[taken[0], 0], blocks[taken[0], 1]
+            t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
+            lines = column_lines(plan, taps, word, t0, t1, row.low, row.high)
+            # Sums of lines above the first begin with 0.
             begin = lines.ranges[0, 0] - int(taps.side > 0) * m - plan.order * plan.box_offset
-        for t in range(begin, t0, lanes):
-            column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words[:0])
-        for t in range(t0, t1, lanes):
-            count = min(lanes, t1 - t)
-            column_sums(x, plan, taps, first, lines, t, count, row.words[m * pixel :])
-            after = (m + row.high - row.low) * pixel
-            row.words[after : after + PAD * lanes] = 0
-            row.carry[:] = 0
-            starts = row.start.size
-            sum_lines(row.words, row.start, 0, starts, starts, 0, row.carry, 0, 0, pixel)
-            totals, place = row.totals, 0
-            if not plain:
-                totals, place = _whole_lines(plan, taps, row, s0, s1)
-            others = 0
-            for line in range(lanes):
-                o = max((t + line) * rows.scale - rows.base, 0)
-                weight = weights.rows[min(o, rows.outputs - 1)]
-                others += int(weight != reached[line])
-                reached[line] = weight
-            if others > 0:
-                weights_table(weights, reached, table)
-            steps = row.ranges[plan.order, 0] - row.ranges[max(plan.order - 1, 0), 0]
-            boxes = (steps + plan.box_offset + m + numbers) * pixel
-            for s in range(0, s1 - s0, piece):
-                run = min(piece, s1 - s0 - s)
-                samples = run * channels
-                drop = 16 * table.itemsize - weights.bits - 1
-                if plain:
-                    quotients(
-                        *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),
-                        *(row.carry, entries, alike[s // piece], table, drop, plan.most),
-                    )
-                elif taps.side == 0:
-                    quotients(
-                        *(totals, boxes, one_each, s, run, m * pixel, values, pixel),
-                        *(row.carry, entries, alike[s // piece], table, drop, plan.most),
-                    )
-                else:
-                    at, which = place + s * pixel, s * channels
-                    divide(totals, at, values, samples, entries, which, table, drop, plan.most)
-                o0 = max(column0, (s0 + s) * columns.scale - columns.base)
-                o1 = min(column1, (s0 + s + run) * columns.scale - columns.base)
-                left, right = o0 * channels, o1 * channels
-                done = left - column0 * channels
-                transpose_back(values, index, done, s * pixel, picture, done, pitch, right - left)
-            for line in range(count):
-                goal = rows.scale * (t + line) - rows.base
-                for to in range(max(goal, row0), min(goal + rows.scale, row1)):
-                    here = to * out.shape[1] + column0 * channels
-                    copy_line(flat, here, picture, line * pitch, width, past)
+            for t in range(begin, t0, lanes):
+                column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words[:0])
+            for t in range(t0, t1, lanes):
+                count = min(lanes, t1 - t)
+                column_sums(x, plan, taps, first, lines, t, count, row.words[m * pixel :])
+                after = (m + row.high - row.low) * pixel
+                row.words[after : after + PAD * lanes] = 0
+                row.carry[:] = 0
+                starts = row.start.size
+                sum_lines(row.words, row.start, 0, starts, starts, 0, row.carry, 0, 0, pixel)
+                totals, place = row.totals, 0
+                if not plain:
+                    totals, place = _whole_lines(plan, taps, row, s0, s1)
+                others = 0
+                for line in range(lanes):
+                    o = max((t + line) * rows.scale - rows.base, 0)
+                    weight = weights.rows[min(o, rows.outputs - 1)]
+                    others += int(weight != reached[line])
+                    reached[line] = weight
+                if others > 0:
+                    weights_table(weights, reached, table)
+                even = direct
+                for line in range(lanes):
+                    even &= reached[line] == reached[0]
+                for s in range(0, s1 - s0, piece):
+                    run = min(piece, s1 - s0 - s)
+                    samples = run * channels
+                    drop = 16 * table.itemsize - weights.bits - 1
+                    o0 = max(column0, (s0 + s) * columns.scale - columns.base)
+                    o1 = min(column1, (s0 + s + run) * columns.scale - columns.base)
+                    left, right = o0 * channels, o1 * channels
+                    done, until = left - column0 * channels, right - column0 * channels
+                    # With one weight, of more than 1, the scale is a part of what is dropped.
+                    which = entries[s * channels]
+                    scaled, rest = np.int64(numbers[which + lanes]), drop - 8 * table.itemsize
+                    while scaled > 1:
+                        scaled, rest = scaled // 2, rest - 1
+                    at_once = even and alike[s // piece] == 1 and rest >= 0
+                    if at_once:
+                        known = table, which, rest, plan.most, picture, done, pitch, values
+                        if plain:
+                            taken_from = row.words, row.places, s, run, m * pixel, row.carry
+                            finished_lines(*taken_from, *known)
+                        else:
+                            above = totals, boxes, s, run, m * pixel, row.carry
+                            finished_lines(*above, *known)
+                    elif plain:
+                        quotients(
+                            *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),
+                            *(row.carry, entries, alike[s // piece], table, drop, plan.most),
+                        )
+                    elif taps.side == 0:
+                        quotients(
+                            *(totals, boxes, one_each, s, run, m * pixel, values, pixel),
+                            *(row.carry, entries, alike[s // piece], table, drop, plan.most),
+                        )
+                    else:
+                        at, own = place + s * pixel, s * channels
+                        divide(totals, at, values, samples, entries, own, table, drop, plan.most)
+                    if not at_once:
+                        transpose_back(
+                            values, index, done, s * pixel, picture, done, pitch, until - done
+                        )
+                for line in range(count):
+                    goal = rows.scale * (t + line) - rows.base
+                    for to in range(max(goal, row0), min(goal + rows.scale, row1)):
+                        here = to * out.shape[1] + column0 * channels
+                        copy_line(flat, here, picture, line * pitch, width, past)
+            take_number(counter, taken)

@@ -6,10 +6,10 @@ blocks are distributed to threads; see `plenofir.refocus.kernels` for the loops.
 region is computed.
 """
 
-import threading
+import _thread
 from collections.abc import Callable
 from math import gcd
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,8 @@ from plenofir.refocus.threads import processors
 _BLOCK_BYTES = 400_000
 # Fewer samples are not worth the start of a second thread.
 _SAMPLES_FOR_A_THREAD = 1 << 19
+# So many blocks for each thread: one that begins late, or is held up, takes fewer.
+_BLOCKS_OF_A_THREAD = 8
 # Height of a block in micro images: its first line of sums costs M additions of lines.
 _BLOCK_LENSES = 4
 # Larger pictures, in bytes, bypass the caches when written: the next frame would evict them.
@@ -118,7 +120,9 @@ def plan(
     down, across = (
         weight[::each][part.start : part.stop] for weight, part in zip(reached, region, strict=True)
     )
-    different, places = np.unique(across, return_inverse=True)
+    different, places = across[:1], np.zeros(across.size, np.int64)
+    if normalise:
+        different, places = np.unique(across, return_inverse=True)
     weights = Weights(
         down.copy(), places.reshape(-1), different, divisor // full**2, most.bit_length()
     )
@@ -167,38 +171,42 @@ def _blocks(work: Plan, word_bytes: int, threads: int) -> npt.NDArray[np.int64]:
     parts = max(1, round(columns.outputs * stride / pixels))
     width = -(-columns.outputs // parts)
     lines = 64 // word_bytes * rows.scale
-    height = -(-rows.outputs // (4 * threads if threads > 1 else 1))
+    height = -(-rows.outputs // (_BLOCKS_OF_A_THREAD * threads if threads > 1 else 1))
     height = -(-max(height, _BLOCK_LENSES * m) // lines) * lines
     return np.array(
         [
             (row, min(row + height, rows.outputs), column, min(column + width, columns.outputs))
-            for row in range(0, rows.outputs, height)
             for column in range(0, columns.outputs, width)
+            for row in range(0, rows.outputs, height)
         ],
         dtype=np.int64,
     )
 
 
-def _share_out(
-    work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArray[np.int64], threads: int
-) -> None:
-    """Compute blocks in several threads, each of which takes the next few when it is done."""
-    chunks = iter(np.array_split(blocks, min(len(blocks), 4 * threads if threads > 1 else 1)))
+def _in_threads(work: Callable[[], None], threads: int) -> None:
+    """Run the same work in several threads, one of them the caller's."""
     failures: list[BaseException] = []
 
-    def take() -> None:
+    def do(done: Any) -> None:
         try:
-            for chunk in chunks:
-                work(chunk)
-        except Exception as failure:
+            work()
+        except BaseException as failure:
             failures.append(failure)
+        done.release()
 
-    helpers = [threading.Thread(target=take) for _ in range(threads - 1)]
-    for helper in helpers:
-        helper.start()
-    take()
-    for helper in helpers:
-        helper.join()
+    # A `threading.Thread` would keep this thread waiting until it runs.
+    locks = [_thread.allocate_lock() for _ in range(threads - 1)]
+    for lock in locks:
+        lock.acquire()
+        try:
+            _thread.start_new_thread(do, (lock,))
+        except RuntimeError:  # the system has no more threads: the others do it all
+            lock.release()
+    try:
+        work()
+    finally:
+        for lock in locks:
+            lock.acquire()
     if failures:
         raise failures[0]
 
@@ -256,11 +264,11 @@ def fast_refocus(
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
     blocks, past = _blocks(work.plan, word.itemsize, count), int(flat.nbytes > _PAST_CACHES)
-    _share_out(
-        lambda chunk: refocus_blocks(
-            x, flat, work.plan, work.taps, work.weights, chunk, past, word, like
+    number = np.zeros(1, np.int64)
+    _in_threads(
+        lambda: refocus_blocks(
+            x, flat, work.plan, work.taps, work.weights, blocks, number, past, word, like
         ),
-        blocks,
         count,
     )
     if not same:

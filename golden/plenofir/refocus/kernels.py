@@ -31,6 +31,7 @@ from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
     next_line,
+    next_words,
     sum_lines,
     three_lines,
     transpose,
@@ -164,6 +165,14 @@ def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
 
 
 @compiled
+def aligned(count: int, like: Integers) -> Integers:
+    """Zeros, the first of them where a line of the cache begins: no vector lies in two lines."""
+    memory = np.zeros(count + LINE_BYTES // like.itemsize, like.dtype)
+    first = (LINE_BYTES - memory.ctypes.data % LINE_BYTES) // like.itemsize
+    return memory[first : first + count]
+
+
+@compiled
 def copy(target: Integers, line: Integers) -> None:
     """Copy elements."""
     for k in range(target.size):
@@ -194,6 +203,12 @@ class Lines(NamedTuple):
 
 
 @compiled
+def _span(width: int) -> int:
+    """Samples from a line of sums to the next."""
+    return (width + 2 * PAD - 1) // PAD * PAD
+
+
+@compiled
 def column_lines(
     plan: Plan, taps: Taps, word: Integers, t0: int, t1: int, low: int, high: int
 ) -> Lines:
@@ -201,12 +216,13 @@ def column_lines(
     lanes = LINE_BYTES // word.itemsize
     width = (high - low) * plan.channels
     positions = positions_of(plan, taps)
-    sums = _PITCH * (1 + lanes) + positions * (positions + 1) // 2 * (width + PAD)
+    sums = _PITCH * (1 + lanes) + positions * (positions + 1) // 2 * _span(width)
     return Lines(
-        ranges_of(plan, plan.rows, taps, t0, t1),
+        # Of plain sums one more, from which the first that is wanted follows.
+        ranges_of(plan, plan.rows, taps, t0 - int(positions == 1), t1),
         low * plan.channels,
         width,
-        np.zeros(sums, word.dtype),
+        aligned(sums, word),
         np.empty((positions * lanes + 1) * max(plan.micro_image_size, 2 * plan.common), np.int64),
         np.empty(2 * positions * lanes + 1, np.int64),
     )
@@ -227,11 +243,11 @@ def column_sums(
     m, order, box = plan.micro_image_size, plan.order, plan.box_offset
     lanes = LINE_BYTES // words.itemsize
     sums, found, ends, ranges = lines.sums, lines.found, lines.ends, lines.ranges
-    width, span, made = lines.width, lines.width + PAD, words.size > 0
+    width, span, made = lines.width, _span(lines.width), words.size > 0
     sharpened, positions = int(taps.side > 0), positions_of(plan, taps)
     plain = positions == 1
-    # Sum all pixels anew if that takes no more additions than those that enter and leave.
-    anew = plain and 2 * plan.step >= m
+    # All pixels of S anew where those that enter and leave are as many.
+    anew = plain and 2 * plan.step >= m and plan.step > 1
     n = 0
     for position in range(positions):
         for line in range(count):
@@ -260,7 +276,24 @@ def column_sums(
         if entering(plan, first, plan.step * at, 0, x.shape[0], found, n) > n:
             coming[line] = found[n] * x.shape[1]
     states = _PITCH * (1 + lanes)
-    for done in range(0, width, CHUNK):
+    # Where one enters and one leaves with each of many lines, all is done in registers.
+    tiles = 0
+    if made and not anew and count == lanes and order + sharpened < 2:
+        tiles = width // (2 * lanes)
+    for end in range(1, 2 * positions * lanes + 1 if tiles > 0 else 0):
+        if ends[end] != end:
+            tiles = 0
+    for line in range(count if tiles > 0 else 0):
+        at = t + line + box
+        if order == 1 and not (ranges[0, 0] <= at - m and at < ranges[0, 1]):
+            tiles = 0
+        if sharpened and taps.rows[t + line - plan.rows.base] != 3:
+            tiles = 0
+    next_words(
+        *(x, found, coming, lines.left, sums, states, span),
+        *(order, taps.centre, taps.side, tiles, words),
+    )
+    for done in range(2 * lanes * tiles, width, CHUNK):
         samples = min(CHUNK, width - done)
         for line in range(count):
             row = _PITCH * (1 + line)

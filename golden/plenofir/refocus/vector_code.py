@@ -46,6 +46,16 @@ class Value:
         mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
         return Value(self.builder, self.builder.shuffle_vector(first, nothing, mask))
 
+    def parts(self, lanes: int) -> "list[Value]":
+        """Vectors of so many neighbouring lanes each."""
+        kind = ir.VectorType(ir.IntType(32), lanes)
+        masks = [list(range(n, n + lanes)) for n in range(0, self.lanes, lanes)]
+        shuffle = self.builder.shuffle_vector
+        return [
+            Value(self.builder, shuffle(self.llvm, self.llvm, ir.Constant(kind, mask)))
+            for mask in masks
+        ]
+
     def as_wide_as(self, bits: int, *, signed: bool = False) -> "Value":
         """Lanes extended or truncated to a number of bits."""
         if bits == self.bits:
@@ -265,3 +275,26 @@ def transposed(vectors: list[Value]) -> list[Value]:
             for mask in masks
         ]
     return [Value(builder, line) for line in lines]
+
+
+def transposed_pieces(vectors: list[Value]) -> Iterator[tuple[int, Value]]:
+    """Transpose twice as many vectors as a square has lines: numbers of lines, with a piece each.
+
+    A piece has a number of each vector, those of the first half first.
+    """
+    builder, size, lanes = vectors[0].builder, len(vectors) // 2, vectors[0].lanes
+    squares = range(0, lanes, size)
+    # Squares of both halves side by side, in two vectors.
+    order = [
+        first + k for square in squares for first in (square, square + lanes) for k in range(size)
+    ]
+    masks = [
+        ir.Constant(ir.VectorType(ir.IntType(32), lanes), part)
+        for part in (order[:lanes], order[lanes:])
+    ]
+    halves = (transposed(vectors[:size]), transposed(vectors[size:]))
+    for line, (a, b) in enumerate(zip(*halves, strict=True)):
+        both = [Value(builder, builder.shuffle_vector(a.llvm, b.llvm, mask)) for mask in masks]
+        pieces = [piece for vector in both for piece in vector.parts(2 * size)]
+        for square, piece in zip(squares, pieces, strict=True):
+            yield line + square, piece

@@ -20,10 +20,19 @@ from plenofir.refocus.vector_code import (
     join_vectors,
     lanes_in_line,
     transposed,
+    transposed_pieces,
 )
 
 AHEAD_BYTES = 1024
 """How far ahead in its line a pixel is asked for."""
+
+
+@generated
+def take_number(counter: Array, taken: Array) -> None:
+    """taken[0] = counter[0], which becomes the next; each number is taken by one thread."""
+    builder = counter.builder
+    number = builder.atomic_rmw("add", counter.data, ir.Constant(ir.IntType(64), 1), "seq_cst")
+    taken.store(Value(builder, ir.Constant(ir.IntType(64), 0)), Value(builder, number))
 
 
 @generated
@@ -82,6 +91,75 @@ def next_line(
             change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
             sums.store(target + k, sums.load(base + k, lanes) + change)
         done = done + (count - done) // lanes * lanes
+
+
+@generated
+def next_words(
+    x: Array,
+    found: Array,
+    coming: Array,
+    left: Value,
+    sums: Array,
+    state: Value,
+    span: Value,
+    order: Value,
+    centre: Value,
+    side: Value,
+    tiles: Value,
+    words: Array,
+) -> None:
+    """Sums for as many lines as lanes, then `transpose`, in registers.
+
+    For nearest neighbour, linear interpolation (order 1), or sharpened nearest neighbour.
+    """
+    # With line l of position p x[left + found[2 (p lanes + l)] ...] enters, and that of the next
+    # number leaves, which enters at the next position. sums[state + p span ...] becomes the last
+    # sum of each, and behind them that of their moving sum. It asks for what is at coming[l].
+    # Samples: twice as many a tile as lanes.
+    lanes, size = lanes_in_line(words), 2 * 8 * TILE_BYTES // words.bits
+
+    def loop(positions: int, result: Callable[[list[Variable]], Value], kept: int = 0) -> None:
+        with tiles.times() as tile:
+            for half in range(2):
+                k = tile * (2 * lanes) + half * lanes
+                states = [state + span * n + k for n in range(positions + kept)]
+                totals = [Variable(sums.load(place, lanes)) for place in states]
+                with (tiles - tiles + lanes // size).times() as group:
+                    rows = []
+                    for line in range(size):
+                        number = group * size + line
+                        if half == 0:
+                            x.prefetch(coming.load(number) + left + k)
+                        own = number * 2
+                        places = [own, *(own + (2 * lanes * p + 1) for p in range(positions))]
+                        pixels = [
+                            x.load(found.load(place) + left + k, lanes).as_wide_as(sums.bits)
+                            for place in places
+                        ]
+                        for p in range(positions):
+                            totals[p].set(totals[p].get() + (pixels[p] - pixels[p + 1]))
+                        rows.append(result(totals))
+                    for sample, piece in transposed_pieces(rows):
+                        words.store((k + sample) * lanes + group * size, piece)
+                for place, total in zip(states, totals, strict=True):
+                    sums.store(place, total.get())
+
+    def box(totals: list[Variable]) -> Value:
+        totals[2].set(totals[2].get() + (totals[0].get() - totals[1].get()))
+        return totals[2].get()
+
+    def sharp(totals: list[Variable]) -> Value:
+        around = totals[0].get() + totals[2].get()
+        return totals[1].get() * centre.as_wide_as(sums.bits) - around * side.as_wide_as(sums.bits)
+
+    with side.is_nothing() as (plain, sharpened):
+        with plain, order.is_nothing() as (nearest, linear):
+            with nearest:
+                loop(1, lambda totals: totals[0].get())
+            with linear:
+                loop(2, box, 1)
+        with sharpened:
+            loop(3, sharp)
 
 
 @generated
@@ -252,23 +330,80 @@ def transpose_back(
 ) -> None:
     """picture[target + l pitch + k] = values[index[first + k] - base + l], k < count, lanes l."""
     # Rounded up to whole tiles.
-    lanes, size = lanes_in_line(values), 8 * TILE_BYTES // values.bits
-    together = values.bits // picture.bits
-    width = size * together
+    lanes, width = lanes_in_line(values), _tile_samples(picture)
     with ((count + (width - 1)) // width).times() as tile:
-        rows = []
-        for i in range(0, width, together):
-            parts = [
-                values.load(index.load(first + tile * width + (i + j)) - base, lanes)
-                << (picture.bits * j)
-                for j in range(together)
-            ]
-            rows.append(reduce(or_, parts))
-        for i, vector in enumerate(transposed(rows)):
-            for n in range(0, lanes, size):
-                mask = ir.Constant(ir.VectorType(ir.IntType(32), size), list(range(n, n + size)))
-                part = vector.builder.shuffle_vector(vector.llvm, vector.llvm, mask)
-                picture.store(target + pitch * (i + n) + tile * width, Value(vector.builder, part))
+        first_here = first + tile * width
+        taken = [values.load(index.load(first_here + i) - base, lanes) for i in range(width)]
+        _store_tile(taken, picture, target + tile * width, pitch)
+
+
+def _tile_samples(picture: Array) -> int:
+    """Samples of a line that are transposed back in one go."""
+    return int(2 * 8 * TILE_BYTES // picture.bits)
+
+
+def _store_tile(taken: Sequence[Value], picture: Array, target: Value, pitch: Value) -> None:
+    """Transpose vectors of values back: lane l of number k to picture[target + l pitch + k]."""
+    together = taken[0].bits // picture.bits
+    rows = [
+        reduce(or_, (taken[i + j] << (picture.bits * j) for j in range(together)))
+        for i in range(0, len(taken), together)
+    ]
+    for line, piece in transposed_pieces(rows):
+        picture.store(target + pitch * line, piece)
+
+
+@generated
+def finished_lines(
+    words: Array,
+    places: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    carry: Array,
+    table: Array,
+    entry: Value,
+    drop: Value,
+    most: Value,
+    picture: Array,
+    target: Value,
+    pitch: Value,
+    lanes_of: Array,
+) -> None:
+    """As `running_sum` with one place each, divided, then `transpose_back`, in registers."""
+    # Pixels first .. first + count - 1, rounded up to whole tiles. The quotient of a sum is
+    # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half.
+    lanes, width = lanes_in_line(lanes_of), _tile_samples(picture)
+    shift, above = drop.as_wide_as(carry.bits), table.load(entry, lanes)
+
+    def loop(channels: int) -> None:
+        places_of = [count - count + c * lanes for c in range(channels)]
+        totals = [Variable(carry.load(place, lanes) + above) for place in places_of]
+        with ((count + (width - 1)) // width).times() as tile:
+            taken, goal = [], target + tile * (width * channels)
+            for k in range(width):
+                place = places.load(first + tile * width + k)
+                for total, channel in zip(totals, places_of, strict=True):
+                    here = place + channel
+                    change = words.load(here, lanes) - words.load(here - behind, lanes)
+                    total.set(total.get() + change.as_wide_as(carry.bits, signed=True))
+                    # The multiplier from memory: LLVM knows then that it is no wider than that.
+                    factor = table.load(entry + 2 * lanes, lanes)
+                    quotient = total.get().upper_product(factor) >> shift
+                    if carry.bits > 16:
+                        quotient = quotient.at_most(most)
+                    taken.append(quotient.as_wide_as(lanes_of.bits))
+                    if len(taken) == width:
+                        _store_tile(taken, picture, goal, pitch)
+                        taken, goal = [], goal + width
+        for place, total in zip(places_of, totals, strict=True):
+            carry.store(place, total.get() - above)
+
+    with (carry.size() - lanes).is_nothing() as (grey, colour):
+        with grey:
+            loop(1)
+        with colour:
+            loop(3)
 
 
 @generated
