@@ -6,10 +6,8 @@ blocks are distributed to threads; see `plenofir.refocus.kernels` for the loops.
 region is computed.
 """
 
-import _thread
-from collections.abc import Callable
 from math import gcd
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +17,7 @@ from plenofir.refocus.border import arrived
 from plenofir.refocus.kernels import Axis, Plan, Taps
 from plenofir.refocus.operator import Align, Image, check_sums, output_offset
 from plenofir.refocus.sharpening import neighbours, taps
-from plenofir.refocus.threads import processors
+from plenofir.refocus.threads import in_threads, processors
 
 # Bytes of a block's transposed sums, which fit into the second-level cache, with room for lines.
 _BLOCK_BYTES = 400_000
@@ -183,34 +181,6 @@ def _blocks(work: Plan, word_bytes: int, threads: int) -> npt.NDArray[np.int64]:
     )
 
 
-def _in_threads(work: Callable[[], None], threads: int) -> None:
-    """Run the same work in several threads, one of them the caller's."""
-    failures: list[BaseException] = []
-
-    def do(done: Any) -> None:
-        try:
-            work()
-        except BaseException as failure:
-            failures.append(failure)
-        done.release()
-
-    # A `threading.Thread` would keep this thread waiting until it runs.
-    locks = [_thread.allocate_lock() for _ in range(threads - 1)]
-    for lock in locks:
-        lock.acquire()
-        try:
-            _thread.start_new_thread(do, (lock,))
-        except RuntimeError:  # the system has no more threads: the others do it all
-            lock.release()
-    try:
-        work()
-    finally:
-        for lock in locks:
-            lock.acquire()
-    if failures:
-        raise failures[0]
-
-
 def fast_refocus(
     raw: Image,
     micro_image_size: int,
@@ -265,7 +235,7 @@ def fast_refocus(
     word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
     blocks, past = _blocks(work.plan, word.itemsize, count), int(flat.nbytes > _PAST_CACHES)
     number = np.zeros(1, np.int64)
-    _in_threads(
+    in_threads(
         lambda: refocus_blocks(
             x, flat, work.plan, work.taps, work.weights, blocks, number, past, word, like
         ),
