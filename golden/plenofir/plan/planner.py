@@ -200,7 +200,9 @@ def _engine_choice(
     if loaded.shown.needs_stack:
         refused = "gives one slice at a time; the scene needs all"
         engines = (EngineOption(engine=e, needs=None, refused=refused) for e in SLICE_ENGINES)
-        purpose = ", for all-in-focus and depth" if loaded.shown.needs_index else ""
+        purpose = {"s": "", "i": ", for depth"}.get(
+            loaded.shown.outputs, ", for all-in-focus and depth"
+        )
         return tuple(engines), f"all slices in one pass{purpose}"
     options, usages = [], dict[SliceEngineName, Usage | None]()
     for name, engine in SLICE_ENGINES.items():
