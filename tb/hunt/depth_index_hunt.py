@@ -46,9 +46,9 @@ def draw(rng: random.Random) -> dict[str, Any]:
         if rng.random() < 0.5:
             shifts.reverse()
         generics["SHIFTS"] = " ".join(map(str, shifts))
-    generics["PICTURE"] = generics["CHOSEN_TOO"] or rng.random() < 0.7
     generics["PIXELS_PER_CLOCK"] = pixels = rng.choice([p for p in (1, 1, 2, 4) if p <= m])
     generics["MAX_COLUMNS"] += rng.choice([0, 3 * m]) * (pixels - 1)
+    generics["PICTURE"] = generics["CHOSEN_TOO"] or rng.random() < 0.7
     return {"generics": generics}
 
 
