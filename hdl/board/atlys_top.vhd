@@ -20,6 +20,7 @@ use ieee.numeric_std.all;
 library work;
 use work.hdmi_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
@@ -95,6 +96,10 @@ end entity atlys_top;
 architecture rtl of atlys_top is
 
   constant REFUSED : boolean := not takes_shifts("atlys_top", SHIFTS, MAX_COLUMNS);
+
+  constant CORE : core_t :=
+  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  );
 
   constant PATTERN : timing_t := mode_timing
                                  (
@@ -233,19 +238,12 @@ begin
   -- The phase detectors follow the bits themselves, so wrong words need not steer the delays.
   path : entity work.hdmi_refocuser
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE,
-      PATTERN_COLUMNS     => PATTERN_H_ACTIVE,
-      PATTERN_ROWS        => PATTERN_V_ACTIVE,
-      ALIGN_TIMEOUT       => ALIGN_TIMEOUT
+      CORE            => CORE,
+      SHIFTS          => SHIFTS,
+      ENGINE          => ENGINE,
+      PATTERN_COLUMNS => PATTERN_H_ACTIVE,
+      PATTERN_ROWS    => PATTERN_V_ACTIVE,
+      ALIGN_TIMEOUT   => ALIGN_TIMEOUT
     )
     port map (
       clk            => clk,

@@ -19,23 +19,18 @@ use ieee.numeric_std.all;
 library work;
 use work.camera_pkg.all;
 use work.math_pkg.all;
+use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.sensor_pkg.all;
 
 entity camera_refocuser is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive range 1 to 128;
-    SHIFTS              : string;
-    INTERPOLATION_ORDER : natural range 0 to 3;
-    HOLD                : boolean;
-    EXACT               : boolean;
-    FRACTION_BITS       : natural range 0 to 12;
-    GUARD_BITS          : natural range 0 to 12;
-    BROADCAST_TAPS      : natural;
-    ENGINE              : string;
-    -- Without a sensor in sensor_pkg: size of the frames, and neighbouring pixels that come together.
-    MAX_COLUMNS      : positive range 2 to 8192;
+    -- How the core computes; its slices and its engine, see raster_refocuser.
+    CORE   : core_t;
+    SHIFTS : string;
+    ENGINE : string;
+    -- Without a sensor in sensor_pkg: lines of the frames (columns are those of CORE), and neighbouring pixels that
+    -- come together.
     ROWS             : positive range 1 to 65535;
     PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
     -- Of clk in kHz, for I2C and the serial port.
@@ -92,7 +87,7 @@ architecture rtl of camera_refocuser is
 
   -- What the receiver delivers. A resampler takes one pixel each clock; several at once only go to
   -- the core directly.
-  constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS);
+  constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, CORE.max_columns);
   constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
   constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
 
@@ -294,7 +289,7 @@ begin
     raster : entity work.sensor_raster
       generic map (
         MOSAIC           => MOSAIC,
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        MICRO_IMAGE_SIZE => CORE.micro_image_size,
         HEXAGONAL        => HEXAGONAL,
         MAX_COLUMNS      => SENSOR_COLUMNS,
         LINES            => RING_LINES,
@@ -333,19 +328,19 @@ begin
 
   refocuser : entity work.raster_refocuser
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      MICRO_IMAGE_SIZE    => CORE.micro_image_size,
       SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
+      INTERPOLATION_ORDER => CORE.interpolation_order,
+      HOLD                => CORE.hold,
       PIXELS_PER_CLOCK    => PIXELS,
-      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, CORE.max_columns),
       CHANNELS            => CAMERA_CHANNELS,
       PIXEL_BITS          => RAW_BITS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
+      EXACT               => CORE.exact,
+      FRACTION_BITS       => CORE.fraction_bits,
+      GUARD_BITS          => CORE.guard_bits,
       ENGINE              => ENGINE,
-      BROADCAST_TAPS      => BROADCAST_TAPS
+      BROADCAST_TAPS      => CORE.broadcast_taps
     )
     port map (
       clk           => clk,

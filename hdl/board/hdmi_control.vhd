@@ -15,6 +15,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.number_pkg.all;
@@ -125,9 +126,9 @@ architecture rtl of hdmi_control is
   signal order_now   : clocks_order_t;
   signal present     : std_logic;
   signal restarted   : std_logic;
-  signal restarts    : std_logic_vector(RARE_BITS - 1 downto 0);
+  signal restarts    : std_logic_vector(RARE_BITS - 1 downto 0) := (others => '0');
   signal lock_failed : std_logic;
-  signal lost_locks  : std_logic_vector(RARE_BITS - 1 downto 0);
+  signal lost_locks  : std_logic_vector(RARE_BITS - 1 downto 0) := (others => '0');
 
   -- What the panel sets.
   signal choice         : picture_choice_t;
@@ -152,7 +153,7 @@ architecture rtl of hdmi_control is
   signal unsupported   : std_logic;
   signal frame_rate    : std_logic_vector(14 downto 0);
   signal edid_byte     : std_logic;
-  signal edid_bytes    : std_logic_vector(14 downto 0);
+  signal edid_bytes    : std_logic_vector(14 downto 0) := (others => '0');
   signal monitor       : monitor_t;
   signal status        : status_t;
   signal status_values : status_vector_t;
@@ -296,31 +297,23 @@ begin
       monitor       => monitor
     );
 
-  -- Into the pixel clock a pulse of this one may be lost, a change of level is not.
-  pass_clear : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      if clear = '1' then
-        clear_toggle <= not clear_toggle;
-      end if;
-    end if;
-
-  end process pass_clear;
-
   -- The counters here are cleared at once, those in the pixel clock by the toggle.
   clear_or_reset <= clear or reset;
 
-  count_edid : entity work.event_counter
-    generic map (
-      WIDTH => 15
-    )
-    port map (
-      clk   => clk,
-      clear => clear_or_reset,
-      add   => edid_byte,
-      count => edid_bytes
-    );
+  follow_clear : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- Into the pixel clock a pulse of this one may be lost, a change of level is not.
+      if clear = '1' then
+        clear_toggle <= not clear_toggle;
+      end if;
+      edid_bytes <= counted(edid_bytes, edid_byte, clear_or_reset);
+      restarts   <= counted(restarts, restarted, clear_or_reset);
+      lost_locks <= counted(lost_locks, lock_failed, clear_or_reset);
+    end if;
+
+  end process follow_clear;
 
   --------------------------------------------------------------------------------------------------
   -- To the video path.
@@ -387,28 +380,6 @@ begin
       reset  => reset,
       v_sync => state_here.v_sync_now,
       rate   => frame_rate
-    );
-
-  count_restarts : entity work.event_counter
-    generic map (
-      WIDTH => RARE_BITS
-    )
-    port map (
-      clk   => clk,
-      clear => clear_or_reset,
-      add   => restarted,
-      count => restarts
-    );
-
-  count_lost_locks : entity work.event_counter
-    generic map (
-      WIDTH => RARE_BITS
-    )
-    port map (
-      clk   => clk,
-      clear => clear_or_reset,
-      add   => lock_failed,
-      count => lost_locks
     );
 
   --------------------------------------------------------------------------------------------------

@@ -14,25 +14,20 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.hdmi_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
 entity hdmi_refocuser is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive range 1 to 128;
-    SHIFTS              : string;
-    INTERPOLATION_ORDER : natural range 0 to 3;
-    HOLD                : boolean;
-    MAX_COLUMNS         : positive range 1 to 8192;
-    EXACT               : boolean;
-    FRACTION_BITS       : natural range 0 to 12;
-    GUARD_BITS          : natural range 0 to 12;
-    BROADCAST_TAPS      : natural;
-    ENGINE              : string;
+    -- How the core computes; its slices and its engine, see raster_refocuser.
+    CORE   : core_t;
+    SHIFTS : string;
+    ENGINE : string;
     -- Size of the board's own picture.
     PATTERN_COLUMNS : positive range 3 to 4095;
     PATTERN_ROWS    : positive range 1 to 4095;
@@ -63,7 +58,7 @@ end entity hdmi_refocuser;
 
 architecture rtl of hdmi_refocuser is
 
-  constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
+  constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, CORE.max_columns);
 
   -- Pixels and words of the transmitter start with the link, and are in reset without it.
   signal stop     : std_logic;
@@ -100,10 +95,10 @@ architecture rtl of hdmi_refocuser is
   signal load_seen  : std_logic := '0';
   signal load       : load_t;
 
-  signal errors_now    : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
-  signal word_errors   : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
-  signal packet_errors : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
-  signal sum_errors    : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
+  signal errors_now    : std_logic_vector(ERRORS - 1 downto 0)                     := (others => '0');
+  signal word_errors   : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0) := (others => '0');
+  signal packet_errors : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0)          := (others => '0');
+  signal sum_errors    : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0)          := (others => '0');
 
 begin
 
@@ -162,7 +157,7 @@ begin
   -- A picture without a source, so that output and refocuser can be tried with nothing plugged in.
   own : entity work.own_light_field
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      MICRO_IMAGE_SIZE => CORE.micro_image_size,
       SHIFTS           => SHIFTS,
       FRAME_COLUMNS    => PATTERN_COLUMNS,
       FRAME_ROWS       => PATTERN_ROWS
@@ -195,16 +190,9 @@ begin
   -- The same entity for all boards: a board is what lies around it.
   picture : entity work.shown_video
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE
+      CORE   => CORE,
+      SHIFTS => SHIFTS,
+      ENGINE => ENGINE
     )
     port map (
       clk          => clk,
@@ -224,7 +212,7 @@ begin
   -- Marks are looked for in what came in; what was found is drawn into what goes out.
   watch_marks : entity work.picture_marks
     generic map (
-      LINES => MICRO_IMAGE_SIZE
+      LINES => CORE.micro_image_size
     )
     port map (
       clk         => clk,
@@ -256,48 +244,15 @@ begin
           errors_now(WRONG_WORD) <= '1';
         end if;
       end if;
+
+      -- By channel: a bad contact shows in one of them.
+      word_errors <= each_counted(word_errors, wrong_words, clear);
+      -- Apart from each other: wrong check bits tell of the cable, a wrong checksum of the source.
+      packet_errors <= counted(packet_errors, packet_error, clear);
+      sum_errors    <= counted(sum_errors, sum_error, clear);
     end if;
 
   end process collect_errors;
-
-  -- Counted by channel: a bad contact shows in one of them.
-  count_words : for c in 0 to CHANNELS - 1 generate
-
-    words : entity work.event_counter
-      generic map (
-        WIDTH => WORD_ERROR_BITS
-      )
-      port map (
-        clk   => clk,
-        clear => clear,
-        add   => wrong_words(c),
-        count => word_errors(WORD_ERROR_BITS * (c + 1) - 1 downto WORD_ERROR_BITS * c)
-      );
-
-  end generate count_words;
-
-  -- Apart from each other: wrong check bits tell of the cable, a wrong checksum of the source.
-  count_packets : entity work.event_counter
-    generic map (
-      WIDTH => PACKET_ERROR_BITS
-    )
-    port map (
-      clk   => clk,
-      clear => clear,
-      add   => packet_error,
-      count => packet_errors
-    );
-
-  count_sums : entity work.event_counter
-    generic map (
-      WIDTH => PACKET_ERROR_BITS
-    )
-    port map (
-      clk   => clk,
-      clear => clear,
-      add   => sum_error,
-      count => sum_errors
-    );
 
   -- The transmitter's clock has the frequency of the pixels but not their phase: an elastic buffer
   -- takes up the difference.

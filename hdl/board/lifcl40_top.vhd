@@ -23,6 +23,7 @@ library work;
 use work.camera_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.sensor_pkg.all;
 
 entity lifcl40_top is
@@ -77,6 +78,10 @@ end entity lifcl40_top;
 architecture rtl of lifcl40_top is
 
   constant REFUSED : boolean := not takes_shifts("lifcl40_top", SHIFTS, MAX_COLUMNS);
+
+  constant CORE : core_t :=
+  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  );
 
   constant CLOCK_KHZ : positive := 450000 / (CLOCK_DIVIDE + 1);
   constant WIDTH     : positive := PIXELS_PER_CLOCK * CAMERA_CHANNELS * RAW_BITS;
@@ -176,21 +181,14 @@ begin
 
   camera : entity work.camera_refocuser
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      ROWS                => ROWS,
-      PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-      CLOCK_KHZ           => CLOCK_KHZ,
-      MILLISECOND         => MILLISECOND,
-      BIT_TIME            => BIT_TIME
+      CORE             => CORE,
+      SHIFTS           => SHIFTS,
+      ENGINE           => ENGINE,
+      ROWS             => ROWS,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
+      CLOCK_KHZ        => CLOCK_KHZ,
+      MILLISECOND      => MILLISECOND,
+      BIT_TIME         => BIT_TIME
     )
     port map (
       clk           => clk,

@@ -8,6 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.count_pkg.all;
 use work.hdmi_pkg.all;
 use work.tmds_pkg.all;
 
@@ -41,6 +42,7 @@ architecture rtl of report_crossing is
   signal hung_here   : std_logic_vector(CHANNELS - 1 downto 0);
   signal hung_now    : std_logic_vector(CHANNELS - 1 downto 0);
   signal hung_before : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+  signal hung        : std_logic_vector(hung_counts'range)     := (others => '0');
 
 begin
 
@@ -69,25 +71,12 @@ begin
 
     if rising_edge(clk) then
       hung_before <= hung_here;
+      hung        <= each_counted(hung, hung_now, clear);
     end if;
 
   end process watch;
 
-  hung_now <= hung_here xor hung_before;
-
-  count_hung : for c in 0 to CHANNELS - 1 generate
-
-    resets : entity work.event_counter
-      generic map (
-        WIDTH => RARE_BITS
-      )
-      port map (
-        clk   => clk,
-        clear => clear,
-        add   => hung_now(c),
-        count => hung_counts(RARE_BITS * c + RARE_BITS - 1 downto RARE_BITS * c)
-      );
-
-  end generate count_hung;
+  hung_now    <= hung_here xor hung_before;
+  hung_counts <= hung;
 
 end architecture rtl;

@@ -12,23 +12,17 @@ library work;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.screen_pkg.all;
 use work.video_pkg.all;
 
 entity shown_video is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive range 1 to 128;
-    SHIFTS              : string;
-    INTERPOLATION_ORDER : natural range 0 to 3;
-    HOLD                : boolean;
-    MAX_COLUMNS         : positive range 1 to 8192;
-    EXACT               : boolean;
-    FRACTION_BITS       : natural range 0 to 12;
-    GUARD_BITS          : natural range 0 to 12;
-    BROADCAST_TAPS      : natural;
-    ENGINE              : string
+    -- How the core computes; its slices and its engine, see raster_refocuser.
+    CORE   : core_t;
+    SHIFTS : string;
+    ENGINE : string
   );
   port (
     clk   : in    std_logic;
@@ -53,7 +47,7 @@ end entity shown_video;
 
 architecture rtl of shown_video is
 
-  constant REFUSED : boolean := not takes_shifts("shown_video", SHIFTS, MAX_COLUMNS);
+  constant REFUSED : boolean := not takes_shifts("shown_video", SHIFTS, CORE.max_columns);
 
   -- The ruler under the text has a field for each.
   constant SLICES : positive := slice_count(SHIFTS);
@@ -70,15 +64,15 @@ begin
 
   video : entity work.refocus_video
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      MICRO_IMAGE_SIZE    => CORE.micro_image_size,
       SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
+      INTERPOLATION_ORDER => CORE.interpolation_order,
+      HOLD                => CORE.hold,
+      MAX_COLUMNS         => CORE.max_columns,
+      EXACT               => CORE.exact,
+      FRACTION_BITS       => CORE.fraction_bits,
+      GUARD_BITS          => CORE.guard_bits,
+      BROADCAST_TAPS      => CORE.broadcast_taps,
       ENGINE              => ENGINE
     )
     port map (

@@ -17,6 +17,7 @@ library work;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
@@ -67,6 +68,10 @@ end entity tangnano20k_top;
 architecture rtl of tangnano20k_top is
 
   constant REFUSED : boolean := not takes_shifts("tangnano20k_top", SHIFTS, MAX_COLUMNS);
+
+  constant CORE : core_t :=
+  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  );
 
   constant PATTERN : timing_t := mode_timing
                                  (
@@ -163,16 +168,9 @@ begin
   -- The text is at the bottom; there is no sensor to be calibrated.
   picture : entity work.shown_video
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE
+      CORE   => CORE,
+      SHIFTS => SHIFTS,
+      ENGINE => ENGINE
     )
     port map (
       clk          => clk,

@@ -23,6 +23,7 @@ use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.picture_pkg.all;
 use work.refocus_pkg.all;
+use work.refocuser_pkg.all;
 use work.sensor_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
@@ -87,7 +88,12 @@ end entity ulx3s_camera_top;
 
 architecture rtl of ulx3s_camera_top is
 
-  constant REFUSED   : boolean := not takes_shifts("ulx3s_camera_top", SHIFTS, MAX_COLUMNS);
+  constant REFUSED : boolean := not takes_shifts("ulx3s_camera_top", SHIFTS, MAX_COLUMNS);
+
+  constant CORE : core_t :=
+  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  );
+
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");
   constant TAKES_8   : boolean := takes(RAW_BITS = 8, "ulx3s_camera_top: RAW_BITS of camera_pkg is not 8");
   -- NVC looks at slices of ports when it analyses, before TAKES_TWO refuses.
@@ -172,9 +178,7 @@ begin
 
   pixel_clocks_of_both : entity work.pixel_clocks
     port map (
-      tmds_clk  => '0',
       own_clk   => own_clk,
-      use_own   => '1',
       pll_reset => own_stopped,
       clk       => clk,
       clk_x5    => clk_x5,
@@ -228,20 +232,13 @@ begin
 
   camera : entity work.camera_refocuser
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      ROWS                => PATTERN_V_ACTIVE,
-      CLOCK_KHZ           => 25000,
-      MILLISECOND         => MILLISECOND,
-      BIT_TIME            => BIT_TIME
+      CORE        => CORE,
+      SHIFTS      => SHIFTS,
+      ENGINE      => ENGINE,
+      ROWS        => PATTERN_V_ACTIVE,
+      CLOCK_KHZ   => 25000,
+      MILLISECOND => MILLISECOND,
+      BIT_TIME    => BIT_TIME
     )
     port map (
       clk           => clk,
@@ -318,13 +315,11 @@ begin
 
   picture : entity work.stream_to_video
     generic map (
-      DELAY_PIXELS => 0,
-      WINDOW       => true
+      WINDOW => true
     )
     port map (
       clk             => clk,
       reset           => reset,
-      delay_lines     => (others => '0'),
       picture_columns => frame_columns,
       picture_rows    => frame_rows,
       following       => following,

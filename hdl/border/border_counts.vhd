@@ -21,17 +21,14 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.token_pkg.all;
 use work.border_pkg.all;
 
 entity border_counts is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- The slice, if it is always the same; -1: that of the token.
     FIXED_SLICE : integer := -1;
     -- Moving sums that follow in each dimension.
@@ -54,9 +51,7 @@ end entity border_counts;
 
 architecture rtl of border_counts is
 
-  constant GEOMETRY : geometry_t := geometry_of("border_counts", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant M          : positive := MICRO_IMAGE_SIZE;
+  constant M          : positive := GEOMETRY.micro_image_size;
   constant P          : positive := PIXELS_PER_CLOCK;
   constant PASSES     : positive := INTERPOLATION_ORDER + 1;
   constant COUNT_BITS : positive := bits_for(largest_count(M, PASSES));
@@ -83,25 +78,18 @@ begin
 
   line_pass : for i in 0 to PASSES - 1 generate
 
-    constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i);
-    constant IN_BITS      : positive := bits_for(largest_count(M, i));
-    constant OUT_BITS     : positive := bits_for(largest_count(M, i + 1));
+    constant IN_BITS  : positive := bits_for(largest_count(M, i));
+    constant OUT_BITS : positive := bits_for(largest_count(M, i + 1));
 
   begin
 
     stage : entity work.moving_sum_stage
       generic map (
-        MICRO_IMAGE_SIZE => M,
-        SHIFTS           => STAGE_SHIFTS,
-        CENTRED          => CENTRED,
-        FIXED_SLICE      => choose(i = 0, FIXED_SLICE, - 1),
+        GEOMETRY    => pass_geometry(GEOMETRY, i),
+        SIZES       => exact_pass(largest_count(M, i), M),
+        FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
         -- Each line counts as one, which its first token carries.
-        COLUMNS     => true,
-        LANES       => 1,
-        DATA_BITS   => IN_BITS,
-        PRODUCT_MAX => largest_count(M, i),
-        SUM_MAX     => largest_count(M, i + 1),
-        RESULT_BITS => OUT_BITS
+        COLUMNS => true
       )
       port map (
         clk       => clk,
@@ -127,9 +115,8 @@ begin
 
   row_pass : for i in 0 to PASSES - 1 generate
 
-    constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i);
-    constant IN_BITS      : positive := bits_for(largest_count(M, i));
-    constant OUT_BITS     : positive := bits_for(largest_count(M, i + 1));
+    constant IN_BITS  : positive := bits_for(largest_count(M, i));
+    constant OUT_BITS : positive := bits_for(largest_count(M, i + 1));
 
     signal counts : std_logic_vector(P * IN_BITS - 1 downto 0);
     signal sums   : std_logic_vector(P * OUT_BITS - 1 downto 0);
@@ -152,16 +139,10 @@ begin
 
       stage : entity work.moving_sum_stage
         generic map (
-          MICRO_IMAGE_SIZE => M,
-          SHIFTS           => STAGE_SHIFTS,
-          CENTRED          => CENTRED,
-          FIXED_SLICE      => choose(i = 0, FIXED_SLICE, - 1),
-          LANES            => 1,
-          DATA_BITS        => IN_BITS,
-          PRODUCT_MAX      => largest_count(M, i),
-          SUM_MAX          => largest_count(M, i + 1),
-          RESULT_BITS      => OUT_BITS,
-          TAG_BITS         => COUNT_BITS
+          GEOMETRY    => pass_geometry(GEOMETRY, i),
+          SIZES       => exact_pass(largest_count(M, i), M),
+          FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
+          TAG_BITS    => COUNT_BITS
         )
         port map (
           clk       => clk,
@@ -180,11 +161,8 @@ begin
 
       stage : entity work.lane_stage
         generic map (
-          MICRO_IMAGE_SIZE => M,
-          SHIFTS           => STAGE_SHIFTS,
-          CENTRED          => CENTRED,
+          GEOMETRY         => slice_geometry(pass_geometry(GEOMETRY, i), choose(i = 0, FIXED_SLICE, - 1)),
           PIXELS_PER_CLOCK => P,
-          CHANNELS         => 1,
           DATA_BITS        => IN_BITS,
           SUM_BITS         => OUT_BITS,
           TAG_BITS         => COUNT_BITS

@@ -14,6 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.token_pkg.all;
@@ -21,12 +22,8 @@ use work.border_pkg.all;
 
 entity border_weights is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- All of the slices, or 1: then the token says which.
     SLICES_AT_ONCE : positive := 1;
     -- Moving sums that follow in each dimension.
@@ -57,8 +54,6 @@ end entity border_weights;
 
 architecture rtl of border_weights is
 
-  constant GEOMETRY : geometry_t := geometry_of("border_weights", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
   constant SOME_SLICES : boolean := not takes(SLICES_AT_ONCE = 1 or SLICES_AT_ONCE = GEOMETRY.slices,
                                               "border_weights: SLICES_AT_ONCE must be 1 or all slices of SHIFTS");
 
@@ -67,6 +62,7 @@ architecture rtl of border_weights is
   constant BEHIND : natural  := AHEAD + ENGINE_CLOCKS - border_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK);
 
   signal counted : std_logic_vector(SLICES_AT_ONCE * BITS - 1 downto 0);
+  signal waiting : std_logic_vector(delay_bits(SLICES_AT_ONCE * BITS, BEHIND) - 1 downto 0) := (others => '0');
 
 begin
 
@@ -74,9 +70,7 @@ begin
 
     counts : entity work.border_counts
       generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        CENTRED             => CENTRED,
+        GEOMETRY            => GEOMETRY,
         FIXED_SLICE         => choose(SLICES_AT_ONCE > 1, s, - 1),
         INTERPOLATION_ORDER => INTERPOLATION_ORDER,
         PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
@@ -93,16 +87,16 @@ begin
   end generate slice;
 
   -- Of AHEAD and BEHIND one is always zero.
-  delay_weights : entity work.tag_delay
-    generic map (
-      WIDTH  => SLICES_AT_ONCE * BITS,
-      LENGTH => BEHIND
-    )
-    port map (
-      clk     => clk,
-      tag     => counted,
-      delayed => weights
-    );
+  weights <= delayed(waiting, counted, BEHIND);
+
+  delay_weights : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      waiting <= moved_on(waiting, counted);
+    end if;
+
+  end process delay_weights;
 
   -- If the engine is slower than the weights, these wait (BEHIND); otherwise the tokens wait (AHEAD).
   pass : if AHEAD = 0 generate

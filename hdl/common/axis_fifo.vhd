@@ -104,7 +104,7 @@ begin
   words : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => WIDTH,
-      ADDRESS_BITS => ADDRESS_BITS,
+      WORDS        => 2 ** ADDRESS_BITS,
       READ_LATENCY => 1
     )
     port map (

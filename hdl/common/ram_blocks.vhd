@@ -25,7 +25,7 @@ entity ram_blocks is
     -- Words of the memory.
     WORDS : positive;
     -- Clocks from address to data.
-    READ_LATENCY : positive range 2 to 3
+    READ_LATENCY : positive range 2 to 3 := 3
   );
   port (
     clk : in    std_logic;
@@ -252,9 +252,8 @@ begin
 
     words_of_block : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => WIDTH,
-        ADDRESS_BITS => BITS,
-        WORDS        => SIZE
+        WIDTH => WIDTH,
+        WORDS => SIZE
       )
       port map (
         clk           => clk,

@@ -12,14 +12,15 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity ram_simple_dual_port is
   generic (
     -- Bits of a word.
     WIDTH : positive;
-    -- Bits of an address.
-    ADDRESS_BITS : positive;
-    -- Words of the memory; 0: 2**ADDRESS_BITS. Addresses beyond are not used.
-    WORDS : natural := 0;
+    -- Words of the memory; addresses beyond are not used.
+    WORDS : positive;
     -- Clocks from address to data.
     READ_LATENCY : positive range 1 to 2 := 2
   );
@@ -27,11 +28,11 @@ entity ram_simple_dual_port is
     clk : in    std_logic;
     -- Writes a word.
     write_enable  : in    std_logic;
-    write_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
+    write_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
     -- The RAM's own register takes a word.
     read_enable  : in    std_logic := '1';
-    read_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
+    read_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
     -- The word read.
     read_data : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -52,19 +53,7 @@ architecture rtl of ram_simple_dual_port is
 
   end function is_simulation;
 
-  -- The last address.
-  function last_word return natural is
-  begin
-
-    if WORDS = 0 then
-      return 2 ** ADDRESS_BITS - 1;
-    end if;
-
-    return WORDS - 1;
-
-  end function last_word;
-
-  type memory_t is array (natural range 0 to last_word) of std_logic_vector(WIDTH - 1 downto 0);
+  type memory_t is array (natural range 0 to WORDS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
   signal read_word : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 

@@ -5,10 +5,11 @@
 -- grow by M with each pass and are divided once at the end. Stored products are rounded after each pass: to the
 -- intermediate image of pixel_bits + guard_bits, and after the last one to pixels.
 --
--- All functions are evaluated at elaboration only.
+-- All functions but rounded are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
@@ -88,6 +89,40 @@ package arithmetic_pkg is
   function final_divisor (
     arithmetic : arithmetic_t
   ) return positive;
+
+  -- An unsigned number without its lowest bits, rounded to the nearest, halves up, and limited to what the width of the
+  -- result holds.
+  function rounded (
+    value       : std_logic_vector;
+    drop_bits   : natural;
+    result_bits : positive
+  ) return std_logic_vector;
+
+  -- A pass, as its stage needs it.
+  type pass_t is record
+    -- Width of the input, and of the output.
+    data_bits   : positive;
+    result_bits : positive;
+    -- Whether the input is multiplied by stored products; fraction bits that these have more than the input.
+    stored     : boolean;
+    scale_bits : natural;
+    -- Largest value that is summed, and largest sum.
+    product_max : positive;
+    sum_max     : positive;
+    -- Fraction bits that sums lose.
+    drop_bits : natural;
+  end record pass_t;
+
+  function pass_of (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return pass_t;
+
+  -- A pass of exact sums of M values, each a whole number up to the largest.
+  function exact_pass (
+    largest          : positive;
+    micro_image_size : positive
+  ) return pass_t;
 
   -- Width of the weights of a normalised border, which divide exact sums; 0 without.
   function weight_width (
@@ -293,6 +328,51 @@ package body arithmetic_pkg is
     return 1;
 
   end function final_divisor;
+
+  function rounded (
+    value       : std_logic_vector;
+    drop_bits   : natural;
+    result_bits : positive
+  ) return std_logic_vector is
+
+    constant LARGEST : unsigned(result_bits - 1 downto 0) := (others => '1');
+
+    -- A bit more than the number, as half may carry.
+    variable whole : unsigned(value'length downto 0);
+
+  begin
+
+    whole := shift_right(resize(unsigned(value), whole'length) + 2 ** drop_bits / 2, drop_bits);
+
+    if whole > LARGEST then
+      return std_logic_vector(LARGEST);
+    end if;
+
+    return std_logic_vector(resize(whole, result_bits));
+
+  end function rounded;
+
+  function pass_of (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return pass_t is
+  begin
+
+    return (value_bits(arithmetic, pass), value_bits(arithmetic, pass + 1), not arithmetic.exact,
+            scale_bits(arithmetic, pass), product_max(arithmetic, pass),
+            arithmetic.micro_image_size * product_max(arithmetic, pass), drop_bits(arithmetic, pass));
+
+  end function pass_of;
+
+  function exact_pass (
+    largest          : positive;
+    micro_image_size : positive
+  ) return pass_t is
+  begin
+
+    return (bits_for(largest), bits_for(micro_image_size * largest), false, 0, largest, micro_image_size * largest, 0);
+
+  end function exact_pass;
 
   function weight_width (
     normalised       : boolean;

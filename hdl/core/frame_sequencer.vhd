@@ -22,6 +22,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.math_pkg.all;
 use work.token_pkg.all;
 
@@ -130,13 +131,14 @@ architecture rtl of frame_sequencer is
   signal slice_held      : slice_t                            := (others => '0');
 
   -- Place in the frame; at_first is column = 0, at_last column = last_column.
-  signal column       : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
-  signal at_first     : std_logic                          := '1';
-  signal at_last      : std_logic                          := '0';
+  signal column       : unsigned(COLUMN_BITS - 1 downto 0)              := (others => '0');
+  signal at_first     : std_logic                                       := '1';
+  signal at_last      : std_logic                                       := '0';
   signal column_count : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal row          : unsigned(15 downto 0)              := (others => '0');
-  signal band_row     : natural range 0 to PARALLEL_ROWS   := 0;
-  signal first_band   : std_logic                          := '0';
+  signal column_held  : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
+  signal row          : unsigned(15 downto 0)                           := (others => '0');
+  signal band_row     : natural range 0 to PARALLEL_ROWS                := 0;
+  signal first_band   : std_logic                                       := '0';
 
   -- Whether the current line, the first line of a new frame, or the token of this clock completes a band.
   signal completes_band  : std_logic;
@@ -305,6 +307,7 @@ begin
       -- holds the old value.
       last_column <= line_end;
       if sends_pixel = '1' then
+        column_held <= column_count;
         if line_ends = '1' then
           column   <= (others => '0');
           at_first <= '1';
@@ -400,16 +403,7 @@ begin
   end process follow_band;
 
   -- The column modulo PARALLEL_ROWS.
-  count_columns : entity work.pixel_counter
-    generic map (
-      MODULUS => PARALLEL_ROWS
-    )
-    port map (
-      clk     => clk,
-      strobe  => sends_pixel,
-      restart => at_first,
-      count   => column_count
-    );
+  column_count <= place_in_turn(column_held, at_first, PARALLEL_ROWS);
 
   --------------------------------------------------------------------------------------------------
   -- What remains to be flushed or waited for.

@@ -9,8 +9,8 @@
 -- chosen while it runs. All slices have the same output delay, that of the slice which needs most. So slices
 -- may change from line to line without a gap.
 --
--- The text is read once in each entity, into a constant of type geometry_t; generics are text and numbers because
--- ISE's synthesis is not known to take records there. All functions are evaluated at elaboration only.
+-- The text is read once, by what users instantiate, into a constant of type geometry_t, a generic of all inside. All
+-- functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -68,12 +68,6 @@ package refocus_pkg is
     index  : natural
   ) return integer;
 
-  -- Shifts of a pass: interpolation of order n appends n passes with the shift 1, a moving sum each.
-  function pass_shifts (
-    shifts : string;
-    pass   : natural
-  ) return string;
-
   -- Shifts by slice. The length is fixed because a field of a record has no length of its own in VHDL-93.
   type shifts_t is array (natural range 0 to MOST_SLICES - 1) of integer range -MOST_SHIFT to MOST_SHIFT;
 
@@ -99,7 +93,7 @@ package refocus_pkg is
     centred          : boolean
   ) return geometry_t;
 
-  -- That of a pass, see pass_shifts.
+  -- That of a pass: interpolation of order n appends n passes with the shift 1, a moving sum each.
   function pass_geometry (
     geometry : geometry_t;
     pass     : natural
@@ -345,20 +339,6 @@ package body refocus_pkg is
     return magnitude;
 
   end function slice_shift;
-
-  function pass_shifts (
-    shifts : string;
-    pass   : natural
-  ) return string is
-  begin
-
-    if pass = 0 then
-      return shifts;
-    end if;
-
-    return "1";
-
-  end function pass_shifts;
 
   function centre_offset (
     geometry : geometry_t;

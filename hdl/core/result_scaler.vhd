@@ -16,11 +16,9 @@ use work.token_pkg.all;
 entity result_scaler is
   generic (
     -- Exact sums and one division at the end, or stored products, which round.
-    EXACT : boolean;
+    EXACT : boolean := true;
     -- Values side by side.
     LANES : positive;
-    -- Width of a sum.
-    SUM_BITS : positive;
     -- Width of a pixel.
     PIXEL_BITS : positive;
     -- Of a sum, the largest pixel's sum being the largest pixel times it.
@@ -34,7 +32,7 @@ entity result_scaler is
     reset : in    std_logic;
     -- A result and its sums, lane 0 in the low bits.
     result : in    result_t;
-    sums   : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    sums   : in    std_logic_vector(LANES * bits_for((2 ** PIXEL_BITS - 1) * DIVISOR) - 1 downto 0);
     -- What the sums are divided by, 1 to DIVISOR, or 0 where they are 0; that of the first lanes in the low bits.
     weights : in    std_logic_vector(WEIGHT_COUNT * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The same as pixels.
@@ -47,8 +45,8 @@ architecture rtl of result_scaler is
 
   constant SPLIT_LANES : boolean := not takes(LANES mod WEIGHT_COUNT = 0,
                                               "result_scaler: WEIGHT_COUNT must divide LANES");
-  constant UNSCALED    : boolean := not takes(EXACT or SUM_BITS = PIXEL_BITS,
-                                              "result_scaler: SUM_BITS must be PIXEL_BITS without EXACT");
+
+  constant SUM_BITS : positive := bits_for((2 ** PIXEL_BITS - 1) * DIVISOR);
 
 begin
 

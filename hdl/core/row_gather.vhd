@@ -124,8 +124,8 @@ begin
 
         pixels : entity work.ram_simple_dual_port
           generic map (
-            WIDTH        => DATA_BITS,
-            ADDRESS_BITS => ADDRESS_BITS
+            WIDTH => DATA_BITS,
+            WORDS => 2 ** ADDRESS_BITS
           )
           port map (
             clk           => clk,

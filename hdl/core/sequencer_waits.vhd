@@ -5,7 +5,8 @@
 -- comparisons.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
--- Equation: see countdown; a frame counts as incomplete until its bands are a multiple of BAND_MODULUS.
+-- Equation: each count is its start where it is loaded, one less with a step, at least 0, and due while it is above 0;
+--   a frame counts as incomplete until its bands are a multiple of BAND_MODULUS.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -57,79 +58,108 @@ architecture rtl of sequencer_waits is
   constant SOME_BANDS  : std_logic := to_logic(COLUMN_FLUSH > 0);
   constant MORE_BANDS  : std_logic := to_logic(MIN_BANDS > 1);
 
-  -- A band ends that is not the first of its frame; a band counts modulo BAND_MODULUS.
-  signal later_band  : std_logic;
-  signal counts_band : std_logic;
+  -- A count of what is left, a clock later: its start where it is loaded, one less with a step, which comes only while
+  -- some are left.
+  function left_after (
+    left  : natural;
+    load  : std_logic;
+    start : natural;
+    step  : std_logic
+  ) return natural is
+  begin
+
+    if load = '1' then
+      return start;
+    elsif step = '1' then
+      return left - 1;
+    end if;
+
+    return left;
+
+  end function left_after;
+
+  -- Whether some are left then. It is a register beside the count, so that a decision needs no comparison; whoever
+  -- makes the start knows without one whether it is above 0 (start_some).
+  function some_after (
+    left       : natural;
+    some       : std_logic;
+    load       : std_logic;
+    start_some : std_logic;
+    step       : std_logic
+  ) return std_logic is
+  begin
+
+    if load = '1' then
+      return start_some;
+    elsif step = '1' then
+      return to_logic(left > 1);
+    end if;
+
+    return some;
+
+  end function some_after;
+
+  -- Tokens and bands to flush, tokens that the next band and bands that the next frame must wait for; a step of each.
+  signal tokens_left : natural range 0 to larger(ROW_FLUSH, 1)     := 0;
+  signal tokens_some : std_logic                                   := '0';
+  signal push        : std_logic;
+  signal bands_left  : natural range 0 to larger(COLUMN_FLUSH, 1)  := 0;
+  signal bands_some  : std_logic                                   := '0';
+  signal flush       : std_logic;
+  signal steps_left  : natural range 0 to MIN_STEPS                := 0;
+  signal steps_some  : std_logic                                   := '0';
+  signal pass        : std_logic;
+  signal frame_left  : natural range 0 to larger(MIN_BANDS - 1, 1) := 0;
   -- The frame has too few bands so far, or no multiple of BAND_MODULUS.
-  signal frame_short : std_logic;
-  signal frame_odd   : std_logic                       := '0';
+  signal frame_short : std_logic := '0';
+  signal append      : std_logic;
+  signal frame_odd   : std_logic := '0';
+  -- A band counts modulo BAND_MODULUS.
+  signal counts_band : std_logic;
   signal band_phase  : natural range 0 to BAND_MODULUS := 0;
 
 begin
 
-  -- Any pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
-  tokens_to_flush : entity work.countdown
-    generic map (
-      MOST => ROW_FLUSH
-    )
-    port map (
-      clk   => clk,
-      reset => reset,
-      load  => sends_pixel,
-      start => ROW_FLUSH,
-      some  => SOME_TOKENS,
-      step  => empty_step,
-      due   => tokens_due
-    );
+  tokens_due <= tokens_some;
+  bands_due  <= bands_some;
+  steps_due  <= steps_some;
 
-  -- Flush lines load nothing: they leave zeros in the column filters, which need not come out.
-  bands_to_flush : entity work.countdown
-    generic map (
-      MOST => COLUMN_FLUSH
-    )
-    port map (
-      clk   => clk,
-      reset => reset,
-      load  => sends_image,
-      start => COLUMN_FLUSH,
-      some  => SOME_BANDS,
-      step  => starts_flush,
-      due   => bands_due
-    );
+  push   <= empty_step and tokens_some;
+  flush  <= starts_flush and bands_some;
+  pass   <= any_step and steps_some;
+  append <= band_ends and not first_band and frame_short;
 
-  -- Counted from the end of a band, when its number of tokens is known, instead of from its beginning. The count is
-  -- then nearly always zero, and the next band need not wait for a comparison.
-  steps_to_wait : entity work.countdown
-    generic map (
-      MOST => MIN_STEPS
-    )
-    port map (
-      clk   => clk,
-      reset => reset,
-      load  => band_ends,
-      start => steps_missing,
-      some  => lacks_steps,
-      step  => any_step,
-      due   => steps_due
-    );
+  count_down : process (clk) is
+  begin
 
-  -- The first band counts with the start of the frame.
-  later_band <= band_ends and not first_band;
+    if rising_edge(clk) then
+      -- Any pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
+      tokens_left <= left_after(tokens_left, sends_pixel, ROW_FLUSH, push);
+      tokens_some <= some_after(tokens_left, tokens_some, sends_pixel, SOME_TOKENS, push);
+      -- Flush lines load nothing: they leave zeros in the column filters, which need not come out.
+      bands_left <= left_after(bands_left, sends_image, COLUMN_FLUSH, flush);
+      bands_some <= some_after(bands_left, bands_some, sends_image, SOME_BANDS, flush);
+      -- Counted from the end of a band, when its number of tokens is known, instead of from its beginning. The count is
+      -- then nearly always zero, and the next band need not wait for a comparison.
+      steps_left <= left_after(steps_left, band_ends, steps_missing, pass);
+      steps_some <= some_after(steps_left, steps_some, band_ends, lacks_steps, pass);
+      -- It begins with the frame's first pixel, as the first band may be the only one; this counts with the frame's
+      -- start.
+      frame_left  <= left_after(frame_left, starts_frame, MIN_BANDS - 1, append);
+      frame_short <= some_after(frame_left, frame_short, starts_frame, MORE_BANDS, append);
+      if reset = '1' then
+        tokens_left <= 0;
+        tokens_some <= '0';
+        bands_left  <= 0;
+        bands_some  <= '0';
+        steps_left  <= 0;
+        steps_some  <= '0';
+        frame_left  <= 0;
+        frame_short <= '0';
+      end if;
+    end if;
 
-  -- It begins with the frame's first pixel, as the first band may be the only one.
-  bands_to_wait : entity work.countdown
-    generic map (
-      MOST => MIN_BANDS - 1
-    )
-    port map (
-      clk   => clk,
-      reset => reset,
-      load  => starts_frame,
-      start => MIN_BANDS - 1,
-      some  => MORE_BANDS,
-      step  => later_band,
-      due   => frame_short
-    );
+  end process count_down;
 
   -- Flush lines fill a frame up to a multiple, and count only until it is reached: a frame may come at any time then.
   counts_band <= band_ends when BAND_MODULUS > 1 and (sends_image = '1' or frame_odd = '1' or KEEP_MODULUS) else

@@ -36,9 +36,9 @@ entity stream_shell is
     -- Size of the set of which a frame has one slice; 0: frames have no slice.
     SLICES : natural range 0 to 256 := 0;
     -- Pixels that the input FIFO holds at least; 0: no FIFO, what comes waits in the source.
-    INPUT_PIXELS : natural;
+    INPUT_PIXELS : natural := 0;
     -- Tokens behind a line's last pixel that push everything out of the engine's row filters.
-    ROW_DELAY : natural;
+    ROW_DELAY : natural := 0;
     -- Lines behind the last one that push everything out of the engine.
     COLUMN_DELAY : natural;
     -- Clocks from a token at the engine's input to its result.
@@ -46,9 +46,9 @@ entity stream_shell is
     -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
     MIN_STEPS : positive;
     -- The shortest frame in bands.
-    MIN_BANDS : positive;
+    MIN_BANDS : positive := 1;
     -- What the number of a frame's bands is filled up to a multiple of.
-    BAND_MODULUS : positive;
+    BAND_MODULUS : positive := 1;
     -- Whether flush lines that are not needed for that count as well.
     KEEP_MODULUS : boolean := false
   );

@@ -32,6 +32,32 @@ package csi_pkg is
 
   subtype events_t is std_logic_vector(7 downto 0);
 
+  -- Bytes of a line that go on to be unpacked: whether there are any, and how many; the line has
+  -- ended, with these bytes or without any.
+  type payload_t is record
+    valid : std_logic;
+    bytes : natural range 0 to 4;
+    ends  : std_logic;
+  end record payload_t;
+
+  -- Unpacked pixels: a word of them, and the number of its last one; no other word of its line
+  -- follows, and there may be none.
+  type unpacked_t is record
+    valid : std_logic;
+    last  : natural range 0 to 7;
+    ends  : std_logic;
+  end record unpacked_t;
+
+  -- What crosses to the core's clock with a word: what is told; whether there are pixels, the first
+  -- ones of a frame, the last ones of a line; the last one's number.
+  type crossing_t is record
+    events     : events_t;
+    has_pixels : std_logic;
+    first      : std_logic;
+    ends       : std_logic;
+    last       : natural range 0 to 7;
+  end record crossing_t;
+
   subtype crc_t is std_logic_vector(15 downto 0);
 
   -- Type of a packet with a line of raw pixels of so many bits.

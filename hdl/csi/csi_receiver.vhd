@@ -25,7 +25,9 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.csi_pkg.all;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 
 entity csi_receiver is
@@ -92,39 +94,33 @@ architecture rtl of csi_receiver is
   constant UNPACK_CLOCKS : positive := 4;
 
   -- In byte_clk.
-  signal channel          : std_logic_vector(1 downto 0);
-  signal word_first       : std_logic;
-  signal word_live        : std_logic_vector(LANES - 1 downto 0);
-  signal word_data        : std_logic_vector(8 * LANES - 1 downto 0);
-  signal missing          : std_logic;
-  signal payload_valid    : std_logic;
-  signal payload_data     : std_logic_vector(8 * LANES - 1 downto 0);
-  signal payload_bytes    : natural range 0 to LANES;
-  signal line_ends        : std_logic;
-  signal frame_starts     : std_logic;
-  signal events           : events_t;
-  signal told             : std_logic_vector(8 downto 0);
-  signal told_late        : std_logic_vector(8 downto 0);
-  signal pixels_valid     : std_logic;
-  signal pixels_end       : std_logic;
-  signal pixels_last      : natural range 0 to 7;
-  signal pixels_data      : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal full             : std_logic;
-  signal nearly_full      : std_logic;
-  signal write_enable     : std_logic;
-  signal write_events     : events_t;
-  signal write_has_pixels : std_logic;
-  signal write_first      : std_logic;
-  signal write_ends       : std_logic;
-  signal write_last       : natural range 0 to 7;
-  signal write_data       : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal write_word       : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal channel      : std_logic_vector(1 downto 0);
+  signal word_first   : std_logic;
+  signal word_live    : std_logic_vector(LANES - 1 downto 0);
+  signal word_data    : std_logic_vector(8 * LANES - 1 downto 0);
+  signal missing      : std_logic;
+  signal payload      : payload_t;
+  signal payload_data : std_logic_vector(8 * LANES - 1 downto 0);
+  signal frame_starts : std_logic;
+  signal events       : events_t;
+  signal told         : std_logic_vector(8 downto 0);
+  signal told_late    : std_logic_vector(8 downto 0);
+  signal tolds        : std_logic_vector(delay_bits(9, UNPACK_CLOCKS) - 1 downto 0) := (others => '0');
+  signal pixels_word  : unpacked_t;
+  signal pixels_data  : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal full         : std_logic;
+  signal nearly_full  : std_logic;
+  signal write_enable : std_logic;
+  signal write_data   : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal write_word   : crossing_t;
+  signal write_bits   : std_logic_vector(WORD_BITS - 1 downto 0);
   -- In clk.
   signal read_valid : std_logic;
   signal read_ready : std_logic;
   signal read_word  : std_logic_vector(WORD_BITS - 1 downto 0);
-  signal read_last  : natural range 0 to 7;
+  signal read_mark  : crossing_t;
   signal faults     : events_t;
+  signal counts     : std_logic_vector(fault_counts'range) := (others => '0');
 
 begin
 
@@ -169,10 +165,8 @@ begin
       word_live       => word_live,
       word_data       => word_data,
       virtual_channel => channel,
-      payload_valid   => payload_valid,
+      payload         => payload,
       payload_data    => payload_data,
-      payload_bytes   => payload_bytes,
-      line_ends       => line_ends,
       frame_starts    => frame_starts,
       events          => events
     );
@@ -184,15 +178,11 @@ begin
       WORD_PIXELS => PIXELS
     )
     port map (
-      clk           => byte_clk,
-      payload_valid => payload_valid,
-      payload_data  => payload_data,
-      payload_bytes => payload_bytes,
-      line_ends     => line_ends,
-      word_valid    => pixels_valid,
-      word_ends     => pixels_end,
-      word_last     => pixels_last,
-      word_data     => pixels_data
+      clk          => byte_clk,
+      payload      => payload,
+      payload_data => payload_data,
+      word         => pixels_word,
+      word_data    => pixels_data
     );
 
   -- All that is told has one bus. A missing lane is found in front of the parser, which has no use
@@ -201,16 +191,16 @@ begin
 
   -- Marks and faults wait as long as the line's last word takes through the unpacker: what belongs
   -- behind a line must not pass it.
-  wait_for_pixels : entity work.tag_delay
-    generic map (
-      WIDTH  => 9,
-      LENGTH => UNPACK_CLOCKS
-    )
-    port map (
-      clk     => byte_clk,
-      tag     => told,
-      delayed => told_late
-    );
+  wait_for_pixels : process (byte_clk) is
+  begin
+
+    if rising_edge(byte_clk) then
+      tolds <= moved_on(tolds, told);
+    end if;
+
+  end process wait_for_pixels;
+
+  told_late <= delayed(tolds, told, UNPACK_CLOCKS);
 
   sender : entity work.word_sender
     generic map (
@@ -218,26 +208,20 @@ begin
       DATA_BITS   => DATA_BITS
     )
     port map (
-      clk              => byte_clk,
-      word_valid       => pixels_valid,
-      word_ends        => pixels_end,
-      word_last        => pixels_last,
-      word_data        => pixels_data,
-      frame_starts     => told_late(0),
-      events           => told_late(8 downto 1),
-      full             => full,
-      nearly_full      => nearly_full,
-      write_enable     => write_enable,
-      write_events     => write_events,
-      write_has_pixels => write_has_pixels,
-      write_first      => write_first,
-      write_ends       => write_ends,
-      write_last       => write_last,
-      write_data       => write_data
+      clk          => byte_clk,
+      word         => pixels_word,
+      word_data    => pixels_data,
+      frame_starts => told_late(0),
+      events       => told_late(8 downto 1),
+      full         => full,
+      nearly_full  => nearly_full,
+      write_enable => write_enable,
+      write_word   => write_word,
+      write_data   => write_data
     );
 
-  write_word <= write_data & std_logic_vector(to_unsigned(write_last, LAST_BITS)) & write_ends & write_first &
-                write_has_pixels & write_events;
+  write_bits <= write_data & std_logic_vector(to_unsigned(write_word.last, LAST_BITS)) & write_word.ends &
+                write_word.first & write_word.has_pixels & write_word.events;
 
   --------------------------------------------------------------------------------------------------
   -- Into the core's clock.
@@ -252,7 +236,7 @@ begin
     port map (
       write_clk    => byte_clk,
       write_enable => write_enable,
-      write_word   => write_word,
+      write_word   => write_bits,
       full         => full,
       nearly_full  => nearly_full,
       read_clk     => clk,
@@ -262,7 +246,14 @@ begin
       read_word    => read_word
     );
 
-  read_last <= to_integer(unsigned(read_word(LAST_BITS + 10 downto 11)));
+  read_mark <=
+  (
+    read_word(7 downto 0),
+    read_word(8),
+    read_word(9),
+    read_word(10),
+    to_integer(unsigned(read_word(LAST_BITS + 10 downto 11)))
+  );
 
   stream : entity work.pixel_stream
     generic map (
@@ -271,41 +262,33 @@ begin
       PIXEL_BITS       => PIXEL_BITS
     )
     port map (
-      clk             => clk,
-      reset           => reset,
-      columns         => columns,
-      rows            => rows,
-      word_valid      => read_valid,
-      word_ready      => read_ready,
-      word_events     => read_word(7 downto 0),
-      word_has_pixels => read_word(8),
-      word_first      => read_word(9),
-      word_ends       => read_word(10),
-      word_last       => read_last,
-      word_data       => read_word(WORD_BITS - 1 downto WORD_BITS - DATA_BITS),
-      m_axis_tvalid   => m_axis_tvalid,
-      m_axis_tready   => m_axis_tready,
-      m_axis_tdata    => m_axis_tdata,
-      m_axis_tuser    => m_axis_tuser,
-      m_axis_tlast    => m_axis_tlast,
-      faults          => faults
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      word_valid    => read_valid,
+      word_ready    => read_ready,
+      word          => read_mark,
+      word_data     => read_word(WORD_BITS - 1 downto WORD_BITS - DATA_BITS),
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tlast  => m_axis_tlast,
+      faults        => faults
     );
 
-  -- A counter each, in the core's clock: events crossed in their words, so none is lost however far
+  fault_counts <= counts;
+
+  -- A count each, in the core's clock: events crossed in their words, so none is lost however far
   -- the clocks are apart.
-  count_each : for i in 0 to 7 generate
+  count_faults : process (clk) is
+  begin
 
-    counter : entity work.event_counter
-      generic map (
-        WIDTH => COUNT_BITS
-      )
-      port map (
-        clk   => clk,
-        clear => fault_clear,
-        add   => faults(i),
-        count => fault_counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS)
-      );
+    if rising_edge(clk) then
+      counts <= each_counted(counts, faults, fault_clear);
+    end if;
 
-  end generate count_each;
+  end process count_faults;
 
 end architecture rtl;

@@ -17,6 +17,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.csi_pkg.all;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 
 entity packet_parser is
@@ -33,10 +34,8 @@ entity packet_parser is
     -- The virtual channel whose frames come out.
     virtual_channel : in    std_logic_vector(1 downto 0);
     -- Bytes of a line, and how many; the line has ended, with this clock's bytes if there are any.
-    payload_valid : out   std_logic;
-    payload_data  : out   std_logic_vector(8 * LANES - 1 downto 0);
-    payload_bytes : out   natural range 0 to LANES;
-    line_ends     : out   std_logic;
+    payload      : out   payload_t;
+    payload_data : out   std_logic_vector(8 * LANES - 1 downto 0);
     -- A frame starts, and what is told: a frame ended, faults; PIXELS_LOST is not among them.
     frame_starts : out   std_logic;
     events       : out   events_t
@@ -65,6 +64,7 @@ architecture rtl of packet_parser is
   signal facts     : std_logic_vector(23 downto 0);
   signal tag       : std_logic_vector(TAG_BITS - 1 downto 0);
   signal tag_late  : std_logic_vector(TAG_BITS - 1 downto 0);
+  signal tags      : std_logic_vector(delay_bits(TAG_BITS, DELAY) - 1 downto 0) := (others => '0');
   signal first     : std_logic;
   signal live      : std_logic_vector(LANES - 1 downto 0);
   signal data      : std_logic_vector(WORD_BITS - 1 downto 0);
@@ -99,6 +99,7 @@ begin
       -- have come.
       joined      := word_data & header;
       header_full <= '0';
+      tags        <= moved_on(tags, tag);
       -- A burst that begins inside of a header cuts it.
       header_cut <= word_first and to_logic(header_left /= 0);
       if word_first = '1' or header_left /= 0 then
@@ -136,16 +137,7 @@ begin
   -- packet that is known.
   tag <= word_data & word_live & word_first;
 
-  wait_for_header : entity work.tag_delay
-    generic map (
-      WIDTH  => TAG_BITS,
-      LENGTH => DELAY
-    )
-    port map (
-      clk     => clk,
-      tag     => tag,
-      delayed => tag_late
-    );
+  tag_late <= delayed(tags, tag, DELAY);
 
   first <= tag_late(0);
   live  <= tag_late(LANES downto 1);
@@ -155,19 +147,19 @@ begin
   -- behind the checksum are filler, and go to it as zeros, which leave its result as it is.
   follow_packets : process (clk) is
 
-    variable few     : natural range 0 to 7;
-    variable needed  : natural range 0 to LANES;
-    variable payload : natural range 0 to 7;
-    variable cut     : std_logic;
-    variable ends    : std_logic;
-    variable kind    : kind_t;
+    variable few    : natural range 0 to 7;
+    variable needed : natural range 0 to LANES;
+    variable bytes  : natural range 0 to 7;
+    variable cut    : std_logic;
+    variable ends   : std_logic;
+    variable kind   : kind_t;
 
   begin
 
     if rising_edge(clk) then
-      payload_valid <= '0';
+      payload.valid <= '0';
       payload_data  <= data;
-      line_ends     <= '0';
+      payload.ends  <= '0';
       frame_starts  <= '0';
       crc_restart   <= '0';
       crc_strobe    <= '0';
@@ -176,13 +168,13 @@ begin
       told          <= (others => '0');
 
       -- Bytes of this word that belong to the packet, and to its payload.
-      few     := to_integer(left(2 downto 0));
-      needed  := LANES;
-      payload := LANES;
+      few    := to_integer(left(2 downto 0));
+      needed := LANES;
+      bytes  := LANES;
       if near_end = '1' then
-        payload := 0;
+        bytes := 0;
         if few >= 2 then
-          payload := few - 2;
+          bytes := few - 2;
         end if;
         if few < LANES then
           needed := few;
@@ -204,12 +196,12 @@ begin
       if busy = '1' then
         if cut = '1' then
           busy             <= '0';
-          line_ends        <= is_line;
+          payload.ends     <= is_line;
           told(CUT_PACKET) <= '1';
         else
-          payload_valid <= is_line and to_logic(payload > 0);
-          payload_bytes <= payload;
-          line_ends     <= is_line and ends;
+          payload.valid <= is_line and to_logic(bytes > 0);
+          payload.bytes <= bytes;
+          payload.ends  <= is_line and ends;
           crc_strobe    <= '1';
           crc_last      <= ends;
           left          <= left - LANES;

@@ -28,14 +28,10 @@ entity pixel_stream is
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Words, as word_sender writes them.
-    word_valid      : in    std_logic;
-    word_ready      : out   std_logic;
-    word_events     : in    events_t;
-    word_has_pixels : in    std_logic;
-    word_first      : in    std_logic;
-    word_ends       : in    std_logic;
-    word_last       : in    natural range 0 to 7;
-    word_data       : in    std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0);
+    word_valid : in    std_logic;
+    word_ready : out   std_logic;
+    word       : in    crossing_t;
+    word_data  : in    std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0);
     -- AXI4-Stream video, the first pixel in the low bits.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
@@ -72,8 +68,8 @@ begin
   free <= m_axis_tready or not valid;
   -- After a reset words pass from a frame's first one on; the rest of the frame under way when it
   -- came is dropped.
-  passes    <= word_valid and word_has_pixels and (running or word_first);
-  part_ends <= to_logic(part = word_last / PIXELS_PER_CLOCK);
+  passes    <= word_valid and word.has_pixels and (running or word.first);
+  part_ends <= to_logic(part = word.last / PIXELS_PER_CLOCK);
   -- A word is over with its last part; one that tells of something, or is dropped, at once.
   done       <= word_valid and ((part_ends and free) or not passes);
   word_ready <= done;
@@ -84,8 +80,8 @@ begin
     if rising_edge(clk) then
       if free = '1' then
         valid           <= passes;
-        m_axis_tuser(0) <= word_first and to_logic(part = 0);
-        m_axis_tlast    <= word_ends and part_ends;
+        m_axis_tuser(0) <= word.first and to_logic(part = 0);
+        m_axis_tlast    <= word.ends and part_ends;
 
         for i in 0 to PARTS - 1 loop
 
@@ -125,27 +121,27 @@ begin
 
     if rising_edge(clk) then
       -- The line's pixels with those of this word, if it is the last.
-      length := pixels + word_last + 1;
+      length := pixels + word.last + 1;
       wrong  := '0';
       faults <= (others => '0');
       if done = '1' then
-        faults <= word_events;
+        faults <= word.events;
         -- Where frames end the number of lines shows. Before the first whole frame there is nothing
         -- to compare.
-        if word_events(FRAME_ENDED) = '1' then
+        if word.events(FRAME_ENDED) = '1' then
           wrong := running and to_logic(lines /= unsigned(rows));
           lines <= (others => '0');
         end if;
         if passes = '1' then
           -- A frame whose end was lost must not count for the next one.
-          if word_first = '1' then
+          if word.first = '1' then
             lines <= (others => '0');
           end if;
           pixels <= length;
-          if word_ends = '1' then
+          if word.ends = '1' then
             wrong  := wrong or to_logic(length /= unsigned(columns));
             pixels <= (others => '0');
-            if word_first = '1' then
+            if word.first = '1' then
               lines <= to_unsigned(1, 16);
             else
               lines <= lines + 1;

@@ -26,16 +26,12 @@ entity raw_unpacker is
   port (
     clk : in    std_logic;
     -- Bytes of a line, and how many; the line has ended. Behind that a clock without bytes follows.
-    payload_valid : in    std_logic;
-    payload_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
-    payload_bytes : in    natural range 0 to LANES;
-    line_ends     : in    std_logic;
+    payload      : in    payload_t;
+    payload_data : in    std_logic_vector(8 * LANES - 1 downto 0);
     -- A word: its pixels, the first one in the low bits, and the number of its last one; with word_ends no other one
     -- of its line follows, and there may be none.
-    word_valid : out   std_logic;
-    word_ends  : out   std_logic;
-    word_last  : out   natural range 0 to 7;
-    word_data  : out   std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0)
+    word      : out   unpacked_t;
+    word_data : out   std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0)
   );
 end entity raw_unpacker;
 
@@ -76,18 +72,18 @@ begin
 
       end loop;
 
-      word_valid <= '0';
-      word_ends  <= finish;
+      word.valid <= '0';
+      word.ends  <= finish;
       -- All pixels, but where a line ends.
-      word_last <= WORD_PIXELS - 1;
-      finish    <= line_ends;
-      total     := fill + payload_bytes;
-      if payload_valid = '1' then
+      word.last <= WORD_PIXELS - 1;
+      finish    <= payload.ends;
+      total     := fill + payload.bytes;
+      if payload.valid = '1' then
         -- Either way: a word that is not full is not valid, and what it holds does not matter.
         full <= joined(8 * WORD_BYTES - 1 downto 0);
         -- More than a word: the rest waits for the next one.
         if total >= WORD_BYTES then
-          word_valid                   <= '1';
+          word.valid                   <= '1';
           kept(8 * LANES - 1 downto 0) <= joined(8 * (WORD_BYTES + LANES) - 1 downto 8 * WORD_BYTES);
           fill                         <= total - WORD_BYTES;
         else
@@ -105,8 +101,8 @@ begin
         for n in 1 to WORD_BYTES / UNIT loop
 
           if fill >= n * UNIT then
-            word_valid <= '1';
-            word_last  <= n * unit_pixels(PIXEL_BITS) - 1;
+            word.valid <= '1';
+            word.last  <= n * unit_pixels(PIXEL_BITS) - 1;
           end if;
 
         end loop;

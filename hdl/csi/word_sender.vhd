@@ -24,10 +24,8 @@ entity word_sender is
   port (
     clk : in    std_logic;
     -- Words, as raw_unpacker gives them.
-    word_valid : in    std_logic;
-    word_ends  : in    std_logic;
-    word_last  : in    natural range 0 to 7;
-    word_data  : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    word      : in    unpacked_t;
+    word_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
     -- A frame starts with the next word; what is told.
     frame_starts : in    std_logic;
     events       : in    events_t;
@@ -35,14 +33,8 @@ entity word_sender is
     full         : in    std_logic;
     nearly_full  : in    std_logic;
     write_enable : out   std_logic;
-    -- What is told; the word has pixels, the first ones of a frame, the last ones of a line; the last one's number; the
-    -- pixels.
-    write_events     : out   events_t;
-    write_has_pixels : out   std_logic;
-    write_first      : out   std_logic;
-    write_ends       : out   std_logic;
-    write_last       : out   natural range 0 to 7;
-    write_data       : out   std_logic_vector(DATA_BITS - 1 downto 0)
+    write_word   : out   crossing_t;
+    write_data   : out   std_logic_vector(DATA_BITS - 1 downto 0)
   );
 end entity word_sender;
 
@@ -69,21 +61,21 @@ begin
 
   -- A word leaves when it is known what follows it: another word, or the line's end. Without a
   -- place it is lost, and the rest of its frame with it.
-  moves <= held and (held_ends or word_valid);
+  moves <= held and (held_ends or word.valid);
   fits  <= moves and not full;
   news  <= untold or events;
   -- News without pixels wait until there is more than one place: the last one belongs to the end of
   -- the line under way.
   tells <= to_logic(news /= (7 downto 0 => '0')) and not nearly_full;
 
-  write_enable     <= fits or tells;
-  write_events     <= news;
-  write_has_pixels <= fits;
-  write_first      <= held_first;
+  write_enable          <= fits or tells;
+  write_word.events     <= news;
+  write_word.has_pixels <= fits;
+  write_word.first      <= held_first;
   -- In the last place the line ends, whether the camera has ended it or not.
-  write_ends <= held_ends or nearly_full;
-  write_last <= held_last;
-  write_data <= held_data;
+  write_word.ends <= held_ends or nearly_full;
+  write_word.last <= held_last;
+  write_data      <= held_data;
 
   follow : process (clk) is
 
@@ -118,16 +110,16 @@ begin
       end if;
       -- The frame's mark goes with its first word, even if that is dropped: without it the rest
       -- would look like the frame before.
-      if word_valid = '1' then
+      if word.valid = '1' then
         held       <= not (dropping or drops);
         held_first <= at_first;
-        held_last  <= word_last;
+        held_last  <= word.last;
         held_data  <= word_data;
         at_first   <= '0';
       end if;
       -- An end may come with a word, or alone for the word that waits.
-      if word_valid = '1' or word_ends = '1' then
-        held_ends <= word_ends;
+      if word.valid = '1' or word.ends = '1' then
+        held_ends <= word.ends;
       end if;
     end if;
 

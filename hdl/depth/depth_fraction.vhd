@@ -20,22 +20,16 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.sharpness_pkg.all;
 
 entity depth_fraction is
   generic (
+    -- What sharpness_index is built for.
+    BUILD : index_build_t;
     -- The slices: a' of each in pixels, going up or down, with blanks in between.
-    SHIFTS : string;
-    -- Slices of the stack.
-    SLICES : positive range 1 to 256;
-    -- Micro images of the longest line.
-    LENSES : positive;
-    -- Width of a sharpness.
-    SHARPNESS_BITS : positive;
-    -- As index_vote's: it has a confidence of 16 to 31.
-    CONFIDENCE  : natural;
-    VOTE_RADIUS : natural range 0 to 4
+    SHIFTS : string
   );
   port (
     clk   : in    std_logic;
@@ -43,11 +37,11 @@ entity depth_fraction is
     -- Marks a micro image of a scan, which one it is, its sharpest slice, and the sharpness of that, of the one before
     -- and of the one behind.
     active : in    std_logic;
-    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    index  : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    most   : in    unsigned(SHARPNESS_BITS - 1 downto 0);
-    prior  : in    unsigned(SHARPNESS_BITS - 1 downto 0);
-    behind : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    lens   : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    index  : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
+    most   : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
+    prior  : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
+    behind : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
     -- Depth in the micro image VOTE_RADIUS rows before, if that has kept its slice.
     depth : out   depth_t
   );
@@ -55,9 +49,10 @@ end entity depth_fraction;
 
 architecture rtl of depth_fraction is
 
-  constant LENS_BITS  : positive := bits_for(LENSES - 1);
-  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
+  constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant DEPTH_BITS : positive := 2 * FRACTION_BITS;
+  constant VOTE_WAIT  : natural  := larger(vote_latency(BUILD.slices, BUILD.vote_radius) - FRACTION_LATENCY, 0);
   -- The clock with the first subtraction behind it is the next one.
   constant READY : positive := FRACTION_LATENCY - FRACTION_BITS;
 
@@ -75,7 +70,7 @@ architecture rtl of depth_fraction is
 
     made := (others => 1);
 
-    for s in 1 to SLICES - 2 loop
+    for s in 1 to BUILD.slices - 2 loop
 
       made(s) := step_weight(SHIFTS, s, to_behind);
 
@@ -96,7 +91,7 @@ architecture rtl of depth_fraction is
 
     most_of_all := 1;
 
-    for s in 0 to SLICES - 1 loop
+    for s in 0 to BUILD.slices - 1 loop
 
       most_of_all := larger(most_of_all, table(s));
 
@@ -110,13 +105,13 @@ architecture rtl of depth_fraction is
   constant WEIGHT_BEHIND : factors_t := factors(false);
 
   constant FACTOR_BITS : positive := bits_for(larger(largest(WEIGHT_BEFORE), largest(WEIGHT_BEHIND)));
-  constant PART_BITS   : positive := SHARPNESS_BITS + FACTOR_BITS;
+  constant PART_BITS   : positive := BUILD.sharpness_bits + FACTOR_BITS;
   -- A sum of two has a bit more than each. The curvature is that of the falls as they are, without
   -- the steps' weights, as CONFIDENCE is a difference of sharpness, too.
   constant WHOLE_BITS : positive := PART_BITS + 1;
-  constant CURVE_BITS : positive := SHARPNESS_BITS + 1;
+  constant CURVE_BITS : positive := BUILD.sharpness_bits + 1;
   -- Bits by which the curvature is cut, so that CONFIDENCE comes out as 16 to 31.
-  constant DROP : natural := larger(bits_for(CONFIDENCE) - 5, 0);
+  constant DROP : natural := larger(bits_for(BUILD.confidence) - 5, 0);
 
   subtype whole_t is unsigned(WHOLE_BITS - 1 downto 0);
 
@@ -127,13 +122,13 @@ architecture rtl of depth_fraction is
   type fractions_t is array (READY to FRACTION_LATENCY) of fraction_t;
 
   -- Clocks behind the micro image are part of the names.
-  signal index_1       : unsigned(INDEX_BITS - 1 downto 0)     := (others => '0');
-  signal fall_before_1 : unsigned(SHARPNESS_BITS - 1 downto 0) := (others => '0');
-  signal fall_behind_1 : unsigned(SHARPNESS_BITS - 1 downto 0) := (others => '0');
-  signal part_before_2 : unsigned(PART_BITS - 1 downto 0)      := (others => '0');
-  signal part_behind_2 : unsigned(PART_BITS - 1 downto 0)      := (others => '0');
-  signal curvature_2   : unsigned(CURVE_BITS - 1 downto 0)     := (others => '0');
-  signal inner_2       : std_logic                             := '0';
+  signal index_1       : unsigned(INDEX_BITS - 1 downto 0)           := (others => '0');
+  signal fall_before_1 : unsigned(BUILD.sharpness_bits - 1 downto 0) := (others => '0');
+  signal fall_behind_1 : unsigned(BUILD.sharpness_bits - 1 downto 0) := (others => '0');
+  signal part_before_2 : unsigned(PART_BITS - 1 downto 0)            := (others => '0');
+  signal part_behind_2 : unsigned(PART_BITS - 1 downto 0)            := (others => '0');
+  signal curvature_2   : unsigned(CURVE_BITS - 1 downto 0)           := (others => '0');
+  signal inner_2       : std_logic                                   := '0';
   -- Confidence; 0: there is no place between slices.
   signal sure_3 : fraction_t := (others => '0');
   signal sure   : fraction_t;
@@ -145,6 +140,9 @@ architecture rtl of depth_fraction is
   signal found  : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal middle : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal late   : std_logic_vector(DEPTH_BITS - 1 downto 0);
+  -- Those that wait: confidences for the division, values for the votes.
+  signal sures : std_logic_vector(delay_bits(FRACTION_BITS, FRACTION_BITS) - 1 downto 0) := (others => '0');
+  signal lates : std_logic_vector(delay_bits(DEPTH_BITS, VOTE_WAIT) - 1 downto 0)        := (others => '0');
 
 begin
 
@@ -168,7 +166,7 @@ begin
       part_before_2 <= fall_before_1 * to_unsigned(WEIGHT_BEFORE(to_integer(index_1)), FACTOR_BITS);
       part_behind_2 <= fall_behind_1 * to_unsigned(WEIGHT_BEHIND(to_integer(index_1)), FACTOR_BITS);
       curvature_2   <= resize(fall_before_1, CURVE_BITS) + fall_behind_1;
-      inner_2       <= to_logic(index_1 /= 0 and index_1 /= SLICES - 1);
+      inner_2       <= to_logic(index_1 /= 0 and index_1 /= BUILD.slices - 1);
 
       curve  := shift_right(curvature_2, DROP);
       sure_3 <= std_logic_vector(resize(curve, FRACTION_BITS));
@@ -195,6 +193,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- The confidence goes beside.
+      sures <= moved_on(sures, sure_3);
       -- The part before is what is divided; it and the part behind are the whole.
       rest_at(READY)  <= resize(part_before_2, WHOLE_BITS);
       whole_at(READY) <= resize(part_before_2, WHOLE_BITS) + part_behind_2;
@@ -218,16 +218,7 @@ begin
 
   end process divide;
 
-  confidence_beside : entity work.tag_delay
-    generic map (
-      WIDTH  => FRACTION_BITS,
-      LENGTH => FRACTION_BITS
-    )
-    port map (
-      clk     => clk,
-      tag     => sure_3,
-      delayed => sure
-    );
+  sure <= delayed(sures, sure_3, FRACTION_BITS);
 
   -- The middle stands for the slice itself.
   found <= NO_DEPTH.confidence & NO_DEPTH.fraction when unsigned(sure) = 0 else
@@ -236,19 +227,20 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Rows that wait for their votes.
 
-  no_votes : if VOTE_RADIUS = 0 generate
+  no_votes : if BUILD.vote_radius = 0 generate
     middle <= found;
   end generate no_votes;
 
-  votes : if VOTE_RADIUS > 0 generate
+  votes : if BUILD.vote_radius > 0 generate
 
-    constant KEPT_BITS : positive := VOTE_RADIUS * DEPTH_BITS;
+    constant KEPT_BITS : positive := BUILD.vote_radius * DEPTH_BITS;
     constant TAG_BITS  : positive := LENS_BITS + 1;
 
     -- The micro image, for the addresses: 2 clocks before its depth, and with it.
     signal place_0 : std_logic_vector(TAG_BITS - 1 downto 0);
     signal place_9 : std_logic_vector(TAG_BITS - 1 downto 0);
     signal place   : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal places  : std_logic_vector(delay_bits(TAG_BITS, FRACTION_LATENCY) - 1 downto 0) := (others => '0');
     signal lens_9  : unsigned(LENS_BITS - 1 downto 0);
     signal lens_11 : unsigned(LENS_BITS - 1 downto 0);
     signal rows    : std_logic_vector(KEPT_BITS - 1 downto 0);
@@ -258,39 +250,25 @@ begin
 
     -- The mark and the place go together: both are wanted twice, for the read and for the write.
     place_0 <= std_logic_vector(lens) & active;
+    place_9 <= delayed(places, place_0, FRACTION_LATENCY - 2);
+    place   <= delayed(places, place_0, FRACTION_LATENCY);
 
-    to_read : entity work.tag_delay
-      generic map (
-        WIDTH  => TAG_BITS,
-        LENGTH => FRACTION_LATENCY - 2
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        tag     => place_0,
-        delayed => place_9
-      );
+    delay_place : process (clk) is
+    begin
 
-    to_write : entity work.tag_delay
-      generic map (
-        WIDTH  => TAG_BITS,
-        LENGTH => 2
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        tag     => place_9,
-        delayed => place
-      );
+      if rising_edge(clk) then
+        places <= moved_on(places, place_0, reset => reset);
+      end if;
+
+    end process delay_place;
 
     lens_9  <= unsigned(place_9(LENS_BITS downto 1));
     lens_11 <= unsigned(place(LENS_BITS downto 1));
 
     rows_before : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => KEPT_BITS,
-        ADDRESS_BITS => LENS_BITS,
-        WORDS        => LENSES
+        WIDTH => KEPT_BITS,
+        WORDS => BUILD.lenses
       )
       port map (
         clk           => clk,
@@ -308,17 +286,17 @@ begin
 
   end generate votes;
 
+  late <= delayed(lates, middle, VOTE_WAIT);
+
   -- Votes of many slices take longer than the division.
-  wait_for_votes : entity work.tag_delay
-    generic map (
-      WIDTH  => DEPTH_BITS,
-      LENGTH => larger(vote_latency(SLICES, VOTE_RADIUS) - FRACTION_LATENCY, 0)
-    )
-    port map (
-      clk     => clk,
-      tag     => middle,
-      delayed => late
-    );
+  wait_for_votes : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      lates <= moved_on(lates, middle);
+    end if;
+
+  end process wait_for_votes;
 
   depth.fraction   <= late(FRACTION_BITS - 1 downto 0);
   depth.confidence <= late(DEPTH_BITS - 1 downto FRACTION_BITS);

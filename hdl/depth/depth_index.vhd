@@ -127,13 +127,10 @@ begin
       IN_BITS          => IN_BITS,
       OUT_BITS         => OUT_BITS,
       SLICES           => choose(CHOSEN_TOO, SLICES, 0),
-      INPUT_PIXELS     => 0,
-      ROW_DELAY        => 0,
       COLUMN_DELAY     => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
       ENGINE_LATENCY   => CLOCKS + 4,
       -- A scan with all its votes ends before the next one.
       MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, CLOCKS),
-      MIN_BANDS    => 1,
       BAND_MODULUS => MICRO_IMAGE_SIZE,
       KEEP_MODULUS => true
     )

@@ -18,41 +18,34 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.sharpness_pkg.all;
 
 entity index_vote is
   generic (
-    -- Slices of the stack.
-    SLICES : positive range 1 to 256;
-    -- Micro images of the longest line.
-    LENSES : positive;
-    -- Width of a sharpness.
-    SHARPNESS_BITS : positive;
-    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture.
-    CONFIDENCE : natural;
-    -- Micro images from the middle of the window to its edge.
-    VOTE_RADIUS : positive range 1 to 4
+    -- What sharpness_index is built for.
+    BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Marks a micro image of a scan, which one it is, its sharpest slice, its largest and its least sharpness.
     active : in    std_logic;
-    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    index  : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    most   : in    unsigned(SHARPNESS_BITS - 1 downto 0);
-    least  : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    lens   : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    index  : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
+    most   : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
+    least  : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
     -- Whether the scan's row belongs to a frame.
     live : in    std_logic;
     -- Rows of the window that belong to the frame of the middle one, the newest in the low bit.
-    same : in    std_logic_vector(2 * VOTE_RADIUS downto 0);
+    same : in    std_logic_vector(2 * BUILD.vote_radius downto 0);
     -- Whether the middle row is the first of its frame.
     starts : in    std_logic;
     -- Marks a micro image of the middle row, which one it is, its slice, and that it has kept its own.
     voted_write : out   std_logic;
-    voted_lens  : out   unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    voted_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    voted_lens  : out   unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    voted_index : out   unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     voted_kept  : out   std_logic
   );
 end entity index_vote;
@@ -60,17 +53,17 @@ end entity index_vote;
 architecture rtl of index_vote is
 
   -- Of a sum with the confidence, which may be more than any sharpness.
-  constant ENOUGH_BITS : positive := larger(SHARPNESS_BITS, bits_for(CONFIDENCE)) + 1;
+  constant ENOUGH_BITS : positive := larger(BUILD.sharpness_bits, bits_for(BUILD.confidence)) + 1;
 
-  constant LENS_BITS  : positive := bits_for(LENSES - 1);
-  constant INDEX_BITS : positive := bits_for(SLICES - 1);
-  constant WINDOW     : positive := 2 * VOTE_RADIUS + 1;
+  constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
+  constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
+  constant WINDOW     : positive := 2 * BUILD.vote_radius + 1;
   constant VOTE_BITS  : positive := bits_for(WINDOW * WINDOW);
   -- A row's entry: the slice, and whether it has texture.
   constant ENTRY_BITS : positive := INDEX_BITS + 1;
-  constant KEPT_BITS  : positive := 2 * VOTE_RADIUS * ENTRY_BITS;
+  constant KEPT_BITS  : positive := 2 * BUILD.vote_radius * ENTRY_BITS;
   -- Clocks from an entry of the middle row to the votes on it.
-  constant MIDDLE_DELAY : positive := VOTE_RADIUS + SLICES + 1;
+  constant MIDDLE_DELAY : positive := BUILD.vote_radius + BUILD.slices + 1;
   -- The same from the micro image itself.
   constant FINAL : positive := 3 + MIDDLE_DELAY;
 
@@ -82,9 +75,9 @@ architecture rtl of index_vote is
 
   type columns_t is array (natural range 1 to WINDOW) of votes_t;
 
-  type most_t is array (natural range 0 to SLICES - 1) of votes_t;
+  type most_t is array (natural range 0 to BUILD.slices - 1) of votes_t;
 
-  type best_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
+  type best_t is array (natural range 0 to BUILD.slices - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
   -- The index of the micro image and whether there is one, by clocks: at 3 with the rows above it, at FINAL with its
   -- votes.
@@ -123,7 +116,7 @@ begin
 
     if rising_edge(clk) then
       -- Added to the least, not taken from the most: nothing becomes negative.
-      enough := resize(least, ENOUGH_BITS) + to_unsigned(CONFIDENCE, ENOUGH_BITS);
+      enough := resize(least, ENOUGH_BITS) + to_unsigned(BUILD.confidence, ENOUGH_BITS);
 
       -- A row beyond the frame has no texture, so it has no vote either.
       entry_1 <= std_logic_vector(index) & (live and to_logic(most >= enough));
@@ -155,9 +148,8 @@ begin
 
   rows_before : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => KEPT_BITS,
-      ADDRESS_BITS => LENS_BITS,
-      WORDS        => LENSES
+      WIDTH => KEPT_BITS,
+      WORDS => BUILD.lenses
     )
     port map (
       clk           => clk,
@@ -171,13 +163,13 @@ begin
   -- The rows move up by one as the new one comes in at the low end. The middle row is the one that
   -- is voted on.
   moved        <= rows & entry_3;
-  middle_at(3) <= moved((VOTE_RADIUS + 1) * ENTRY_BITS - 1 downto VOTE_RADIUS * ENTRY_BITS);
+  middle_at(3) <= moved((BUILD.vote_radius + 1) * ENTRY_BITS - 1 downto BUILD.vote_radius * ENTRY_BITS);
 
   --------------------------------------------------------------------------------------------------
   -- 4: votes of a column; 5: votes of the window, VOTE_RADIUS clocks behind its middle; then the slice with most of
   -- them so far, a slice each clock.
 
-  slice : for s in 0 to SLICES - 1 generate
+  slice : for s in 0 to BUILD.slices - 1 generate
 
     signal column  : votes_t   := (others => '0');
     signal columns : columns_t := (others => (others => '0'));
@@ -194,7 +186,7 @@ begin
       if rising_edge(clk) then
         added := (others => '0');
 
-        for i in 0 to 2 * VOTE_RADIUS loop
+        for i in 0 to 2 * BUILD.vote_radius loop
 
           -- Only rows of the same frame, and only those with texture, vote for their own slice.
           if active_at(3) = '1' and same(i) = '1' and moved(i * ENTRY_BITS) = '1' and
@@ -238,31 +230,24 @@ begin
     next_slice : if s > 0 generate
 
       signal counted : std_logic_vector(VOTE_BITS - 1 downto 0);
-      signal waiting : std_logic_vector(VOTE_BITS - 1 downto 0);
+      signal waiting : std_logic_vector(delay_bits(VOTE_BITS, s - 1) - 1 downto 0) := (others => '0');
+      signal value   : unsigned(VOTE_BITS - 1 downto 0);
 
     begin
 
       counted <= std_logic_vector(votes(s));
 
-      wait_for_turn : entity work.tag_delay
-        generic map (
-          WIDTH  => VOTE_BITS,
-          LENGTH => s - 1
-        )
-        port map (
-          clk     => clk,
-          tag     => counted,
-          delayed => waiting
-        );
+      value <= unsigned(delayed(waiting, counted, s - 1));
 
       compare : process (clk) is
       begin
 
         if rising_edge(clk) then
+          waiting       <= moved_on(waiting, counted);
           most_votes(s) <= most_votes(s - 1);
           best(s)       <= best(s - 1);
-          if unsigned(waiting) > most_votes(s - 1) then
-            most_votes(s) <= unsigned(waiting);
+          if value > most_votes(s - 1) then
+            most_votes(s) <= value;
             best(s)       <= to_unsigned(s, INDEX_BITS);
           end if;
         end if;
@@ -278,9 +263,8 @@ begin
 
   row_above : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => INDEX_BITS,
-      ADDRESS_BITS => LENS_BITS,
-      WORDS        => LENSES
+      WIDTH => INDEX_BITS,
+      WORDS => BUILD.lenses
     )
     port map (
       clk           => clk,
@@ -304,8 +288,8 @@ begin
       -- A micro image that is sure of its slice keeps it; only doubtful ones are outvoted.
       if middle_at(FINAL)(0) = '1' then
         result_index <= unsigned(middle_at(FINAL)(INDEX_BITS downto 1));
-      elsif most_votes(SLICES - 1) /= 0 then
-        result_index <= best(SLICES - 1);
+      elsif most_votes(BUILD.slices - 1) /= 0 then
+        result_index <= best(BUILD.slices - 1);
       -- No sure neighbour at all: the one above has the best guess, as it was decided before.
       elsif starts = '0' then
         result_index <= unsigned(above);

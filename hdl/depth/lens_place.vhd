@@ -16,16 +16,8 @@ use work.sharpness_pkg.all;
 
 entity lens_place is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive range 2 to 128;
-    -- Pixels of a token, M at most.
-    PIXELS_PER_CLOCK : positive range 1 to 32;
-    -- Micro images in the longest line.
-    LENSES : positive;
-    -- Whether frames may have lines below the picture, see rows.
-    CROPPED : boolean;
-    -- Width of a pixel in all slices.
-    STACK_BITS : positive
+    -- What sharpness_index is built for.
+    BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
@@ -34,29 +26,29 @@ entity lens_place is
     rows : in    std_logic_vector(15 downto 0);
     -- A token, and the slices of its pixels; the pixels that a line's last token has.
     token      : in    token_t;
-    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * STACK_BITS - 1 downto 0);
-    line_end   : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    token_data : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    line_end   : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- The token, image only inside the picture; its place; its slices, 0 below the picture and behind a line.
     placed : out   token_t;
     place  : out   lens_place_t;
-    data   : out   std_logic_vector(PIXELS_PER_CLOCK * STACK_BITS - 1 downto 0);
+    data   : out   std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
     -- The pixels of the line that lie in the micro image behind that of the first one.
-    ahead : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0)
+    ahead : out   std_logic_vector(BUILD.pixels - 1 downto 0)
   );
 end entity lens_place;
 
 architecture rtl of lens_place is
 
-  constant M : positive := MICRO_IMAGE_SIZE;
-  constant P : positive := PIXELS_PER_CLOCK;
+  constant M : positive range 2 to 128 := BUILD.micro_image_size;
+  constant P : positive                := BUILD.pixels;
 
   -- Column and micro image are those of the first pixel.
   signal token_1      : token_t;
-  signal column_phase : natural range 0 to M - 1                    := 0;
-  signal line_phase   : natural range 0 to M - 1                    := 0;
-  signal lens_now     : unsigned(bits_for(LENSES - 1) - 1 downto 0) := (others => '0');
-  signal line_number  : unsigned(15 downto 0)                       := (others => '0');
-  signal inside_now   : std_logic                                   := '0';
+  signal column_phase : natural range 0 to M - 1                          := 0;
+  signal line_phase   : natural range 0 to M - 1                          := 0;
+  signal lens_now     : unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0) := (others => '0');
+  signal line_number  : unsigned(15 downto 0)                             := (others => '0');
+  signal inside_now   : std_logic                                         := '0';
 
 begin
 
@@ -81,7 +73,7 @@ begin
             next_line := (others => '0');
           end if;
           line_number  <= next_line;
-          in_picture   := token.image and to_logic(not CROPPED or next_line < unsigned(rows));
+          in_picture   := token.image and to_logic(not BUILD.cropped or next_line < unsigned(rows));
           inside_now   <= in_picture;
           column_phase <= 0;
           lens_now     <= (others => '0');
@@ -105,9 +97,9 @@ begin
         end if;
         -- From here on a line below the picture is no image.
         token_1.image <= in_picture;
-        data          <= in_line(token_data, STACK_BITS, token, line_end);
+        data          <= in_line(token_data, BUILD.slices * BUILD.pixel_width, token, line_end);
         -- Zeros below the picture, so that it has no sharpness there.
-        if CROPPED and in_picture = '0' then
+        if BUILD.cropped and in_picture = '0' then
           data <= (others => '0');
         end if;
       end if;

@@ -20,49 +20,41 @@ use work.sharpness_pkg.all;
 
 entity lens_sharpness is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- Micro images of the longest line.
-    LENSES : positive;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3;
-    -- Width of a channel.
-    PIXEL_BITS : positive;
-    -- Micro images from the middle of the window to its edge.
-    RADIUS : natural
+    -- What sharpness_index is built for.
+    BUILD : index_build_t
   );
   port (
     clk : in    std_logic;
     -- Place of the sum, 2 clocks ahead; behind the last one of a scan it stays.
-    lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     -- Marks the first sum of a scan, and all of them.
     begins : in    std_logic;
     scans  : in    std_logic;
     -- The newest row's.
-    sum : in    std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    sum : in    std_logic_vector(BUILD.sum_bits - 1 downto 0);
     -- Of the row before the newest, that of the Laplacians: whether it belongs to a frame, and whether its neighbours
     -- belong to the same one.
     live         : in    std_logic;
     joined_above : in    std_logic;
     joined_below : in    std_logic;
     -- Rows of the window behind the newest that belong to the frame of the middle one, the newest in the low bit.
-    same : in    std_logic_vector(2 * RADIUS downto 0);
+    same : in    std_logic_vector(2 * BUILD.radius downto 0);
     -- Place of the middle, 2 clocks ahead of the clock in which inner is set and its row is added.
-    inner_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    inner_lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     inner      : in    std_logic;
     -- Of the middle.
-    sharpness : out   unsigned(sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS) - 1 downto 0)
+    sharpness : out   unsigned(BUILD.sharpness_bits - 1 downto 0)
   );
 end entity lens_sharpness;
 
 architecture rtl of lens_sharpness is
 
-  constant SUM_BITS       : positive := lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS);
+  constant SUM_BITS       : positive := BUILD.sum_bits;
   constant LAPLACIAN_BITS : positive := SUM_BITS + 2;
-  constant ROW_BITS       : positive := row_sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS);
-  constant ALL_BITS       : positive := sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS);
-  constant ADDRESS_BITS   : positive := bits_for(LENSES - 1);
-  constant WINDOW         : positive := 2 * RADIUS + 1;
+  constant ROW_BITS       : positive := BUILD.row_bits;
+  constant ALL_BITS       : positive := BUILD.sharpness_bits;
+  constant ADDRESS_BITS   : positive := bits_for(BUILD.lenses - 1);
+  constant WINDOW         : positive := 2 * BUILD.radius + 1;
 
   subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
 
@@ -136,9 +128,8 @@ begin
   -- The last two rows of sums, moved on as each new one comes: the Laplacian needs the row above and the row below.
   rows_before : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => 2 * SUM_BITS,
-      ADDRESS_BITS => ADDRESS_BITS,
-      WORDS        => LENSES
+      WIDTH => 2 * SUM_BITS,
+      WORDS => BUILD.lenses
     )
     port map (
       clk           => clk,
@@ -223,7 +214,7 @@ begin
   sharpness <= total;
 
   -- 4: the window of rows.
-  one_row : if RADIUS = 0 generate
+  one_row : if BUILD.radius = 0 generate
 
     add : process (clk) is
     begin
@@ -236,9 +227,9 @@ begin
 
   end generate one_row;
 
-  several_rows : if RADIUS > 0 generate
+  several_rows : if BUILD.radius > 0 generate
 
-    constant KEPT_BITS : positive := 2 * RADIUS * ROW_BITS;
+    constant KEPT_BITS : positive := 2 * BUILD.radius * ROW_BITS;
 
     signal rows         : std_logic_vector(KEPT_BITS - 1 downto 0);
     signal moved        : std_logic_vector(KEPT_BITS + ROW_BITS - 1 downto 0);
@@ -253,9 +244,8 @@ begin
     -- Sums of rows are kept, not Laplacians: a window costs one addition a row, however wide it is.
     row_sums : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => KEPT_BITS,
-        ADDRESS_BITS => ADDRESS_BITS,
-        WORDS        => LENSES
+        WIDTH => KEPT_BITS,
+        WORDS => BUILD.lenses
       )
       port map (
         clk           => clk,
@@ -279,7 +269,7 @@ begin
         added := (others => '0');
 
         -- A row of another frame, or none, adds nothing.
-        for i in 0 to 2 * RADIUS loop
+        for i in 0 to 2 * BUILD.radius loop
 
           if same(i) = '1' then
             added := added + unsigned(moved((i + 1) * ROW_BITS - 1 downto i * ROW_BITS));

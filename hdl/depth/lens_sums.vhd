@@ -19,40 +19,31 @@ use work.sharpness_pkg.all;
 
 entity lens_sums is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- Pixels of a token, M at most.
-    PIXELS_PER_CLOCK : positive range 1 to 32;
-    -- Micro images of the longest line.
-    LENSES : positive;
-    -- Slices of the stack, and the one that is summed.
-    SLICES : positive;
-    SLICE  : natural;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3;
-    -- Width of a channel.
-    PIXEL_BITS : positive
+    -- What sharpness_index is built for.
+    BUILD : index_build_t;
+    -- The slice that is summed.
+    SLICE : natural
   );
   port (
     clk : in    std_logic;
     -- A token's place, those of its pixels that lie in the next micro image, its slices, 0 behind a line's last pixel.
     place : in    lens_place_t;
-    ahead : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    data  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    ahead : in    std_logic_vector(BUILD.pixels - 1 downto 0);
+    data  : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
     -- Address of the sum, and 2 clocks later the sum.
-    read_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    sum       : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
+    read_lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    sum       : out   std_logic_vector(BUILD.sum_bits - 1 downto 0)
   );
 end entity lens_sums;
 
 architecture rtl of lens_sums is
 
-  constant SUM_BITS     : positive := lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS);
-  constant ADDRESS_BITS : positive := bits_for(LENSES - 1);
-  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
-  constant LUMA_BITS    : positive := PIXEL_BITS + choose(CHANNELS = 1, 0, 2);
+  constant SUM_BITS     : positive := BUILD.sum_bits;
+  constant ADDRESS_BITS : positive := bits_for(BUILD.lenses - 1);
+  constant DATA_BITS    : positive := BUILD.pixel_width;
+  constant LUMA_BITS    : positive := BUILD.pixel_bits + choose(BUILD.channels = 1, 0, 2);
   -- Of the pixels of a token.
-  constant PART_BITS : positive := LUMA_BITS + bits_for(PIXELS_PER_CLOCK) - 1;
+  constant PART_BITS : positive := LUMA_BITS + bits_for(BUILD.pixels) - 1;
 
   subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
 
@@ -62,7 +53,7 @@ architecture rtl of lens_sums is
     number : natural
   ) return unsigned is
 
-    constant LOW : natural := (number * SLICES + SLICE) * DATA_BITS;
+    constant LOW : natural := (number * BUILD.slices + SLICE) * DATA_BITS;
 
     variable own  : std_logic_vector(DATA_BITS - 1 downto 0);
     variable luma : unsigned(LUMA_BITS - 1 downto 0);
@@ -72,12 +63,12 @@ architecture rtl of lens_sums is
   begin
 
     own  := stack(LOW + DATA_BITS - 1 downto LOW);
-    luma := resize(unsigned(own(PIXEL_BITS - 1 downto 0)), LUMA_BITS);
+    luma := resize(unsigned(own(BUILD.pixel_bits - 1 downto 0)), LUMA_BITS);
 
     -- Weights 1, 2, 1: close to those of the eye, and free of multipliers.
-    if CHANNELS = 3 then
-      luma := luma + shift_left(resize(unsigned(own(2 * PIXEL_BITS - 1 downto PIXEL_BITS)), LUMA_BITS), 1) +
-              resize(unsigned(own(own'high downto own'high - PIXEL_BITS + 1)), LUMA_BITS);
+    if BUILD.channels = 3 then
+      luma := luma + shift_left(resize(unsigned(own(2 * BUILD.pixel_bits - 1 downto BUILD.pixel_bits)), LUMA_BITS), 1) +
+              resize(unsigned(own(own'high downto own'high - BUILD.pixel_bits + 1)), LUMA_BITS);
     end if;
 
     return luma;
@@ -123,7 +114,7 @@ architecture rtl of lens_sums is
 begin
 
   -- Brightness first, so that one sum serves three channels.
-  one_pixel : if PIXELS_PER_CLOCK = 1 generate
+  one_pixel : if BUILD.pixels = 1 generate
 
     find_luma : process (clk) is
     begin
@@ -137,12 +128,12 @@ begin
 
   end generate one_pixel;
 
-  several_pixels : if PIXELS_PER_CLOCK > 1 generate
+  several_pixels : if BUILD.pixels > 1 generate
 
-    type lumas_t is array (0 to PIXELS_PER_CLOCK - 1) of unsigned(LUMA_BITS - 1 downto 0);
+    type lumas_t is array (0 to BUILD.pixels - 1) of unsigned(LUMA_BITS - 1 downto 0);
 
     signal place_0 : lens_place_t;
-    signal ahead_0 : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0) := (others => '0');
+    signal ahead_0 : std_logic_vector(BUILD.pixels - 1 downto 0) := (others => '0');
     signal lumas_0 : lumas_t                                         := (others => (others => '0'));
 
   begin
@@ -162,7 +153,7 @@ begin
         behind  := (others => '0');
 
         -- A clock for the lumas and one for their sums: P of each would be too long for one.
-        for j in 0 to PIXELS_PER_CLOCK - 1 loop
+        for j in 0 to BUILD.pixels - 1 loop
 
           lumas_0(j) <= luma_of(data, j);
           own        := own + where_set(not ahead_0(j), lumas_0(j));
@@ -200,7 +191,7 @@ begin
         line_2 <= so_far;
         rest_2 <= so_far;
         -- What lies ahead belongs to the next one and is its beginning.
-        if PIXELS_PER_CLOCK > 1 and place_1.lens_last = '1' then
+        if BUILD.pixels > 1 and place_1.lens_last = '1' then
           rest_2 <= resize(next_1, SUM_BITS);
         end if;
       end if;
@@ -236,8 +227,7 @@ begin
   lines_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => SUM_BITS,
-      ADDRESS_BITS => ADDRESS_BITS,
-      WORDS        => LENSES,
+      WORDS        => BUILD.lenses,
       READ_LATENCY => 1
     )
     port map (
@@ -255,9 +245,8 @@ begin
 
   complete : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => SUM_BITS,
-      ADDRESS_BITS => ADDRESS_BITS,
-      WORDS        => LENSES
+      WIDTH => SUM_BITS,
+      WORDS => BUILD.lenses
     )
     port map (
       clk           => clk,

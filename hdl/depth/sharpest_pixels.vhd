@@ -16,30 +16,15 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.token_pkg.all;
 use work.sharpness_pkg.all;
 
 entity sharpest_pixels is
   generic (
-    -- Slices of the stack.
-    SLICES : positive;
-    -- Pixels of a token, M at most, and tokens of the longest line.
-    PIXELS_PER_CLOCK : positive range 1 to 32;
-    MAX_TOKENS       : positive;
-    -- Micro images of the longest line.
-    LENSES : positive;
-    -- Lines from a pixel to the first one that is judged with the index of its micro image.
-    RING_LINES : positive;
-    -- Clocks from the last token of a row of micro images until the index of the first one is written.
-    INDEX_LATENCY : positive;
-    -- Whether a depth between slices goes with an index, the pixel of the sharpest slice, and beside this that of the
-    -- slice that the frame has chosen.
-    BETWEEN    : boolean;
-    PICTURE    : boolean;
-    CHOSEN_TOO : boolean;
-    -- Width of a pixel, all channels.
-    PIXEL_BITS : positive
+    -- What sharpness_index is built for.
+    BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
@@ -48,39 +33,40 @@ entity sharpest_pixels is
     -- pixel in the low bits, the first slice lowest. The pixels that a line's last token has.
     token    : in    token_t;
     place    : in    lens_place_t;
-    ahead    : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    data     : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * PIXEL_BITS - 1 downto 0);
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    ahead    : in    std_logic_vector(BUILD.pixels - 1 downto 0);
+    data     : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- Marks the index of a micro image, which one it is, its index, and its depth.
     index_write : in    std_logic;
-    index_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    index       : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    index_lens  : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    index       : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     index_depth : in    depth_t;
     -- Pixels of the picture, with the slice that their frame has chosen.
     result : out   result_t;
     -- Of each pixel, from the low bits: that of its sharpest slice, the index, the depth, the pixel of the chosen
     -- slice. Zeros behind a line's last one.
-    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO, PICTURE) - 1
-                                      downto 0)
+    out_data : out   std_logic_vector(BUILD.pixels * pixel_word_bits(BUILD.pixel_width, BUILD.between, BUILD.chosen_too,
+                                                                     BUILD.picture) - 1 downto 0)
   );
 end entity sharpest_pixels;
 
 architecture rtl of sharpest_pixels is
 
-  constant P          : positive := PIXELS_PER_CLOCK;
-  constant LENS_BITS  : positive := bits_for(LENSES - 1);
-  constant INDEX_BITS : positive := bits_for(SLICES - 1);
-  constant STACK_BITS : positive := P * SLICES * PIXEL_BITS;
+  constant P          : positive := BUILD.pixels;
+  constant WIDTH      : positive := BUILD.pixel_width;
+  constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
+  constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
+  constant STACK_BITS : positive := P * BUILD.slices * WIDTH;
   -- An index, and its depth above it.
-  constant FOUND_BITS : positive := INDEX_BITS + choose(BETWEEN, 2 * FRACTION_BITS, 0);
-  constant WORD_BITS  : positive := pixel_word_bits(PIXEL_BITS, BETWEEN, CHOSEN_TOO, PICTURE);
+  constant FOUND_BITS : positive := INDEX_BITS + choose(BUILD.between, 2 * FRACTION_BITS, 0);
+  constant WORD_BITS  : positive := pixel_word_bits(WIDTH, BUILD.between, BUILD.chosen_too, BUILD.picture);
   -- The pixel in front of what was found.
-  constant PICTURE_BITS : natural  := choose(PICTURE, PIXEL_BITS, 0);
-  constant RING_WORDS   : positive := RING_LINES * MAX_TOKENS;
+  constant PICTURE_BITS : natural  := choose(BUILD.picture, WIDTH, 0);
+  constant RING_WORDS   : positive := BUILD.ring_lines * BUILD.tokens;
   constant RING_BITS    : positive := bits_for(RING_WORDS - 1);
 
   -- Clocks that a pixel waits in front of the ring.
-  constant IN_FRONT : positive := INDEX_LATENCY - 2;
+  constant IN_FRONT : positive := BUILD.index_latency - 2;
   -- Behind it: the ring's address, its word and the choice.
   constant BEHIND : positive := 3;
 
@@ -100,15 +86,15 @@ architecture rtl of sharpest_pixels is
   signal ring_line : unsigned(RING_BITS - 1 downto 0) := (others => '0');
   signal ring_word : unsigned(RING_BITS - 1 downto 0) := (others => '0');
   -- The pixels of all slices that leave; what was found of their micro image as it is written and as it is read.
-  signal delayed    : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal from_ring  : std_logic_vector(STACK_BITS - 1 downto 0);
   signal index_word : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_read : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_kept : std_logic_vector(FOUND_BITS - 1 downto 0) := (others => '0');
 
   -- The fields of a line are delayed by lines, as its pixels are. For the pixel that leaves: the fields of its line,
   -- and those of the pixel that enters at its place.
-  signal line_at   : tokens_t(1 to RING_LINES + 1) := (others => NO_TOKEN);
-  signal result_at : tokens_t(1 to BEHIND)         := (others => NO_TOKEN);
+  signal line_at   : tokens_t(1 to BUILD.ring_lines + 1) := (others => NO_TOKEN);
+  signal result_at : tokens_t(1 to BEHIND)               := (others => NO_TOKEN);
 
 begin
 
@@ -166,13 +152,13 @@ begin
     if rising_edge(clk) then
       if new_line = '1' then
         -- The fields of a line are written once a line and read RING_LINES lines later.
-        line_at(1)                   <= token_at(IN_FRONT);
-        line_at(2 to RING_LINES + 1) <= line_at(1 to RING_LINES);
+        line_at(1)                         <= token_at(IN_FRONT);
+        line_at(2 to BUILD.ring_lines + 1) <= line_at(1 to BUILD.ring_lines);
       end if;
 
       -- The pixel that leaves has the column of the one that enters, as both are at the same word of their lines; so
       -- the fields of the place in the line are those of the one that enters.
-      result_at(1)            <= line_at(RING_LINES + 1);
+      result_at(1)            <= line_at(BUILD.ring_lines + 1);
       result_at(1).strobe     <= token_at(IN_FRONT + 1).strobe;
       result_at(1).line_first <= token_at(IN_FRONT + 1).line_first;
       result_at(1).line_last  <= token_at(IN_FRONT + 1).line_last;
@@ -180,7 +166,7 @@ begin
 
       if reset = '1' then
         -- Behind a reset no line of before is image, so what is left in the ring does not come out.
-        for i in 1 to RING_LINES + 1 loop
+        for i in 1 to BUILD.ring_lines + 1 loop
 
           line_at(i).image <= '0';
 
@@ -203,12 +189,12 @@ begin
     if rising_edge(clk) then
       if new_line = '1' then
         -- At the end of the ring back to its first word: its length need not be a power of two.
-        if ring_line = (RING_LINES - 1) * MAX_TOKENS then
+        if ring_line = (BUILD.ring_lines - 1) * BUILD.tokens then
           ring_line <= (others => '0');
           ring_word <= (others => '0');
         else
-          ring_line <= ring_line + MAX_TOKENS;
-          ring_word <= ring_line + MAX_TOKENS;
+          ring_line <= ring_line + BUILD.tokens;
+          ring_word <= ring_line + BUILD.tokens;
         end if;
       -- No line is longer than MAX_TOKENS, so a line never runs into the next one's words.
       elsif token_at(IN_FRONT).strobe = '1' then
@@ -221,29 +207,29 @@ begin
 
   end process find_word;
 
-  pixels_wait : if PICTURE generate
+  pixels_wait : if BUILD.picture generate
 
+    signal waiting  : std_logic_vector(delay_bits(STACK_BITS, IN_FRONT + 1) - 1 downto 0) := (others => '0');
     signal entering : std_logic_vector(STACK_BITS - 1 downto 0);
 
   begin
 
-    wait_in_front : entity work.tag_delay
-      generic map (
-        WIDTH  => STACK_BITS,
-        LENGTH => IN_FRONT + 1
-      )
-      port map (
-        clk     => clk,
-        tag     => data,
-        delayed => entering
-      );
+    entering <= delayed(waiting, data, IN_FRONT + 1);
+
+    wait_in_front : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        waiting <= moved_on(waiting, data);
+      end if;
+
+    end process wait_in_front;
 
     -- Read and written at one address: the memory gives the old word in the clock that overwrites it.
     ring : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => STACK_BITS,
-        ADDRESS_BITS => RING_BITS,
-        WORDS        => RING_WORDS
+        WIDTH => STACK_BITS,
+        WORDS => RING_WORDS
       )
       port map (
         clk           => clk,
@@ -251,13 +237,13 @@ begin
         write_address => ring_word,
         write_data    => entering,
         read_address  => ring_word,
-        read_data     => delayed
+        read_data     => from_ring
       );
 
   end generate pixels_wait;
 
-  no_picture : if not PICTURE generate
-    delayed <= (others => '0');
+  no_picture : if not BUILD.picture generate
+    from_ring <= (others => '0');
   end generate no_picture;
 
   index_word(INDEX_BITS - 1 downto 0) <= std_logic_vector(index);
@@ -266,8 +252,7 @@ begin
   indices : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => FOUND_BITS,
-      ADDRESS_BITS => LENS_BITS,
-      WORDS        => LENSES,
+      WORDS        => BUILD.lenses,
       READ_LATENCY => 1
     )
     port map (
@@ -279,7 +264,7 @@ begin
       read_data     => index_read
     );
 
-  depth_beside : if BETWEEN generate
+  depth_beside : if BUILD.between generate
     index_word(FOUND_BITS - 1 downto INDEX_BITS) <= index_depth.confidence & index_depth.fraction;
   end generate depth_beside;
 
@@ -302,11 +287,11 @@ begin
 
     -- What was found of its micro image; its slices.
     signal found  : std_logic_vector(FOUND_BITS - 1 downto 0);
-    signal stack  : std_logic_vector(SLICES * PIXEL_BITS - 1 downto 0);
+    signal stack  : std_logic_vector(BUILD.slices * WIDTH - 1 downto 0);
     signal beyond : std_logic;
     -- Picked from the slices.
-    signal picked : std_logic_vector(PIXEL_BITS - 1 downto 0);
-    signal chosen : std_logic_vector(PIXEL_BITS - 1 downto 0);
+    signal picked : std_logic_vector(WIDTH - 1 downto 0);
+    signal chosen : std_logic_vector(WIDTH - 1 downto 0);
     signal told   : std_logic_vector(FOUND_BITS - 1 downto 0);
     -- Its index.
     signal index_byte : std_logic_vector(7 downto 0);
@@ -315,7 +300,7 @@ begin
 
     found  <= index_kept when first_at(IN_FRONT + 3)(j) = '1' else
               index_read;
-    stack  <= delayed((j + 1) * SLICES * PIXEL_BITS - 1 downto j * SLICES * PIXEL_BITS);
+    stack  <= from_ring((j + 1) * BUILD.slices * WIDTH - 1 downto j * BUILD.slices * WIDTH);
     beyond <= result_at(BEHIND - 1).line_last and not line_end(j);
 
     -- By comparison with each slice: a multiplexer that is chosen by an index of any value.
@@ -335,16 +320,16 @@ begin
           told <= (others => '0');
         end if;
         -- The first slice stands in for numbers beyond the set.
-        picked <= stack(PIXEL_BITS - 1 downto 0);
-        chosen <= stack(PIXEL_BITS - 1 downto 0);
+        picked <= stack(WIDTH - 1 downto 0);
+        chosen <= stack(WIDTH - 1 downto 0);
 
-        for s in 1 to SLICES - 1 loop
+        for s in 1 to BUILD.slices - 1 loop
 
           if sharpest = s then
-            picked <= stack((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
+            picked <= stack((s + 1) * WIDTH - 1 downto s * WIDTH);
           end if;
           if wanted = s then
-            chosen <= stack((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
+            chosen <= stack((s + 1) * WIDTH - 1 downto s * WIDTH);
           end if;
 
         end loop;
@@ -355,20 +340,20 @@ begin
 
     index_byte <= std_logic_vector(resize(unsigned(told(INDEX_BITS - 1 downto 0)), 8));
 
-    with_pixel : if PICTURE generate
-      out_data(LOW + PIXEL_BITS - 1 downto LOW) <= picked;
+    with_pixel : if BUILD.picture generate
+      out_data(LOW + WIDTH - 1 downto LOW) <= picked;
     end generate with_pixel;
 
     out_data(LOW + PICTURE_BITS + 7 downto LOW + PICTURE_BITS) <= index_byte;
 
-    with_depth : if BETWEEN generate
+    with_depth : if BUILD.between generate
       out_data(LOW + PICTURE_BITS + 7 + 2 * FRACTION_BITS downto LOW + PICTURE_BITS + 8) <= told(FOUND_BITS - 1 downto
                                                                                                  INDEX_BITS);
     end generate with_depth;
 
     -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
-    with_chosen : if CHOSEN_TOO generate
-      out_data(LOW + WORD_BITS - 1 downto LOW + WORD_BITS - PIXEL_BITS) <= chosen;
+    with_chosen : if BUILD.chosen_too generate
+      out_data(LOW + WORD_BITS - 1 downto LOW + WORD_BITS - WIDTH) <= chosen;
     end generate with_chosen;
 
   end generate pixel;

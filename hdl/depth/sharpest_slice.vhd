@@ -12,46 +12,43 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
 
 entity sharpest_slice is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
+    -- What sharpness_index is built for.
+    BUILD : index_build_t;
     -- The slices: a' of each in pixels, with blanks in between; "": they count alike.
-    SHIFTS : string;
-    -- Slices of the stack.
-    SLICES : positive range 1 to 256;
-    -- Width of a sharpness.
-    SHARPNESS_BITS : positive
+    SHIFTS : string
   );
   port (
     clk : in    std_logic;
     -- Sharpness of all slices, the first in the low bits.
-    sharpness : in    std_logic_vector(SLICES * SHARPNESS_BITS - 1 downto 0);
+    sharpness : in    std_logic_vector(BUILD.slices * BUILD.sharpness_bits - 1 downto 0);
     -- The sharpest slice; its sharpness, and that of the dullest one.
-    index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    most  : out   unsigned(SHARPNESS_BITS - 1 downto 0);
-    least : out   unsigned(SHARPNESS_BITS - 1 downto 0);
+    index : out   unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
+    most  : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
+    least : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
     -- Sharpness of the slices before and behind it; of no account beside the first slice and the last one.
-    prior  : out   unsigned(SHARPNESS_BITS - 1 downto 0);
-    behind : out   unsigned(SHARPNESS_BITS - 1 downto 0)
+    prior  : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
+    behind : out   unsigned(BUILD.sharpness_bits - 1 downto 0)
   );
 end entity sharpest_slice;
 
 architecture rtl of sharpest_slice is
 
-  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   -- A constant of its own: to NVC the length of a generic is not static.
   constant WEIGHS : boolean := SHIFTS'length > 0;
 
-  subtype sharpness_t is unsigned(SHARPNESS_BITS - 1 downto 0);
+  subtype sharpness_t is unsigned(BUILD.sharpness_bits - 1 downto 0);
 
-  type sharpness_list_t is array (natural range 0 to SLICES - 1) of sharpness_t;
+  type sharpness_list_t is array (natural range 0 to BUILD.slices - 1) of sharpness_t;
 
-  type indices_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
+  type indices_t is array (natural range 0 to BUILD.slices - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
   -- What each slice has, weighed; and of all slices up to it the most, the least, the best one, and what that one's
   -- neighbours have. Behind the slices that were compared: what the last of them has.
@@ -65,14 +62,14 @@ architecture rtl of sharpest_slice is
 
 begin
 
-  slice : for s in 0 to SLICES - 1 generate
+  slice : for s in 0 to BUILD.slices - 1 generate
 
     signal own : sharpness_t;
 
   begin
 
     -- Each slice in its turn: stage s compares slice s with the best of those before it.
-    own <= unsigned(sharpness((s + 1) * SHARPNESS_BITS - 1 downto s * SHARPNESS_BITS));
+    own <= unsigned(sharpness((s + 1) * BUILD.sharpness_bits - 1 downto s * BUILD.sharpness_bits));
 
     alike : if not WEIGHS generate
       weighed(s) <= own;
@@ -81,13 +78,13 @@ begin
     by_weight : if WEIGHS generate
 
       -- By how many sixteenths the slice counts less: 0, 1 or 4.
-      constant LESS : natural := 16 - slice_weight(MICRO_IMAGE_SIZE, slice_shift(SHIFTS, s));
+      constant LESS : natural := 16 - slice_weight(BUILD.micro_image_size, slice_shift(SHIFTS, s));
 
     begin
 
       weigh : process (clk) is
 
-        variable sixteen : unsigned(SHARPNESS_BITS + 3 downto 0);
+        variable sixteen : unsigned(BUILD.sharpness_bits + 3 downto 0);
 
       begin
 
@@ -99,7 +96,7 @@ begin
           elsif LESS > 1 then
             sixteen := sixteen - (own & "00");
           end if;
-          weighed(s) <= sixteen(SHARPNESS_BITS + 3 downto 4);
+          weighed(s) <= sixteen(BUILD.sharpness_bits + 3 downto 4);
         end if;
 
       end process weigh;
@@ -119,30 +116,20 @@ begin
     next_slice : if s > 0 generate
 
       signal value   : sharpness_t;
-      signal found   : std_logic_vector(SHARPNESS_BITS - 1 downto 0);
-      signal waiting : std_logic_vector(SHARPNESS_BITS - 1 downto 0);
+      signal found   : std_logic_vector(BUILD.sharpness_bits - 1 downto 0);
+      signal waiting : std_logic_vector(delay_bits(BUILD.sharpness_bits, s - 1) - 1 downto 0) := (others => '0');
 
     begin
 
       found <= std_logic_vector(weighed(s));
-      value <= unsigned(waiting);
-
       -- The sharpness of slice s waits until the stage before has compared the others.
-      wait_for_turn : entity work.tag_delay
-        generic map (
-          WIDTH  => SHARPNESS_BITS,
-          LENGTH => s - 1
-        )
-        port map (
-          clk     => clk,
-          tag     => found,
-          delayed => waiting
-        );
+      value <= unsigned(delayed(waiting, found, s - 1));
 
       compare : process (clk) is
       begin
 
         if rising_edge(clk) then
+          waiting     <= moved_on(waiting, found);
           most_of(s)  <= most_of(s - 1);
           best_of(s)  <= best_of(s - 1);
           least_of(s) <= least_of(s - 1);
@@ -171,10 +158,10 @@ begin
 
   end generate slice;
 
-  index  <= best_of(SLICES - 1);
-  most   <= most_of(SLICES - 1);
-  least  <= least_of(SLICES - 1);
-  prior  <= before_of(SLICES - 1);
-  behind <= behind_of(SLICES - 1);
+  index  <= best_of(BUILD.slices - 1);
+  most   <= most_of(BUILD.slices - 1);
+  least  <= least_of(BUILD.slices - 1);
+  prior  <= before_of(BUILD.slices - 1);
+  behind <= behind_of(BUILD.slices - 1);
 
 end architecture rtl;

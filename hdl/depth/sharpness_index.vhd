@@ -18,6 +18,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.sharpness_pkg.all;
 use work.token_pkg.all;
@@ -85,6 +86,13 @@ architecture rtl of sharpness_index is
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * DATA_BITS;
   constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
+
+  constant BUILD : index_build_t :=
+  (M, SLICES, P, divide_up(MAX_COLUMNS, P), LENSES, CHANNELS, PIXEL_BITS, DATA_BITS, RADIUS, VOTE_RADIUS, CONFIDENCE,
+    CROPPED, BETWEEN, PICTURE, CHOSEN_TOO, SUM_BITS, row_sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS), ALL_BITS,
+    sharpness_delay(M, RADIUS, VOTE_RADIUS), index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P)
+  );
+
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY : positive := 5 + RADIUS;
   -- The scan begins so many clocks behind a row's last pixel: as soon as the sums can be read.
@@ -160,11 +168,7 @@ begin
 
   place_token : entity work.lens_place
     generic map (
-      MICRO_IMAGE_SIZE => M,
-      PIXELS_PER_CLOCK => P,
-      LENSES           => LENSES,
-      CROPPED          => CROPPED,
-      STACK_BITS       => STACK_BITS
+      BUILD => BUILD
     )
     port map (
       clk        => clk,
@@ -277,13 +281,8 @@ begin
 
     sums : entity work.lens_sums
       generic map (
-        MICRO_IMAGE_SIZE => M,
-        PIXELS_PER_CLOCK => P,
-        LENSES           => LENSES,
-        SLICES           => SLICES,
-        SLICE            => s,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => PIXEL_BITS
+        BUILD => BUILD,
+        SLICE => s
       )
       port map (
         clk       => clk,
@@ -296,11 +295,7 @@ begin
 
     judge : entity work.lens_sharpness
       generic map (
-        MICRO_IMAGE_SIZE => M,
-        LENSES           => LENSES,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => PIXEL_BITS,
-        RADIUS           => RADIUS
+        BUILD => BUILD
       )
       port map (
         clk          => clk,
@@ -323,10 +318,8 @@ begin
 
   sharpest : entity work.sharpest_slice
     generic map (
-      MICRO_IMAGE_SIZE => M,
-      SHIFTS           => SHIFTS,
-      SLICES           => SLICES,
-      SHARPNESS_BITS   => ALL_BITS
+      BUILD  => BUILD,
+      SHIFTS => SHIFTS
     )
     port map (
       clk       => clk,
@@ -378,11 +371,7 @@ begin
 
     vote : entity work.index_vote
       generic map (
-        SLICES         => SLICES,
-        LENSES         => LENSES,
-        SHARPNESS_BITS => ALL_BITS,
-        CONFIDENCE     => CONFIDENCE,
-        VOTE_RADIUS    => VOTE_RADIUS
+        BUILD => BUILD
       )
       port map (
         clk         => clk,
@@ -416,21 +405,19 @@ begin
   between_slices : if BETWEEN generate
 
     constant FINAL_BITS : positive := PLACE_BITS + INDEX_BITS + 2;
+    constant VOTE_WAIT  : natural  := larger(FRACTION_LATENCY - vote_latency(SLICES, VOTE_RADIUS), 0);
 
     signal own_depth : depth_t;
     signal voted     : std_logic_vector(FINAL_BITS - 1 downto 0);
+    signal waiting   : std_logic_vector(delay_bits(FINAL_BITS, VOTE_WAIT) - 1 downto 0) := (others => '0');
     signal waited    : std_logic_vector(FINAL_BITS - 1 downto 0);
 
   begin
 
     fraction : entity work.depth_fraction
       generic map (
-        SHIFTS         => SHIFTS,
-        SLICES         => SLICES,
-        LENSES         => LENSES,
-        SHARPNESS_BITS => ALL_BITS,
-        CONFIDENCE     => CONFIDENCE,
-        VOTE_RADIUS    => VOTE_RADIUS
+        BUILD  => BUILD,
+        SHIFTS => SHIFTS
       )
       port map (
         clk    => clk,
@@ -447,17 +434,16 @@ begin
     voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
 
     -- The votes may be done before the division is.
-    wait_for_fraction : entity work.tag_delay
-      generic map (
-        WIDTH  => FINAL_BITS,
-        LENGTH => larger(FRACTION_LATENCY - vote_latency(SLICES, VOTE_RADIUS), 0)
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        tag     => voted,
-        delayed => waited
-      );
+    wait_for_fraction : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        waiting <= moved_on(waiting, voted, reset => reset);
+      end if;
+
+    end process wait_for_fraction;
+
+    waited <= delayed(waiting, voted, VOTE_WAIT);
 
     index_write <= waited(0);
     index       <= unsigned(waited(INDEX_BITS + 1 downto 2));
@@ -470,16 +456,7 @@ begin
 
   pixels : entity work.sharpest_pixels
     generic map (
-      SLICES           => SLICES,
-      PIXELS_PER_CLOCK => P,
-      MAX_TOKENS       => divide_up(MAX_COLUMNS, P),
-      LENSES           => LENSES,
-      RING_LINES       => sharpness_delay(M, RADIUS, VOTE_RADIUS),
-      INDEX_LATENCY    => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P),
-      BETWEEN          => BETWEEN,
-      PICTURE          => PICTURE,
-      CHOSEN_TOO       => CHOSEN_TOO,
-      PIXEL_BITS       => DATA_BITS
+      BUILD => BUILD
     )
     port map (
       clk         => clk,

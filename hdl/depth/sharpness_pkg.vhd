@@ -45,6 +45,39 @@ package sharpness_pkg is
 
   constant NO_DEPTH : depth_t := (fraction => "10000000", confidence => "00000000");
 
+  -- What a depth index is built for, and the sizes that follow from it, computed once.
+  type index_build_t is record
+    micro_image_size : positive range 2 to 128;
+    slices           : positive range 1 to 256;
+    -- Pixels of a token, M at most; tokens and micro images of the longest line.
+    pixels : positive range 1 to 32;
+    tokens : positive;
+    lenses : positive;
+    -- 1 (grey) or 3 (RGB); the width of one, and of a pixel with all of them.
+    channels    : positive range 1 to 3;
+    pixel_bits  : positive range 1 to 16;
+    pixel_width : positive;
+    -- Micro images from the middle of a window to its edge: of sharpness, and of the votes on it.
+    radius      : natural range 0 to 8;
+    vote_radius : natural range 0 to 4;
+    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture.
+    confidence : natural;
+    -- Whether frames may have lines below the picture; whether a depth between slices goes with an index, the pixel of
+    -- the sharpest slice, and beside this that of the slice that the frame has chosen.
+    cropped    : boolean;
+    between    : boolean;
+    picture    : boolean;
+    chosen_too : boolean;
+    -- Width of a micro image's sum, of a row of Laplacians, and of a sharpness.
+    sum_bits       : positive;
+    row_bits       : positive;
+    sharpness_bits : positive;
+    -- Lines from a pixel to the first one that is judged with the index of its micro image; clocks from the last token
+    -- of a row of micro images until the index of the first one is written.
+    ring_lines    : positive;
+    index_latency : positive;
+  end record index_build_t;
+
   -- Stops elaboration, by a message that begins with a name, if the index cannot be built; else true.
   function takes_index (
     name             : string;

@@ -23,9 +23,9 @@ entity pixel_clocks is
   );
   port (
     -- The TMDS clock lane, the board's own clock, and which one to take.
-    tmds_clk : in    std_logic;
+    tmds_clk : in    std_logic := '0';
     own_clk  : in    std_logic;
-    use_own  : in    std_logic;
+    use_own  : in    std_logic := '1';
     -- Reset of the PLL.
     pll_reset : in    std_logic;
     -- The clocks, and whether they run.

@@ -31,6 +31,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.fir_pkg.all;
@@ -132,6 +133,7 @@ architecture rtl of fir_array is
   signal demuxed_data : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
   signal band_starts  : std_logic;
   signal count        : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+  signal count_held   : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
   -- Of the band whose columns the modules take.
   signal band_slice : slice_t;
   signal band_image : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
@@ -162,19 +164,12 @@ begin
 
     stage : entity work.fir_stage
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => pass_shifts(SHIFTS, i),
-        CENTRED          => CENTRED,
-        HOLD             => HOLD and i = 0,
-        LANES            => ROW_LANES,
-        DATA_BITS        => value_bits(ARITHMETIC, i),
-        STORED           => STORED,
-        SCALE_BITS       => scale_bits(ARITHMETIC, i),
-        PRODUCT_MAX      => product_max(ARITHMETIC, i),
-        DROP_BITS        => drop_bits(ARITHMETIC, i),
-        RESULT_BITS      => value_bits(ARITHMETIC, i + 1),
-        BROADCAST_TAPS   => BROADCAST_TAPS,
-        TAG_BITS         => PARALLEL_ROWS
+        GEOMETRY       => pass_geometry(GEOMETRY, i),
+        SIZES          => pass_of(ARITHMETIC, i),
+        HOLD           => HOLD and i = 0,
+        LANES          => ROW_LANES,
+        BROADCAST_TAPS => BROADCAST_TAPS,
+        TAG_BITS       => PARALLEL_ROWS
       )
       port map (
         clk       => clk,
@@ -193,13 +188,11 @@ begin
   -- Without this skew all N pixels of a column would want the same column module in one clock.
   skew_rows : entity work.lane_skew
     generic map (
-      LANES    => PARALLEL_ROWS,
-      WIDTH    => CHANNELS * ROW_SUM_BITS,
-      REVERSED => false
+      LANES => PARALLEL_ROWS,
+      WIDTH => CHANNELS * ROW_SUM_BITS
     )
     port map (
       clk      => clk,
-      reset    => '0',
       enable   => row_token(PASSES).strobe,
       data_in  => row_data(PASSES),
       data_out => skewed_data
@@ -207,16 +200,7 @@ begin
 
   band_starts <= begins_line(row_token(PASSES));
 
-  count_pixels : entity work.pixel_counter
-    generic map (
-      MODULUS => PARALLEL_ROWS
-    )
-    port map (
-      clk     => clk,
-      strobe  => row_token(PASSES).strobe,
-      restart => band_starts,
-      count   => count
-    );
+  count <= place_in_turn(count_held, band_starts, PARALLEL_ROWS);
 
   -- Column k belongs to module k mod N: a rotation of the N lanes by the count.
   demultiplex : entity work.lane_exchange
@@ -244,6 +228,7 @@ begin
 
     if rising_edge(clk) then
       if row_token(PASSES).strobe = '1' then
+        count_held <= count;
         slice_held <= band_slice;
         image_held <= band_image;
       end if;
@@ -268,21 +253,14 @@ begin
 
     stage : entity work.fir_stage
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => pass_shifts(SHIFTS, i),
-        CENTRED          => CENTRED,
-        HOLD             => HOLD and i = 0,
-        COLUMNS          => true,
-        MODULES          => PARALLEL_ROWS,
-        DEPTH            => DEPTH,
-        LANES            => CHANNELS,
-        DATA_BITS        => value_bits(ARITHMETIC, PASSES + i),
-        STORED           => STORED,
-        SCALE_BITS       => scale_bits(ARITHMETIC, PASSES + i),
-        PRODUCT_MAX      => product_max(ARITHMETIC, PASSES + i),
-        DROP_BITS        => drop_bits(ARITHMETIC, PASSES + i),
-        RESULT_BITS      => value_bits(ARITHMETIC, PASSES + i + 1),
-        BROADCAST_TAPS   => BROADCAST_TAPS
+        GEOMETRY       => pass_geometry(GEOMETRY, i),
+        SIZES          => pass_of(ARITHMETIC, PASSES + i),
+        HOLD           => HOLD and i = 0,
+        COLUMNS        => true,
+        MODULES        => PARALLEL_ROWS,
+        DEPTH          => DEPTH,
+        LANES          => CHANNELS,
+        BROADCAST_TAPS => BROADCAST_TAPS
       )
       port map (
         clk       => clk,
@@ -316,7 +294,6 @@ begin
         clk       => clk,
         reset     => reset,
         token     => column_token(PASSES),
-        line_end  => "1",
         sums      => column_data(PASSES)(CHANNELS * RESULT_SUM_BITS - 1 downto 0),
         out_token => last_token,
         out_sums  => last_sums(CHANNELS * RESULT_SUM_BITS - 1 downto 0)
@@ -348,7 +325,6 @@ begin
       generic map (
         EXACT       => EXACT,
         LANES       => CHANNELS,
-        SUM_BITS    => RESULT_SUM_BITS,
         PIXEL_BITS  => PIXEL_BITS,
         DIVISOR     => final_divisor(ARITHMETIC),
         WEIGHT_BITS => WEIGHT_BITS

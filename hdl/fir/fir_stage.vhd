@@ -20,19 +20,19 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.token_pkg.all;
 use work.fir_pkg.all;
 
 entity fir_stage is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The set of a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
+    -- Widths and largest values of its input, its sums and its output.
+    SIZES : pass_t;
     -- Whether the first output of a micro image is held for its others, which are equal.
     HOLD : boolean;
     -- Whether it filters columns: a line is a step then, else a token.
@@ -43,18 +43,6 @@ entity fir_stage is
     DEPTH : positive := 1;
     -- Filters that work in step, in each module.
     LANES : positive;
-    -- Width of a lane of the input.
-    DATA_BITS : positive;
-    -- Whether the input is multiplied by stored products.
-    STORED : boolean;
-    -- Stored products: fraction bits of the products above those of the input.
-    SCALE_BITS : natural;
-    -- Largest input of the filters.
-    PRODUCT_MAX : natural;
-    -- Stored products: fraction bits to drop from the sums.
-    DROP_BITS : natural;
-    -- Width of a lane of the output.
-    RESULT_BITS : positive;
     -- Taps that one latch of the broadcast net drives; 0: one register drives all.
     BROADCAST_TAPS : natural;
     -- Width of what goes with a step beside its token.
@@ -67,28 +55,27 @@ entity fir_stage is
     -- first token; in each of the first N tokens of a band image, frame_first and slice are those of the next row.
     token : in    token_t;
     -- The lanes of all modules: module 0, lane 0 in the low bits.
-    data : in    std_logic_vector(MODULES * LANES * DATA_BITS - 1 downto 0);
+    data : in    std_logic_vector(MODULES * LANES * SIZES.data_bits - 1 downto 0);
     -- What else goes with a step.
     tag : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
     -- The token behind the stage (token_path), and its results in the order of data.
     out_token : out   token_t;
-    out_data  : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
+    out_data  : out   std_logic_vector(MODULES * LANES * SIZES.result_bits - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity fir_stage;
 
 architecture rtl of fir_stage is
 
-  constant GEOMETRY : geometry_t := geometry_of("fir_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
   constant TAPS         : positive := tap_count(GEOMETRY, HOLD);
   constant DELAY        : natural  := GEOMETRY.output_delay;
-  constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
+  constant RESULT_BITS  : positive := SIZES.result_bits;
+  constant PRODUCT_BITS : positive := bits_for(SIZES.product_max);
   -- M inputs add to an output, whatever the slice.
-  constant SUM_MAX   : positive := MICRO_IMAGE_SIZE * PRODUCT_MAX;
+  constant SUM_MAX   : positive := SIZES.sum_max;
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
   constant SLOT_BITS : positive := bits_for(DEPTH - 1);
-  constant LATENCY   : positive := stage_latency(STORED, BROADCAST_TAPS);
+  constant LATENCY   : positive := stage_latency(SIZES.stored, BROADCAST_TAPS);
   -- With a single slice the slice number has one bit without meaning.
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
@@ -118,7 +105,8 @@ architecture rtl of fir_stage is
   signal live    : std_logic;
 
   signal burst_step : natural range 0 to larger(MODULES - 1, 1);
-  signal opening    : std_logic := '0';
+  signal burst_held : natural range 0 to larger(MODULES - 1, 1) := 0;
+  signal opening    : std_logic                                 := '0';
   signal fresh      : std_logic;
   -- A module's turn now; the two clocks behind, in which its filter and the switches take it; the one of the token
   -- before, which the next module has.
@@ -159,16 +147,7 @@ begin
   -- Module 0's turn: the place in its burst on a column, and the column.
   -- A module takes the N rows of a column in N tokens; with N = 1 the count is always 0, and all that depends on it
   -- falls away.
-  count_steps : entity work.pixel_counter
-    generic map (
-      MODULUS => MODULES
-    )
-    port map (
-      clk     => clk,
-      strobe  => token.strobe,
-      restart => advance,
-      count   => burst_step
-    );
+  burst_step <= place_in_turn(burst_held, advance, MODULES);
 
   fresh <= token.strobe and (advance or opening);
 
@@ -207,7 +186,8 @@ begin
         slice_d1 <= (others => '0');
       end if;
       if token.strobe = '1' then
-        turn_held <= turn;
+        turn_held  <= turn;
+        burst_held <= burst_step;
         -- The N-th token of a band closes it, before a band of N tokens may open the next.
         if burst_step = MODULES - 1 then
           opening <= '0';
@@ -228,12 +208,8 @@ begin
 
   control : entity work.switch_control
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      HOLD             => HOLD,
-      TAPS             => TAPS,
-      DELAY            => DELAY
+      GEOMETRY => GEOMETRY,
+      HOLD     => HOLD
     )
     port map (
       clk     => clk,
@@ -289,23 +265,23 @@ begin
 
     lane : for i in m * LANES to m * LANES + LANES - 1 generate
 
-      signal value      : std_logic_vector(DATA_BITS - 1 downto 0);
+      signal value      : std_logic_vector(SIZES.data_bits - 1 downto 0);
       signal product_d1 : std_logic_vector(PRODUCT_BITS - 1 downto 0);
       signal product_d2 : std_logic_vector(PRODUCT_BITS - 1 downto 0) := (others => '0');
       signal sum        : std_logic_vector(SUM_BITS - 1 downto 0);
 
     begin
 
-      value <= data((i + 1) * DATA_BITS - 1 downto i * DATA_BITS);
+      value <= data((i + 1) * SIZES.data_bits - 1 downto i * SIZES.data_bits);
 
-      stored_products : if STORED generate
+      stored_products : if SIZES.stored generate
 
         product_rom : entity work.stored_product
           generic map (
-            VALUE_BITS   => DATA_BITS,
+            VALUE_BITS   => SIZES.data_bits,
             PRODUCT_BITS => PRODUCT_BITS,
-            SCALE_BITS   => SCALE_BITS,
-            DIVISOR      => MICRO_IMAGE_SIZE
+            SCALE_BITS   => SIZES.scale_bits,
+            DIVISOR      => GEOMETRY.micro_image_size
           )
           port map (
             clk     => clk,
@@ -313,21 +289,18 @@ begin
             product => product_d1
           );
 
-        round_sum : entity work.round_saturate
-          generic map (
-            VALUE_MAX   => SUM_MAX,
-            DROP_BITS   => DROP_BITS,
-            RESULT_BITS => RESULT_BITS
-          )
-          port map (
-            clk    => clk,
-            value  => sum,
-            result => out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS)
-          );
+        round_sum : process (clk) is
+        begin
+
+          if rising_edge(clk) then
+            out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= rounded(sum, SIZES.drop_bits, RESULT_BITS);
+          end if;
+
+        end process round_sum;
 
       end generate stored_products;
 
-      plain_values : if not STORED generate
+      plain_values : if not SIZES.stored generate
 
         delay_value : process (clk) is
         begin
@@ -359,7 +332,7 @@ begin
           DELAY          => DELAY,
           DEPTH          => DEPTH,
           HOLD           => HOLD,
-          DATA_MAX       => PRODUCT_MAX,
+          DATA_MAX       => SIZES.product_max,
           SUM_MAX        => SUM_MAX,
           BROADCAST_TAPS => BROADCAST_TAPS
         )

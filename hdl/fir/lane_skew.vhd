@@ -8,6 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 
 entity lane_skew is
@@ -17,11 +18,11 @@ entity lane_skew is
     -- Bits of a lane.
     WIDTH : positive;
     -- Whether the last lane is the one without delay.
-    REVERSED : boolean
+    REVERSED : boolean := false
   );
   port (
     clk   : in    std_logic;
-    reset : in    std_logic;
+    reset : in    std_logic := '0';
     -- A token.
     enable : in    std_logic;
     -- A word of each lane, lane 0 in the low bits.
@@ -38,18 +39,25 @@ begin
   -- shared one would be made of flip-flops.
   lane : for i in 0 to LANES - 1 generate
 
-    delay : entity work.tag_delay
-      generic map (
-        WIDTH  => WIDTH,
-        LENGTH => choose(REVERSED, LANES - 1 - i, i)
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        enable  => enable,
-        tag     => data_in((i + 1) * WIDTH - 1 downto i * WIDTH),
-        delayed => data_out((i + 1) * WIDTH - 1 downto i * WIDTH)
-      );
+    constant LENGTH : natural := choose(REVERSED, LANES - 1 - i, i);
+
+    signal word  : std_logic_vector(WIDTH - 1 downto 0);
+    signal words : std_logic_vector(delay_bits(WIDTH, LENGTH) - 1 downto 0) := (others => '0');
+
+  begin
+
+    word <= data_in((i + 1) * WIDTH - 1 downto i * WIDTH);
+
+    move : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        words <= moved_on(words, word, enable, reset);
+      end if;
+
+    end process move;
+
+    data_out((i + 1) * WIDTH - 1 downto i * WIDTH) <= delayed(words, word, LENGTH);
 
   end generate lane;
 

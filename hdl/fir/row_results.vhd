@@ -14,6 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.count_pkg.all;
 use work.math_pkg.all;
 use work.token_pkg.all;
 
@@ -55,28 +56,31 @@ architecture rtl of row_results is
   constant RESULT_BITS : natural := DATA_LOW + SUM_BITS;
 
   -- Columns come back a token apart from module to module; counted from a band's first one they go to their rows.
-  signal starts    : std_logic;
-  signal count     : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal summed    : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
-  signal raw_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
-  signal skew_tags : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
-  signal skewed    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
-  signal aligned   : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal starts     : std_logic;
+  signal count      : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+  signal count_held : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
+  signal summed     : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
+  signal raw_tags   : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
+  signal skew_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
+  signal skewed     : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal aligned    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
 
   starts <= begins_line(token);
 
-  count_columns : entity work.pixel_counter
-    generic map (
-      MODULUS => PARALLEL_ROWS
-    )
-    port map (
-      clk     => clk,
-      strobe  => token.strobe,
-      restart => starts,
-      count   => count
-    );
+  count <= place_in_turn(count_held, starts, PARALLEL_ROWS);
+
+  count_columns : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if token.strobe = '1' then
+        count_held <= count;
+      end if;
+    end if;
+
+  end process count_columns;
 
   multiplex : entity work.lane_exchange
     generic map (
@@ -99,9 +103,8 @@ begin
 
   skew_tags_of_rows : entity work.lane_skew
     generic map (
-      LANES    => PARALLEL_ROWS,
-      WIDTH    => COLUMN_BITS,
-      REVERSED => false
+      LANES => PARALLEL_ROWS,
+      WIDTH => COLUMN_BITS
     )
     port map (
       clk      => clk,

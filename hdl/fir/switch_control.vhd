@@ -21,18 +21,10 @@ use work.fir_pkg.all;
 
 entity switch_control is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The set of a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Whether the first output of a micro image is held for its others, which are equal.
-    HOLD : boolean;
-    -- tap_count of the above.
-    TAPS : positive;
-    -- output_delay of the above: steps from a pixel to the output of the same index.
-    DELAY : natural
+    HOLD : boolean
   );
   port (
     clk : in    std_logic;
@@ -43,9 +35,9 @@ entity switch_control is
     -- The step adds something.
     live : in    std_logic;
     -- The slice of the line.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    slice : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
     -- '1' closes the switch of a tap.
-    closed : out   std_logic_vector(0 to TAPS - 1);
+    closed : out   std_logic_vector(0 to tap_count(GEOMETRY, HOLD) - 1);
     -- The first step of a line.
     restart : out   std_logic;
     -- HOLD only: the output of the step is new; in other steps it is repeated.
@@ -55,7 +47,9 @@ end entity switch_control;
 
 architecture rtl of switch_control is
 
-  constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
+  constant TAPS       : positive := tap_count(GEOMETRY, HOLD);
+  constant DELAY      : natural  := GEOMETRY.output_delay;
+  constant PHASE_BITS : positive := bits_for(GEOMETRY.micro_image_size - 1);
 
   -- The taps of the current line at its first step.
   function first_mask return std_logic_vector is
@@ -95,7 +89,7 @@ architecture rtl of switch_control is
 begin
 
   -- M need not be a power of two, so the phase counts and is compared, and a line always begins at 0.
-  phase_next <= (others => '0') when first = '1' or phase = MICRO_IMAGE_SIZE - 1 else
+  phase_next <= (others => '0') when first = '1' or phase = GEOMETRY.micro_image_size - 1 else
                 phase + 1;
 
   -- A slice is that of a whole line: the filters hold sums of two lines at once, and each has its own switches.
@@ -131,11 +125,8 @@ begin
 
   rows : entity work.switch_table
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      HOLD             => HOLD,
-      TAPS             => TAPS
+      GEOMETRY => GEOMETRY,
+      HOLD     => HOLD
     )
     port map (
       clk    => clk,

@@ -18,33 +18,26 @@ use work.fir_pkg.all;
 
 entity switch_table is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The set of a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Whether the first output of a micro image is held for its others, which are equal.
-    HOLD : boolean;
-    -- tap_count of the above.
-    TAPS : positive
+    HOLD : boolean
   );
   port (
     clk : in    std_logic;
     -- Loads a row: that of a phase in a slice.
     enable : in    std_logic;
-    slice  : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    phase  : in    unsigned(bits_for(MICRO_IMAGE_SIZE - 1) - 1 downto 0);
+    slice  : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
+    phase  : in    unsigned(bits_for(GEOMETRY.micro_image_size - 1) - 1 downto 0);
     -- '1' closes the switch of a tap; it holds until the next row is loaded.
-    closed : out   std_logic_vector(0 to TAPS - 1)
+    closed : out   std_logic_vector(0 to tap_count(GEOMETRY, HOLD) - 1)
   );
 end entity switch_table;
 
 architecture rtl of switch_table is
 
-  constant GEOMETRY : geometry_t := geometry_of("switch_table", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
+  constant TAPS       : positive := tap_count(GEOMETRY, HOLD);
+  constant PHASE_BITS : positive := bits_for(GEOMETRY.micro_image_size - 1);
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   -- A row of all taps, of which the ROM keeps those that some slice closes.
@@ -64,13 +57,13 @@ architecture rtl of switch_table is
 
     for s in 0 to GEOMETRY.slices - 1 loop
 
-      for p in 0 to MICRO_IMAGE_SIZE - 1 loop
+      for p in 0 to GEOMETRY.micro_image_size - 1 loop
 
         -- Taps count from the far end: the shortest delay is the last tap.
         last := TAPS - 1 - first_delay(GEOMETRY, s, p);
 
         -- M neighbouring taps, or one that is held.
-        for i in 0 to closed_width(MICRO_IMAGE_SIZE, HOLD) - 1 loop
+        for i in 0 to closed_width(GEOMETRY.micro_image_size, HOLD) - 1 loop
 
           switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
 

@@ -285,8 +285,8 @@ begin
 
     partial_sums : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => word_t'length,
-        ADDRESS_BITS => slot'length
+        WIDTH => word_t'length,
+        WORDS => 2 ** slot'length
       )
       port map (
         clk           => clk,

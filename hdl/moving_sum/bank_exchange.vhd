@@ -14,42 +14,33 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 
 entity bank_exchange is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
-    -- The slice, if it is always the same; -1: one of all.
-    FIXED_SLICE : integer := -1;
-    -- P.
-    PIXELS_PER_CLOCK : positive;
-    -- Width of a word.
-    WIDTH : positive
+    -- What lane_stage is built for.
+    BUILD : lanes_build_t
   );
   port (
     clk : in    std_logic;
     -- Slice, a clock ahead of its words.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    slice : in    unsigned(bits_for(BUILD.geometry.slices - 1) - 1 downto 0);
     -- A word of each bank, bank 0 in the low bits.
-    words_in : in    std_logic_vector(bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) * WIDTH - 1 downto 0);
+    words_in : in    std_logic_vector(BUILD.banks * BUILD.channels * (BUILD.pixel_bits + 1) - 1 downto 0);
     -- The word of each place, place 0 in the low bits.
-    exchanged : out   std_logic_vector(bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) * WIDTH - 1 downto 0)
+    exchanged : out   std_logic_vector(BUILD.banks * BUILD.channels * (BUILD.pixel_bits + 1) - 1 downto 0)
   );
 end entity bank_exchange;
 
 architecture rtl of bank_exchange is
 
   -- With a fixed slice the geometry is that slice alone, and everything below becomes wires.
-  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("bank_exchange", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
-                                                   FIXED_SLICE);
+  constant GEOMETRY : geometry_t := BUILD.geometry;
 
   constant SLICES : positive := GEOMETRY.slices;
-  constant BANKS  : positive := bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK);
+  constant WIDTH  : positive := BUILD.channels * (BUILD.pixel_bits + 1);
+  constant BANKS  : positive := bank_count(BUILD.geometry.micro_image_size, BUILD.pixels);
 
   subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
 
@@ -70,7 +61,7 @@ architecture rtl of bank_exchange is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(r) := entering_bank(GEOMETRY, PIXELS_PER_CLOCK, s, r);
+        table(s)(r) := entering_bank(GEOMETRY, BUILD.pixels, s, r);
 
       end loop;
 

@@ -13,26 +13,16 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 
 entity lane_control is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
-    -- The slice, if it is always the same; -1: one of all.
-    FIXED_SLICE : integer := -1;
-    -- P.
-    PIXELS_PER_CLOCK : positive;
-    -- Bits of a row.
-    ROW_BITS : positive;
-    -- Rows of a line are counted up to here.
-    MOST_ROWS : positive
+    -- What lane_stage is built for.
+    BUILD : lanes_build_t
   );
   port (
     clk   : in    std_logic;
@@ -42,37 +32,26 @@ entity lane_control is
     first  : in    std_logic;
     live   : in    std_logic;
     -- Slice of the line, read with its first token.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    slice : in    unsigned(bits_for(BUILD.geometry.slices - 1) - 1 downto 0);
     -- 1 clock behind a token: where its pixels go.
-    write_1       : out   std_logic;
-    write_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    write_row_1   : out   unsigned(ROW_BITS - 1 downto 0);
+    write_1 : out   lanes_write_t;
     -- Whether the token begins a line, and which of its pixels are in the sum ahead of output 0, or in the one that
     -- output 0 shows.
     fresh_1 : out   std_logic;
-    ahead_1 : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    held_1  : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- Whether outputs are due and whether they begin with output 0; their slice, place, row, and rows since output 0.
-    active_1     : out   std_logic;
-    take_1       : out   std_logic;
-    read_slice_1 : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    read_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    read_row_1   : out   unsigned(ROW_BITS - 1 downto 0);
-    read_rows_1  : out   natural range 0 to MOST_ROWS;
-    -- Place and row behind the last pixel of their line that came.
-    end_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    end_row_1   : out   unsigned(ROW_BITS - 1 downto 0)
+    ahead_1 : out   std_logic_vector(BUILD.pixels - 1 downto 0);
+    held_1  : out   std_logic_vector(BUILD.pixels - 1 downto 0);
+    -- The outputs that are due.
+    read_1 : out   lanes_read_t
   );
 end entity lane_control;
 
 architecture rtl of lane_control is
 
   -- With a fixed slice the geometry is that slice alone.
-  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("lane_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
-                                                   FIXED_SLICE);
+  constant GEOMETRY : geometry_t := BUILD.geometry;
 
-  constant M      : positive := MICRO_IMAGE_SIZE;
-  constant P      : positive := PIXELS_PER_CLOCK;
+  constant M      : positive := BUILD.geometry.micro_image_size;
+  constant P      : positive := BUILD.pixels;
   constant SLICES : positive := GEOMETRY.slices;
   constant DELAY  : natural  := lane_delay(GEOMETRY, P);
   constant PLACES : positive := token_places(M, P);
@@ -81,7 +60,7 @@ architecture rtl of lane_control is
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
-  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+  subtype row_t is unsigned(BUILD.row_bits - 1 downto 0);
 
   -- A place, and whether it lies in the next row.
 
@@ -181,6 +160,7 @@ architecture rtl of lane_control is
   -- Of the token that comes in: bit 0 first, then the slice; and the same for the token whose outputs are due.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
+  signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
   -- 1 clock behind a token.
   signal own_first : std_logic             := '0';
@@ -189,13 +169,14 @@ architecture rtl of lane_control is
   signal own_count : count_t               := 0;
   signal own       : position_t            := (place => 0, row => (others => '0'));
   -- The output whose turn it is: the first of its line, its slice, its place, tokens since its line began.
-  signal step_now  : std_logic                    := '0';
-  signal due_first : std_logic                    := '0';
-  signal due_slice : unsigned(slice'range)        := (others => '0');
-  signal due       : position_t                   := (place => 0, row => (others => '0'));
-  signal due_rows  : natural range 0 to MOST_ROWS := 0;
+  signal step_now  : std_logic                          := '0';
+  signal due_first : std_logic                          := '0';
+  signal due_slice : unsigned(slice'range)              := (others => '0');
+  signal due       : position_t                         := (place => 0, row => (others => '0'));
+  signal due_rows  : natural range 0 to BUILD.most_rows := 0;
   -- Where the next token of the line goes, where its first one went, and where the line before ended.
   signal following : position_t := (place => 0, row => (others => '0'));
+  signal last_end  : position_t;
   signal line_row  : row_t      := (others => '0');
   signal ended     : position_t := (place => 0, row => (others => '0'));
   -- The line whose outputs go out is the one whose pixels come in.
@@ -207,37 +188,27 @@ begin
 
   -- Outputs are DELAY tokens behind their pixels, from line to line too: so what a line begins with comes out of a
   -- delay instead of being counted again.
-  find_due : entity work.tag_delay
-    generic map (
-      WIDTH  => slice'length + 1,
-      LENGTH => DELAY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => strobe,
-      tag     => tag,
-      delayed => due_tag
-    );
+  due_tag <= delayed(tags, tag, DELAY);
 
-  write_1       <= step_now and own_live;
-  write_place_1 <= own.place;
-  write_row_1   <= own.row;
+  write_1.valid <= step_now and own_live;
+  write_1.place <= own.place;
+  write_1.row   <= resize(own.row, 16);
   fresh_1       <= own_first;
   ahead_1       <= mask_of(AHEAD, own_slice, own_count);
   held_1        <= mask_of(HELD, own_slice, own_count);
-  active_1      <= step_now;
-  take_1        <= due_first;
-  read_slice_1  <= due_slice;
-  read_place_1  <= due.place;
-  read_row_1    <= due.row;
-  read_rows_1   <= due_rows;
+  read_1.active <= step_now;
+  read_1.take   <= due_first;
+  read_1.slice  <= resize(due_slice, 8);
+  read_1.place  <= due.place;
+  read_1.row    <= resize(due.row, 16);
+  read_1.rows   <= due_rows;
   -- Of two lines under way the outputs' own one counts: it goes on, or it has ended where the newer
   -- one began.
-  end_place_1 <= following.place when same = '1' else
-                 ended.place;
-  end_row_1   <= following.row when same = '1' else
-                 ended.row;
+  last_end <= following when same = '1' else
+              ended;
+
+  read_1.end_place <= last_end.place;
+  read_1.end_row   <= resize(last_end.row, 16);
 
   count_tokens : process (clk) is
 
@@ -248,6 +219,7 @@ begin
 
     if rising_edge(clk) then
       step_now <= strobe;
+      tags     <= moved_on(tags, tag, strobe, reset);
       if strobe = '1' then
         own_first <= first;
         own_live  <= live;
@@ -289,7 +261,7 @@ begin
         else
           due <= then_due;
           -- Counted no further than a table looks: rows beyond all reach are alike.
-          if then_due.row /= due.row and due_rows < MOST_ROWS then
+          if then_due.row /= due.row and due_rows < BUILD.most_rows then
             due_rows <= due_rows + 1;
           end if;
           -- A newer line comes in while this one's outputs still leave.

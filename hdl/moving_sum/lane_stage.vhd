@@ -24,18 +24,12 @@ use work.sum_lanes_pkg.all;
 
 entity lane_stage is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
-    -- The slice, if it is always the same; -1: one of all.
-    FIXED_SLICE : integer := -1;
+    -- M, the slices, and what follows from them; of one slice alone, if it is always the same.
+    GEOMETRY : geometry_t;
     -- P.
     PIXELS_PER_CLOCK : positive range 2 to 32;
     -- Channels of a pixel.
-    CHANNELS : positive;
+    CHANNELS : positive := 1;
     -- Width of a channel of the input.
     DATA_BITS : positive;
     -- Width of a channel of the output: of M times the largest input.
@@ -59,10 +53,7 @@ end entity lane_stage;
 
 architecture rtl of lane_stage is
 
-  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("lane_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
-                                                   FIXED_SLICE);
-
-  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant M      : positive := GEOMETRY.micro_image_size;
   constant P      : positive := PIXELS_PER_CLOCK;
   constant SLICES : positive := GEOMETRY.slices;
   constant PLACES : positive := token_places(M, P);
@@ -77,7 +68,11 @@ architecture rtl of lane_stage is
   constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
   constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
 
-  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+  constant SLICE_BITS : positive := bits_for(SLICES - 1);
+
+  constant BUILD : lanes_build_t :=
+  (GEOMETRY, P, CHANNELS, DATA_BITS, PLACES, bank_count(M, P), ROW_BITS, MOST_ROWS
+  );
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
@@ -126,26 +121,21 @@ architecture rtl of lane_stage is
   -- For each token the places of its outputs that begin a group.
   type begins_list_t is array (natural range <>) of lanes_t;
 
+  type gathered_t is array (0 to 1) of sums_t;
+
   -- The token begins a line, whose slice is read with it.
   signal first : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
 
   -- Clocks behind a token are part of the names.
-  signal pixels_1      : std_logic_vector(P * CHANNELS * DATA_BITS - 1 downto 0) := (others => '0');
-  signal write_1       : std_logic;
-  signal write_place_1 : place_t;
-  signal write_row_1   : row_t;
-  signal fresh_1       : std_logic;
-  signal ahead_1       : lanes_t;
-  signal held_1        : lanes_t;
-  signal active_1      : std_logic;
-  signal take_1        : std_logic;
-  signal read_slice_1  : unsigned(slice'range);
-  signal read_place_1  : place_t;
-  signal read_row_1    : row_t;
-  signal read_rows_1   : natural range 0 to MOST_ROWS;
-  signal end_place_1   : place_t;
-  signal end_row_1     : row_t;
+  signal pixels_1     : std_logic_vector(P * CHANNELS * DATA_BITS - 1 downto 0) := (others => '0');
+  signal write_1      : lanes_write_t;
+  signal read_1       : lanes_read_t;
+  signal fresh_1      : std_logic;
+  signal ahead_1      : lanes_t;
+  signal held_1       : lanes_t;
+  signal read_slice_1 : unsigned(slice'range);
+  signal read_place_1 : place_t;
   -- What enters less what leaves, for each pixel of the token; signed, so a bit wider than pixels.
   signal differences : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
   -- Whether outputs are due and begin with output 0, until their differences are summed.
@@ -155,8 +145,10 @@ architecture rtl of lane_stage is
   signal begins_2  : std_logic_vector(P + 1 downto 0) := (others => '1');
   signal begins_at : begins_list_t(2 to SUMMED)       := (others => (others => '1'));
   -- The sum of the pixels that have come before the line's first output, and the one that output 0 shows.
-  signal ahead : sums_t;
-  signal held  : sums_t;
+  signal ahead    : sums_t;
+  signal held     : sums_t;
+  signal chosen_1 : begins_list_t(0 to 1);
+  signal gathered : gathered_t;
 
 begin
 
@@ -168,35 +160,20 @@ begin
   -- number of clocks later.
   control : entity work.lane_control
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      FIXED_SLICE      => FIXED_SLICE,
-      PIXELS_PER_CLOCK => P,
-      ROW_BITS         => ROW_BITS,
-      MOST_ROWS        => MOST_ROWS
+      BUILD => BUILD
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      strobe        => token.strobe,
-      first         => first,
-      live          => token.pixel,
-      slice         => slice,
-      write_1       => write_1,
-      write_place_1 => write_place_1,
-      write_row_1   => write_row_1,
-      fresh_1       => fresh_1,
-      ahead_1       => ahead_1,
-      held_1        => held_1,
-      active_1      => active_1,
-      take_1        => take_1,
-      read_slice_1  => read_slice_1,
-      read_place_1  => read_place_1,
-      read_row_1    => read_row_1,
-      read_rows_1   => read_rows_1,
-      end_place_1   => end_place_1,
-      end_row_1     => end_row_1
+      clk     => clk,
+      reset   => reset,
+      strobe  => token.strobe,
+      first   => first,
+      live    => token.pixel,
+      slice   => slice,
+      write_1 => write_1,
+      fresh_1 => fresh_1,
+      ahead_1 => ahead_1,
+      held_1  => held_1,
+      read_1  => read_1
     );
 
   -- As long as the control takes.
@@ -213,92 +190,65 @@ begin
   -- belongs to.
   banks : entity work.pixel_banks
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      FIXED_SLICE      => FIXED_SLICE,
-      PIXELS_PER_CLOCK => P,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => DATA_BITS,
-      ROW_BITS         => ROW_BITS,
-      MOST_ROWS        => MOST_ROWS
+      BUILD => BUILD
     )
     port map (
-      clk           => clk,
-      write_1       => write_1,
-      write_place_1 => write_place_1,
-      write_row_1   => write_row_1,
-      pixels_1      => pixels_1,
-      read_slice_1  => read_slice_1,
-      read_place_1  => read_place_1,
-      read_row_1    => read_row_1,
-      read_rows_1   => read_rows_1,
-      end_place_1   => end_place_1,
-      end_row_1     => end_row_1,
-      differences   => differences
+      clk         => clk,
+      write_1     => write_1,
+      pixels_1    => pixels_1,
+      read_1      => read_1,
+      differences => differences
     );
 
   --------------------------------------------------------------------------------------------------
   -- Sums of the pixels that come before output 0.
 
-  -- Without delay output 0 comes with pixel 0: nothing can come before.
-  nothing_ahead : if DELAY = 0 generate
-    ahead <= (others => '0');
-  end generate nothing_ahead;
+  chosen_1 <= (ahead_1, held_1);
+  ahead    <= gathered(0);
+  held     <= gathered(1);
 
-  pixels_ahead : if DELAY > 0 generate
+  -- Without delay output 0 comes with pixel 0: nothing can come before. A group that begins with output 0 shows what it
+  -- gathers; only one that began before the line shows something else.
+  before_output_0 : for i in 0 to 1 generate
 
-    gather : entity work.ahead_sum
-      generic map (
-        PIXELS_PER_CLOCK => P,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => DATA_BITS,
-        SUM_BITS         => SUM_BITS,
-        LATENCY          => SUMMED - 1
-      )
-      port map (
-        clk    => clk,
-        active => write_1,
-        fresh  => fresh_1,
-        chosen => ahead_1,
-        pixels => pixels_1,
-        sum    => ahead
-      );
+    constant GATHERS : boolean := DELAY > 0 and (i = 0 or begins_within_group(GEOMETRY));
 
-  end generate pixels_ahead;
+  begin
 
-  -- A group that begins with output 0 shows what it gathers; only one that began before the line shows something
-  -- else.
-  nothing_held : if DELAY = 0 or not begins_within_group(GEOMETRY) generate
-    held <= (others => '0');
-  end generate nothing_held;
+    nothing : if not GATHERS generate
+      gathered(i) <= (others => '0');
+    end generate nothing;
 
-  sum_held : if DELAY > 0 and begins_within_group(GEOMETRY) generate
+    pixels : if GATHERS generate
 
-    gather : entity work.ahead_sum
-      generic map (
-        PIXELS_PER_CLOCK => P,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => DATA_BITS,
-        SUM_BITS         => SUM_BITS,
-        LATENCY          => SUMMED - 1
-      )
-      port map (
-        clk    => clk,
-        active => write_1,
-        fresh  => fresh_1,
-        chosen => held_1,
-        pixels => pixels_1,
-        sum    => held
-      );
+      gather : entity work.ahead_sum
+        generic map (
+          PIXELS_PER_CLOCK => P,
+          CHANNELS         => CHANNELS,
+          PIXEL_BITS       => DATA_BITS,
+          SUM_BITS         => SUM_BITS,
+          LATENCY          => SUMMED - 1
+        )
+        port map (
+          clk    => clk,
+          active => write_1.valid,
+          fresh  => fresh_1,
+          chosen => chosen_1(i),
+          pixels => pixels_1,
+          sum    => gathered(i)
+        );
 
-  end generate sum_held;
+    end generate pixels;
+
+  end generate before_output_0;
 
   --------------------------------------------------------------------------------------------------
   -- Running sums.
 
-  active_at(1) <= active_1;
-  take_at(1)   <= take_1;
+  active_at(1) <= read_1.active;
+  take_at(1)   <= read_1.take;
+  read_place_1 <= read_1.place;
+  read_slice_1 <= read_1.slice(read_slice_1'range);
 
   delay_flags : process (clk) is
   begin

@@ -24,12 +24,8 @@ use work.moving_sum_pkg.all;
 
 entity line_ring is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Whether frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean;
     -- Longest line in pixels.
@@ -40,17 +36,8 @@ entity line_ring is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A line begins; its phase, whether it is the first of a frame, whether it belongs to the frame.
-    step_1  : in    std_logic;
-    phase_1 : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
-    first_1 : in    std_logic;
-    live_1  : in    std_logic;
-    -- Output 0 of a frame is due, and its slice.
-    take_1  : in    std_logic;
-    slice_1 : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    -- Phase of the line that enters, and whether it does not lie before its frame.
-    enter_phase_2 : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
-    moves_3       : in    std_logic;
+    -- What the control says of a line, which is a step.
+    control : in    ring_control_t;
     -- Of each token: its column, then whether it has a pixel, and the pixel.
     column_4 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_5 : in    std_logic;
@@ -63,9 +50,7 @@ end entity line_ring;
 
 architecture rtl of line_ring is
 
-  constant GEOMETRY : geometry_t := geometry_of("line_ring", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant M       : positive := MICRO_IMAGE_SIZE;
+  constant M       : positive := GEOMETRY.micro_image_size;
   constant SLICES  : positive := GEOMETRY.slices;
   constant LEAVING : boolean  := pixels_leave(GEOMETRY);
   -- Where no pixel leaves a sum, one line is read for each one that is written, and one bank does.
@@ -276,6 +261,8 @@ architecture rtl of line_ring is
   signal frame_place : places_t := (others => 0);
   signal enter_place : places_t := (others => 0);
 
+  signal phase_1       : phase_t;
+  signal slice_1       : unsigned(bits_for(SLICES - 1) - 1 downto 0);
   signal step_2        : std_logic            := '0';
   signal phase_2       : phase_t              := 0;
   signal live_2        : std_logic            := '0';
@@ -307,6 +294,9 @@ architecture rtl of line_ring is
 
 begin
 
+  phase_1 <= control.phase_1;
+  slice_1 <= control.slice_1(slice_1'range);
+
   -- The places of a ring are read and moved on once a line, so all its clocks are those of the
   -- token that begins it.
   find_lines : process (clk) is
@@ -319,14 +309,14 @@ begin
     if rising_edge(clk) then
       -- 1: the place of the own line.
       -- Where each ring stood when the frame began: output 0 comes later, and counts from there.
-      if step_1 = '1' and first_1 = '1' then
+      if control.step_1 = '1' and control.first_1 = '1' then
         frame_place <= write_place;
       end if;
-      step_2      <= step_1;
+      step_2      <= control.step_1;
       phase_2     <= phase_1;
       own_place_2 <= write_place(phase_1);
-      live_2      <= live_1;
-      take_2      <= take_1;
+      live_2      <= control.live_1;
+      take_2      <= control.take_1;
 
       -- 2: the line that enters, and the one before it in its ring; with output 0 the places of what enters.
       next_own := place_behind(own_place_2, RING_OF(phase_2));
@@ -339,10 +329,10 @@ begin
       if step_2 = '1' then
         phase_3       <= phase_2;
         own_place_3   <= own_place_2;
-        enter_phase_3 <= enter_phase_2;
-        enter_place_3 <= enter_place(enter_phase_2);
+        enter_phase_3 <= control.enter_phase_2;
+        enter_place_3 <= enter_place(control.enter_phase_2);
         -- M steps before, the line of the same phase entered: in its ring the neighbour of the one that enters now.
-        leave_place_3 <= place_before(enter_place(enter_phase_2), RING_OF(enter_phase_2));
+        leave_place_3 <= place_before(enter_place(control.enter_phase_2), RING_OF(control.enter_phase_2));
         take_3        <= take_2;
 
         -- No element of varying index: GHDL 2.0 synthesises no register for it.
@@ -366,7 +356,7 @@ begin
       next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3));
       -- Only if a line has entered: one that would lie before its frame has no place. With output 0
       -- the places have just been set.
-      if step_3 = '1' and moves_3 = '1' and take_3 = '0' then
+      if step_3 = '1' and control.moves_3 = '1' and take_3 = '0' then
 
         for v in 0 to M - 1 loop
 
@@ -441,9 +431,8 @@ begin
 
     lines : entity work.ram_blocks
       generic map (
-        WIDTH        => WIDTH,
-        WORDS        => WORDS,
-        READ_LATENCY => 3
+        WIDTH => WIDTH,
+        WORDS => WORDS
       )
       port map (
         clk           => clk,

@@ -63,6 +63,17 @@ architecture rtl of moving_sum_adder is
 
   type columns_t is array (0 to 5) of unsigned(column'range);
 
+  -- What a column keeps, and how many clocks behind `column` each of it is there. All are read and written at fixed
+  -- distances from the token, so one column counter serves them.
+  constant FIRST_KEPT   : natural := 0;
+  constant HELD_KEPT    : natural := 1;
+  constant RUNNING_KEPT : natural := 2;
+  constant RESULTS_KEPT : natural := 3;
+
+  type clocks_t is array (FIRST_KEPT to RESULTS_KEPT) of natural range 3 to 5;
+
+  constant WRITTEN_AT : clocks_t := (3, 3, 4, 5);
+
   function lane_of (
     word  : std_logic_vector;
     index : natural;
@@ -87,12 +98,12 @@ architecture rtl of moving_sum_adder is
   signal held_before : sums_t := (others => '0');
   signal running     : sums_t := (others => '0');
   signal results     : sums_t := (others => '0');
-  -- Columns keep all four for each column of the line, in column_memory; they come back in time for the next line's
-  -- token. For rows these are the registers of the token before.
+  -- Columns keep all four for each column of the line, in memories; they come back in time for the next line's token.
+  -- For rows these are the registers of the token before.
   signal old_first   : sums_t;
-  signal old_held    : sums_t := (others => '0');
+  signal old_held    : sums_t;
   signal old_running : sums_t;
-  signal old_results : sums_t := (others => '0');
+  signal old_results : sums_t;
 
 begin
 
@@ -200,69 +211,55 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Their values for the token before.
 
-  -- All four are read and written at fixed distances from the token, so one column counter serves them.
-  first_memory : entity work.column_memory
-    generic map (
-      COLUMNS => COLUMNS,
-      WIDTH   => SUMS_BITS
-    )
-    port map (
-      clk          => clk,
-      write_enable => active_at(3),
-      write_column => column_at(3),
-      word         => first_sums,
-      read_column  => column_at(0),
-      old_word     => old_first
-    );
+  -- With one column the registers of the token before are these values.
+  one_column : if COLUMNS = 1 generate
+    old_first   <= first_sums;
+    old_held    <= held_sums;
+    old_running <= running;
+    old_results <= results;
+  end generate one_column;
 
-  running_memory : entity work.column_memory
-    generic map (
-      COLUMNS => COLUMNS,
-      WIDTH   => SUMS_BITS
-    )
-    port map (
-      clk          => clk,
-      write_enable => active_at(4),
-      write_column => column_at(4),
-      word         => running,
-      read_column  => column_at(1),
-      old_word     => old_running
-    );
+  several_columns : if COLUMNS > 1 generate
 
-  held_outputs : if HOLDING generate
+    type kept_t is array (FIRST_KEPT to RESULTS_KEPT) of sums_t;
 
-    result_memory : entity work.column_memory
-      generic map (
-        COLUMNS => COLUMNS,
-        WIDTH   => SUMS_BITS
-      )
-      port map (
-        clk          => clk,
-        write_enable => active_at(5),
-        write_column => column_at(5),
-        word         => results,
-        read_column  => column_at(2),
-        old_word     => old_results
-      );
+    signal word     : kept_t;
+    signal old_word : kept_t := (others => (others => '0'));
 
-  end generate held_outputs;
+  begin
 
-  split_groups : if SPLIT generate
+    word <= (first_sums, held_sums, running, results);
 
-    held_memory : entity work.column_memory
-      generic map (
-        COLUMNS => COLUMNS,
-        WIDTH   => SUMS_BITS
-      )
-      port map (
-        clk          => clk,
-        write_enable => active_at(3),
-        write_column => column_at(3),
-        word         => held_sums,
-        read_column  => column_at(0),
-        old_word     => old_held
-      );
+    old_first   <= old_word(FIRST_KEPT);
+    old_held    <= old_word(HELD_KEPT);
+    old_running <= old_word(RUNNING_KEPT);
+    old_results <= old_word(RESULTS_KEPT);
 
-  end generate split_groups;
+    each_kept : for i in FIRST_KEPT to RESULTS_KEPT generate
+
+      -- Without held outputs nothing reads results again, and without split groups no held sums.
+      in_use : if (i /= HELD_KEPT or SPLIT) and (i /= RESULTS_KEPT or HOLDING) generate
+
+        -- Written when its word is there, and read two clocks ahead of the token that changes it.
+        memory : entity work.ram_blocks
+          generic map (
+            WIDTH        => SUMS_BITS,
+            WORDS        => COLUMNS,
+            READ_LATENCY => 2
+          )
+          port map (
+            clk           => clk,
+            write_enable  => active_at(WRITTEN_AT(i)),
+            write_address => column_at(WRITTEN_AT(i)),
+            write_data    => word(i),
+            read_address  => column_at(WRITTEN_AT(i) - 3),
+            read_data     => old_word(i)
+          );
+
+      end generate in_use;
+
+    end generate each_kept;
+
+  end generate several_columns;
 
 end architecture rtl;

@@ -134,10 +134,9 @@ begin
 
   every_stage : for i in 0 to LAST_STAGE generate
 
-    constant COLUMNS      : boolean  := filters_columns(i);
-    constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i mod PASSES);
-    constant IN_BITS      : positive := value_bits(ARITHMETIC, i);
-    constant OUT_BITS     : positive := value_bits(ARITHMETIC, i + 1);
+    constant COLUMNS  : boolean  := filters_columns(i);
+    constant IN_BITS  : positive := value_bits(ARITHMETIC, i);
+    constant OUT_BITS : positive := value_bits(ARITHMETIC, i + 1);
 
   begin
 
@@ -146,20 +145,12 @@ begin
 
       stage : entity work.moving_sum_stage
         generic map (
-          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-          SHIFTS           => STAGE_SHIFTS,
-          CENTRED          => CENTRED,
-          COLUMNS          => COLUMNS,
-          ANY_ROWS         => ANY_ROWS,
-          DEPTH            => choose(COLUMNS, line_tokens(MAX_COLUMNS, P), 1),
-          LANES            => LANES,
-          DATA_BITS        => IN_BITS,
-          STORED           => STORED,
-          SCALE_BITS       => scale_bits(ARITHMETIC, i),
-          PRODUCT_MAX      => product_max(ARITHMETIC, i),
-          SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
-          DROP_BITS        => drop_bits(ARITHMETIC, i),
-          RESULT_BITS      => OUT_BITS
+          GEOMETRY => pass_geometry(GEOMETRY, i mod PASSES),
+          SIZES    => pass_of(ARITHMETIC, i),
+          COLUMNS  => COLUMNS,
+          ANY_ROWS => ANY_ROWS,
+          DEPTH    => choose(COLUMNS, line_tokens(MAX_COLUMNS, P), 1),
+          LANES    => LANES
         )
         port map (
           clk       => clk,
@@ -183,9 +174,7 @@ begin
 
       stage : entity work.lane_stage
         generic map (
-          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-          SHIFTS           => STAGE_SHIFTS,
-          CENTRED          => CENTRED,
+          GEOMETRY         => pass_geometry(GEOMETRY, i mod PASSES),
           PIXELS_PER_CLOCK => P,
           CHANNELS         => CHANNELS,
           DATA_BITS        => IN_BITS,
@@ -241,7 +230,6 @@ begin
     generic map (
       EXACT        => EXACT,
       LANES        => LANES,
-      SUM_BITS     => SUM_BITS,
       PIXEL_BITS   => PIXEL_BITS,
       DIVISOR      => final_divisor(ARITHMETIC),
       WEIGHT_COUNT => P,

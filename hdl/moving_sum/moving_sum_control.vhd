@@ -16,21 +16,17 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.token_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 entity moving_sum_control is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The set of a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
-    -- reach of the above.
-    REACHED : positive;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- The slice, if it is always the same; -1: `slice`.
     FIXED_SLICE : integer := -1
   );
@@ -42,20 +38,11 @@ entity moving_sum_control is
     first   : in    std_logic;
     live    : in    std_logic;
     -- Slice of the line, read with its first step.
-    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    -- 1 clock behind advance: the step, as it came in, and its phase.
-    step_1  : out   std_logic;
-    phase_1 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
-    first_1 : out   std_logic;
-    live_1  : out   std_logic;
-    -- Whether output 0 is due, and the slice of the output.
-    take_1  : out   std_logic;
-    slice_1 : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    -- 2 clocks behind advance: phase of the pixel that enters.
-    enter_phase_2 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
-    -- 3 clocks behind advance: whether the pixel that enters does not lie before the line, and its age.
-    moves_3 : out   std_logic;
-    age_3   : out   natural range 0 to REACHED;
+    slice : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
+    -- To the memory of the pixels.
+    ring : out   ring_control_t;
+    -- 3 clocks behind advance: the age of the pixel that enters.
+    age_3 : out   natural range 0 to reach(GEOMETRY);
     -- With them, what the step's tokens do.
     choice_3  : out   pixel_choice_t;
     command_3 : out   sum_command_t
@@ -64,15 +51,12 @@ end entity moving_sum_control;
 
 architecture rtl of moving_sum_control is
 
-  constant GEOMETRY : geometry_t := geometry_of("moving_sum_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
   constant NO_SUCH_SLICE : boolean := not takes(FIXED_SLICE < GEOMETRY.slices,
                                                 "moving_sum_control: FIXED_SLICE must be one of SHIFTS");
-  constant OTHER_REACH   : boolean := not takes(REACHED = reach(GEOMETRY),
-                                                "moving_sum_control: REACHED must be reach of the others");
 
-  constant M      : positive := MICRO_IMAGE_SIZE;
-  constant SLICES : positive := GEOMETRY.slices;
+  constant REACHED : positive := reach(GEOMETRY);
+  constant M       : positive := GEOMETRY.micro_image_size;
+  constant SLICES  : positive := GEOMETRY.slices;
   -- Steps from a pixel to the output of the same index.
   constant DELAY : natural := GEOMETRY.output_delay;
   -- Indices reach to here when M steps have passed.
@@ -235,6 +219,7 @@ architecture rtl of moving_sum_control is
   -- due.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
+  signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
   -- 1 clock after advance.
   signal step_now  : std_logic             := '0';
@@ -273,25 +258,14 @@ begin
   -- due, and of which slice.
   tag <= std_logic_vector(slice) & (first and advance);
 
-  find_due : entity work.tag_delay
-    generic map (
-      WIDTH  => slice'length + 1,
-      LENGTH => DELAY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => advance,
-      tag     => tag,
-      delayed => due_tag
-    );
+  due_tag <= delayed(tags, tag, DELAY);
 
-  step_1  <= step_now;
-  phase_1 <= own_phase;
-  first_1 <= own_first;
-  live_1  <= own_live;
-  take_1  <= due_first;
-  slice_1 <= due_slice;
+  ring.step_1  <= step_now;
+  ring.phase_1 <= own_phase;
+  ring.first_1 <= own_first;
+  ring.live_1  <= own_live;
+  ring.take_1  <= due_first;
+  ring.slice_1 <= resize(due_slice, slice_t'length);
 
   count_steps : process (clk) is
 
@@ -302,6 +276,7 @@ begin
 
     if rising_edge(clk) then
       step_now <= advance;
+      tags     <= moved_on(tags, tag, advance, reset);
       if advance = '1' then
         due_now   := due_tag(0);
         now_ended := 0;
@@ -383,13 +358,13 @@ begin
       due_count_2    <= due_count;
       due_ended_2    <= due_ended;
       -- Prepared, so that only a comparison is left when the age is known.
-      left_count_2  <= due_count - M;
-      left_ended_2  <= due_ended - M;
-      due_first_2   <= due_first;
-      enter_phase_2 <= PHASE_OF(row);
-      age_2         <= AGE_OF(row);
-      update_2      <= to_logic(BEGINS(row) = 2);
-      clear_2       <= to_logic(CLEARS(row) = 2);
+      left_count_2       <= due_count - M;
+      left_ended_2       <= due_ended - M;
+      due_first_2        <= due_first;
+      ring.enter_phase_2 <= PHASE_OF(row);
+      age_2              <= AGE_OF(row);
+      update_2           <= to_logic(BEGINS(row) = 2);
+      clear_2            <= to_logic(CLEARS(row) = 2);
     end if;
 
   end process look_up;
@@ -400,8 +375,8 @@ begin
     if rising_edge(clk) then
       -- Pixels enter from the line's first one on, also behind its end, where they count as zero:
       -- the places in memory move on alike.
-      moves_3 <= to_logic(age_2 <= due_count_2);
-      age_3   <= age_2;
+      ring.moves_3 <= to_logic(age_2 <= due_count_2);
+      age_3        <= age_2;
 
       -- A pixel's index is the count less its age: not before the line's begin (count), nor behind
       -- its end (ended).

@@ -43,6 +43,60 @@ package moving_sum_pkg is
 
   constant NO_COMMAND : sum_command_t := (others => '0');
 
+  -- What the control of a moving sum says of a step to the memory of its pixels; clocks behind the step are part of the
+  -- names.
+  type ring_control_t is record
+    -- A step begins; its phase, whether it is the first of a line and whether it has a pixel of the line.
+    step_1  : std_logic;
+    phase_1 : natural range 0 to 127;
+    first_1 : std_logic;
+    live_1  : std_logic;
+    -- Whether output 0 is due, and the slice of the output.
+    take_1  : std_logic;
+    slice_1 : unsigned(7 downto 0);
+    -- Phase of the pixel that enters, and whether it does not lie before the line.
+    enter_phase_2 : natural range 0 to 127;
+    moves_3       : std_logic;
+  end record ring_control_t;
+
+  -- What a row stage of several pixels a token is built for, and the sizes that follow from it, computed once.
+  type lanes_build_t is record
+    -- Of one slice, if it is always the same.
+    geometry : geometry_t;
+    -- P.
+    pixels     : positive range 2 to 32;
+    channels   : positive;
+    pixel_bits : positive;
+    -- Places of tokens in a micro image's banks, and these banks.
+    places : positive;
+    banks  : positive;
+    -- Bits of a row, and how many rows of a line are counted.
+    row_bits  : positive;
+    most_rows : positive;
+  end record lanes_build_t;
+
+  -- Where the pixels of a token go in the banks: whether they do, their place and their row.
+  type lanes_write_t is record
+    valid : std_logic;
+    place : natural range 0 to 127;
+    row   : unsigned(15 downto 0);
+  end record lanes_write_t;
+
+  -- The outputs that are due with a token.
+  type lanes_read_t is record
+    -- There are any, and they begin with output 0.
+    active : std_logic;
+    take   : std_logic;
+    -- Their slice, place and row, and rows since output 0.
+    slice : unsigned(7 downto 0);
+    place : natural range 0 to 127;
+    row   : unsigned(15 downto 0);
+    rows  : natural range 0 to 65535;
+    -- Place and row behind the last pixel of their line that came.
+    end_place : natural range 0 to 127;
+    end_row   : unsigned(15 downto 0);
+  end record lanes_read_t;
+
   -- Lines of a phase that the column memory keeps; even if pixels leave, for two banks. any_rows: frames of any
   -- number of lines follow each other, once in `reach` lines at most; else those of a multiple of M.
   function ring_lines (

@@ -22,18 +22,17 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.token_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 entity moving_sum_stage is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
+    -- Widths and largest values of its input, its sums and its output.
+    SIZES : pass_t;
     -- Whether it filters columns.
     COLUMNS : boolean := false;
     -- Columns only: whether frames of any number of lines follow each other without a gap.
@@ -43,21 +42,7 @@ entity moving_sum_stage is
     -- 1 for rows, the longest line for columns.
     DEPTH : positive := 1;
     -- Pixels of a token.
-    LANES : positive;
-    -- Width of a lane of the input.
-    DATA_BITS : positive;
-    -- Whether the input is multiplied by stored products.
-    STORED : boolean := false;
-    -- Stored products: fraction bits of the products above those of the input.
-    SCALE_BITS : natural := 0;
-    -- Largest input of the sums.
-    PRODUCT_MAX : natural;
-    -- Largest sum: M times the largest input.
-    SUM_MAX : positive;
-    -- Stored products: fraction bits to drop from the sums.
-    DROP_BITS : natural := 0;
-    -- Width of a lane of the output.
-    RESULT_BITS : positive;
+    LANES : positive := 1;
     -- Width of what goes with a step beside its token.
     TAG_BITS : positive := 1
   );
@@ -66,23 +51,22 @@ entity moving_sum_stage is
     reset : in    std_logic;
     -- A token, its lanes, and what else goes with a step.
     token : in    token_t;
-    data  : in    std_logic_vector(LANES * DATA_BITS - 1 downto 0);
+    data  : in    std_logic_vector(LANES * SIZES.data_bits - 1 downto 0);
     tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
     -- The token behind the stage (token_path), and its lanes.
     out_token : out   token_t;
-    out_data  : out   std_logic_vector(LANES * RESULT_BITS - 1 downto 0);
+    out_data  : out   std_logic_vector(LANES * SIZES.result_bits - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity moving_sum_stage;
 
 architecture rtl of moving_sum_stage is
 
-  constant GEOMETRY : geometry_t := geometry_of("moving_sum_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant M            : positive := MICRO_IMAGE_SIZE;
+  constant M            : positive := GEOMETRY.micro_image_size;
   constant REACHED      : positive := reach(GEOMETRY);
-  constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
-  constant SUM_BITS     : positive := bits_for(SUM_MAX);
+  constant PRODUCT_BITS : positive := bits_for(SIZES.product_max);
+  constant RESULT_BITS  : positive := SIZES.result_bits;
+  constant SUM_BITS     : positive := bits_for(SIZES.sum_max);
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
   constant SLICE_BITS   : positive := bits_for(GEOMETRY.slices - 1);
 
@@ -111,16 +95,9 @@ architecture rtl of moving_sum_stage is
   signal live  : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
 
-  -- Of the control; clocks behind a token are part of the names.
-  signal step_1        : std_logic;
-  signal phase_1       : natural range 0 to larger(M - 1, 1);
-  signal first_1       : std_logic;
-  signal live_1        : std_logic;
-  signal take_1        : std_logic;
-  signal slice_1       : unsigned(slice'range);
-  signal enter_phase_2 : natural range 0 to larger(M - 1, 1);
-  signal moves_3       : std_logic;
-  signal age_3         : natural range 0 to REACHED;
+  -- Of the control.
+  signal ring  : ring_control_t;
+  signal age_3 : natural range 0 to REACHED;
 
   -- A token: whether it begins a step and the filter works on it, and from 3 clocks behind it on what it does, and its
   -- column.
@@ -145,24 +122,25 @@ begin
 
   lane : for i in 0 to LANES - 1 generate
 
-    signal value : std_logic_vector(DATA_BITS - 1 downto 0);
+    signal value : std_logic_vector(SIZES.data_bits - 1 downto 0);
 
   begin
 
-    value <= data((i + 1) * DATA_BITS - 1 downto i * DATA_BITS);
+    value <= data((i + 1) * SIZES.data_bits - 1 downto i * SIZES.data_bits);
 
-    stored_products : if STORED generate
+    stored_products : if SIZES.stored generate
 
       signal product_at : products_t(1 to ADDRESSED) := (others => (others => '0'));
+      signal sum        : std_logic_vector(SUM_BITS - 1 downto 0);
 
     begin
 
       product_rom : entity work.stored_product
         generic map (
-          VALUE_BITS   => DATA_BITS,
+          VALUE_BITS   => SIZES.data_bits,
           PRODUCT_BITS => PRODUCT_BITS,
-          SCALE_BITS   => SCALE_BITS,
-          DIVISOR      => MICRO_IMAGE_SIZE
+          SCALE_BITS   => SIZES.scale_bits,
+          DIVISOR      => GEOMETRY.micro_image_size
         )
         port map (
           clk     => clk,
@@ -182,21 +160,20 @@ begin
 
       pixels_at(ADDRESSED)((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS) <= product_at(ADDRESSED);
 
-      round_sum : entity work.round_saturate
-        generic map (
-          VALUE_MAX   => SUM_MAX,
-          DROP_BITS   => DROP_BITS,
-          RESULT_BITS => RESULT_BITS
-        )
-        port map (
-          clk    => clk,
-          value  => sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS),
-          result => out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS)
-        );
+      sum <= sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS);
+
+      round_sum : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= rounded(sum, SIZES.drop_bits, RESULT_BITS);
+        end if;
+
+      end process round_sum;
 
     end generate stored_products;
 
-    plain_values : if not STORED generate
+    plain_values : if not SIZES.stored generate
 
       signal value_at : products_t(1 to ADDRESSED) := (others => (others => '0'));
 
@@ -248,30 +225,20 @@ begin
   -- It looks at a step three clocks ahead of its pixels: ages come from a table, and are compared behind a register.
   control : entity work.moving_sum_control
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      REACHED          => REACHED,
-      FIXED_SLICE      => FIXED_SLICE
+      GEOMETRY    => GEOMETRY,
+      FIXED_SLICE => FIXED_SLICE
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      advance       => step,
-      first         => first,
-      live          => live,
-      slice         => slice,
-      step_1        => step_1,
-      phase_1       => phase_1,
-      first_1       => first_1,
-      live_1        => live_1,
-      take_1        => take_1,
-      slice_1       => slice_1,
-      enter_phase_2 => enter_phase_2,
-      moves_3       => moves_3,
-      age_3         => age_3,
-      choice_3      => choice_at(3),
-      command_3     => command_at(3)
+      clk       => clk,
+      reset     => reset,
+      advance   => step,
+      first     => first,
+      live      => live,
+      slice     => slice,
+      ring      => ring,
+      age_3     => age_3,
+      choice_3  => choice_at(3),
+      command_3 => command_at(3)
     );
 
   step_at(0)   <= step;
@@ -308,12 +275,10 @@ begin
   -- A row's pixels fit distributed RAM or a shift register: few are in use at a time.
   one_column : if DEPTH = 1 generate
 
-    ring : entity work.pixel_ring
+    pixels : entity work.pixel_ring
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        REACHED          => REACHED,
-        WITH_LEAVING     => pixels_leave(GEOMETRY),
-        WIDTH            => PIXEL_BITS
+        GEOMETRY => GEOMETRY,
+        WIDTH    => PIXEL_BITS
       )
       port map (
         clk      => clk,
@@ -329,31 +294,22 @@ begin
   -- Lines of pixels go to block RAM, a word for each column, at an address that moves with it.
   many_columns : if DEPTH > 1 generate
 
-    ring : entity work.line_ring
+    lines : entity work.line_ring
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        CENTRED          => CENTRED,
-        ANY_ROWS         => ANY_ROWS,
-        COLUMNS          => DEPTH,
-        WIDTH            => PIXEL_BITS
+        GEOMETRY => GEOMETRY,
+        ANY_ROWS => ANY_ROWS,
+        COLUMNS  => DEPTH,
+        WIDTH    => PIXEL_BITS
       )
       port map (
-        clk           => clk,
-        reset         => reset,
-        step_1        => step_1,
-        phase_1       => phase_1,
-        first_1       => first_1,
-        live_1        => live_1,
-        take_1        => take_1,
-        slice_1       => slice_1,
-        enter_phase_2 => enter_phase_2,
-        moves_3       => moves_3,
-        column_4      => column_at(4),
-        active_5      => active_at(ADDRESSED),
-        pixel_5       => pixels_at(ADDRESSED),
-        entering_8    => read_enter,
-        leaving_8     => read_leave
+        clk        => clk,
+        reset      => reset,
+        control    => ring,
+        column_4   => column_at(4),
+        active_5   => active_at(ADDRESSED),
+        pixel_5    => pixels_at(ADDRESSED),
+        entering_8 => read_enter,
+        leaving_8  => read_leave
       );
 
   end generate many_columns;
@@ -390,7 +346,7 @@ begin
 
   path : entity work.token_path
     generic map (
-      LATENCY  => sum_stage_latency(STORED, DEPTH),
+      LATENCY  => sum_stage_latency(SIZES.stored, DEPTH),
       DELAY    => GEOMETRY.output_delay,
       COLUMNS  => COLUMNS,
       TAG_BITS => TAG_BITS

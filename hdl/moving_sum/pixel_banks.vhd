@@ -17,53 +17,31 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 
 entity pixel_banks is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' of each in pixels, with blanks in between.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
-    -- The slice, if it is always the same; -1: one of all.
-    FIXED_SLICE : integer := -1;
-    -- P.
-    PIXELS_PER_CLOCK : positive;
-    -- Channels of a pixel.
-    CHANNELS : positive;
-    -- Width of a channel.
-    PIXEL_BITS : positive;
-    -- Bits of a row, and how many rows of a line are counted.
-    ROW_BITS  : positive;
-    MOST_ROWS : positive
+    -- What lane_stage is built for.
+    BUILD : lanes_build_t
   );
   port (
     clk : in    std_logic;
     -- As lane_control gives them, with the pixels of the token; pixel 0 in the low bits.
-    write_1       : in    std_logic;
-    write_place_1 : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    write_row_1   : in    unsigned(ROW_BITS - 1 downto 0);
-    pixels_1      : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
-    read_slice_1  : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    read_place_1  : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    read_row_1    : in    unsigned(ROW_BITS - 1 downto 0);
-    read_rows_1   : in    natural range 0 to MOST_ROWS;
-    end_place_1   : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
-    end_row_1     : in    unsigned(ROW_BITS - 1 downto 0);
+    write_1  : in    lanes_write_t;
+    pixels_1 : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
+    read_1   : in    lanes_read_t;
     -- Signed numbers, a bit wider than a channel.
-    differences : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * (PIXEL_BITS + 1) - 1 downto 0)
+    differences : out   std_logic_vector(BUILD.pixels * BUILD.channels * (BUILD.pixel_bits + 1) - 1 downto 0)
   );
 end entity pixel_banks;
 
 architecture rtl of pixel_banks is
 
-  constant GEOMETRY : geometry_t := slice_geometry(geometry_of("pixel_banks", MICRO_IMAGE_SIZE, SHIFTS, CENTRED),
-                                                   FIXED_SLICE);
+  constant GEOMETRY : geometry_t := BUILD.geometry;
 
-  constant M      : positive := MICRO_IMAGE_SIZE;
-  constant P      : positive := PIXELS_PER_CLOCK;
+  constant M      : positive := BUILD.geometry.micro_image_size;
+  constant P      : positive := BUILD.pixels;
   constant SLICES : positive := GEOMETRY.slices;
   constant BANKS  : positive := bank_count(M, P);
   constant STEP   : positive := bank_step(M, P);
@@ -72,16 +50,16 @@ architecture rtl of pixel_banks is
   -- row included.
   constant LOWEST  : integer  := -larger(1 - lowest_row(GEOMETRY, P), 1);
   constant HIGHEST : integer  := larger(highest_row(GEOMETRY, P) + 1, 1);
-  constant WIDTH   : positive := CHANNELS * PIXEL_BITS;
+  constant WIDTH   : positive := BUILD.channels * BUILD.pixel_bits;
   -- Of a difference of all channels.
-  constant DIFFERENCE_BITS  : positive := PIXEL_BITS + 1;
-  constant DIFFERENCE_WIDTH : positive := CHANNELS * DIFFERENCE_BITS;
+  constant DIFFERENCE_BITS  : positive := BUILD.pixel_bits + 1;
+  constant DIFFERENCE_WIDTH : positive := BUILD.channels * DIFFERENCE_BITS;
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
   subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
 
-  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+  subtype row_t is unsigned(BUILD.row_bits - 1 downto 0);
 
   subtype pixel_t is std_logic_vector(WIDTH - 1 downto 0);
 
@@ -98,6 +76,14 @@ architecture rtl of pixel_banks is
 
   type pixels_t is array (natural range 0 to BANKS - 1) of pixel_t;
 
+  -- Of the pixels that enter, and of those that leave.
+  constant ENTER : natural := 0;
+  constant LEAVE : natural := 1;
+
+  type both_rows_t is array (ENTER to LEAVE) of rows_t;
+
+  type both_pixels_t is array (ENTER to LEAVE) of pixels_t;
+
   type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
 
   type row_tables_t is array (natural range 0 to SLICES - 1) of distances_t;
@@ -108,7 +94,7 @@ architecture rtl of pixel_banks is
   -- The place of the outputs, and for the exchange their slice, until the differences are there.
   type turns_t is array (1 to CHANGED) of place_t;
 
-  type slices_t is array (1 to 4) of unsigned(read_slice_1'length - 1 downto 0);
+  type slices_t is array (1 to 4) of unsigned(bits_for(SLICES - 1) - 1 downto 0);
 
   subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
 
@@ -188,43 +174,99 @@ architecture rtl of pixel_banks is
   begin
 
     -- Rows wrap round, as the memories do.
-    return unsigned(signed(row) + to_signed(distance, ROW_BITS));
+    return unsigned(signed(row) + to_signed(distance, BUILD.row_bits));
 
   end function moved;
 
   -- Clocks behind a token are part of the names.
+  -- Words of all banks, of so many bits each, moved down by some tokens' places; those that fall out come in at the
+  -- top. By 1, 2, 4 and so on or not: a level of multiplexers for each bit of the number.
+  function rotated (
+    words  : std_logic_vector;
+    places : place_t;
+    width  : positive
+  ) return std_logic_vector is
+
+    constant LEVELS : positive := bits_for(larger(BANKS / STEP - 1, 1));
+
+    variable now  : std_logic_vector(BANKS * width - 1 downto 0);
+    variable last : std_logic_vector(BANKS * width - 1 downto 0);
+    variable turn : unsigned(LEVELS - 1 downto 0);
+
+  begin
+
+    now  := words;
+    turn := to_unsigned(places, LEVELS);
+
+    for l in 0 to LEVELS - 1 loop
+
+      last := now;
+
+      if turn(l) = '1' then
+
+        for i in 0 to BANKS - 1 loop
+
+          now((i + 1) * width - 1 downto i * width) := last(((i + STEP * 2 ** l) mod BANKS + 1) * width - 1 downto
+                                                            (i + STEP * 2 ** l) mod BANKS * width);
+
+        end loop;
+
+      end if;
+
+    end loop;
+
+    return now;
+
+  end function rotated;
+
+  -- Of the control, as wide as they need to be here.
+  signal write_place_1 : place_t;
+  signal write_row_1   : row_t;
+  signal read_slice_1  : unsigned(bits_for(SLICES - 1) - 1 downto 0);
+  signal read_place_1  : place_t;
+  signal read_row_1    : row_t;
+  signal read_rows_1   : natural range 0 to BUILD.most_rows;
+  signal end_place_1   : place_t;
+  signal end_row_1     : row_t;
   -- 1: the token; its pixels, turned so that each stands at its bank.
   signal padded_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   signal write_turn : place_t;
   signal rotated_1  : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   -- 2: what is written, where, and what is to be read: rows relative to the output's, and limits of the line.
   signal own_2      : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  signal writes_2   : flags_t                              := (others => '0');
-  signal wrapped_2  : flags_t                              := (others => '0');
-  signal row_2      : row_t                                := (others => '0');
-  signal next_row_2 : row_t                                := (others => '0');
-  signal distance_2 : distances_t                          := (others => HIGHEST);
-  signal read_row_2 : row_t                                := (others => '0');
-  signal rows_2     : natural range 0 to MOST_ROWS         := 0;
-  signal ahead_2    : natural range 0 to 2 ** ROW_BITS - 1 := 0;
-  signal end_2      : natural range 0 to BANKS             := 0;
+  signal writes_2   : flags_t                                    := (others => '0');
+  signal wrapped_2  : flags_t                                    := (others => '0');
+  signal row_2      : row_t                                      := (others => '0');
+  signal next_row_2 : row_t                                      := (others => '0');
+  signal distance_2 : distances_t                                := (others => HIGHEST);
+  signal read_row_2 : row_t                                      := (others => '0');
+  signal rows_2     : natural range 0 to BUILD.most_rows         := 0;
+  signal ahead_2    : natural range 0 to 2 ** BUILD.row_bits - 1 := 0;
+  signal end_2      : natural range 0 to BANKS                   := 0;
   -- 3: a bank's rows to be read for the pixel that enters and the one that leaves; whether these lie in the line. 4:
   -- their words.
-  signal enter_row_3   : rows_t   := (others => (others => '0'));
-  signal leave_row_3   : rows_t   := (others => (others => '0'));
-  signal enters_3      : flags_t  := (others => '0');
-  signal leaves_3      : flags_t  := (others => '0');
-  signal enters_4      : flags_t  := (others => '0');
-  signal leaves_4      : flags_t  := (others => '0');
-  signal enter_4       : pixels_t;
-  signal leave_4       : pixels_t;
+  signal rows_3        : both_rows_t := (others => (others => (others => '0')));
+  signal enters_3      : flags_t     := (others => '0');
+  signal leaves_3      : flags_t     := (others => '0');
+  signal enters_4      : flags_t     := (others => '0');
+  signal leaves_4      : flags_t     := (others => '0');
+  signal words_4       : both_pixels_t;
   signal changes_5     : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
-  signal read_place_at : turns_t  := (others => 0);
-  signal read_slice_at : slices_t := (others => (others => '0'));
+  signal read_place_at : turns_t     := (others => 0);
+  signal read_slice_at : slices_t    := (others => (others => '0'));
   signal exchanged     : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
   signal turned        : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
 
 begin
+
+  write_place_1 <= write_1.place;
+  write_row_1   <= write_1.row(BUILD.row_bits - 1 downto 0);
+  read_slice_1  <= read_1.slice(read_slice_1'range);
+  read_place_1  <= read_1.place;
+  read_row_1    <= read_1.row(BUILD.row_bits - 1 downto 0);
+  read_rows_1   <= read_1.rows;
+  end_place_1   <= read_1.end_place;
+  end_row_1     <= read_1.end_row(BUILD.row_bits - 1 downto 0);
 
   --------------------------------------------------------------------------------------------------
   -- A token's pixels into their banks.
@@ -240,17 +282,7 @@ begin
   write_turn <= 0 when write_place_1 = 0 else
                 PLACES - write_place_1;
 
-  to_banks : entity work.rotate_words
-    generic map (
-      WORDS => BANKS,
-      STEP  => STEP,
-      WIDTH => WIDTH
-    )
-    port map (
-      amount   => write_turn,
-      words_in => padded_1,
-      rotated  => rotated_1
-    );
+  rotated_1 <= rotated(padded_1, write_turn, WIDTH);
 
   find_rows : process (clk) is
 
@@ -279,10 +311,10 @@ begin
         if STEP * write_place_1 > b then
           wrapped_2(b) <= '1';
           if STEP * write_place_1 + P > b + BANKS then
-            writes_2(b) <= write_1;
+            writes_2(b) <= write_1.valid;
           end if;
         elsif STEP * write_place_1 + P > b then
-          writes_2(b) <= write_1;
+          writes_2(b) <= write_1.valid;
         end if;
 
         -- The slice of the outputs is the older line's, so the tables are asked with read_slice.
@@ -309,16 +341,16 @@ begin
       -- 2: the rows, and whether they are of the line; what leaves lies M pixels before what enters.
       for b in 0 to BANKS - 1 loop
 
-        distance       := distance_2(b);
-        enter_row_3(b) <= moved(read_row_2, distance);
-        enters_3(b)    <= in_line(distance, rows_2, ahead_2, b, end_2);
+        distance         := distance_2(b);
+        rows_3(ENTER)(b) <= moved(read_row_2, distance);
+        enters_3(b)      <= in_line(distance, rows_2, ahead_2, b, end_2);
         -- A pixel M before lies in the bank that is M lower, round the end in the row before.
         bank := (b + BANKS - M) mod BANKS;
         if b < M then
           distance := distance - 1;
         end if;
-        leave_row_3(bank) <= moved(read_row_2, distance);
-        leaves_3(b)       <= in_line(distance, rows_2, ahead_2, bank, end_2);
+        rows_3(LEAVE)(bank) <= moved(read_row_2, distance);
+        leaves_3(b)         <= in_line(distance, rows_2, ahead_2, bank, end_2);
 
       end loop;
 
@@ -344,55 +376,44 @@ begin
                  row_2;
 
     -- Two memories with the same pixels: one is read for what enters, one for what leaves.
-    entering_pixels : entity work.ram_simple_dual_port
-      generic map (
-        WIDTH        => WIDTH,
-        ADDRESS_BITS => ROW_BITS,
-        READ_LATENCY => 1
-      )
-      port map (
-        clk           => clk,
-        write_enable  => writes_2(b),
-        write_address => write_row,
-        write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
-        read_address  => enter_row_3(b),
-        read_data     => enter_4(b)
-      );
+    each_read : for i in ENTER to LEAVE generate
 
-    leaving_pixels : entity work.ram_simple_dual_port
-      generic map (
-        WIDTH        => WIDTH,
-        ADDRESS_BITS => ROW_BITS,
-        READ_LATENCY => 1
-      )
-      port map (
-        clk           => clk,
-        write_enable  => writes_2(b),
-        write_address => write_row,
-        write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
-        read_address  => leave_row_3(b),
-        read_data     => leave_4(b)
-      );
+      pixels : entity work.ram_simple_dual_port
+        generic map (
+          WIDTH        => WIDTH,
+          WORDS        => 2 ** BUILD.row_bits,
+          READ_LATENCY => 1
+        )
+        port map (
+          clk           => clk,
+          write_enable  => writes_2(b),
+          write_address => write_row,
+          write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
+          read_address  => rows_3(i)(b),
+          read_data     => words_4(i)(b)
+        );
+
+    end generate each_read;
 
     subtract : process (clk) is
 
-      variable entering   : unsigned(PIXEL_BITS - 1 downto 0);
-      variable leaving    : unsigned(PIXEL_BITS - 1 downto 0);
+      variable entering   : unsigned(BUILD.pixel_bits - 1 downto 0);
+      variable leaving    : unsigned(BUILD.pixel_bits - 1 downto 0);
       variable difference : unsigned(DIFFERENCE_BITS - 1 downto 0);
 
     begin
 
       if rising_edge(clk) then
         -- Outside of the line a pixel counts as zero, whatever the memory still holds there.
-        for c in 0 to CHANNELS - 1 loop
+        for c in 0 to BUILD.channels - 1 loop
 
           entering := (others => '0');
           leaving  := (others => '0');
           if enters_4(b) = '1' then
-            entering := unsigned(enter_4(b)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
+            entering := unsigned(words_4(ENTER)(b)((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
           end if;
           if leaves_4(b) = '1' then
-            leaving := unsigned(leave_4(LEFT)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
+            leaving := unsigned(words_4(LEAVE)(LEFT)((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
           end if;
           -- Signed, in two's complement, so the prefix sums need not know the sign.
           difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);
@@ -429,12 +450,7 @@ begin
 
   to_places : entity work.bank_exchange
     generic map (
-      MICRO_IMAGE_SIZE => M,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      FIXED_SLICE      => FIXED_SLICE,
-      PIXELS_PER_CLOCK => P,
-      WIDTH            => DIFFERENCE_WIDTH
+      BUILD => BUILD
     )
     port map (
       clk       => clk,
@@ -443,17 +459,7 @@ begin
       exchanged => exchanged
     );
 
-  to_outputs : entity work.rotate_words
-    generic map (
-      WORDS => BANKS,
-      STEP  => STEP,
-      WIDTH => DIFFERENCE_WIDTH
-    )
-    port map (
-      amount   => read_place_at(CHANGED),
-      words_in => exchanged,
-      rotated  => turned
-    );
+  turned <= rotated(exchanged, read_place_at(CHANGED), DIFFERENCE_WIDTH);
 
   -- Banks beyond P have no output.
   give : process (clk) is

@@ -169,13 +169,11 @@ begin
 
     border : entity work.border_weights
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        CENTRED          => CENTRED,
-        SLICES_AT_ONCE   => GEOMETRY.slices,
-        DATA_BITS        => IN_BITS,
-        WEIGHT_BITS      => WEIGHT_BITS,
-        ENGINE_CLOCKS    => CLOCKS - DIVIDE_LATENCY
+        GEOMETRY       => GEOMETRY,
+        SLICES_AT_ONCE => GEOMETRY.slices,
+        DATA_BITS      => IN_BITS,
+        WEIGHT_BITS    => WEIGHT_BITS,
+        ENGINE_CLOCKS  => CLOCKS - DIVIDE_LATENCY
       )
       port map (
         clk          => clk,

@@ -223,9 +223,7 @@ begin
 
     border : entity work.border_weights
       generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        CENTRED             => CENTRED,
+        GEOMETRY            => GEOMETRY,
         INTERPOLATION_ORDER => INTERPOLATION_ORDER,
         PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
         DATA_BITS           => DATA_BITS,

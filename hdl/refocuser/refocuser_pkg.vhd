@@ -15,6 +15,19 @@ use work.sum_lanes_pkg.all;
 
 package refocuser_pkg is
 
+  -- How a raster_refocuser on a board computes: its generics of these names. SHIFTS and ENGINE go beside it, as a field
+  -- of a record has a fixed length.
+  type core_t is record
+    micro_image_size    : positive range 1 to 128;
+    interpolation_order : natural range 0 to 3;
+    hold                : boolean;
+    max_columns         : positive range 1 to 8192;
+    exact               : boolean;
+    fraction_bits       : natural range 0 to 12;
+    guard_bits          : natural range 0 to 12;
+    broadcast_taps      : natural;
+  end record core_t;
+
   -- Stops elaboration, by a message that begins with a name, if a raster_refocuser cannot be built; else true.
   function takes_refocuser (
     name          : string;

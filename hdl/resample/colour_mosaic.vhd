@@ -73,13 +73,10 @@ begin
       MAX_COLUMNS    => MAX_COLUMNS,
       IN_BITS        => PIXEL_BITS,
       OUT_BITS       => 3 * PIXEL_BITS,
-      INPUT_PIXELS   => 0,
       ROW_DELAY      => 1,
       COLUMN_DELAY   => 1,
       ENGINE_LATENCY => 5,
-      MIN_STEPS      => 4,
-      MIN_BANDS      => 1,
-      BAND_MODULUS   => 1
+      MIN_STEPS      => 4
     )
     port map (
       clk           => clk,

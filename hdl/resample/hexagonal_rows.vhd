@@ -18,17 +18,8 @@ use work.resample_pkg.all;
 
 entity hexagonal_rows is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3;
-    -- Width of a pixel that goes out, of a value that comes in, and the fraction bits of the value.
-    PIXEL_BITS : positive;
-    VALUE_BITS : positive;
-    GUARD_BITS : positive;
-    -- Fraction bits of places, and of the weights.
-    FRACTION_BITS : positive;
-    WEIGHT_BITS   : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
@@ -40,11 +31,11 @@ entity hexagonal_rows is
     in_ready : out   std_logic;
     in_first : in    std_logic;
     in_last  : in    std_logic;
-    in_data  : in    std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
+    in_data  : in    std_logic_vector(BUILD.channels * BUILD.value_bits - 1 downto 0);
     -- Pixels out.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(BUILD.channels * BUILD.pixel_bits - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic
   );
@@ -52,9 +43,9 @@ end entity hexagonal_rows;
 
 architecture rtl of hexagonal_rows is
 
-  constant DATA_BITS  : positive := CHANNELS * VALUE_BITS;
-  constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS;
-  constant LAST_PIXEL : natural  := MICRO_IMAGE_SIZE - 1;
+  constant DATA_BITS  : positive := BUILD.channels * BUILD.value_bits;
+  constant OUT_BITS   : positive := BUILD.channels * BUILD.pixel_bits;
+  constant LAST_PIXEL : natural  := BUILD.micro_image_size - 1;
   constant PIXEL_ADDR : positive := bits_for(larger(LAST_PIXEL, 1));
   -- Room for what is under way between a read and the output, and for a sink that pauses.
   constant FIFO_BITS : positive := 4;
@@ -67,23 +58,25 @@ architecture rtl of hexagonal_rows is
 
   subtype pixel_index_t is natural range 0 to larger(LAST_PIXEL, 1);
 
-  subtype weight_t is unsigned(WEIGHT_BITS - 1 downto 0);
+  subtype weight_t is unsigned(BUILD.weight_bits - 1 downto 0);
+
+  -- Of lenses with an even and with an odd number.
+  type banks_t is array (0 to 1) of unsigned(PIXEL_ADDR downto 0);
+
+  type words_t is array (0 to 1) of std_logic_vector(DATA_BITS - 1 downto 0);
 
   -- Lenses that are complete, and the pixel that comes in.
-  signal written   : number_t      := (others => '0');
-  signal in_pixel  : pixel_index_t := 0;
-  signal take      : std_logic;
-  signal even_take : std_logic;
-  signal odd_take  : std_logic;
+  signal written  : number_t      := (others => '0');
+  signal in_pixel : pixel_index_t := 0;
+  signal take     : std_logic;
+  signal taken    : std_logic_vector(0 to 1);
   -- Whether a lens is the first one of a frame.
   signal firsts : std_logic_vector(7 downto 0) := (others => '0');
   -- Four lenses lie in memory, those of even and of odd number apart: two neighbours are read at once. The address is
   -- the lens above its lowest bit, and the pixel.
-  signal in_bank   : unsigned(PIXEL_ADDR downto 0);
-  signal even_bank : unsigned(PIXEL_ADDR downto 0) := (others => '0');
-  signal odd_bank  : unsigned(PIXEL_ADDR downto 0) := (others => '0');
-  signal even_word : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal odd_word  : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal in_bank : unsigned(PIXEL_ADDR downto 0);
+  signal banks   : banks_t := (others => (others => '0'));
+  signal word    : words_t;
 
   -- The line that goes out: number of its first lens, place of the micro image.
   signal line_base    : number_t              := (others => '0');
@@ -126,17 +119,17 @@ architecture rtl of hexagonal_rows is
 begin
 
   -- In: four lenses at most, from the left one of those that are read on. Two are read, two arrive.
-  take      <= '1' when in_valid = '1' and written - left_lens < 4 else
-               '0';
-  in_ready  <= '1' when written - left_lens < 4 else
-               '0';
-  even_take <= take and not written(0);
-  odd_take  <= take and written(0);
-  in_bank   <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
+  take     <= '1' when in_valid = '1' and written - left_lens < 4 else
+              '0';
+  in_ready <= '1' when written - left_lens < 4 else
+              '0';
+  taken(0) <= take and not written(0);
+  taken(1) <= take and written(0);
+  in_bank  <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
 
   -- Out: the lens to the left of the micro image, and the one to the right.
   -- The whole part of the place says how many lenses behind the line's first one.
-  left_lens  <= line_base + place(FRACTION_BITS + number_t'length - 1 downto FRACTION_BITS);
+  left_lens  <= line_base + place(BUILD.fraction_bits + number_t'length - 1 downto BUILD.fraction_bits);
   right_lens <= left_lens + 1;
   issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
                 '0';
@@ -204,15 +197,15 @@ begin
       first_at(1) <= '0';
       last_at(1)  <= '0';
       -- Both memories are asked at once. The even one has the left lens, or, where that is odd, the right one.
-      even_bank <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
-      odd_bank  <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      banks(0) <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      banks(1) <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       if left_lens(0) = '1' then
-        even_bank <= right_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+        banks(0) <= right_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       end if;
       odd_1    <= left_lens(0);
       odd_2    <= odd_1;
       odd_3    <= odd_2;
-      weight_1 <= unsigned(place(FRACTION_BITS - 1 downto FRACTION_BITS - WEIGHT_BITS));
+      weight_1 <= unsigned(place(BUILD.fraction_bits - 1 downto BUILD.fraction_bits - BUILD.weight_bits));
       weight_2 <= weight_1;
       weight_3 <= weight_2;
 
@@ -267,55 +260,48 @@ begin
 
   -- Four lenses of M pixels, in two memories: a ring of lenses, of which two are read and two are
   -- written.
-  even_lenses : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => DATA_BITS,
-      ADDRESS_BITS => PIXEL_ADDR + 1
-    )
-    port map (
-      clk           => clk,
-      write_enable  => even_take,
-      write_address => in_bank,
-      write_data    => in_data,
-      read_address  => even_bank,
-      read_data     => even_word
-    );
+  parities : for i in 0 to 1 generate
 
-  odd_lenses : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => DATA_BITS,
-      ADDRESS_BITS => PIXEL_ADDR + 1
-    )
-    port map (
-      clk           => clk,
-      write_enable  => odd_take,
-      write_address => in_bank,
-      write_data    => in_data,
-      read_address  => odd_bank,
-      read_data     => odd_word
-    );
+    words : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH => DATA_BITS,
+        WORDS => 2 ** (PIXEL_ADDR + 1)
+      )
+      port map (
+        clk           => clk,
+        write_enable  => taken(i),
+        write_address => in_bank,
+        write_data    => in_data,
+        read_address  => banks(i),
+        read_data     => word(i)
+      );
 
-  blend : for c in 0 to CHANNELS - 1 generate
+  end generate parities;
 
-    constant SUM_BITS : positive := VALUE_BITS + WEIGHT_BITS;
+  blend : for c in 0 to BUILD.channels - 1 generate
 
-    signal left_value  : unsigned(VALUE_BITS - 1 downto 0);
-    signal right_value : unsigned(VALUE_BITS - 1 downto 0);
-    signal left_late   : unsigned(VALUE_BITS - 1 downto 0)         := (others => '0');
+    constant SUM_BITS  : positive := BUILD.value_bits + BUILD.weight_bits;
+    constant DROP_BITS : positive := BUILD.weight_bits + BUILD.guard_bits;
+
+    signal left_value  : unsigned(BUILD.value_bits - 1 downto 0);
+    signal right_value : unsigned(BUILD.value_bits - 1 downto 0);
+    signal left_late   : unsigned(BUILD.value_bits - 1 downto 0)         := (others => '0');
     signal part        : signed(SUM_BITS + 1 downto 0)             := (others => '0');
 
   begin
 
     -- Which memory holds the left lens was known when it was read.
-    left_value  <= unsigned(even_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
-                   unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
-    right_value <= unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
-                   unsigned(even_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
+    left_value  <= unsigned(word(0)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits)) when odd_3 = '0' else
+                   unsigned(word(1)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits));
+    right_value <= unsigned(word(1)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits)) when odd_3 = '0' else
+                   unsigned(word(0)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits));
 
     interpolate : process (clk) is
 
-      variable difference : signed(VALUE_BITS downto 0);
+      variable difference : signed(BUILD.value_bits downto 0);
       variable sum        : unsigned(SUM_BITS downto 0);
+      variable whole      : unsigned(SUM_BITS + 1 downto 0);
+      variable rounded    : unsigned(BUILD.pixel_bits - 1 downto 0);
 
     begin
 
@@ -325,14 +311,16 @@ begin
         part       <= difference * signed('0' & weight_3);
         left_late  <= left_value;
 
+        whole := "00" & left_late & to_unsigned(0, BUILD.weight_bits);
         -- Clock 2: the left value, as far up as the product, and the half that rounds.
-        sum := resize(unsigned(signed("00" & left_late & to_unsigned(0, WEIGHT_BITS)) + part), SUM_BITS + 1);
-        sum := shift_right(sum + 2 ** (WEIGHT_BITS + GUARD_BITS - 1), WEIGHT_BITS + GUARD_BITS);
+        sum     := resize(unsigned(signed(whole) + part), SUM_BITS + 1);
+        sum     := shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS);
+        rounded := sum(BUILD.pixel_bits - 1 downto 0);
         -- Values above full scale come from gains.
-        if sum >= 2 ** PIXEL_BITS then
-          blended((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= (others => '1');
+        if sum >= 2 ** BUILD.pixel_bits then
+          blended((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits) <= (others => '1');
         else
-          blended((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= std_logic_vector(sum(PIXEL_BITS - 1 downto 0));
+          blended((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits) <= std_logic_vector(rounded);
         end if;
       end if;
 

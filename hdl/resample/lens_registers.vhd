@@ -160,7 +160,7 @@ begin
   words : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => 32,
-      ADDRESS_BITS => 6,
+      WORDS        => 64,
       READ_LATENCY => 1
     )
     port map (

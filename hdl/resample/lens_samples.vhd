@@ -17,17 +17,7 @@ use work.resample_pkg.all;
 entity lens_samples is
   generic (
     -- What the resampler is built for.
-    MICRO_IMAGE_SIZE : positive range 1 to 128;
-    MAX_COLUMNS      : positive range 2 to 8192;
-    LINES            : positive range 4 to 256;
-    LENSES           : positive range 2 to 1048576;
-    MOVES            : boolean;
-    GAINS            : boolean;
-    CHANNELS         : positive range 1 to 3;
-    PIXEL_BITS       : positive range 1 to 16;
-    WEIGHT_BITS      : positive range 2 to 8;
-    GUARD_BITS       : positive range 1 to 3;
-    GAIN_BITS        : positive range 4 to 14
+    BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
@@ -36,27 +26,27 @@ entity lens_samples is
     load : in    load_t;
     -- From raw_writer.
     ring_write : in    ring_write_t;
-    write_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    write_data : in    std_logic_vector(BUILD.data_bits - 1 downto 0);
     -- The frame that is read, and its black level.
     frame : in    raw_frame_t;
-    black : in    unsigned(PIXEL_BITS + GUARD_BITS - 1 downto 0);
+    black : in    unsigned(BUILD.sample_bits - 1 downto 0);
     -- From lens_walk: a pixel, at a position of the even grid.
     pixel : in    walked_t;
     -- Whether there is a value, the first of a frame, the last of a line; its channels, channel 0 in the low bits.
     value_valid : out   std_logic;
     value_first : out   std_logic;
     value_last  : out   std_logic;
-    values      : out   std_logic_vector(CHANNELS * (PIXEL_BITS + GUARD_BITS + GAIN_INTEGER_BITS) - 1 downto 0)
+    values      : out   std_logic_vector(BUILD.channels * BUILD.value_bits - 1 downto 0)
   );
 end entity lens_samples;
 
 architecture rtl of lens_samples is
 
-  constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
-  constant POSITION    : positive := 16 + WEIGHT_BITS;
-  constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
+  constant DATA_BITS   : positive := BUILD.data_bits;
+  constant POSITION    : positive := 16 + BUILD.weight_bits;
+  constant SAMPLE_BITS : positive := BUILD.sample_bits;
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
-  constant GAIN_WIDTH  : positive := GAIN_BITS + GAIN_INTEGER_BITS;
+  constant GAIN_WIDTH  : positive := BUILD.gain_bits + GAIN_INTEGER_BITS;
   -- Two clocks of the table, one of the addition.
   constant MOVE_LATENCY : positive := 3;
   -- From a position to a value; of the gain from lens_tables to the multiplier.
@@ -70,8 +60,8 @@ architecture rtl of lens_samples is
   -- The position as if lenses were evenly spaced, until the move of its lens has been read.
   signal even_y_at : positions_t                   := (others => (others => '0'));
   signal even_x_at : positions_t                   := (others => (others => '0'));
-  signal move_y    : signed(WEIGHT_BITS + 1 downto 0);
-  signal move_x    : signed(WEIGHT_BITS + 1 downto 0);
+  signal move_y    : signed(BUILD.weight_bits + 1 downto 0);
+  signal move_x    : signed(BUILD.weight_bits + 1 downto 0);
   signal moved_y   : signed(POSITION - 1 downto 0) := (others => '0');
   signal moved_x   : signed(POSITION - 1 downto 0) := (others => '0');
   -- The four pixels around the moved position, and how far it lies between them.
@@ -79,12 +69,12 @@ architecture rtl of lens_samples is
   signal pixel_01 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal pixel_10 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal pixel_11 : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal weight_y : unsigned(WEIGHT_BITS - 1 downto 0);
-  signal weight_x : unsigned(WEIGHT_BITS - 1 downto 0);
+  signal weight_y : unsigned(BUILD.weight_bits - 1 downto 0);
+  signal weight_x : unsigned(BUILD.weight_bits - 1 downto 0);
   -- The gain is known with the move, and needed after the interpolation. It begins with one: where nothing else
   -- follows, it is a constant.
   signal gain    : unsigned(GAIN_WIDTH - 1 downto 0);
-  signal gain_at : gains_t := (others => to_unsigned(2 ** GAIN_BITS, GAIN_WIDTH));
+  signal gain_at : gains_t := (others => to_unsigned(2 ** BUILD.gain_bits, GAIN_WIDTH));
   -- The fields that accompany a value.
   signal valid_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal first_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
@@ -95,12 +85,7 @@ begin
   -- Asked with the position, so that the move comes as soon as a table can give it.
   tables : entity work.lens_tables
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      LENSES           => LENSES,
-      MOVES            => MOVES,
-      GAINS            => GAINS,
-      WEIGHT_BITS      => WEIGHT_BITS,
-      GAIN_BITS        => GAIN_BITS
+      BUILD => BUILD
     )
     port map (
       clk     => clk,
@@ -133,10 +118,10 @@ begin
   -- It reads four neighbouring pixels at once, from four memories by parity of line and column.
   window : entity work.raw_window
     generic map (
-      MAX_COLUMNS => MAX_COLUMNS,
-      LINES       => LINES,
+      MAX_COLUMNS => BUILD.max_columns,
+      LINES       => BUILD.held_lines,
       DATA_BITS   => DATA_BITS,
-      WEIGHT_BITS => WEIGHT_BITS
+      WEIGHT_BITS => BUILD.weight_bits
     )
     port map (
       clk        => clk,
@@ -153,7 +138,7 @@ begin
       weight_x   => weight_x
     );
 
-  channel : for c in 0 to CHANNELS - 1 generate
+  channel : for c in 0 to BUILD.channels - 1 generate
 
     signal sample : unsigned(SAMPLE_BITS - 1 downto 0);
     signal value  : unsigned(VALUE_BITS - 1 downto 0);
@@ -163,16 +148,14 @@ begin
     -- Channel by channel: the weights and the gain are the same for all.
     interpolate : entity work.pixel_sample
       generic map (
-        PIXEL_BITS  => PIXEL_BITS,
-        WEIGHT_BITS => WEIGHT_BITS,
-        GUARD_BITS  => GUARD_BITS
+        BUILD => BUILD
       )
       port map (
         clk      => clk,
-        pixel_00 => unsigned(pixel_00((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_01 => unsigned(pixel_01((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_10 => unsigned(pixel_10((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_11 => unsigned(pixel_11((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
+        pixel_00 => unsigned(pixel_00((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits)),
+        pixel_01 => unsigned(pixel_01((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits)),
+        pixel_10 => unsigned(pixel_10((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits)),
+        pixel_11 => unsigned(pixel_11((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits)),
         weight_y => weight_y,
         weight_x => weight_x,
         sample   => sample
@@ -180,8 +163,7 @@ begin
 
     level : entity work.sample_gain
       generic map (
-        SAMPLE_BITS => SAMPLE_BITS,
-        GAIN_BITS   => GAIN_BITS
+        BUILD => BUILD
       )
       port map (
         clk    => clk,

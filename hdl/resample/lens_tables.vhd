@@ -18,16 +18,8 @@ use work.resample_pkg.all;
 
 entity lens_tables is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- Lenses of the table.
-    LENSES : positive;
-    -- Whether lenses are moved, and whether there are gains.
-    MOVES : boolean;
-    GAINS : boolean;
-    -- Fraction bits of positions and of gains.
-    WEIGHT_BITS : positive;
-    GAIN_BITS   : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
@@ -37,35 +29,35 @@ entity lens_tables is
     lens    : in    lens_t;
     profile : in    profile_t;
     -- Moves along y and x.
-    move_y : out   signed(WEIGHT_BITS + 1 downto 0);
-    move_x : out   signed(WEIGHT_BITS + 1 downto 0);
+    move_y : out   signed(BUILD.weight_bits + 1 downto 0);
+    move_x : out   signed(BUILD.weight_bits + 1 downto 0);
     -- The gain.
-    gain : out   unsigned(GAIN_BITS + GAIN_INTEGER_BITS - 1 downto 0)
+    gain : out   unsigned(BUILD.gain_bits + GAIN_INTEGER_BITS - 1 downto 0)
   );
 end entity lens_tables;
 
 architecture rtl of lens_tables is
 
-  constant WORD_BITS    : positive := GAIN_BITS + GAIN_INTEGER_BITS;
-  constant MOVE_BITS    : positive := WEIGHT_BITS + 2;
-  constant GAIN_WIDTH   : natural  := choose(GAINS, WORD_BITS, 0);
-  constant TABLE_BITS   : positive := larger(GAIN_WIDTH + choose(MOVES, 2 * MOVE_BITS, 0), 1);
-  constant ADDRESS_BITS : positive := bits_for(LENSES - 1);
+  constant WORD_BITS    : positive := BUILD.gain_bits + GAIN_INTEGER_BITS;
+  constant MOVE_BITS    : positive := BUILD.weight_bits + 2;
+  constant GAIN_WIDTH   : natural  := choose(BUILD.gains, WORD_BITS, 0);
+  constant TABLE_BITS   : positive := larger(GAIN_WIDTH + choose(BUILD.moves, 2 * MOVE_BITS, 0), 1);
+  constant ADDRESS_BITS : positive := bits_for(BUILD.lenses - 1);
 
 begin
 
   -- An even grid needs no table; the tool drops what adds the moves.
-  no_moves : if not MOVES generate
+  no_moves : if not BUILD.moves generate
     move_y <= (others => '0');
     move_x <= (others => '0');
   end generate no_moves;
 
   -- A gain of one, so that the multiplier behind it is a wire.
-  no_gains : if not GAINS generate
-    gain <= to_unsigned(2 ** GAIN_BITS, WORD_BITS);
+  no_gains : if not BUILD.gains generate
+    gain <= to_unsigned(2 ** BUILD.gain_bits, WORD_BITS);
   end generate no_gains;
 
-  tables : if MOVES or GAINS generate
+  tables : if BUILD.moves or BUILD.gains generate
 
     signal write_lens : std_logic;
     signal word       : std_logic_vector(TABLE_BITS - 1 downto 0);
@@ -76,9 +68,8 @@ begin
 
     lens_table : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => TABLE_BITS,
-        ADDRESS_BITS => ADDRESS_BITS,
-        WORDS        => LENSES
+        WIDTH => TABLE_BITS,
+        WORDS => BUILD.lenses
       )
       port map (
         clk           => clk,
@@ -89,16 +80,16 @@ begin
         read_data     => word
       );
 
-    moved : if MOVES generate
+    moved : if BUILD.moves generate
       move_x <= signed(word(GAIN_WIDTH + MOVE_BITS - 1 downto GAIN_WIDTH));
       move_y <= signed(word(GAIN_WIDTH + 2 * MOVE_BITS - 1 downto GAIN_WIDTH + MOVE_BITS));
     end generate moved;
 
-    gained : if GAINS generate
+    gained : if BUILD.gains generate
 
-      constant PROFILE_BITS : positive := bits_for(larger(MICRO_IMAGE_SIZE * MICRO_IMAGE_SIZE - 1, 1));
+      constant PROFILE_BITS : positive := bits_for(larger(BUILD.micro_image_size * BUILD.micro_image_size - 1, 1));
       constant PRODUCT_BITS : positive := 2 * WORD_BITS;
-      constant MOST         : unsigned := to_unsigned(LARGEST_GAIN * 2 ** GAIN_BITS, PRODUCT_BITS);
+      constant MOST         : unsigned := to_unsigned(LARGEST_GAIN * 2 ** BUILD.gain_bits, PRODUCT_BITS);
 
       signal write_profile : std_logic;
       signal share         : std_logic_vector(WORD_BITS - 1 downto 0);
@@ -110,8 +101,8 @@ begin
 
       profile_table : entity work.ram_simple_dual_port
         generic map (
-          WIDTH        => WORD_BITS,
-          ADDRESS_BITS => PROFILE_BITS
+          WIDTH => WORD_BITS,
+          WORDS => 2 ** PROFILE_BITS
         )
         port map (
           clk           => clk,
@@ -132,7 +123,7 @@ begin
           -- Gains of the lens and of the place in it: two small tables instead of one for each pixel of the sensor.
           product <= unsigned(word(WORD_BITS - 1 downto 0)) * unsigned(share);
 
-          rounded := shift_right(product + 2 ** (GAIN_BITS - 1), GAIN_BITS);
+          rounded := shift_right(product + 2 ** (BUILD.gain_bits - 1), BUILD.gain_bits);
           -- Both gains may be at their largest; the limit keeps the product in the bits of a gain.
           if rounded > MOST then
             rounded := MOST;

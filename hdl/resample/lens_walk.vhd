@@ -14,11 +14,8 @@ use work.resample_pkg.all;
 
 entity lens_walk is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- Fraction bits of positions in the registers, and of those that come out.
-    FRACTION_BITS : positive;
-    WEIGHT_BITS   : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
@@ -42,7 +39,7 @@ end entity lens_walk;
 
 architecture rtl of lens_walk is
 
-  constant LAST_PIXEL : natural := MICRO_IMAGE_SIZE - 1;
+  constant LAST_PIXEL : natural := BUILD.micro_image_size - 1;
 
   -- On a line; its first pixel is the next one.
   signal active : std_logic := '0';
@@ -69,7 +66,7 @@ architecture rtl of lens_walk is
   ) return signed is
   begin
 
-    return resize(shift_right(position, FRACTION_BITS - WEIGHT_BITS), 24);
+    return resize(shift_right(position, BUILD.fraction_bits - BUILD.weight_bits), 24);
 
   end function cut;
 
@@ -122,7 +119,7 @@ begin
           end if;
         else
           in_lens     <= in_lens + 1;
-          x           <= x + shift_left(to_signed(1, position_t'length), FRACTION_BITS);
+          x           <= x + shift_left(to_signed(1, position_t'length), BUILD.fraction_bits);
           profile_now <= profile_now + 1;
         end if;
       end if;

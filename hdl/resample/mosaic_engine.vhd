@@ -159,9 +159,8 @@ begin
   -- Two lines in one word: the one above and the one of the pixel; the line that comes is the one below.
   lines_above : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => 2 * PIXEL_BITS,
-      ADDRESS_BITS => COLUMN_BITS,
-      WORDS        => MAX_COLUMNS
+      WIDTH => 2 * PIXEL_BITS,
+      WORDS => MAX_COLUMNS
     )
     port map (
       clk           => clk,

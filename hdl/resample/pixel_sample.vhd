@@ -9,34 +9,33 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.resample_pkg.all;
+
 entity pixel_sample is
   generic (
-    -- Width of a pixel.
-    PIXEL_BITS : positive;
-    -- Bits of the weights.
-    WEIGHT_BITS : positive;
-    -- Fraction bits of the sample, fewer than 2 WEIGHT_BITS.
-    GUARD_BITS : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
     -- Pixels (line, column) and weights of line and column 1.
-    pixel_00 : in    unsigned(PIXEL_BITS - 1 downto 0);
-    pixel_01 : in    unsigned(PIXEL_BITS - 1 downto 0);
-    pixel_10 : in    unsigned(PIXEL_BITS - 1 downto 0);
-    pixel_11 : in    unsigned(PIXEL_BITS - 1 downto 0);
-    weight_y : in    unsigned(WEIGHT_BITS - 1 downto 0);
-    weight_x : in    unsigned(WEIGHT_BITS - 1 downto 0);
+    pixel_00 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
+    pixel_01 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
+    pixel_10 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
+    pixel_11 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
+    weight_y : in    unsigned(BUILD.weight_bits - 1 downto 0);
+    weight_x : in    unsigned(BUILD.weight_bits - 1 downto 0);
     -- The sample.
-    sample : out   unsigned(PIXEL_BITS + GUARD_BITS - 1 downto 0)
+    sample : out   unsigned(BUILD.sample_bits - 1 downto 0)
   );
 end entity pixel_sample;
 
 architecture rtl of pixel_sample is
 
-  constant COLUMN_BITS : positive := PIXEL_BITS + WEIGHT_BITS;
-  constant SUM_BITS    : positive := PIXEL_BITS + 2 * WEIGHT_BITS;
-  constant DROP_BITS   : positive := 2 * WEIGHT_BITS - GUARD_BITS;
+  constant COLUMN_BITS : positive := BUILD.pixel_bits + BUILD.weight_bits;
+  constant SUM_BITS    : positive := BUILD.pixel_bits + 2 * BUILD.weight_bits;
+  constant DROP_BITS   : positive := 2 * BUILD.weight_bits - BUILD.guard_bits;
 
   -- Difference times weight, signed, and what it is added to.
   subtype step_t is signed(COLUMN_BITS + 1 downto 0);
@@ -47,17 +46,17 @@ architecture rtl of pixel_sample is
 
   -- Clock 1: the way between the lines, for both columns. Clock 2: the columns between them. Clock
   -- 3: the way between the columns. Clock 4: the sum, clock 5: rounded.
-  signal step_0     : step_t                             := (others => '0');
-  signal step_1     : step_t                             := (others => '0');
-  signal from_0     : unsigned(PIXEL_BITS - 1 downto 0)  := (others => '0');
-  signal from_1     : unsigned(PIXEL_BITS - 1 downto 0)  := (others => '0');
-  signal weight_x_1 : unsigned(WEIGHT_BITS - 1 downto 0) := (others => '0');
-  signal weight_x_2 : unsigned(WEIGHT_BITS - 1 downto 0) := (others => '0');
-  signal column_0   : column_t                           := (others => '0');
-  signal column_1   : column_t                           := (others => '0');
-  signal column_0_3 : column_t                           := (others => '0');
-  signal step_3     : signed(SUM_BITS + 1 downto 0)      := (others => '0');
-  signal sum        : sum_t                              := (others => '0');
+  signal step_0     : step_t                                   := (others => '0');
+  signal step_1     : step_t                                   := (others => '0');
+  signal from_0     : unsigned(BUILD.pixel_bits - 1 downto 0)  := (others => '0');
+  signal from_1     : unsigned(BUILD.pixel_bits - 1 downto 0)  := (others => '0');
+  signal weight_x_1 : unsigned(BUILD.weight_bits - 1 downto 0) := (others => '0');
+  signal weight_x_2 : unsigned(BUILD.weight_bits - 1 downto 0) := (others => '0');
+  signal column_0   : column_t                                 := (others => '0');
+  signal column_1   : column_t                                 := (others => '0');
+  signal column_0_3 : column_t                                 := (others => '0');
+  signal step_3     : signed(SUM_BITS + 1 downto 0)            := (others => '0');
+  signal sum        : sum_t                                    := (others => '0');
 
   -- (b - a) weight.
   function step (
@@ -93,17 +92,17 @@ begin
 
       -- From the first line on; the result lies between both pixels, so the top bits of the sum are
       -- not needed.
-      column_0   <= resize(unsigned(signed('0' & from_0 & to_unsigned(0, WEIGHT_BITS)) + step_0), COLUMN_BITS);
-      column_1   <= resize(unsigned(signed('0' & from_1 & to_unsigned(0, WEIGHT_BITS)) + step_1), COLUMN_BITS);
+      column_0   <= resize(unsigned(signed('0' & from_0 & to_unsigned(0, BUILD.weight_bits)) + step_0), COLUMN_BITS);
+      column_1   <= resize(unsigned(signed('0' & from_1 & to_unsigned(0, BUILD.weight_bits)) + step_1), COLUMN_BITS);
       weight_x_2 <= weight_x_1;
 
       step_3     <= step(column_0, column_1, weight_x_2);
       column_0_3 <= column_0;
 
-      sum <= resize(unsigned(signed('0' & column_0_3 & to_unsigned(0, WEIGHT_BITS)) + step_3), SUM_BITS);
+      sum <= resize(unsigned(signed('0' & column_0_3 & to_unsigned(0, BUILD.weight_bits)) + step_3), SUM_BITS);
 
       -- The last bits are what the weights have beyond the guard bits.
-      sample <= resize(shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS), PIXEL_BITS + GUARD_BITS);
+      sample <= resize(shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS), BUILD.sample_bits);
     end if;
 
   end process interpolate;

@@ -287,9 +287,8 @@ begin
     -- Deep memories in blocks: a register stands behind each, which block RAM needs at sensor clocks.
     memory : entity work.ram_blocks
       generic map (
-        WIDTH        => DATA_BITS,
-        WORDS        => WORDS,
-        READ_LATENCY => 3
+        WIDTH => DATA_BITS,
+        WORDS => WORDS
       )
       port map (
         clk           => clk,

@@ -20,24 +20,20 @@ use work.token_pkg.all;
 
 entity raw_writer is
   generic (
-    -- Longest line in pixels.
-    MAX_COLUMNS : positive;
-    -- Lines that the ring holds, an even number.
-    LINES : positive range 4 to 256;
-    -- Width of a pixel.
-    DATA_BITS : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Tokens of the frame sequencer: pixels of lines that are all whole.
     token      : in    token_t;
-    token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    token_data : in    std_logic_vector(BUILD.data_bits - 1 downto 0);
     -- The next pixel has a place.
     room : out   std_logic;
     -- To the ring.
     ring_write : out   ring_write_t;
-    write_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    write_data : out   std_logic_vector(BUILD.data_bits - 1 downto 0);
     -- What the ring has, and what its reader needs.
     ring : out   ring_state_t;
     need : in    ring_need_t
@@ -46,7 +42,7 @@ end entity raw_writer;
 
 architecture rtl of raw_writer is
 
-  constant LAST_SLOT : natural := LINES / 2 - 1;
+  constant LAST_SLOT : natural := BUILD.held_lines / 2 - 1;
   -- Clocks until the reads for a line have left the ring.
   constant KEEP_WAIT : positive := 12;
 
@@ -54,9 +50,9 @@ architecture rtl of raw_writer is
 
   -- The line that is written, its place in the ring, and the next column. The number wraps around; only differences
   -- of lines within the ring are ever taken.
-  signal line_number : place_t                                          := (others => '0');
-  signal slot        : natural range 0 to LAST_SLOT                     := 0;
-  signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0) := (others => '0');
+  signal line_number : place_t                                                := (others => '0');
+  signal slot        : natural range 0 to LAST_SLOT                           := 0;
+  signal column      : unsigned(bits_for(BUILD.max_columns - 1) - 1 downto 0) := (others => '0');
   -- The frame that came in last still waits for its reader; its first line; lines complete of it, and of the one
   -- before, which the reader may still have.
   signal waits       : std_logic := '0';
@@ -156,10 +152,10 @@ begin
 
       room_this <= '0';
       room_next <= '0';
-      if keeps_none = '1' or now - first_kept < LINES then
+      if keeps_none = '1' or now - first_kept < BUILD.held_lines then
         room_this <= '1';
       end if;
-      if keeps_none = '1' or now + 1 - first_kept < LINES then
+      if keeps_none = '1' or now + 1 - first_kept < BUILD.held_lines then
         room_next <= '1';
       end if;
 

@@ -10,6 +10,31 @@ use work.math_pkg.all;
 
 package resample_pkg is
 
+  -- What a resampler is built for, and the widths that follow from it.
+  type resample_build_t is record
+    -- M.
+    micro_image_size : positive range 1 to 128;
+    -- Longest raw line in pixels; raw lines that the ring holds.
+    max_columns : positive range 2 to 8192;
+    held_lines  : positive range 4 to 256;
+    -- Lenses of the table; whether it moves them from the even grid, whether it has gains.
+    lenses : positive range 2 to 1048576;
+    moves  : boolean;
+    gains  : boolean;
+    -- 1 (grey) or 3 (RGB); the width of one, and of all.
+    channels   : positive range 1 to 3;
+    pixel_bits : positive range 1 to 16;
+    data_bits  : positive range 1 to 48;
+    -- Fraction bits of positions, weights, samples and gains.
+    fraction_bits : positive range 8 to 17;
+    weight_bits   : positive range 2 to 8;
+    guard_bits    : positive range 1 to 3;
+    gain_bits     : positive range 4 to 14;
+    -- Width of an interpolated channel, and of one with its gain.
+    sample_bits : positive range 2 to 19;
+    value_bits  : positive;
+  end record resample_build_t;
+
   -- A position on the sensor in fixed point.
   subtype position_t is signed(31 downto 0);
 

@@ -27,6 +27,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.arithmetic_pkg.all;
 use work.math_pkg.all;
 use work.resample_pkg.all;
 use work.token_pkg.all;
@@ -99,6 +100,12 @@ architecture rtl of resampler is
   constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
   constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+
+  constant BUILD : resample_build_t :=
+  (MICRO_IMAGE_SIZE, MAX_COLUMNS, LINES, LENSES, MOVES, GAINS, CHANNELS, PIXEL_BITS, DATA_BITS, FRACTION_BITS,
+    WEIGHT_BITS, GUARD_BITS, GAIN_BITS, SAMPLE_BITS, VALUE_BITS
+  );
+
   -- The FIFO behind the samples holds all pixels that are under way, so that nothing between the ring and it needs to
   -- stop: the walk sends a pixel only against a credit.
   constant FIFO_BITS : positive := 6;
@@ -206,9 +213,7 @@ begin
   -- sequencer.
   writer : entity work.raw_writer
     generic map (
-      MAX_COLUMNS => MAX_COLUMNS,
-      LINES       => LINES,
-      DATA_BITS   => DATA_BITS
+      BUILD => BUILD
     )
     port map (
       clk        => clk,
@@ -256,9 +261,7 @@ begin
   -- Its fields of a pixel are registered, and only one register is between it and the memories.
   walk : entity work.lens_walk
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      FRACTION_BITS    => FRACTION_BITS,
-      WEIGHT_BITS      => WEIGHT_BITS
+      BUILD => BUILD
     )
     port map (
       clk         => clk,
@@ -315,17 +318,7 @@ begin
   -- It cannot stop: credits guarantee that everything it sends has a place.
   samples : entity work.lens_samples
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      LINES            => LINES,
-      LENSES           => LENSES,
-      MOVES            => MOVES,
-      GAINS            => GAINS,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS,
-      WEIGHT_BITS      => WEIGHT_BITS,
-      GUARD_BITS       => GUARD_BITS,
-      GAIN_BITS        => GAIN_BITS
+      BUILD => BUILD
     )
     port map (
       clk         => clk,
@@ -368,28 +361,20 @@ begin
         word_valid                               <= value_valid;
         word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_last & value_first;
 
+        for c in 0 to CHANNELS - 1 loop
+
+          word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= rounded(values((c + 1) * VALUE_BITS - 1 downto
+                                                                                 c * VALUE_BITS), GUARD_BITS,
+                                                                          PIXEL_BITS);
+
+        end loop;
+
         if reset = '1' then
           word_valid <= '0';
         end if;
       end if;
 
     end process follow_values;
-
-    channel : for c in 0 to CHANNELS - 1 generate
-
-      round : entity work.round_saturate
-        generic map (
-          VALUE_MAX   => 2 ** VALUE_BITS - 1,
-          DROP_BITS   => GUARD_BITS,
-          RESULT_BITS => PIXEL_BITS
-        )
-        port map (
-          clk    => clk,
-          value  => values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS),
-          result => word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)
-        );
-
-    end generate channel;
 
     m_axis_tvalid   <= out_valid;
     out_ready       <= m_axis_tready;
@@ -407,13 +392,7 @@ begin
 
     straighten : entity work.hexagonal_rows
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => PIXEL_BITS,
-        VALUE_BITS       => VALUE_BITS,
-        GUARD_BITS       => GUARD_BITS,
-        FRACTION_BITS    => FRACTION_BITS,
-        WEIGHT_BITS      => WEIGHT_BITS
+        BUILD => BUILD
       )
       port map (
         clk           => clk,

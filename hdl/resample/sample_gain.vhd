@@ -13,30 +13,28 @@ use work.resample_pkg.all;
 
 entity sample_gain is
   generic (
-    -- Width of a sample.
-    SAMPLE_BITS : positive;
-    -- Fraction bits of the gain.
-    GAIN_BITS : positive
+    -- What the resampler is built for.
+    BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
     -- The sample, and what is subtracted.
-    sample : in    unsigned(SAMPLE_BITS - 1 downto 0);
-    black  : in    unsigned(SAMPLE_BITS - 1 downto 0);
+    sample : in    unsigned(BUILD.sample_bits - 1 downto 0);
+    black  : in    unsigned(BUILD.sample_bits - 1 downto 0);
     -- The gain, a clock after the sample.
-    gain : in    unsigned(GAIN_BITS + GAIN_INTEGER_BITS - 1 downto 0);
+    gain : in    unsigned(BUILD.gain_bits + GAIN_INTEGER_BITS - 1 downto 0);
     -- The value.
-    value : out   unsigned(SAMPLE_BITS + GAIN_INTEGER_BITS - 1 downto 0)
+    value : out   unsigned(BUILD.sample_bits + GAIN_INTEGER_BITS - 1 downto 0)
   );
 end entity sample_gain;
 
 architecture rtl of sample_gain is
 
-  constant VALUE_BITS : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+  constant VALUE_BITS : positive := BUILD.sample_bits + GAIN_INTEGER_BITS;
 
   -- The light above black; times the gain.
-  signal above   : unsigned(SAMPLE_BITS - 1 downto 0)            := (others => '0');
-  signal product : unsigned(VALUE_BITS + GAIN_BITS - 1 downto 0) := (others => '0');
+  signal above   : unsigned(BUILD.sample_bits - 1 downto 0)            := (others => '0');
+  signal product : unsigned(VALUE_BITS + BUILD.gain_bits - 1 downto 0) := (others => '0');
 
 begin
 
@@ -54,7 +52,7 @@ begin
       product <= above * gain;
 
       -- No gain is above LARGEST_GAIN, so the half fits.
-      value <= resize(shift_right(product + 2 ** (GAIN_BITS - 1), GAIN_BITS), VALUE_BITS);
+      value <= resize(shift_right(product + 2 ** (BUILD.gain_bits - 1), BUILD.gain_bits), VALUE_BITS);
     end if;
 
   end process multiply;

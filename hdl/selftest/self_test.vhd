@@ -161,8 +161,6 @@ begin
       columns       => COLUMNS_PORT,
       rows          => ROWS_PORT,
       slice         => x"00",
-      sweep         => '0',
-      sweep_frames  => x"00",
       s_axis_tvalid => source_valid,
       s_axis_tready => source_ready,
       s_axis_tdata  => state(DATA_BITS - 1 downto 0),
@@ -172,8 +170,7 @@ begin
       m_axis_tready => '1',
       m_axis_tdata  => result,
       m_axis_tlast  => result_last,
-      error_flags   => error_flags,
-      error_clear   => '0'
+      error_flags   => error_flags
     );
 
   sign_result : process (clk) is

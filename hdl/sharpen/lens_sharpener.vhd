@@ -46,7 +46,7 @@ entity lens_sharpener is
     -- A token. What it says of its line counts with the line's first token.
     token : in    token_t;
     -- The pixels that a line's last token has.
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0) := (others => '1');
     -- The sums of a token, channel 0 of pixel 0 in the low bits.
     sums : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
     -- The same, sharpened; what is said of a line comes with each of its tokens.
@@ -62,6 +62,10 @@ architecture rtl of lens_sharpener is
   -- h, before the taps of rows multiply it by 2**s.
   constant ROUNDING : natural := choose(DIVISOR mod 2 = 1, 2 ** (scale_exponent(SHARPENING) - 1), 0);
 
+  constant BUILD : sharpen_build_t :=
+  (MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK, TOKENS, CHANNELS, SUM_MAX, TAPPED_SIZE, ROUNDING
+  );
+
   signal column_token     : token_t;
   signal column_sharpened : std_logic;
   signal column_values    : std_logic_vector(LANES * TAPPED_SIZE - 1 downto 0);
@@ -70,13 +74,8 @@ begin
 
   columns : entity work.sharpen_columns
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHARPENING       => SHARPENING,
-      TOKENS           => TOKENS,
-      LANES            => LANES,
-      SUM_BITS         => bits_for(SUM_MAX),
-      OFFSET           => ROUNDING,
-      RESULT_BITS      => TAPPED_SIZE
+      BUILD      => BUILD,
+      SHARPENING => SHARPENING
     )
     port map (
       clk           => clk,
@@ -90,12 +89,8 @@ begin
 
   rows : entity work.sharpen_rows
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHARPENING       => SHARPENING,
-      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
-      CHANNELS         => CHANNELS,
-      VALUE_BITS       => TAPPED_SIZE,
-      SUM_MAX          => SUM_MAX
+      BUILD      => BUILD,
+      SHARPENING => SHARPENING
     )
     port map (
       clk       => clk,

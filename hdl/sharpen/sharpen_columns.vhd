@@ -23,39 +23,30 @@ use work.sharpen_pkg.all;
 
 entity sharpen_columns is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
-    SHARPENING : string;
-    -- Tokens of the longest line.
-    TOKENS : positive;
-    -- Sums of a token.
-    LANES : positive;
-    -- Width of a sum.
-    SUM_BITS : positive;
-    -- What three_taps adds, for the rounding behind the taps of rows.
-    OFFSET : natural;
-    -- Width of a result.
-    RESULT_BITS : positive
+    -- What the sharpener is built for, and the weight of each slice in 64ths, with blanks in between.
+    BUILD      : sharpen_build_t;
+    SHARPENING : string
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- A token, and its sums. What it says of its line counts with the line's first token.
     token : in    token_t;
-    sums  : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    sums  : in    std_logic_vector(BUILD.pixels * BUILD.channels * bits_for(BUILD.sum_max) - 1 downto 0);
     -- The same behind the taps; what is said of a line holds until the next one.
     out_token : out   token_t;
     -- Whether the slice is sharpened at all.
     out_sharpened : out   std_logic;
-    out_values    : out   std_logic_vector(LANES * RESULT_BITS - 1 downto 0)
+    out_values    : out   std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.tapped_bits - 1 downto 0)
   );
 end entity sharpen_columns;
 
 architecture rtl of sharpen_columns is
 
-  constant M          : positive := MICRO_IMAGE_SIZE;
-  constant WORDS      : positive := M * TOKENS;
+  constant M          : positive := BUILD.micro_image_size;
+  constant LANES      : positive := BUILD.pixels * BUILD.channels;
+  constant SUM_BITS   : positive := bits_for(BUILD.sum_max);
+  constant WORDS      : positive := M * BUILD.tokens;
   constant LINE_BITS  : positive := LANES * SUM_BITS;
   constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
 
@@ -204,10 +195,10 @@ begin
 
         -- M words for a column follow each other TOKENS apart: the next line is found by an addition, and the first
         -- by a comparison.
-        if next_line = (M - 1) * TOKENS then
+        if next_line = (M - 1) * BUILD.tokens then
           next_line <= (others => '0');
         else
-          next_line <= next_line + TOKENS;
+          next_line <= next_line + BUILD.tokens;
         end if;
       elsif active = '1' then
         address_at(1) <= address_at(1) + 1;
@@ -237,9 +228,8 @@ begin
 
   memory : entity work.ram_blocks
     generic map (
-      WIDTH        => 2 * LINE_BITS,
-      WORDS        => WORDS,
-      READ_LATENCY => 3
+      WIDTH => 2 * LINE_BITS,
+      WORDS => WORDS
     )
     port map (
       clk           => clk,
@@ -258,7 +248,7 @@ begin
     signal own        : signed(SUM_BITS downto 0);
     signal line_above : signed(SUM_BITS downto 0);
     signal line_below : signed(SUM_BITS downto 0);
-    signal tapped     : signed(RESULT_BITS - 1 downto 0);
+    signal tapped     : signed(BUILD.tapped_bits - 1 downto 0);
 
   begin
 
@@ -271,8 +261,8 @@ begin
       generic map (
         VALUE_BITS  => SUM_BITS + 1,
         SHARPENING  => SHARPENING,
-        OFFSET      => OFFSET,
-        RESULT_BITS => RESULT_BITS
+        OFFSET      => BUILD.rounding,
+        RESULT_BITS => BUILD.tapped_bits
       )
       port map (
         clk           => clk,
@@ -285,7 +275,7 @@ begin
         result        => tapped
       );
 
-    out_values((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= std_logic_vector(tapped);
+    out_values((i + 1) * BUILD.tapped_bits - 1 downto i * BUILD.tapped_bits) <= std_logic_vector(tapped);
 
   end generate lane;
 

@@ -15,6 +15,21 @@ use work.refocus_pkg.all;
 
 package sharpen_pkg is
 
+  -- What a sharpener is built for besides its weights, and what follows from them.
+  type sharpen_build_t is record
+    -- M.
+    micro_image_size : positive;
+    -- Pixels of a token, tokens of the longest line, sums of a pixel.
+    pixels   : positive;
+    tokens   : positive;
+    channels : positive;
+    -- Largest sum; width of a value between both passes, a signed number.
+    sum_max     : positive;
+    tapped_bits : positive;
+    -- What the taps of columns add, for the rounding behind those of rows.
+    rounding : natural;
+  end record sharpen_build_t;
+
   -- Stops elaboration, by a message that begins with a name, if SHARPENING cannot be built for these slices; else true.
   function takes_sharpening (
     name          : string;

@@ -12,6 +12,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.token_pkg.all;
@@ -19,47 +20,38 @@ use work.sharpen_pkg.all;
 
 entity sharpen_rows is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
-    SHARPENING : string;
-    -- Neighbouring pixels of a line that a token has.
-    PIXELS_PER_CLOCK : positive := 1;
-    -- Values of a pixel.
-    CHANNELS : positive;
-    -- Width of a value, a signed number.
-    VALUE_BITS : positive;
-    -- Largest sum.
-    SUM_MAX : positive
+    -- What the sharpener is built for, and the weight of each slice in 64ths, with blanks in between.
+    BUILD      : sharpen_build_t;
+    SHARPENING : string
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- A token, which says of its line what holds for it, and the pixels that a line's last token has.
     token    : in    token_t;
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- Whether the slice is sharpened.
     sharpened : in    std_logic;
     -- The values of a token, channel 0 of pixel 0 in the low bits.
-    values : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * VALUE_BITS - 1 downto 0);
+    values : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.tapped_bits - 1 downto 0);
     -- The same behind the taps.
     out_token : out   token_t;
     -- Sums; 0 behind a line's last pixel.
-    out_sums : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
+    out_sums : out   std_logic_vector(BUILD.pixels * BUILD.channels * bits_for(BUILD.sum_max) - 1 downto 0)
   );
 end entity sharpen_rows;
 
 architecture rtl of sharpen_rows is
 
-  constant M          : positive := MICRO_IMAGE_SIZE;
-  constant PIXELS     : positive := PIXELS_PER_CLOCK;
-  constant SUM_BITS   : positive := bits_for(SUM_MAX);
-  constant PIXEL_BITS : positive := CHANNELS * VALUE_BITS;
+  constant M          : positive := BUILD.micro_image_size;
+  constant PIXELS     : positive := BUILD.pixels;
+  constant SUM_BITS   : positive := bits_for(BUILD.sum_max);
+  constant PIXEL_BITS : positive := BUILD.channels * BUILD.tapped_bits;
   constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
   constant SCALE_BITS : positive := scale_exponent(SHARPENING);
-  constant TAP_BITS   : positive := VALUE_BITS + SCALE_BITS + 1;
+  constant TAP_BITS   : positive := BUILD.tapped_bits + SCALE_BITS + 1;
   -- Of them in front of the point.
-  constant WHOLE_BITS : positive := VALUE_BITS + 1 - SCALE_BITS;
+  constant WHOLE_BITS : positive := BUILD.tapped_bits + 1 - SCALE_BITS;
 
   -- Tokens that the pixel in the middle waits.
   constant DELAY : positive := divide_up(M, PIXELS);
@@ -170,11 +162,18 @@ begin
     constant LEFT_TOKENS  : natural := (DELAY * PIXELS + PIXELS - 1 + M - i) / PIXELS - DELAY;
     constant LEFT_LANE    : natural := (DELAY * PIXELS + i - M) mod PIXELS;
 
-    signal right_pixel : std_logic_vector(PIXEL_BITS - 1 downto 0);
-    signal left_pixel  : std_logic_vector(PIXEL_BITS - 1 downto 0);
-    signal own_1       : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
-    signal right_1     : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
-    signal left_1      : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
+    subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
+
+    -- The pixel and its neighbours as they come, and those under way until the last of them is there.
+    signal own         : pixel_t;
+    signal right       : pixel_t;
+    signal left        : pixel_t;
+    signal owns        : std_logic_vector(delay_bits(PIXEL_BITS, DELAY) - 1 downto 0)                := (others => '0');
+    signal rights      : std_logic_vector(delay_bits(PIXEL_BITS, DELAY - RIGHT_TOKENS) - 1 downto 0) := (others => '0');
+    signal lefts       : std_logic_vector(delay_bits(PIXEL_BITS, LEFT_TOKENS) - 1 downto 0)          := (others => '0');
+    signal own_1       : pixel_t := (others => '0');
+    signal right_1     : pixel_t := (others => '0');
+    signal left_1      : pixel_t := (others => '0');
     signal right_there : std_logic;
     signal left_there  : std_logic;
     signal right_on    : std_logic                                 := '0';
@@ -182,41 +181,11 @@ begin
 
   begin
 
-    delay_middle : entity work.tag_delay
-      generic map (
-        WIDTH  => PIXEL_BITS,
-        LENGTH => DELAY
-      )
-      port map (
-        clk     => clk,
-        enable  => token.strobe,
-        tag     => values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS),
-        delayed => middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
-      );
+    own   <= values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
+    right <= values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS);
+    left  <= middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS);
 
-    delay_right : entity work.tag_delay
-      generic map (
-        WIDTH  => PIXEL_BITS,
-        LENGTH => DELAY - RIGHT_TOKENS
-      )
-      port map (
-        clk     => clk,
-        enable  => token.strobe,
-        tag     => values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS),
-        delayed => right_pixel
-      );
-
-    delay_left : entity work.tag_delay
-      generic map (
-        WIDTH  => PIXEL_BITS,
-        LENGTH => LEFT_TOKENS
-      )
-      port map (
-        clk     => clk,
-        enable  => token.strobe,
-        tag     => middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS),
-        delayed => left_pixel
-      );
+    middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS) <= delayed(owns, own, DELAY);
 
     -- A neighbour is there if its token belongs to the line, and has this pixel.
     right_now : if RIGHT_TOKENS = DELAY generate
@@ -239,18 +208,21 @@ begin
     begin
 
       if rising_edge(clk) then
+        owns     <= moved_on(owns, own, token.strobe);
+        rights   <= moved_on(rights, right, token.strobe);
+        lefts    <= moved_on(lefts, left, token.strobe);
         own_1    <= middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
-        right_1  <= right_pixel;
-        left_1   <= left_pixel;
+        right_1  <= delayed(rights, right, DELAY - RIGHT_TOKENS);
+        left_1   <= delayed(lefts, left, LEFT_TOKENS);
         right_on <= right_there and sharpened_at(DELAY);
         left_on  <= left_there and sharpened_at(DELAY);
       end if;
 
     end process hold;
 
-    channel : for c in 0 to CHANNELS - 1 generate
+    channel : for c in 0 to BUILD.channels - 1 generate
 
-      constant LOW : natural := (i * CHANNELS + c) * SUM_BITS;
+      constant LOW : natural := (i * BUILD.channels + c) * SUM_BITS;
 
       signal tapped    : signed(TAP_BITS - 1 downto 0);
       signal whole     : signed(WHOLE_BITS - 1 downto 0);
@@ -263,16 +235,15 @@ begin
 
       taps : entity work.three_taps
         generic map (
-          VALUE_BITS  => VALUE_BITS,
+          VALUE_BITS  => BUILD.tapped_bits,
           SHARPENING  => SHARPENING,
-          OFFSET      => 0,
           RESULT_BITS => TAP_BITS
         )
         port map (
           clk           => clk,
-          value         => signed(own_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
-          earlier       => signed(left_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
-          later         => signed(right_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
+          value         => signed(own_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
+          earlier       => signed(left_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
+          later         => signed(right_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
           earlier_there => left_on,
           later_there   => right_on,
           slice_2       => slice_tap,
@@ -291,7 +262,7 @@ begin
           -- Compared a clock before the choice, as the sum has many bits.
           above_all <= '0';
 
-          if whole > SUM_MAX then
+          if whole > BUILD.sum_max then
             above_all <= '1';
           end if;
 
@@ -300,7 +271,7 @@ begin
           if none = '1' then
             sum <= (others => '0');
           elsif above_all = '1' then
-            sum <= to_unsigned(SUM_MAX, SUM_BITS);
+            sum <= to_unsigned(BUILD.sum_max, SUM_BITS);
           else
             sum <= low_bits;
           end if;

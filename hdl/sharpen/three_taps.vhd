@@ -24,7 +24,7 @@ entity three_taps is
     -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string;
     -- What is added, 0 to 2**SCALE_BITS - 1.
-    OFFSET : natural;
+    OFFSET : natural := 0;
     -- Width of the result.
     RESULT_BITS : positive
   );

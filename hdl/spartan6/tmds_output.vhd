@@ -30,14 +30,38 @@ end entity tmds_output;
 
 architecture rtl of tmds_output is
 
-  -- Five bits of each clock of clk_x2, and the pair as one bit.
-  signal half    : std_logic_vector(4 downto 0);
-  signal to_pins : std_logic;
-  -- The cascade: data and tristate go between master and slave, which send a word of five bits together.
-  signal master_data     : std_logic;
-  signal master_tristate : std_logic;
-  signal slave_data      : std_logic;
-  signal slave_tristate  : std_logic;
+  -- The sites of a differential pair: a serialiser each, and the pins at the master.
+  constant MASTER : natural := 0;
+  constant SLAVE  : natural := 1;
+
+  subtype sites_t is std_logic_vector(MASTER to SLAVE);
+
+  type bits_t is array (MASTER to SLAVE) of std_logic_vector(4 downto 1);
+
+  function mode (
+    site : natural
+  ) return string is
+  begin
+
+    if site = MASTER then
+      return "MASTER";
+    end if;
+
+    return "SLAVE";
+
+  end function mode;
+
+  -- Five bits of each clock of clk_x2, those of each site, and what a site sends.
+  signal half : std_logic_vector(4 downto 0);
+  signal bits : bits_t;
+  signal sent : sites_t;
+  -- The cascade: data and tristate go from the master to the slave and back, which send a word of five bits together.
+  -- Inputs that no other site drives are high.
+  signal down_data     : sites_t;
+  signal down_tristate : sites_t;
+  signal up_data       : sites_t;
+  signal up_tristate   : sites_t;
+  signal shift_in      : bits_t;
 
 begin
 
@@ -51,73 +75,55 @@ begin
     );
 
   -- A cascade sends the slave's four bits first: the master has the last one.
-  master_serialiser : component oserdes2
-    generic map (
-      DATA_RATE_OQ => "SDR",
-      DATA_RATE_OT => "SDR",
-      DATA_WIDTH   => 5,
-      OUTPUT_MODE  => "DIFFERENTIAL",
-      SERDES_MODE  => "MASTER"
-    )
-    port map (
-      oq        => to_pins,
-      oce       => '1',
-      clk0      => io_clk,
-      clk1      => '0',
-      ioce      => io_strobe,
-      rst       => reset,
-      clkdiv    => clk_x2,
-      d4        => '0',
-      d3        => '0',
-      d2        => '0',
-      d1        => half(4),
-      t1        => '0',
-      t2        => '0',
-      t3        => '0',
-      t4        => '0',
-      train     => '0',
-      tce       => '1',
-      shiftin1  => '1',
-      shiftin2  => '1',
-      shiftin3  => slave_data,
-      shiftin4  => slave_tristate,
-      shiftout1 => master_data,
-      shiftout2 => master_tristate
-    );
+  bits <= ("000" & half(4), half(3 downto 0));
 
-  -- It has no pin of its own: what it sends goes out through the master, in front of its bit.
-  slave_serialiser : component oserdes2
-    generic map (
-      DATA_RATE_OQ => "SDR",
-      DATA_RATE_OT => "SDR",
-      DATA_WIDTH   => 5,
-      OUTPUT_MODE  => "DIFFERENTIAL",
-      SERDES_MODE  => "SLAVE"
-    )
-    port map (
-      oce       => '1',
-      clk0      => io_clk,
-      clk1      => '0',
-      ioce      => io_strobe,
-      rst       => reset,
-      clkdiv    => clk_x2,
-      d4        => half(3),
-      d3        => half(2),
-      d2        => half(1),
-      d1        => half(0),
-      t1        => '0',
-      t2        => '0',
-      t3        => '0',
-      t4        => '0',
-      train     => '0',
-      tce       => '1',
-      shiftin1  => master_data,
-      shiftin2  => master_tristate,
-      shiftin3  => '1',
-      shiftin4  => '1',
-      shiftout3 => slave_data,
-      shiftout4 => slave_tristate
-    );
+  -- Of shift inputs 1 and 2 for the slave, of 3 and 4 for the master.
+  shift_in <=
+  (
+    up_tristate(SLAVE) & up_data(SLAVE) & "11",
+    "11" & down_tristate(MASTER) & down_data(MASTER)
+  );
+
+  -- What the slave sends goes out through the master.
+  site : for i in MASTER to SLAVE generate
+
+    serialiser : component oserdes2
+      generic map (
+        DATA_RATE_OQ => "SDR",
+        DATA_RATE_OT => "SDR",
+        DATA_WIDTH   => 5,
+        OUTPUT_MODE  => "DIFFERENTIAL",
+        SERDES_MODE  => mode(i)
+      )
+      port map (
+        oq        => sent(i),
+        oce       => '1',
+        clk0      => io_clk,
+        clk1      => '0',
+        ioce      => io_strobe,
+        rst       => reset,
+        clkdiv    => clk_x2,
+        d4        => bits(i)(4),
+        d3        => bits(i)(3),
+        d2        => bits(i)(2),
+        d1        => bits(i)(1),
+        t1        => '0',
+        t2        => '0',
+        t3        => '0',
+        t4        => '0',
+        train     => '0',
+        tce       => '1',
+        shiftin1  => shift_in(i)(1),
+        shiftin2  => shift_in(i)(2),
+        shiftin3  => shift_in(i)(3),
+        shiftin4  => shift_in(i)(4),
+        shiftout1 => down_data(i),
+        shiftout2 => down_tristate(i),
+        shiftout3 => up_data(i),
+        shiftout4 => up_tristate(i)
+      );
+
+  end generate site;
 
   -- TMDS draws its current through the terminators of the sink, so the standard has no other setting.
   pins : component obufds
@@ -125,7 +131,7 @@ begin
       IOSTANDARD => "TMDS_33"
     )
     port map (
-      i  => to_pins,
+      i  => sent(MASTER),
       o  => data_p,
       ob => data_n
     );

@@ -21,12 +21,8 @@ use work.focal_stack_pkg.all;
 
 entity column_sum is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Which of the slices.
     SLICE : natural;
     -- Longest line in pixels.
@@ -34,9 +30,7 @@ entity column_sum is
     -- Pixels of a token.
     LANES : positive;
     -- Width of a lane of a pixel.
-    LANE_BITS : positive;
-    -- history_word_bits of the above.
-    HISTORY_BITS : positive
+    LANE_BITS : positive
   );
   port (
     clk   : in    std_logic;
@@ -46,27 +40,23 @@ entity column_sum is
     first : in    std_logic;
     live  : in    std_logic;
     -- 1 clock behind step: phase of the line.
-    phase_1 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
+    phase_1 : out   natural range 0 to larger(GEOMETRY.micro_image_size - 1, 1);
     -- Of a token: its column, then whether it has a pixel, the pixel, and what the memory holds of its column.
     column_2  : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_3  : in    std_logic;
     pixel_3   : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
-    history_3 : in    std_logic_vector(HISTORY_BITS - 1 downto 0);
+    history_3 : in    std_logic_vector(history_word_bits(GEOMETRY, LANES * LANE_BITS) - 1 downto 0);
     -- The lanes.
-    sum : out   std_logic_vector(LANES * column_sum_bits(MICRO_IMAGE_SIZE, LANE_BITS) - 1 downto 0)
+    sum : out   std_logic_vector(LANES * column_sum_bits(GEOMETRY.micro_image_size, LANE_BITS) - 1 downto 0)
   );
 end entity column_sum;
 
 architecture rtl of column_sum is
 
-  constant GEOMETRY : geometry_t := geometry_of("column_sum", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
   constant NO_SUCH_SLICE : boolean := not takes(SLICE < GEOMETRY.slices,
                                                 "column_sum: SLICE must be one of SHIFTS");
-  constant OTHER_WORDS   : boolean := not takes(HISTORY_BITS = history_word_bits(GEOMETRY, LANES * LANE_BITS),
-                                                "column_sum: HISTORY_BITS must be history_word_bits of the others");
 
-  constant M          : positive := MICRO_IMAGE_SIZE;
+  constant M          : positive := GEOMETRY.micro_image_size;
   constant PIXEL_BITS : positive := LANES * LANE_BITS;
 
   subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
@@ -138,7 +128,7 @@ architecture rtl of column_sum is
 
   -- Clocks behind the token are part of the names.
   -- Which pixel enters is a choice of words that are there already: all slices read the same memory.
-  signal enter_phase_2 : phase_t;
+  signal ring          : ring_control_t;
   signal enter_phase_3 : phase_t       := 0;
   signal choice_3      : pixel_choice_t;
   signal command_3     : sum_command_t;
@@ -150,33 +140,31 @@ architecture rtl of column_sum is
 
 begin
 
+  phase_1 <= ring.phase_1;
+
   -- Of one slice alone, so its tables are constants.
   control : entity work.moving_sum_control
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      REACHED          => reach(GEOMETRY),
-      FIXED_SLICE      => SLICE
+      GEOMETRY    => GEOMETRY,
+      FIXED_SLICE => SLICE
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      advance       => step,
-      first         => first,
-      live          => live,
-      slice         => NO_SLICE,
-      phase_1       => phase_1,
-      enter_phase_2 => enter_phase_2,
-      choice_3      => choice_3,
-      command_3     => command_3
+      clk       => clk,
+      reset     => reset,
+      advance   => step,
+      first     => first,
+      live      => live,
+      slice     => NO_SLICE,
+      ring      => ring,
+      choice_3  => choice_3,
+      command_3 => command_3
     );
 
   pick : process (clk) is
   begin
 
     if rising_edge(clk) then
-      enter_phase_3 <= enter_phase_2;
+      enter_phase_3 <= ring.enter_phase_2;
 
       active_4   <= active_3;
       command_4  <= command_3;

@@ -62,10 +62,9 @@ package focal_stack_pkg is
 
   -- The same of all lanes and slices.
   function stack_sum_bits (
-    micro_image_size : positive;
-    shifts           : string;
-    lanes            : positive;
-    lane_bits        : positive
+    geometry  : geometry_t;
+    lanes     : positive;
+    lane_bits : positive
   ) return positive;
 
   -- Clocks from a token at the columns' input to their output.
@@ -207,15 +206,13 @@ package body focal_stack_pkg is
   end function column_sum_bits;
 
   function stack_sum_bits (
-    micro_image_size : positive;
-    shifts           : string;
-    lanes            : positive;
-    lane_bits        : positive
+    geometry  : geometry_t;
+    lanes     : positive;
+    lane_bits : positive
   ) return positive is
   begin
 
-    -- Counted from the text, as a port's width cannot be taken from a geometry that the architecture makes.
-    return slice_count(shifts) * lanes * column_sum_bits(micro_image_size, lane_bits);
+    return geometry.slices * lanes * column_sum_bits(geometry.micro_image_size, lane_bits);
 
   end function stack_sum_bits;
 

@@ -19,18 +19,12 @@ use work.focal_stack_pkg.all;
 
 entity line_history is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Longest line in pixels.
     COLUMNS : positive;
     -- Width of a pixel, all channels.
-    PIXEL_BITS : positive;
-    -- history_word_bits of the above.
-    HISTORY_BITS : positive
+    PIXEL_BITS : positive
   );
   port (
     clk : in    std_logic;
@@ -38,22 +32,17 @@ entity line_history is
     column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     -- 2 clocks behind it: marks a pixel that comes in, its phase, its column again, and the pixel.
     active   : in    std_logic;
-    phase    : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
+    phase    : in    natural range 0 to larger(GEOMETRY.micro_image_size - 1, 1);
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
     -- With them the pixels of all phases before it, phase 0 and the newest line of a phase in the low bits.
-    history : out   std_logic_vector(HISTORY_BITS - 1 downto 0)
+    history : out   std_logic_vector(history_word_bits(GEOMETRY, PIXEL_BITS) - 1 downto 0)
   );
 end entity line_history;
 
 architecture rtl of line_history is
 
-  constant GEOMETRY : geometry_t := geometry_of("line_history", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant OTHER_WORDS : boolean := not takes(HISTORY_BITS = history_word_bits(GEOMETRY, PIXEL_BITS),
-                                              "line_history: HISTORY_BITS must be history_word_bits of the others");
-
-  type lines_t is array (natural range 0 to MICRO_IMAGE_SIZE) of natural;
+  type lines_t is array (natural range 0 to GEOMETRY.micro_image_size) of natural;
 
   -- Lines of all phases before one.
   function lines_before return lines_t is
@@ -64,7 +53,7 @@ architecture rtl of line_history is
 
     before(0) := 0;
 
-    for v in 0 to MICRO_IMAGE_SIZE - 1 loop
+    for v in 0 to GEOMETRY.micro_image_size - 1 loop
 
       before(v + 1) := before(v) + history_lines(GEOMETRY, v);
 
@@ -80,7 +69,7 @@ begin
 
   history(history'high) <= '0';
 
-  every_phase : for v in 0 to MICRO_IMAGE_SIZE - 1 generate
+  every_phase : for v in 0 to GEOMETRY.micro_image_size - 1 generate
 
     constant LINES : natural  := BEFORE(v + 1) - BEFORE(v);
     constant FIRST : natural  := BEFORE(v) * PIXEL_BITS;
@@ -104,9 +93,8 @@ begin
 
       words : entity work.ram_simple_dual_port
         generic map (
-          WIDTH        => WIDTH,
-          ADDRESS_BITS => bits_for(COLUMNS - 1),
-          WORDS        => COLUMNS
+          WIDTH => WIDTH,
+          WORDS => COLUMNS
         )
         port map (
           clk           => clk,

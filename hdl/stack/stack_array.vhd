@@ -19,6 +19,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
@@ -123,12 +124,10 @@ begin
   -- Pixels of a token are channels of one pixel for columns, as they never mix there.
   columns : entity work.stack_columns
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      COLUMNS          => line_tokens(MAX_COLUMNS, P),
-      LANES            => LANES,
-      LANE_BITS        => PIXEL_BITS
+      GEOMETRY  => GEOMETRY,
+      COLUMNS   => line_tokens(MAX_COLUMNS, P),
+      LANES     => LANES,
+      LANE_BITS => PIXEL_BITS
     )
     port map (
       clk       => clk,
@@ -145,15 +144,10 @@ begin
 
       rows : entity work.moving_sum_stage
         generic map (
-          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-          SHIFTS           => SHIFTS,
-          CENTRED          => CENTRED,
-          FIXED_SLICE      => s,
-          LANES            => CHANNELS,
-          DATA_BITS        => COLUMN_BITS,
-          PRODUCT_MAX      => COLUMN_MAX,
-          SUM_MAX          => SUM_MAX,
-          RESULT_BITS      => SUM_BITS
+          GEOMETRY    => GEOMETRY,
+          SIZES       => exact_pass(COLUMN_MAX, M),
+          FIXED_SLICE => s,
+          LANES       => CHANNELS
         )
         port map (
           clk       => clk,
@@ -168,17 +162,18 @@ begin
 
     pixels_stage : if P > 1 generate
 
-      signal found  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
-      signal waited : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+      constant WAIT_CLOCKS : natural := stack_lanes_latency(GEOMETRY, P) -
+                                        lane_stage_latency(slice_geometry(GEOMETRY, s), P);
+
+      signal found   : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+      signal waited  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+      signal waiting : std_logic_vector(delay_bits(LANES * SUM_BITS, WAIT_CLOCKS) - 1 downto 0) := (others => '0');
 
     begin
 
       rows : entity work.lane_stage
         generic map (
-          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-          SHIFTS           => SHIFTS,
-          CENTRED          => CENTRED,
-          FIXED_SLICE      => s,
+          GEOMETRY         => slice_geometry(GEOMETRY, s),
           PIXELS_PER_CLOCK => P,
           CHANNELS         => CHANNELS,
           DATA_BITS        => COLUMN_BITS,
@@ -193,17 +188,17 @@ begin
           out_data  => found
         );
 
+      waited <= delayed(waiting, found, WAIT_CLOCKS);
+
       -- Slices that hold outputs take a clock more.
-      wait_for_slowest : entity work.tag_delay
-        generic map (
-          WIDTH  => LANES * SUM_BITS,
-          LENGTH => stack_lanes_latency(GEOMETRY, P) - lane_stage_latency(slice_geometry(GEOMETRY, s), P)
-        )
-        port map (
-          clk     => clk,
-          tag     => found,
-          delayed => waited
-        );
+      wait_for_slowest : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          waiting <= moved_on(waiting, found);
+        end if;
+
+      end process wait_for_slowest;
 
       sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS) <= in_line(waited, CHANNELS * SUM_BITS,
                                                                                   last_token, line_end);
@@ -219,9 +214,7 @@ begin
   -- All slices are divided alike; with weights each slice has its own, as its views leave the border elsewhere.
   scale : entity work.result_scaler
     generic map (
-      EXACT        => true,
       LANES        => SLICES * LANES,
-      SUM_BITS     => SUM_BITS,
       PIXEL_BITS   => PIXEL_BITS,
       DIVISOR      => M * M,
       WEIGHT_COUNT => SLICES,

@@ -20,12 +20,8 @@ use work.focal_stack_pkg.all;
 
 entity stack_columns is
   generic (
-    -- M.
-    MICRO_IMAGE_SIZE : positive;
-    -- The slices: a' in pixels.
-    SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
-    CENTRED : boolean;
+    -- M, the slices, and what follows from them.
+    GEOMETRY : geometry_t;
     -- Longest line in pixels.
     COLUMNS : positive;
     -- Pixels of a token.
@@ -41,15 +37,13 @@ entity stack_columns is
     data  : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
     -- The token behind the pass (token_path), and the sums, slice 0 in the low bits.
     out_token : out   token_t;
-    out_data  : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0)
+    out_data  : out   std_logic_vector(stack_sum_bits(GEOMETRY, LANES, LANE_BITS) - 1 downto 0)
   );
 end entity stack_columns;
 
 architecture rtl of stack_columns is
 
-  constant GEOMETRY : geometry_t := geometry_of("stack_columns", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant M            : positive := MICRO_IMAGE_SIZE;
+  constant M            : positive := GEOMETRY.micro_image_size;
   constant SLICES       : positive := GEOMETRY.slices;
   constant PIXEL_BITS   : positive := LANES * LANE_BITS;
   constant SUMS_BITS    : positive := LANES * column_sum_bits(M, LANE_BITS);
@@ -110,12 +104,9 @@ begin
   -- One memory for all slices: they differ only in which of its words they take.
   memory : entity work.line_history
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      COLUMNS          => COLUMNS,
-      PIXEL_BITS       => PIXEL_BITS,
-      HISTORY_BITS     => HISTORY_BITS
+      GEOMETRY   => GEOMETRY,
+      COLUMNS    => COLUMNS,
+      PIXEL_BITS => PIXEL_BITS
     )
     port map (
       clk      => clk,
@@ -132,14 +123,11 @@ begin
 
     sums : entity work.column_sum
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        CENTRED          => CENTRED,
-        SLICE            => s,
-        COLUMNS          => COLUMNS,
-        LANES            => LANES,
-        LANE_BITS        => LANE_BITS,
-        HISTORY_BITS     => HISTORY_BITS
+        GEOMETRY  => GEOMETRY,
+        SLICE     => s,
+        COLUMNS   => COLUMNS,
+        LANES     => LANES,
+        LANE_BITS => LANE_BITS
       )
       port map (
         clk       => clk,

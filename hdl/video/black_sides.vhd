@@ -51,9 +51,8 @@ begin
   -- A ring: each word is read as often as it is written, a round later.
   memory : entity work.ram_simple_dual_port
     generic map (
-      WIDTH        => CODE_BITS,
-      ADDRESS_BITS => place'length,
-      WORDS        => WORDS
+      WIDTH => CODE_BITS,
+      WORDS => WORDS
     )
     port map (
       clk           => clk,

@@ -23,7 +23,7 @@ use work.video_pkg.all;
 entity stream_to_video is
   generic (
     -- Pixels by which the output lags, besides the lines.
-    DELAY_PIXELS : natural;
+    DELAY_PIXELS : natural := 0;
     -- Whether the picture has a size of its own.
     WINDOW : boolean := false
   );
@@ -31,7 +31,7 @@ entity stream_to_video is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Lines by which the output lags.
-    delay_lines : in    count_t;
+    delay_lines : in    count_t := (others => '0');
     -- With WINDOW, size of the picture; it does not fit the timing.
     picture_columns : in    std_logic_vector(15 downto 0);
     picture_rows    : in    std_logic_vector(15 downto 0);

@@ -357,22 +357,6 @@ async def settings_are_written(dut: Any) -> None:
     assert len(writes) == len(wanted)
 
 
-@for_entity("event_counter")
-async def events_are_counted(dut: Any) -> None:
-    """Counts up to the limit and no further, and from 0 after clearing."""
-    rng = random.Random(cocotb.RANDOM_SEED)
-    Clock(dut.clk, 10, "ns").start()
-    limit = 2 ** CASE["width"] - 1
-    count = 0
-    for i in range(200):
-        add, clear = int(rng.random() < 0.7), int(i % 40 == 0)
-        dut.add.value = add
-        dut.clear.value = clear
-        await FallingEdge(dut.clk)
-        count = 0 if clear else min(count + add, limit)
-        assert int(dut.count.value) == count
-
-
 @for_entity("frame_rate_meter")
 async def frame_rates(dut: Any) -> None:
     """Rates are rounded and limited, change with each frame, and are 0 when frames stop."""

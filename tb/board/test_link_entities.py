@@ -29,7 +29,6 @@ UNITS = [
     unit("pll_configure", timeout=60),
     unit("frame_rate_meter", tick=2),
     unit("clock_meter", window=400),
-    unit("event_counter", width=3),
     phases(20),
     # From 720p60 (1347 ps, 25 ps a tap) to longer than the delay line.
     search([54, 160], 4),

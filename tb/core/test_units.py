@@ -34,14 +34,6 @@ def ram_blocks() -> Iterator[Case]:
         yield unit("ram_blocks", generics, width=width, words=words, latency=latency, blocks=blocks)
 
 
-def round_saturate() -> Iterator[Case]:
-    for value_max, drop, bits in [(1000, 0, 8), (5000, 4, 8), (2047, 3, 8)]:
-        generics = {"VALUE_MAX": value_max, "DROP_BITS": drop, "RESULT_BITS": bits}
-        yield unit(
-            "round_saturate", generics, value_max=value_max, drop_bits=drop, result_bits=bits
-        )
-
-
 def stored_product() -> Iterator[Case]:
     for value_bits, scale_bits, divisor in [(8, 0, 3), (8, 8, 5), (10, 6, 7), (8, 3, 1), (8, 0, 2)]:
         product_max = round((2**value_bits - 1) * 2**scale_bits / divisor + 0.5)
@@ -53,13 +45,9 @@ def stored_product() -> Iterator[Case]:
 
 def geometry(layout: FilterLayout) -> dict[str, int | bool | str]:
     """Generics that describe a filter."""
-    return {
-        "MICRO_IMAGE_SIZE": layout.micro_image_size,
-        "SHIFTS": " ".join(map(str, layout.shifts)),
-        "CENTRED": layout.align == "centred",
-        "HOLD": layout.hold,
-        "TAPS": layout.taps,
-    }
+    shifts = " ".join(map(str, layout.shifts))
+    numbers = f'{layout.micro_image_size}, "{shifts}", {layout.align == "centred"}'
+    return {"GEOMETRY": f'geometry_of("test", {numbers})', "HOLD": layout.hold}
 
 
 LAYOUTS = [
@@ -99,11 +87,6 @@ def switched_fir() -> Iterator[Case]:
         yield unit("switched_fir", generics, layout=asdict(layout), depth=depth, latency=latency)
 
 
-def pixel_counter() -> Iterator[Case]:
-    for n in (1, 2, 5):
-        yield unit("pixel_counter", {"MODULUS": n}, modulus=n)
-
-
 def lane_skew() -> Iterator[Case]:
     for lanes, backwards in product((1, 4), (False, True)):
         generics = {"LANES": lanes, "WIDTH": 5, "REVERSED": backwards}
@@ -125,11 +108,6 @@ def axis_fifo() -> Iterator[Case]:
     for width, address_bits in [(8, 1), (26, 3), (10, 5)]:
         generics = {"WIDTH": width, "ADDRESS_BITS": address_bits}
         yield unit("axis_fifo", generics, width=width, address_bits=address_bits)
-
-
-def tag_delay() -> Iterator[Case]:
-    for width, length in [(1, 0), (3, 1), (5, 9)]:
-        yield unit("tag_delay", {"WIDTH": width, "LENGTH": length}, width=width, length=length)
 
 
 def bus_crossing() -> Iterator[Case]:
@@ -155,11 +133,17 @@ def row_scatter() -> Iterator[Case]:
         yield Case("scatter_ports", "core.scatter_bench", generics, case)
 
 
+def function_ports() -> Iterator[Case]:
+    for modulus, length in ((1, 0), (2, 1), (5, 3)):
+        generics = {"MODULUS": modulus, "LENGTH": length}
+        yield unit("function_ports", generics, modulus=modulus, length=length)
+
+
 # One simulation, as start-up takes most of the time. `make mutants` selects by names of entities.
 PARTS = [
-    [divide_round, ram_blocks, round_saturate, stored_product, switch_table, pixel_counter],
+    [divide_round, ram_blocks, stored_product, switch_table],
     [switched_fir, lane_skew, lane_exchange, slice_select],
-    [axis_fifo, tag_delay, bus_crossing, row_scatter],
+    [axis_fifo, bus_crossing, row_scatter, function_ports],
 ]
 
 

@@ -85,16 +85,6 @@ async def words_are_kept(dut: Any) -> None:
             kept[write] = word
 
 
-@for_entity("round_saturate")
-async def every_value(dut: Any) -> None:
-    """All values: halves up, saturated."""
-    values = list(range(CASE["value_max"] + 1))
-    got = await stream_values(dut, "value", "result", values, latency=1)
-    top = 2 ** CASE["result_bits"] - 1
-    want = [min(int(Fraction(v, 2 ** CASE["drop_bits"]) + Fraction(1, 2)), top) for v in values]
-    assert got == want
-
-
 @for_entity("stored_product")
 async def every_product(dut: Any) -> None:
     """The whole ROM."""
@@ -189,24 +179,6 @@ async def interleaved_streams(dut: Any) -> None:
             dut.resume.value = schedule[now][5]
             dut.update.value = schedule[now][6]
     assert np.array_equal(np.array(got), want)
-
-
-@for_entity("pixel_counter")
-async def counts_tokens(dut: Any) -> None:
-    """Strobes are counted from 0 at a restart."""
-    rng = random.Random(cocotb.RANDOM_SEED)
-    Clock(dut.clk, 10, "ns").start()
-    count = 0
-    for token in range(300):
-        strobe = rng.random() < 0.7 or token == 0
-        restart = token == 0 or rng.random() < 0.05
-        await FallingEdge(dut.clk)
-        dut.strobe.value = int(strobe)
-        dut.restart.value = int(restart)
-        await RisingEdge(dut.clk)
-        if strobe:
-            count = 0 if restart else (count + 1) % CASE["modulus"]
-            assert int(dut.count.value) == count
 
 
 @for_entity("lane_skew")
@@ -329,31 +301,6 @@ async def words_in_order(dut: Any) -> None:
     assert not int(dut.m_axis_tvalid.value)
 
 
-@for_entity("tag_delay")
-async def tags_come_later(dut: Any) -> None:
-    """Tags come out LENGTH enabled clocks later; reset clears their valid bit."""
-    rng = random.Random(cocotb.RANDOM_SEED)
-    length, width = CASE["length"], CASE["width"]
-    Clock(dut.clk, 10, "ns").start()
-    dut.reset.value = 0
-    dut.enable.value = 0
-    await FallingEdge(dut.clk)
-    stored = [0] * length
-    for _ in range(500):
-        tag, enable = rng.randrange(2**width), rng.random() < 0.6
-        reset = rng.random() < 0.02
-        dut.tag.value = tag
-        dut.enable.value = int(enable)
-        dut.reset.value = int(reset)
-        await RisingEdge(dut.clk)
-        assert int(dut.delayed.value) == [*stored, tag][0]
-        if enable and length:
-            stored = [*stored[1:], tag]
-        if reset:
-            stored = [t & ~1 for t in stored]
-        await FallingEdge(dut.clk)
-
-
 @for_entity("bus_crossing")
 async def values_cross_whole(dut: Any) -> None:
     """Values arrive whole, in order and soon; either clock may stop, and the value stays."""
@@ -405,3 +352,42 @@ async def values_cross_whole(dut: Any) -> None:
             await Timer(20 * sum(periods), "ns")
             assert int(dut.destination.value) == value
             running[name] = True
+
+
+@for_entity("function_ports")
+async def functions_of_processes(dut: Any) -> None:
+    """Counts stop at their limit, places turn, tags come later, numbers are rounded."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    modulus, length = CASE["modulus"], CASE["length"]
+    Clock(dut.clk, 10, "ns").start()
+    counts, place, stored = [0, 0], 0, [0] * length
+    for clock in range(600):
+        await FallingEdge(dut.clk)
+        happen = [int(rng.random() < 0.7) for _ in counts]
+        clear = int(clock % 40 == 0)
+        strobe = rng.random() < 0.7 or not clock
+        restart = rng.random() < 0.05 or not clock
+        enable, reset = rng.random() < 0.6, rng.random() < 0.02
+        tag, value = rng.randrange(8), rng.randrange(256)
+        dut.happen.value = happen[0] + 2 * happen[1]
+        dut.clear.value = clear
+        dut.strobe.value, dut.restart.value = int(strobe), int(restart)
+        dut.enable.value, dut.reset.value = int(enable), int(reset)
+        dut.tag.value, dut.value.value = tag, value
+        await RisingEdge(dut.clk)
+        # What the inputs make of the registers from before the edge.
+        now = 0 if restart else (place + 1) % modulus
+        assert int(dut.place.value) == now
+        assert int(dut.late.value) == [*stored, tag][0]
+        if strobe:
+            place = now
+        if enable and length:
+            stored = [*stored[1:], tag]
+        if reset:
+            stored = [bits & ~1 for bits in stored]
+        counts = [0 if clear else min(n + h, 7) for n, h in zip(counts, happen, strict=True)]
+        await FallingEdge(dut.clk)
+        assert int(dut.counts.value) == counts[0] + 8 * counts[1]
+        assert int(dut.result.value) == min((value + 2) // 4, 31)
+        dut.strobe.value, dut.enable.value, dut.reset.value = 0, 0, 0
+        dut.happen.value, dut.clear.value = 0, 0

@@ -11,6 +11,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.refocus_pkg.all;
 use work.token_pkg.all;
 
 entity module_bench is
@@ -29,7 +30,7 @@ architecture test of module_bench is
   constant PIXEL_MAX    : positive := 255;
   constant PIXEL_BITS   : positive := bits_for(PIXEL_MAX);
   -- The text's arithmetic: products are rounded to whole grey levels.
-  constant PRODUCT_MAX : natural := scaled_quotient(PIXEL_MAX, 0, MICRO_IMAGE_SIZE);
+  constant PRODUCT_MAX : positive := scaled_quotient(PIXEL_MAX, 0, MICRO_IMAGE_SIZE);
 
   type words_t is file of integer;
 
@@ -55,18 +56,11 @@ begin
 
   stage : entity work.fir_stage
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => false,
-      HOLD             => HOLD,
-      LANES            => 1,
-      DATA_BITS        => PIXEL_BITS,
-      STORED           => true,
-      SCALE_BITS       => 0,
-      PRODUCT_MAX      => PRODUCT_MAX,
-      DROP_BITS        => 0,
-      RESULT_BITS      => PIXEL_BITS,
-      BROADCAST_TAPS   => 0
+      GEOMETRY       => geometry_of("module_bench", MICRO_IMAGE_SIZE, SHIFTS, false),
+      SIZES          => (PIXEL_BITS, PIXEL_BITS, true, 0, PRODUCT_MAX, MICRO_IMAGE_SIZE * PRODUCT_MAX, 0),
+      HOLD           => HOLD,
+      LANES          => 1,
+      BROADCAST_TAPS => 0
     )
     port map (
       clk       => clk,

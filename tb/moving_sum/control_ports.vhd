@@ -16,7 +16,8 @@ entity control_ports is
   generic (
     MICRO_IMAGE_SIZE : positive := 3;
     SHIFTS           : string   := "1";
-    CENTRED          : boolean  := true
+    CENTRED          : boolean  := true;
+    FIXED_SLICE      : integer  := -1
   );
   port (
     clk      : in    std_logic;
@@ -42,7 +43,7 @@ architecture test of control_ports is
 
   signal choice  : pixel_choice_t;
   signal command : sum_command_t;
-  signal step_1  : std_logic := '0';
+  signal ring    : ring_control_t;
   signal step_2  : std_logic := '0';
   signal step_3  : std_logic := '0';
 
@@ -50,10 +51,8 @@ begin
 
   dut : entity work.moving_sum_control
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      REACHED          => reach(GEOMETRY)
+      GEOMETRY    => GEOMETRY,
+      FIXED_SLICE => FIXED_SLICE
     )
     port map (
       clk       => clk,
@@ -62,7 +61,7 @@ begin
       first     => first,
       live      => live,
       slice     => unsigned(slice(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0)),
-      step_1    => step_1,
+      ring      => ring,
       choice_3  => choice,
       command_3 => command
     );
@@ -71,7 +70,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      step_2 <= step_1;
+      step_2 <= ring.step_1;
       step_3 <= step_2;
       if reset = '1' then
         step_2 <= '0';
@@ -81,7 +80,7 @@ begin
 
   end process delay_step;
 
-  step     <= step_1;
+  step     <= ring.step_1;
   enter    <= choice.enter and step_3;
   leave    <= choice.leave and step_3;
   fresh    <= command.fresh and step_3;

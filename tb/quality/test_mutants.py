@@ -82,7 +82,6 @@ def test_every_source_has_mutants_and_tests() -> None:
         "status_pkg.vhd",
         "stored_pkg.vhd",
         "stored_product.vhd",
-        "tmds_output.vhd",
     }
     assert names - files == without
     for _, tests in mutant_tests.TESTS:

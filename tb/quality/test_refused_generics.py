@@ -46,21 +46,12 @@ TEXTS = {
     "LABEL_COLUMNS": 2,
 }
 PATTERN = {f"{axis}_{part}": 8 for axis in "HV" for part in ("ACTIVE", "FRONT", "SYNC", "BACK")}
-BOARD = CORE | {
-    "PATTERN_COLUMNS": 8,
-    "INTERPOLATION_ORDER": 0,
-    "HOLD": False,
-    "EXACT": True,
-    "ENGINE": "fir",
-}
-BOARD |= {"FRACTION_BITS": 0, "GUARD_BITS": 0, "BROADCAST_TAPS": 0, "ALIGN_TIMEOUT": 8192}
-
 LANES = {"PIXELS_PER_CLOCK": 4, "CHANNELS": 1}
 # Entities inside the cores, whose generics must be consistent.
 INNER: list[tuple[str, Generics, Generics]] = [
     (
         "result_scaler",
-        {"EXACT": True, "LANES": 3, "SUM_BITS": 12, "PIXEL_BITS": 8, "DIVISOR": 9},
+        {"EXACT": True, "LANES": 3, "PIXEL_BITS": 8, "DIVISOR": 9},
         {"WEIGHT_COUNT": 2},
     ),
     ("divide_round", {"VALUE_MAX": 255, "DIVISOR": 9, "QUOTIENT_BITS": 5}, {"QUOTIENT_BITS": 4}),
@@ -76,8 +67,8 @@ INNER: list[tuple[str, Generics, Generics]] = [
         {"LINES": 7},
     ),
     (
-        "moving_sum_control",
-        {"MICRO_IMAGE_SIZE": 3, "SHIFTS": "1 2", "CENTRED": True, "REACHED": 5},
+        "control_ports",
+        {"MICRO_IMAGE_SIZE": 3, "SHIFTS": "1 2", "CENTRED": True},
         {"FIXED_SLICE": 2},
     ),
 ]
@@ -90,7 +81,6 @@ REFUSED: list[Case] = [
     *((entity, CORE, {"SHIFTS": text}, "SHIFTS") for entity in ARRAYS for text in NO_SETS[:3]),
     *(("raster_refocuser", CORE, {"SHIFTS": text}, "SHIFTS") for text in NO_SETS[3:]),
     *((entity, CORE, {"SHIFTS": text}, "SHIFTS") for entity in STACKS for text in NO_SETS[:2]),
-    ("hdmi_refocuser", BOARD, {"SHIFTS": "2, 0"}, "SHIFTS"),
     ("parallel_top", CORE, {"SHIFTS": "2 x"}, "SHIFTS"),
     ("self_test", {"SHIFTS": "-3"}, {"SHIFTS": "2 x"}, "SHIFTS"),
     *(
@@ -239,7 +229,8 @@ def elaborator(
     with or_skip():
         find_simulator(request.param)
     folder = tmp_path_factory.mktemp(request.param)
-    benches = (TB / "quality" / "verdicts.vhd", TB / "video" / "mode_ports.vhd")
+    places = ("quality/verdicts.vhd", "video/mode_ports.vhd", "moving_sum/control_ports.vhd")
+    benches = [TB / place for place in places]
     return Elaborator(request.param, folder, *benches)
 
 
@@ -486,7 +477,7 @@ HUNTED = [
     *("picture_core", "refocus_video", "sensor_front", "sensor_raster", "resampler"),
     *("colour_mosaic", "parallel_to_stream", "stream_to_parallel", "parallel_top", "self_test"),
     "csi_receiver",
-    *("text_overlay", "load_port", "command_line", "board_control", "hdmi_refocuser"),
+    *("text_overlay", "load_port", "command_line", "board_control"),
     *("video_to_stream", "stream_to_video", "light_field_pattern", "hdmi_control"),
 ]
 

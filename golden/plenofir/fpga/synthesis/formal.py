@@ -56,16 +56,9 @@ class FirProof:
         generics: Generics = {
             "MICRO_IMAGE_SIZE": m,
             "SHIFTS": str(shift),
-            "CENTRED": True,
             "HOLD": self.hold,
-            "LANES": 1,
             "DATA_BITS": self.data_bits,
-            "STORED": False,
-            "SCALE_BITS": 0,
-            "PRODUCT_MAX": largest,
-            "DROP_BITS": 0,
             "RESULT_BITS": sum_bits,
-            "BROADCAST_TAPS": 0,
         }
         parameters = {
             "M": m,
@@ -75,7 +68,7 @@ class FirProof:
             "SUM_BITS": sum_bits,
             "LENGTH": min(self.clocks - layout.delay, 8),
         }
-        _prepare("fir_stage", "fir_properties", generics, parameters, directory, sources)
+        _prepare("fir_proof", "fir_properties", generics, parameters, directory, sources)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
 
@@ -99,10 +92,7 @@ class LaneProof:
         generics: Generics = {
             "MICRO_IMAGE_SIZE": m,
             "SHIFTS": str(shift),
-            "CENTRED": True,
             "PIXELS_PER_CLOCK": p,
-            "CHANNELS": 1,
-            "DATA_BITS": 1,
             "SUM_BITS": m.bit_length(),
         }
         parameters = {
@@ -114,7 +104,7 @@ class LaneProof:
             "LEAST": lanes.delay + 1,
             "LENGTH": self.clocks - lanes.clocks - lanes.delay,
         }
-        _prepare("lane_stage", "lane_properties", generics, parameters, directory, sources)
+        _prepare("lane_proof", "lane_properties", generics, parameters, directory, sources)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
 
@@ -291,9 +281,14 @@ def _prepare(
     directory: Path,
     sources: Sequence[Path] | None,
 ) -> None:
-    """Write the entity with its properties as one circuit of gates, proof.aig."""
-    verilog = write_verilog(sources or hdl.hdl_sources(), entity, generics, directory)
-    file = project.root() / "formal" / f"{properties}.sv"
+    """Write the entity with its properties as one circuit of gates, proof.aig.
+
+    An entity of `formal` gives one inside the cores generics that a command can set.
+    """
+    folder = project.root() / "formal"
+    design = [*(sources or hdl.hdl_sources()), *folder.glob(f"{entity}.vhd")]
+    verilog = write_verilog(design, entity, generics, directory)
+    file = folder / f"{properties}.sv"
     values = " ".join(f"-set {name} {value}" for name, value in parameters.items())
     run_yosys(
         [

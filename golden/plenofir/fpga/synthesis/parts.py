@@ -71,8 +71,9 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
         if name in TMDS_ENDS:
             counts[name] += number
         for entity, part in _ENTITIES.items():
-            # GHDL appends the generics: TAPS is a filter's first, LANES that of lane registers.
-            found = re.match(rf"{entity}_(\d+)_", name)
+            # GHDL appends generics that are numbers: a filter's first is TAPS, that of lane
+            # registers LANES.
+            found = re.match(rf"{entity}_(?:(\d+)_)?", name)
             # A single lane is a wire.
             if found and not (part == "lane registers" and found[1] == "1"):
                 counts[part] += number
