@@ -85,6 +85,21 @@ def weights_table(weights: Weights, rows: Integers, table: Integers) -> None:
             table[c, 2, line] = multiplier
 
 
+@compiled
+def inverse_bits(weight: int, largest: int) -> int:
+    """Bits of a 32 bit floating point 1 / weight, if floor(n inverse) is right for all n; else 0.
+
+    For n of up to weight (largest + 1).
+    """
+    # Rounded up, by e <= 2^-23 of it, so that it is right where n is a multiple. Below a multiple
+    # q weight it is, if e and the rounding of the product, 2^-24, are less than 1 / (q weight).
+    if weight <= 0 or weight * (largest + 1) > 1 << 22:
+        return 0
+    near = np.full(1, np.float32(1 / weight))
+    bits = int(near.view(np.int32)[0])
+    return bits + int(np.float64(near[0]) < 1 / weight)
+
+
 class Row(NamedTuple):
     """Sums along several lines at once."""
 
@@ -300,13 +315,16 @@ def refocus_blocks(
                         scaled, rest = scaled // 2, rest - 1
                     at_once = even and alike[s // piece] == 1 and rest >= 0
                     if at_once:
-                        known = table, which, rest, plan.most, picture, done, pitch, values
+                        weight = reached[0] * weights.columns[which // (3 * lanes)] * weights.twice
+                        inverse = inverse_bits(weight, plan.most)
+                        known = table, which, rest, plan.most, weight // 2, inverse
+                        goal_of = picture, done, pitch, values
                         if plain:
                             taken_from = row.words, row.places, s, run, m * pixel, row.carry
-                            finished_lines(*taken_from, *known)
+                            finished_lines(*taken_from, *known, *goal_of)
                         else:
                             above = totals, boxes, s, run, m * pixel, row.carry
-                            finished_lines(*above, *known)
+                            finished_lines(*above, *known, *goal_of)
                     elif plain:
                         quotients(
                             *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),

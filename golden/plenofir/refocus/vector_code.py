@@ -117,6 +117,13 @@ class Value:
         product = self.as_wide_as(2 * bits) * factor.as_wide_as(2 * bits)
         return (product >> bits).as_wide_as(bits)
 
+    def times_real(self, factor: "Value") -> "Value":
+        """Product with a number of 32 bit floating point, given by its bits, rounded down."""
+        real: Any = ir.VectorType(ir.FloatType(), self.lanes)
+        factors = self.builder.bitcast(factor.of_lanes(self.lanes, self.bits).llvm, real)
+        product = self.builder.fmul(self.builder.sitofp(self.llvm, real), factors)
+        return Value(self.builder, self.builder.fptosi(product, self.llvm.type))
+
     def at_most(self, other: "Value") -> "Value":
         """Unsigned minimum of each lane and a limit."""
         limit = other.of_lanes(self.lanes, self.bits).llvm

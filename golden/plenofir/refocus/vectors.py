@@ -365,6 +365,8 @@ def finished_lines(
     entry: Value,
     drop: Value,
     most: Value,
+    half: Value,
+    inverse: Value,
     picture: Array,
     target: Value,
     pitch: Value,
@@ -372,11 +374,20 @@ def finished_lines(
 ) -> None:
     """As `running_sum` with one place each, divided, then `transpose_back`, in registers."""
     # Pixels first .. first + count - 1, rounded up to whole tiles. The quotient of a sum is
-    # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half.
+    # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half. `inverse`: the
+    # bits of a real number, if not 0, with which it is (sum + half) inverse.
     lanes, width = lanes_in_line(lanes_of), _tile_samples(picture)
-    shift, above = drop.as_wide_as(carry.bits), table.load(entry, lanes)
+    shift = drop.as_wide_as(carry.bits)
 
-    def loop(channels: int) -> None:
+    def whole(total: Value) -> Value:
+        # The multiplier from memory: LLVM knows then that it is no wider than that.
+        quotient = total.upper_product(table.load(entry + 2 * lanes, lanes)) >> shift
+        return quotient.at_most(most) if carry.bits > 16 else quotient
+
+    def real(total: Value) -> Value:
+        return total.times_real(inverse)
+
+    def loop(channels: int, above: Value, divide: Callable[[Value], Value]) -> None:
         places_of = [count - count + c * lanes for c in range(channels)]
         totals = [Variable(carry.load(place, lanes) + above) for place in places_of]
         with ((count + (width - 1)) // width).times() as tile:
@@ -387,23 +398,28 @@ def finished_lines(
                     here = place + channel
                     change = words.load(here, lanes) - words.load(here - behind, lanes)
                     total.set(total.get() + change.as_wide_as(carry.bits, signed=True))
-                    # The multiplier from memory: LLVM knows then that it is no wider than that.
-                    factor = table.load(entry + 2 * lanes, lanes)
-                    quotient = total.get().upper_product(factor) >> shift
-                    if carry.bits > 16:
-                        quotient = quotient.at_most(most)
-                    taken.append(quotient.as_wide_as(lanes_of.bits))
+                    taken.append(divide(total.get()).as_wide_as(lanes_of.bits))
                     if len(taken) == width:
                         _store_tile(taken, picture, goal, pitch)
                         taken, goal = [], goal + width
         for place, total in zip(places_of, totals, strict=True):
             carry.store(place, total.get() - above)
 
+    def divided(channels: int) -> None:
+        if carry.bits != 32:
+            loop(channels, table.load(entry, lanes), whole)
+            return
+        with inverse.is_nothing() as (wide, narrow):
+            with wide:
+                loop(channels, table.load(entry, lanes), whole)
+            with narrow:
+                loop(channels, half.of_lanes(lanes, carry.bits), real)
+
     with (carry.size() - lanes).is_nothing() as (grey, colour):
         with grey:
-            loop(1)
+            divided(1)
         with colour:
-            loop(3)
+            divided(3)
 
 
 @generated

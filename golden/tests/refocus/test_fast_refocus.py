@@ -4,6 +4,7 @@
 import math
 import subprocess
 import sys
+import threading
 from fractions import Fraction
 
 import numpy as np
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from test_refocus import random_image
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, blocks, fast, refocus
+from plenofir.refocus import ExactArithmetic, blocks, fast, refocus, threads
 
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
@@ -124,6 +125,37 @@ def test_division_by_weights_is_exact(columns, row, widths, twice):
                     assert (n + half) * scale < 1 << bits
                     found = (n + half) * scale * multiplier >> drop
                     assert found == (quotient if weight else 0)
+
+
+@given(st.integers(1, 1 << 14), st.sampled_from([8, 12, 16]))
+def test_division_by_a_real_number_is_exact(weight, bits):
+    most = (1 << bits) - 1
+    inverse = np.array([blocks.inverse_bits(weight, most)], np.int32).view(np.float32)[0]
+    assert (inverse == 0) == (weight << bits > 1 << 22)
+    if inverse:
+        # The quotient can only be wrong next to where it changes.
+        n = weight * np.arange(1, most + 2)[:, None] - [1, 0]
+        assert np.array_equal((n.astype(np.float32) * inverse).astype(int), n // weight)
+
+
+def test_threads_are_kept_and_hand_on_what_fails():
+    raw = random_image((900, 900), np.uint8)
+    want = refocus(raw, 11, "1/11", threads=1)
+
+    def fails():
+        raise ValueError(threading.get_ident())
+
+    with pytest.raises(ValueError, match=r"^\d+$"):
+        threads.in_threads(fails, 3)
+    kept = list(threads._idle)
+    assert len(kept) >= 2
+    seen = set()
+    threads.in_threads(lambda: seen.add(threading.get_ident()), 3)
+    assert len(seen) == 3
+    assert set(threads._idle) == set(kept)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", 1)
+        assert np.array_equal(refocus(raw, 11, "1/11", threads=3), want)
 
 
 def test_sums_that_do_not_fit_are_refused():
