@@ -28,7 +28,7 @@ def test_most_placements_reach_the_clock_of_the_planner() -> None:
     for name, cores in load_spreads().items():
         for pixels, clocks in cores.items():
             known = [clock for clock in clocks if clock is not None]
-            assert 3 <= len(known) <= len(clocks) <= PLACEMENTS
+            assert 1 <= len(known) <= len(clocks) <= PLACEMENTS
             assert median(known) >= DEVICES[name].clock_mhz(int(pixels)), (name, pixels)
 
 
