@@ -107,7 +107,7 @@ def in_turns(
 
 
 def first_call() -> tuple[float, float]:
-    """Seconds of a first call: compiling, and from the cache."""
+    """Seconds of a first call: with compilation, and from the cache."""
     code = (
         "import time, numpy as np; from plenofir.refocus import refocus; "
         "raw = np.zeros((60, 60), np.uint8); start = time.perf_counter(); "
@@ -146,7 +146,7 @@ def _refocus(m: int, shift: int, **options: Any) -> Callable[[Image, Image], obj
 
 
 def refocuser_works(m: int, shifts: Sequence[int]) -> dict[str, Callable[[Image, Image], object]]:
-    """What is compared with a copy of a frame."""
+    """Operations that are compared with a copy of a frame."""
     works: dict[str, Callable[[Image, Image], object]] = {
         "numpy.copyto": lambda raw, out: np.copyto(out, raw),
         f"numpy.copyto{_ALONE}": lambda raw, out: np.copyto(out, raw),
@@ -253,7 +253,7 @@ def golden_table() -> Table:
 
 
 def simulator_table() -> Table:
-    """Time the VHDL core, M = 5, a' = -3, RGB, 320 x 100, in each simulator that is there."""
+    """Time the VHDL core, M = 5, a' = -3, RGB, 320 x 100, in each installed simulator."""
     frames = np.random.default_rng(0).integers(0, 256, (1, 100, 320, 3), dtype=np.uint8)
     table = Table(title="VHDL core, M = 5, a' = -3, RGB, 320 x 100")
     for column in ("simulator", "arithmetic", "clocks", "clocks a second", "relative"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build what the documentation takes from the sources.
+"""Build the parts of the documentation that follow from the sources.
 
 Committed: the long tables of ``docs/measured/tables.md``, and the short ones between marks in the
 pages that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``,
@@ -58,7 +58,7 @@ from resource_tables import (
 
 DOCS = project.root() / "docs"
 HDL = project.root() / "hdl"
-# In the order of reading: each is drawn with what is new in it.
+# In the order of reading: each tree shows only what is new.
 TOPS = (
     "raster_refocuser",
     "focal_stack",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build what follows from something else: computed VHDL packages, repeated ports, core files.
+"""Build generated sources: computed VHDL packages, repeated ports, core files.
 
 Usage: python scripts/build_hdl.py [--check]
 

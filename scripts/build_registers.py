@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build what follows from the register map, hdl/axi/registers.toml, by hdl-registers.
+"""Build files from the register map, hdl/axi/registers.toml, by hdl-registers.
 
 Committed: its VHDL package, its C header and the table of docs/registers.md. Not committed: the
 page build/docs/registers.html.
@@ -119,7 +119,7 @@ class Vhdl93Generator(RegisterCodeGenerator):
 
     @staticmethod
     def table(rows: dict[str, str], nothing: str) -> str:
-        """Make a value of an array by registers, each on a line but for those that have nothing."""
+        """Make the value of an array over registers, one a line, without empty ones."""
         lines = [(f"AT_{name.upper()}", value) for name, value in rows.items() if value != nothing]
         width = max(len(name) for name, _ in lines)
         each = [f"{name:{width}} => {value}" for name, value in [*lines, ("others", nothing)]]
@@ -166,7 +166,7 @@ class Vhdl93Generator(RegisterCodeGenerator):
 
 
 def c_header(generator: CHeaderGenerator) -> str:
-    """Take hdl-registers' header, but with what it needs, in C99 (hexadecimal masks), and short."""
+    """hdl-registers' header, shortened, with its includes, and as C99 (hexadecimal masks)."""
     code = re.sub(r"0b([01]+)u", lambda found: f"0x{int(found[1], 2):X}u", generator.get_code())
     code = re.sub(r"#define \w+_MASK_INVERSE .*\n", "", code)
     start, rest = code.split("\n\n", 1)

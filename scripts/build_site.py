@@ -27,7 +27,7 @@ LIGHT_FIELD = "planes.html"
 # Where the entities' pages are in the site.
 ENTITIES = Path("hdl/entities")
 
-# What the reference shows: the packages that people import.
+# Packages in the reference: those that users import.
 PACKAGES = {
     "plenofir.refocus": "The golden model and the fast refocuser",
     "plenofir.camera.calibration": "Micro image centres, decoding",
@@ -42,7 +42,7 @@ PACKAGES = {
     "plenofir.ground.errors": "Errors",
 }
 
-# Four ways in; pages of docs/ that are in none come behind the first.
+# Four groups of pages; pages of docs/ in none of them come after the first.
 WAYS: dict[str, tuple[str, ...]] = {
     "Use it": ("files", "light-field", "viewer", "golden-model", "ray-model"),
     "Build it": (
@@ -146,7 +146,7 @@ def main() -> int:
             (entities / path.name).write_text(LINK.sub(among_entities, text))
         for page in written:
             copied(page, pages)
-        # What the search needs where browsers start no workers: pages opened from files.
+        # For the search in pages opened from files, where browsers start no workers.
         (pages / "assets").mkdir()
         shutil.copy(ROOT / "docs" / "site" / "iframe-worker.js", pages / "assets")
         reference = pages / "reference"

@@ -33,7 +33,7 @@ def _scene(sensor: KnownSensor, device: str) -> str:
 
 
 def _fits(sensor: KnownSensor, device: str) -> str:
-    """Block RAM that mosaic, resampler and core take of a device's, in percent, or what is over."""
+    """Share of a device's block RAM for mosaic, resampler and core, or what does not fit."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scene.toml"
         file.write_text(_scene(sensor, device))
@@ -46,7 +46,7 @@ def _fits(sensor: KnownSensor, device: str) -> str:
 
 
 def sensors_table(text: str) -> str:
-    """Put what sensors ask of receivers, cores and devices between its marks in a page."""
+    """Put the table of sensors with their receivers, cores and devices between its marks."""
     ecp5 = BOARDS["ulx3s"].camera
     assert ecp5 is not None
     rows = []

@@ -17,9 +17,9 @@ CAPI=2:
 # Built by scripts/build_hdl.py from hdl/sources*.txt and scripts/core_files.py.
 """
 
-# Synthesis of an example by vendors' tools, a device for each. Edalize's flow for Gowin's passes
-# over files of VHDL-93: with the flag "plain" filesets come as VHDL, which is VHDL-93 there.
-# Not of a core with its generics: a SHIFTS with blanks does not reach Vivado and Quartus whole.
+# Synthesis of an example by vendors' tools, a device for each. Edalize's flow for Gowin ignores
+# files of type VHDL-93: with the flag "plain" filesets have type VHDL, which is VHDL-93 there.
+# Not a core with generics: a SHIFTS with blanks does not reach Vivado and Quartus intact.
 SYNTH = """\
   synth:
     <<: *default
@@ -56,7 +56,7 @@ SYNTH = """\
     toplevel: {top}
 """
 
-# What the target "gowin" takes instead of both, and how a core chooses.
+# Replacement of both for the target "gowin", and how a core selects it.
 PLAIN = """\
   plain_rtl:
     <<: *rtl

@@ -24,7 +24,7 @@ def scene_names() -> list[str]:
 
 @cache
 def plan_on(scene: str, device: str) -> Plan | str:
-    """The plan of a scene on a device, or in few words why there is none."""
+    """The plan of a scene on a device, or briefly why there is none."""
     try:
         return make_plan(load_scene(scene, device))
     except InputError as error:
@@ -57,7 +57,7 @@ def _clock_of(scene: str, plan: Plan) -> float | None:
 
 
 def _on_device(scene: str, device: str) -> str:
-    """What a scene's core takes of a device, or why it can't be there."""
+    """Resources of a scene's core on a device, or why it does not fit."""
     plan = plan_on(scene, device)
     if isinstance(plan, str):
         return plan
@@ -84,7 +84,7 @@ def scenes_on(device: str) -> list[str]:
 
 
 def device_table(text: str) -> str:
-    """Put what the shipped scenes' cores take of every device between its marks in a page."""
+    """Put the resources of the shipped scenes' cores on every device between its marks."""
     rows = []
     for device in DEVICES.values():
         total, names = device.total, FAMILIES[device.family].names
@@ -116,7 +116,7 @@ def device_shares() -> list[str]:
 
 
 def device_sources() -> list[str]:
-    """Make the table of where the amounts of each family's devices are from."""
+    """Make the table of sources for each family's devices."""
     families = {device.family: device.source for device in DEVICES.values()}
     return table(
         "family | amounts", ((FAMILIES[f].title, source) for f, source in families.items())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The built pages of the VHDL entities: header, generics, ports with what they mean."""
+"""The built pages of the VHDL entities: header, generics, ports with their meaning."""
 
 import re
 from pathlib import Path
@@ -34,7 +34,7 @@ def escaped(text: str) -> str:
 def declaration_table(text: str, kind: str) -> list[str]:
     """Make a Markdown table of what a source declares, "generic" or "port"; empty without any.
 
-    What explains several stands beside the first of them.
+    A comment for several declarations is beside the first of them.
     """
     rows = declarations(text, kind)
     if not rows:
@@ -65,7 +65,7 @@ def page(path: Path, folder: Path) -> str:
         "",
         f"Built by `make docs` from [`{source}`]({up}{source}).",
         "",
-        # Text that is set out in columns (equations) stays as it is.
+        # Text in columns (equations) stays unchanged.
         *(
             f"    {line}" if line.startswith("  ") else escaped(line)
             for line in description.splitlines()
@@ -102,7 +102,7 @@ def entity_pages(folder: Path) -> dict[Path, str]:
 
 
 def instance_tree(tops: tuple[str, ...]) -> str:
-    """Draw who instantiates whom; what was drawn before is not drawn again."""
+    """Draw who instantiates whom; parts drawn before are not repeated."""
     sources = {path.stem: path for path in hdl.all_sources()}
     drawn: set[str] = set()
 

@@ -36,15 +36,15 @@ from plenofir.plan.figures import (
 )
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
-# Small designs that are placed beside the scenes: what, M, a', rows at once.
+# Small designs that are placed besides the scenes: kind, M, a', rows at once.
 PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
 
 
 def least_worst(parts: np.ndarray) -> np.ndarray:
-    """Weights, none of them negative, whose sums over the parts are as near to 1 as can be.
+    """Non-negative weights whose sums over the parts are as near to 1 as possible.
 
-    What is made small is the largest distance of any row: least squares, in which the rows that are
-    far off weigh more each time (Lawson).
+    The largest deviation of any row is minimised, by iterated least squares in which rows with
+    large deviations get more weight (Lawson).
     """
     rows = np.ones(len(parts))
     found: list[tuple[float, np.ndarray]] = []
@@ -131,7 +131,8 @@ def fit(names: Sequence[str]) -> None:
                 weights.setdefault(kind, {})[family] = fit_engine(kind, family, own)
         if family == "spartan6":
             continue
-        # For what is not fitted: LUTs and flip-flops for each of a Spartan-6, by the same cores.
+        # For designs without a fit: LUTs and flip-flops relative to a Spartan-6, from the same
+        # cores.
         times = [
             [getattr(u, r) / getattr(estimate(core), r) for _, core, u in cells] for r in RESOURCES
         ]

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Style of the VHDL sources, by vsg: of those that changed since vsg found nothing in them.
+"""Style of the VHDL sources by vsg, only of those that changed since they were found good.
 
 Usage: python scripts/lint_vhdl.py
 
-What was found good, by which vsg and configuration, is kept in build/vsg; reading all sources
-takes a minute. Names that a simulator shows beside Verilog (ports, generics, signals, labels) are
-none of SystemVerilog's reserved words: some simulators of both languages stumble over them.
+Good sources, with the version of vsg and its configuration, are recorded in build/vsg, as reading
+all sources takes a minute. Names that are visible beside Verilog (ports, generics, signals, labels)
+must not be reserved words of SystemVerilog, which some mixed-language simulators refuse.
 """
 
 import hashlib
@@ -45,7 +45,7 @@ RESERVED = frozenset(_WORDS.split())
 def reserved_names(text: str) -> Iterator[tuple[int, str]]:
     """Lines and names of ports, generics, signals and labels that SystemVerilog reserves."""
     plain = re.sub(r"--[^\n]*", "", text)
-    # Records, and what functions take, are seen in VHDL alone.
+    # Fields of records and parameters of functions are visible in VHDL only.
     for inside in (
         r"\bis record\b.*?\bend record\b",
         r"\b(?:function|procedure)\s+\w+\s*\(.*?\)\s*(?:return|;|is)",
@@ -58,7 +58,7 @@ def reserved_names(text: str) -> Iterator[tuple[int, str]]:
 
 
 def digests() -> dict[str, Path]:
-    """All sources by what vsg's verdict depends on."""
+    """Hashes of everything that vsg's verdict depends on, by source."""
     common = version("vsg").encode() + b"\0" + CONFIGURATION.read_bytes() + b"\0"
     return {
         hashlib.sha256(common + str(path).encode() + b"\0" + path.read_bytes()).hexdigest(): path

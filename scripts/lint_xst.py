@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hold the VHDL sources against what XST is known to refuse or to take otherwise.
+"""Check the VHDL sources for constructs that XST is known to refuse or to interpret otherwise.
 
 Usage: python scripts/lint_xst.py
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which statements and branches of the VHDL, and which lines of the package, no test reaches.
+"""Finds statements and branches of the VHDL, and lines of the package, that no test reaches.
 
 Usage: python scripts/measure_coverage.py [--full] [--tests FILE ... | --folder DIR]
 
 Runs the tests with NVC, without the slow ones unless --full, and writes docs/measured/coverage.md.
-With --tests it runs these alone and adds what they reach to what an earlier run left; with --folder
-it only reads that. Exit code 1 below the goals of docs/verification.md, or where something is
-unreached that this page does not explain.
+With --tests it runs only these and adds to the data of an earlier run; with --folder it only reads
+such data. Exit code 1 below the goals of docs/verification.md, or if something is unreached that
+this page does not explain.
 """
 
 import argparse
@@ -38,7 +38,7 @@ STATEMENT = "statement"
 STATEMENT_GOAL, LINE_GOAL = 99, 95
 STUDIES = "golden/plenofir_studies/"
 FOLDER = ROOT / "build" / "coverage"
-# They look at sources, pages and installed copies, or run VHDL that is changed.
+# Tests of sources, pages and installed copies, or of changed VHDL.
 LEFT_OUT = (
     "golden/tests/test_architecture.py",
     "golden/tests/test_docs_commands.py",
@@ -63,7 +63,7 @@ Item = tuple[str, int, str, str]
 
 @dataclass
 class Unreached:
-    """What of a file is there, and what of it is not reached."""
+    """Items of a file, and those not reached."""
 
     statements: int = 0
     branches: int = 0
@@ -75,12 +75,12 @@ class Unreached:
 def items(
     scope: ElementTree.Element, unit: str = "", path: str = "", line: int = 0
 ) -> Iterator[tuple[Item, int]]:
-    """What an exported database counts below a scope; the same place in all instances is one."""
+    """Counts of an exported database below a scope; the same position in all instances is one."""
     entity, dash, _ = scope.get("block_name", "").rpartition("-")
     if dash:
         unit, path = entity.lower(), ""
     else:
-        # Some runs keep the case of names. What has none is numbered behind what was folded away.
+        # Some runs keep the case of names. Unnamed items have numbers after those optimised away.
         path += "." + re.sub(r"\(.*\)|^_s\d+$", "", scope.get("name", "").lower())
     line = int(scope.get("line", line))
     for child in scope:
@@ -130,7 +130,7 @@ def assignments(source: str) -> set[int]:
 
 
 def vhdl_files(hits: Counter[Item], sources: Iterable[Path]) -> dict[Path, Unreached]:
-    """What is reached of each entity; an assignment that nothing elaborates counts as unreached."""
+    """Coverage of each entity; an assignment that is never elaborated counts as unreached."""
     files = {}
     for source in sources:
         text = source.read_text()

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves for `mutate.py` that a change of the VHDL changes nothing in the circuits of its tests.
+"""Proves for `mutate.py` that a change of the VHDL leaves the circuits of its tests equivalent.
 
 Usage: python scripts/mutant_proof.py OUT WORD... (lists what a run of pytest would build)
 
 GHDL synthesises each entity that the tests of a source build, and the board, with and without the
-change. The smallest modules around what differs are compared: Yosys joins both at their inputs, and
-ABC proves by induction over the clocks, from registers of zeros on, that no output ever differs.
-An undriven bit may be anything. A circuit that is too large for it, or that GHDL cannot synthesise,
-is not proved.
+change. The smallest modules around the difference are compared: Yosys connects the inputs of both,
+and ABC proves by induction over the clocks, from registers of zeros on, that no output ever
+differs. Undriven bits may have any value. Circuits that are too large, or that GHDL cannot
+synthesise, are not proved.
 """
 
 import hashlib
@@ -50,7 +50,7 @@ def circuit(top: str, generics: Mapping[str, int | bool | str], board: str = "")
 
 
 def list_circuits(out: Path, words: Sequence[str]) -> int:
-    """Write what a run of pytest would build, without a simulation."""
+    """List what a run of pytest would build, without simulating."""
     sys.path.insert(0, str(project.root() / "tb"))
     from plenofir_tb import runner
 
@@ -77,7 +77,7 @@ def list_circuits(out: Path, words: Sequence[str]) -> int:
 
 @cache
 def circuits_of(test: str) -> tuple[Circuit, ...]:
-    """What a round of `mutant_tests.rounds_of` builds."""
+    """Circuits that a round of `mutant_tests.rounds_of` builds."""
     words = [word for word in test.split() if "=" not in word]
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "circuits.json"
@@ -145,7 +145,7 @@ class Comparison:
         return "\n".join(modules[one] for one in sorted(self.below(modules, name)))
 
     def equal(self, name: str) -> bool:
-        """Whether a module never gives anything else with the change than without it."""
+        """Whether a module's outputs with and without the change are always equal."""
         if name not in self.proved:
             self.proved[name] = self._equal(name)
         return self.proved[name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which testbenches the mutants of a source go through in `mutate.py`."""
+"""The testbenches for the mutants of a source in `mutate.py`."""
 
 import fnmatch
 from pathlib import Path

@@ -19,7 +19,7 @@ sys.path.insert(0, str(project.root() / "tb"))
 
 from hunt.simulate import entities, sources_of, started_sources
 
-# What may be changed: pattern, and what takes its place.
+# Changes: pattern and replacement.
 RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"(?<= )\+(?= )", ("-",)),
     (r"(?<= )-(?= )", ("+",)),
@@ -43,9 +43,9 @@ RESET = re.compile(r"if (?:\w+_)?reset = '1' then\n(.*?)\n +end if;", re.S)
 # A signal with a value before the first clock; what a reset branch sets as a whole.
 INITIAL = re.compile(r" *signal (\w+) +: [^:;]*:=")
 SET = re.compile(r"^ *(\w+) *<=", re.M)
-# What each clock does: the lines right below the edge.
+# Assignments in each clock: the lines right below the edge.
 CLOCKED = re.compile(r"^( *)if rising_edge\(\w+\) then\n(.*?)^\1end if;", re.S | re.M)
-# What simulation leaves out, with what chooses it.
+# Parts that simulation leaves out, with the generic that selects them.
 SYNTHESISED = re.compile(r"^  (synthesised) : if .*?^  end generate \1;", re.S | re.M)
 # A vector or an array, and its bounds up to what makes it longer.
 ELEMENTS = re.compile(
@@ -72,19 +72,18 @@ class Mutant:
 
     @property
     def key(self) -> Key:
-        """What stays the same where lines move."""
+        """Key that does not depend on line numbers."""
         return self.file, self.old.strip(), self.new.strip(), self.place
 
 
 def is_idle(name: str, text: str, code: str, place: int, changed: str) -> bool:
-    """Whether a change of a declaration shows in nothing that a design does.
+    """Whether a change of a declaration cannot affect the behaviour of a design.
 
-    Either it is the first value of a signal that a reset sets as a whole, or that every clock sets
+    Either it is the start value of a signal that a reset sets as a whole, or that every clock sets
     from other signals: all tests begin with a reset of some clocks, and so does the board. Or it is
-    the first value of a signal that the hunter starts with a drawn one, and compares pixels all the
-    same. Or a vector or an array gets longer at its end: where lengths no longer fit, VHDL refuses
-    it; elsewhere nothing drives or reads what is new. The change is at `place` in the line `code`
-    of the source `name`.
+    the start value of a signal for which the hunter draws random ones. Or a vector or an array gets
+    longer at its end: VHDL refuses it if lengths no longer match; otherwise nothing drives or reads
+    the new part. The change is at `place` in the line `code` of the source `name`.
     """
     initial = INITIAL.match(code)
     if initial and place >= initial.end():
@@ -92,7 +91,7 @@ def is_idle(name: str, text: str, code: str, place: int, changed: str) -> bool:
             return True
         in_resets = any(initial[1] in SET.findall(block[1]) for block in RESET.finditer(text))
         return in_resets or is_set_each_clock(text, initial[1])
-    # From the operator on: what is changed may be what stands behind it.
+    # From the operator on, as the change may be in its right operand.
     start = code.rfind(" ", 0, place - 1) + 1 if code[place] == "1" else place
     declared = ELEMENTS.match(code[:start])
     return (
@@ -104,7 +103,7 @@ def is_idle(name: str, text: str, code: str, place: int, changed: str) -> bool:
 
 @cache
 def drawn_starts() -> frozenset[str]:
-    """Sources that the hunter starts with drawn values, by which nothing may come out wrong."""
+    """Sources for which the hunter draws start values, which must not matter."""
     return frozenset(source.name for source in started_sources())
 
 
@@ -175,7 +174,7 @@ def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
 
 
 def is_explained(mutant: Mutant, known: set[Key]) -> bool:
-    """Whether a mutant's key is known, or that of its line left out: other values tell no more."""
+    """Whether a mutant's key is explained, or that of omitting its line."""
     file, old, _, place = mutant.key
     return mutant.key in known or (file, old, "", place) in known
 

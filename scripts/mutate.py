@@ -101,7 +101,7 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
 
 
 def tests_notice(folder: Path, test: str) -> str:
-    """What of a file of tests notices a change, or nothing; the first failure ends it."""
+    """The first test of a file that notices a change, or nothing."""
     variables = [word.split("=", 1) for word in test.split() if "=" in word]
     words = [word for word in test.split() if "=" not in word]
     name = Path(words[0]).stem
@@ -137,7 +137,7 @@ def tests_notice(folder: Path, test: str) -> str:
 
 
 def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
-    """What a round makes of a mutant: "invalid", what notices it, "equal", or nothing."""
+    """Outcome of a round for a mutant: "invalid", the test that notices it, "equal", or nothing."""
     if mutant is not None and number == len(rounds_of(mutant)):
         circuits = proved_circuits(mutant, folder)
         return f"equal: {circuits} circuits" if circuits else ""
@@ -149,7 +149,7 @@ def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
 
 
 def load(file: Path) -> dict[Key, tuple[int, str]]:
-    """Rounds that mutants have been through, and what became of them."""
+    """Rounds of mutants so far, and their outcomes."""
     if not file.is_file():
         return {}
     return {
@@ -177,7 +177,7 @@ def main() -> int:
     )
     arguments = parser.parse_args()
     if shutil.which("ghdl-mcode") is not None:
-        # It compiles in no time, and most simulations are short.
+        # The mcode back end, as most simulations are short.
         os.environ.setdefault("GHDL_BACKEND", "mcode")
     work = project.root() / "build" / "work"
     work.mkdir(parents=True, exist_ok=True)
@@ -221,7 +221,7 @@ def main() -> int:
         waiting = []
         for mutant in taken:
             rounds, found = done.get(mutant.key, (0, ""))
-            # What is known to be noticed by nothing is only seen to be valid.
+            # Explained mutants are only checked to be valid.
             last = number > len(rounds_of(mutant)) or (number > 0 and is_explained(mutant, known))
             if not (found or number < rounds or last):
                 waiting.append(mutant)

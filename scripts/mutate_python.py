@@ -35,7 +35,7 @@ TESTS = ROOT / "golden" / "tests"
 WORK = ROOT / "build" / "mutants_python"
 # Folder of the package and of its tests.
 ROOMS = {"golden": "refocus", "rays": "camera/rays", "calibration": "camera/calibration"}
-# Other people's services, and what wants a GPU, kills processes or is about a folder of results.
+# Tests of foreign services, GPUs, killed processes, and folders of results.
 NO_MODULES = {"__init__", "batch", "record", "threads", "arrays", "cuda"}
 NO_TESTS = {"test_batch", "test_batch_kills", "test_arrays", "test_kept_code"}
 OPERATORS = (
@@ -50,7 +50,7 @@ OPERATORS = (
         for pair in ("Lt_LtE", "LtE_Lt", "Gt_GtE", "GtE_Gt", "Eq_NotEq", "NotEq_Eq", "Lt_GtE")
     ),
 )
-# Text, types and what is only read by people.
+# Lines of text and types, and texts for people.
 SKIPPED = re.compile(r'^\s*(#|"""|@|from |import |class |def |raise |where=)|Literal\[')
 # Processor time until a mutant counts as one that hangs.
 SECONDS = 400
@@ -150,7 +150,7 @@ def notices(room: str, mutant: PythonMutant | None) -> str:
     environment = {
         **os.environ,
         "PYTHONPATH": str(copy_package(mutant)),
-        # One for all mutants: what is kept there is told by its sources.
+        # One cache for all mutants, as its entries depend on their sources.
         "NUMBA_CACHE_DIR": str(WORK / "numba"),
     }
     words = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]

@@ -33,7 +33,7 @@ def browser() -> Iterator[Any]:
 
 
 def opened(chromium: Any, page: Page, size: tuple[int, int], **options: Any) -> Any:
-    """A tab with the export of a page, when all of it is there."""
+    """A tab with the export of a page, completely loaded."""
     viewport = {"width": size[0], "height": size[1]}
     tab = chromium.new_context(viewport=viewport, **options).new_page()
     with tempfile.TemporaryDirectory() as folder:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the pictures of the documentation lie, and how they are put together."""
+"""Paths of the documentation's pictures, and functions to compose them."""
 
 import imageio.v3 as iio
 import numpy as np

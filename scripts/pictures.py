@@ -141,9 +141,9 @@ def sweep_in_vhdl() -> None:
 
 
 def screens() -> None:
-    """What a monitor shows, decoded from the ULX3S's serial output bits; eight minutes.
+    """Pictures of a monitor, decoded from the ULX3S's serial output bits; eight minutes.
 
-    A part of the planes goes in as serial bits; slice, output and text are chosen over the serial
+    A part of the planes is the serial input; slice, output and text are selected over the serial
     port. Nothing is written unless every pixel equals the golden model.
     """
     m, shifts = 5, (-5, -3, 1, 5)
@@ -184,7 +184,7 @@ def screens() -> None:
 
 
 def tangnano() -> None:
-    """What the Tang Nano 20K shows of its flower, by the golden models; its bench has the bits."""
+    """The Tang Nano 20K's pictures of its flower by the golden models, as its bench verifies."""
     plan = make_plan(load_scene("tangnano20k"))
     assert plan.stored is not None
     assert plan.screen.overlay is not None
@@ -324,7 +324,7 @@ def depth() -> None:
 
 
 def smooth() -> None:
-    """Nearest neighbour and whole slices, beside what the commands give."""
+    """Nearest neighbour and whole slices, beside the commands' results."""
     raw, m, size = read_image(PLANES), 5, 400
     slices = FocalStack(raw, m, [f"{k}/{m}" for k in range(-m - 1, m + 2)], border="normalise")
     pictures = {

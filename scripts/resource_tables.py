@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of what designs take of a device and the clocks that they reach, for `build_docs.py`."""
+"""Tables of designs' resources and clocks, for `build_docs.py`."""
 
 import json
 import tempfile
@@ -68,7 +68,7 @@ _KINDS = {1: "grey", 3: "RGB"}
 
 
 def recorded() -> dict[str, Figures]:
-    """What Yosys makes of each design."""
+    """Yosys's figures of each design."""
     return load_figures().figures[REFERENCE_GHDL]
 
 
@@ -108,7 +108,7 @@ def column_memory() -> Iterator[tuple[object, ...]]:
 
 
 def lane_rows() -> Iterator[tuple[object, ...]]:
-    """Rows of the table of what several pixels a clock take, beside one."""
+    """Rows of the table of resources for several pixels a clock, beside one."""
     content = load_comparison()
     for cell in lane_cells():
         one = replace(cell, pixels_per_clock=1)
@@ -148,7 +148,7 @@ def moving_sum_tables(text: str) -> str:
 
 
 def engine_table() -> list[str]:
-    """Make the table of what both engines take, cell by cell."""
+    """Make the table of both engines' resources, cell by cell."""
     device = DEVICES["xc6slx45"]
     content = load_comparison()
 
@@ -201,7 +201,7 @@ def scene_rows(figures: Mapping[str, Figures]) -> Iterator[tuple[object, ...]]:
 
 
 def resource_tables(text: str) -> str:
-    """Put what the designs take of a Spartan-6 between its marks in a page."""
+    """Put the designs' resources on a Spartan-6 between their marks in a page."""
     figures = recorded()
     text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
     text = device_table(text)
@@ -278,7 +278,7 @@ def beside_full_builds() -> list[str]:
 
 
 def costs_of_leaving_out() -> list[str]:
-    """Make the table of what costs something to leave out, by the estimates."""
+    """Make the table of features whose omission costs something, by the estimates."""
     rows = []
     for scene in scene_names():
         for part in make_plan(load_scene(scene)).left_out:
@@ -292,7 +292,7 @@ def costs_of_leaving_out() -> list[str]:
 
 
 def imx219_table(text: str) -> str:
-    """Put what an IMX219 asks of a receiver and a core between its marks in a page."""
+    """Put an IMX219's requirements for receiver and core between their marks in a page."""
     heads = "size | frames a second | Mpx/s over a line | pixels a clock at 100 MHz | BUFFER_BITS"
     rows = [
         (
@@ -308,7 +308,7 @@ def imx219_table(text: str) -> str:
 
 
 def sensor_table(text: str) -> str:
-    """Put what resamplers take of a Spartan-6 between its marks in a page."""
+    """Put the resources of resamplers on a Spartan-6 between their marks in a page."""
     figures, rows = recorded(), []
     for what in SENSORS:
         design = sensor_design(what)
@@ -320,7 +320,7 @@ def sensor_table(text: str) -> str:
 
 
 def flow_figures(text: str) -> str:
-    """Put what the examples and the scenes take between its marks in a page."""
+    """Put the resources of the examples and scenes between their marks in a page."""
     figures = recorded()
     placed = json.loads((project.DATA / "ecp5.json").read_text())
     uses = {
@@ -358,7 +358,7 @@ def _stack_figures(f: Figures) -> tuple[int, ...]:
 
 
 def each_slice_more(few: Design, many: Design) -> tuple[object, ...]:
-    """Row of what a slice more takes: two stacks with the same ends."""
+    """Row of the resources of one more slice: two stacks with the same ends."""
     added, figures = len(many.core.shifts) - len(few.core.shifts), recorded()
     both = zip(*(_stack_figures(figures[d.name])[:-1] for d in (few, many)), strict=True)
     each = [(more - less) / added for less, more in both]
@@ -369,7 +369,7 @@ def each_slice_more(few: Design, many: Design) -> tuple[object, ...]:
 
 
 def stack_tables() -> tuple[list[str], list[str]]:
-    """Make the tables of what focal stacks and their depth index take."""
+    """Make the tables of the resources of focal stacks and their depth index."""
     figures = recorded()
     rows: list[tuple[object, ...]] = []
     stacks: list[Design] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records what designs take of a device and the clocks that they reach.
+"""Records the resources of designs and the clocks that they reach.
 
 Usage: python scripts/resources.py COMMAND [NAMES], the command one of these:
 

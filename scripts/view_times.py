@@ -3,9 +3,9 @@
 
 Usage: python scripts/view_times.py [times] [live]
 
-`times` writes the table of docs/viewer.md between its marks: seconds of the processor, all threads
-of the browser together, which other work on the machine changes little. `live` sends a stream into
-a folder that the viewer watches, and prints what the page says of it.
+`times` writes the table of docs/viewer.md between its marks: processor time of all threads of the
+browser, which other work on the machine changes little. `live` writes a stream into a folder that
+the viewer watches, and prints the page's statistics.
 """
 
 import subprocess

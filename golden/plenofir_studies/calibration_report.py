@@ -149,7 +149,7 @@ def _accuracy(report: Report, images: Iterable[_Truth]) -> None:
         "## Micro image centres",
         "Distance from true to found centres in pixels, centres in the image that were missed, "
         "and seconds on this machine; 1 % noise unless said otherwise. *Grid*: `plenofir "
-        "calibrate`. *Text*: threshold, labels and a centroid for each region (Eqs. 4.1-4.3).",
+        "calibrate`. *Thesis*: threshold, labels and a centroid for each region (Eqs. 4.1-4.3).",
     )
     rows = []
     for name, image, truth, pitch in images:
@@ -160,7 +160,7 @@ def _accuracy(report: Report, images: Iterable[_Truth]) -> None:
         rows.append(row)
         report.step()
     heads = ["mean", "largest", "missed", "s"]
-    ways = [f"{way}: {head}" for way in ("grid", "text") for head in heads]
+    ways = [f"{way}: {head}" for way in ("grid", "thesis") for head in heads]
     report.table(["image", "lenses", *ways], rows)
 
 
@@ -168,8 +168,8 @@ def _rotation(report: Report) -> None:
     report.say(
         "## Rotation",
         "Error in degrees of the rotation from the central row (Eqs. 4.4-4.6) and from all lenses, "
-        "and how far the centre that is farthest off lies from its place when all are rotated back "
-        "by it (Eqs. 4.7-4.10): white images of 600 x 600 pixels, pitch 13.889, 1 % noise.",
+        "and the largest error of a centre after rotating all back by it (Eqs. 4.7-4.10): white "
+        "images of 600 x 600 pixels, pitch 13.889, 1 % noise.",
     )
     rows = []
     for degrees in (-3.0, -0.5, 0.05, 0.3, 1.0, 2.0):
@@ -187,7 +187,7 @@ def _rotation(report: Report) -> None:
             row += [f"{abs(found - degrees):.5f}", f"{off:.3f}"]
         rows.append(row)
     report.step()
-    heads = ["rotation", "central row", "farthest off / px", "all lenses", "farthest off / px"]
+    heads = ["rotation", "central row", "largest error / px", "all lenses", "largest error / px"]
     report.table(heads, rows)
 
 

@@ -27,7 +27,7 @@ generation are not included.
 import json
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import exp, hypot, log
@@ -240,13 +240,12 @@ def measure(design: Design) -> Measured:
     )
 
 
-def measure_missing(found: dict[str, Measured], step: Callable[[], None] = lambda: None) -> None:
+def measure_missing(found: dict[str, Measured]) -> None:
     """Measure missing designs, and record each at once in ``data/energy.json``."""
     for design in designs():
         if design.name not in found:
             found[design.name] = measure(design)
             save_records(FILE, {name: m.model_dump() for name, m in found.items()})
-        step()
 
 
 ASIC = "rendering processor for light fields, 40 nm"

@@ -6,7 +6,7 @@ as real ones would be. Predictions come from the ray model, with which the pictu
 so differences are due to capture and processing: sampling, noise, calibration, search.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
@@ -30,7 +30,6 @@ from plenofir.refocus.operator import Image
 from plenofir_studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]
-Progress = Callable[[int, int], None]
 
 CAMERA = "f197-mla2"
 """The camera of the thesis's experiments."""
@@ -147,7 +146,6 @@ def focus_experiment(
     distances_mm: Sequence[float],
     *,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> list[Focused]:
     """Sweep the focus over objects at known distances (Fig. 5.16)."""
     m = model.micro_image_size
@@ -155,7 +153,7 @@ def focus_experiment(
     predicted = model.focus_setting(distances_mm)
     first, last = np.floor(predicted.min() * m) - 3, np.ceil(predicted.max() * m) + 3
     shifts = np.arange(int(first), int(last) + 1)
-    stack = focal_stack(scene.raster, m, [Fraction(int(k), m) for k in shifts], progress)
+    stack = focal_stack(scene.raster, m, [Fraction(int(k), m) for k in shifts])
     results = []
     for a, distance, region in zip(predicted, distances_mm, scene.regions, strict=True):
         rows, columns = (slice(part.start * m, part.stop * m) for part in region)
@@ -299,7 +297,6 @@ def range_experiment(
     distances_mm: Sequence[float],
     *,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> list[Ranged]:
     """Measure the distance of objects that stand anywhere, not on slices."""
     results = []
@@ -313,6 +310,4 @@ def range_experiment(
             known = known[~np.isnan(known)]
             by_disparity = float(np.median(known)) if known.size else float("nan")
             results.append(Ranged(distance, by_disparity, focus.found_mm))
-        if progress is not None:
-            progress(done, len(groups))
     return results

@@ -331,9 +331,9 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     measured = results(step=report.step)
     report.say(
         "# Pictures by real rays through a prescription",
-        "Each cell: what pictures by paraxial rays are off the closed form, and how much more real "
-        "rays are off. The first is the measurement's, the second what aberrations do. Of several "
-        "distances the one that is off most.",
+        "Each cell: the deviation of pictures by paraxial rays from the closed form, which is the "
+        "error of the measurement, and the further deviation by real rays, which is due to "
+        "aberrations. It is the largest over several distances.",
     )
     report.add(summary(measured))
     report.say("", "## Each distance")

@@ -308,11 +308,11 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     report = Report(folder, "precision.md", len(chosen) * len(methods), progress)
     report.say(
         "# Error against run time",
-        f"Measured on: {machine()}. Run times are medians of one run; errors are distances from "
-        "the operator's value, integer sums and one division. Where a result is rounded to grey "
-        "levels, they are what it is off beyond the correct rounding. Errors against the object "
-        "compare with the texture that a synthetic light field was made from, a value for each "
-        "micro lens, as is the sharpness (1: as sharp as the object).",
+        f"Measured on: {machine()}. Run times are medians; errors are distances from the "
+        "operator's value (integer sums and one division), beyond correct rounding where a result "
+        "is rounded to grey levels. Errors against the object compare with the texture of a "
+        "synthetic light field, a value for each micro lens, and so does the sharpness (1: as "
+        "sharp as the object).",
     )
     for number, field in enumerate(chosen, 1):
         results = []

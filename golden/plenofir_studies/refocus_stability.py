@@ -245,10 +245,10 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     poisoned = [name for name in FLOATING if any(o.errors[name] == np.inf for o in floats)]
     report.say(
         "# Stability",
-        f"{verdict} Running sums in floating point lose digits with every pixel they have passed, "
-        "and after one pixel of 10^9 all that is smaller; sums that start again for each output do "
-        f"not. One nan spoils all that follows it in: {', '.join(poisoned) or 'none'}. "
-        "`refocus` takes no floating point at all.",
+        f"{verdict} Running sums in floating point lose digits with every pixel, and after a "
+        "pixel of 10^9 all smaller contributions; sums that start again for each output do not. "
+        f"Methods in which one nan spoils all later outputs: {', '.join(poisoned) or 'none'}. "
+        "`refocus` accepts no floating point at all.",
         f"Measured on: {machine()}.",
         "## Extreme frames",
         "Largest error in grey levels, beyond the correct rounding where results are rounded.",

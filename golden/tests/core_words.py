@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A core's registers without a core: what the driver reads of it, and what it writes stays."""
+"""A core's registers without a core: constants to read, and words that keep what is written."""
 
 from plenofir.driver.registers import ADDRESSES, IDENTIFICATION_VALUE, MAP_NUMBER
 
 
 class RefocuserWords(dict[int, int]):
-    """Words of a refocuser with M = 5; its counters stand still, its events have happened.
+    """Words of a refocuser with M = 5, with constant counters and all events set.
 
-    Each look at its status sees the next slice.
+    Each read of its status has the next slice.
     """
 
     shifts = (-3, -1, 0, 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes Lytro files as the cameras do, of scenes whose truth is known.
+"""Writes files as Lytro's cameras do, of scenes with known truth.
 
 The metadata have the names and the values of those that imageio's tests list for an F01 (12 bit,
 .lfp) and an Illum (10 bit, .lfr); the size is small and the pixels are rendered.
@@ -158,7 +158,7 @@ def lfp_bytes(metadata: dict[str, Any], pixels: bytes) -> bytes:
         "privateMetadataRef": name_of(texts[1]),
     }
     table = json.dumps({"picture": {"frameArray": [{"frame": frame}]}}).encode()
-    # imageio takes for granted that five zeros follow the table, as in its own example.
+    # imageio assumes that five zeros follow the table, as in its own example.
     table += b" " * (-(96 + len(table) + 5) % 16)
     parts = [section(b"C", part) for part in (pixels, *texts)]
     return HEADER + section(b"M", table, 5) + b"".join(parts)
@@ -211,17 +211,10 @@ def mosaic_of(colour: np.ndarray, known: FrameMetadata) -> np.ndarray:
     return np.rint(result).astype(np.uint16)
 
 
-def write_capture(
-    metadata: dict[str, Any],
-    *,
-    true: Grid | None = None,
-    planes: list[TexturedPlane] | None = None,
-    noise: float = 0.0,
-    a: float = 0.4,
-) -> Written:
-    """Render a plane that is sharp at `a`, on the grid of the metadata or the true one."""
+def write_capture(metadata: dict[str, Any], *, noise: float = 0.0) -> Written:
+    """Render a plane that is sharp at 2/5, on the grid of the metadata."""
     known = frame_metadata(metadata, "test")
-    grid = true or known.grid()
+    grid = known.grid()
     # The exit pupil is where the metadata have it: nearly parallel light.
     camera = load_camera("lytro1-wide")
     pupil = 1000 * known.lens.exitPupilOffset.z if known.lens.exitPupilOffset else 200.0
@@ -229,13 +222,12 @@ def write_capture(
     camera = camera.model_copy(update={"main_lens": lens})
     model = with_pitch(RayModel.focused(camera, float("inf"), 9), grid.lens_pitch)
     rows, columns = known.height / grid.lens_pitch, known.width / grid.lens_pitch
-    if planes is None:
-        rng = np.random.default_rng(3)
-        texture = np.kron(rng.random((20, 26, 3)), np.ones((8, 8, 1)))
-        distance = float(model.distance(a).mm)
-        planes = [TexturedPlane(texture, distance, field_of_view(model, distance, 1.3 * columns))]
+    rng = np.random.default_rng(3)
+    texture = np.kron(rng.random((20, 26, 3)), np.ones((8, 8, 1)))
+    distance = float(model.distance(0.4).mm)
+    plane = TexturedPlane(texture, distance, field_of_view(model, distance, 1.3 * columns))
     lenses = int(rows) + 1, int(columns) + 1
-    taken = render(model, planes, lenses, grid=grid, radius=0.47, level=0.85, noise=noise)
+    taken = render(model, [plane], lenses, grid=grid, radius=0.47, level=0.85, noise=noise)
     size = np.s_[: known.height, : known.width]
     colour = taken.raw[size] / 65535
     colour = np.repeat(colour[..., np.newaxis], 3, axis=2) if colour.ndim == 2 else colour

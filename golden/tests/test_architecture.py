@@ -87,7 +87,7 @@ FOLDERS = sorted({path.parent for path in ROOT.rglob("__init__.py")})
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT.parent)))
 def test_what_lies_in_a_room_is_imported_one_way(folder: Path) -> None:
-    """The files and folders of a folder, each taken as a whole, import each other in no circle."""
+    """Files and folders within a folder, each as a whole, have no circular imports."""
     inside = f"{module_name(folder / '__init__.py')}."
 
     def part(name: str) -> str:

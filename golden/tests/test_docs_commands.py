@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the documentation says to type: it exists, and it runs; its Python too."""
+"""Commands in the documentation exist and run, and so does its Python."""
 
 import os
 import re
@@ -29,7 +29,7 @@ PAGES = sorted(
 COMMAND = re.compile(r"(?:\.venv/bin/)?((?:plenofir|make) [^\n]+)")
 # Of make itself, or of a script that a target calls.
 OTHER_VARIABLES = {"JOBS", "SIM", "SCENE", "RECORD", "SEED", "CASE", "BARE", "ISE"}
-# What stands for a name of the reader's own.
+# Placeholders for the reader's names.
 EXAMPLES = {
     "--camera NAME": "--camera f197-mla2",
     "FILE": "white.tif",
@@ -40,7 +40,7 @@ EXAMPLES = {
     "M": "11",
     "NAME": "quilt",
 }
-# Commands that a test is not to wait for, and why.
+# Commands that are not run, and why.
 NOT_RUN = {
     r"make (?!sim\b)": "tests, builds and long runs of the checkout itself; the target exists",
     r"plenofir report": "minutes each; their numbers have tests of their own",
@@ -67,12 +67,12 @@ def commands_of(text: str) -> Iterator[str]:
 
 
 def is_synopsis(command: str) -> bool:
-    """Whether it stands for many commands: parts in brackets, dots, or nothing but its name."""
+    """Whether it is a synopsis: parts in brackets, dots, or only the command's name."""
     return bool(re.search(r"\[|\.\.\.|=\s*$|= ", command))
 
 
 def unknown(command: str) -> list[str]:
-    """Words of a command that are none of its: commands, options, targets, variables."""
+    """Unknown words of a command: commands, options, targets, variables."""
     tool, *words = shlex.split(re.sub(r"[][]|\.\.\.", " ", command).replace("|", " "))
     if tool == "make":
         makefile = (ROOT / "Makefile").read_text()
@@ -96,7 +96,7 @@ def unknown(command: str) -> list[str]:
 
 
 def run(command: str) -> str:
-    """Run a command in the working folder; what it complains of."""
+    """Run a command in the working folder; result: its complaint, if any."""
     for name, example in EXAMPLES.items():
         command = re.sub(rf"(?<!\S){name}(?!\S)", example, command)
     tool, *words = shlex.split(command)
@@ -135,7 +135,7 @@ def stock(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def to_run(page: Path) -> list[str]:
-    """Those that name what they work on; what was renamed since is in the history of changes."""
+    """Commands with all arguments, except those of the changelog, which may have been renamed."""
     return [
         command
         for command in on_page(page)
@@ -159,7 +159,7 @@ def test_commands_run(
     assert [complaint for c in (*ready, *to_run(page)) if (complaint := run(c))] == []
 
 
-# Names that the pages' Python takes for granted.
+# Names that the pages' Python presupposes.
 GIVEN = """
 import numpy as np
 from plenofir.camera.rays import RayModel, load_camera

@@ -133,7 +133,7 @@ def test_killed_at_any_moment_a_file_is_old_or_new(tmp_path: Path) -> None:
 
 
 def test_a_run_takes_the_place_of_an_earlier_one(tmp_path: Path) -> None:
-    """What its report lists goes; names that lie elsewhere, folders and other files stay."""
+    """Files listed in its report are removed; paths elsewhere, folders and other files stay."""
     work, out = tmp_path / "work", tmp_path / "out"
     for folder in (work, out, out / "folder"):
         folder.mkdir()

@@ -21,7 +21,7 @@ from plenofir.refocus import refocus
 
 # Folders whose files are all read.
 NAMED = ("constraints", "scenes", "scripts/ise", "tb/file_bench")
-# Put into the environment: whatever Python opens of the checkout is an error.
+# Installed in the environment: opening any file of the checkout is an error.
 NO_CHECKOUT = """
 import sys
 def look(event, arguments):

@@ -234,8 +234,8 @@ def elaborator(
     return Elaborator(request.param, folder, *benches)
 
 
-def seeded(given: int | None = None) -> random.Random:
-    seed = int(os.environ.get("SEED") or 1) if given is None else given
+def seeded() -> random.Random:
+    seed = int(os.environ.get("SEED") or 1)
     print(f"seed {seed}")
     return random.Random(seed)
 

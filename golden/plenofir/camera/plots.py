@@ -35,10 +35,6 @@ def figure_pixels(figure: Figure) -> Image:
     return pixels
 
 
-PLOTS = (".svg", ".pdf", ".png")
-"""Endings of what `encode_figure` writes."""
-
-
 def encode_figure(figure: Figure, suffix: str) -> bytes:
     """A figure as SVG, PDF or PNG; the same input gives the same bytes."""
     kind = suffix.lstrip(".").lower()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """Endings of pictures that can be written."""
-# Of plots; `plenofir.camera.plots`, which takes a second to load, has them too.
+# Endings of plots, as of `plenofir.camera.plots.encode_figure`.
 _PLOTS = (".svg", ".pdf", ".png")
 
 

@@ -44,7 +44,7 @@ class LeftOut(BaseModel):
     saves: dict[str, int]
     costs: dict[str, int]
     # If leaving it out costs something: the largest shares of a resource of the device that it
-    # saves and costs, and if it costs more, why it is left out all the same. Else empty.
+    # saves and costs, and the reason if it costs more. Else empty.
     weighed: str = ""
 
 
@@ -67,7 +67,7 @@ def _left_out(
     loss, lost = _largest_share(costs, device)
     weighed = f"it saves {gained} for {lost}"
     if gain <= loss:
-        weighed += f"; left out all the same: {reason}"
+        weighed += f"; left out because {reason}"
     return LeftOut(what=what, saves=saves, costs=costs, weighed=weighed)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What inspect says of pictures whose kind is known."""
+"""Results of inspect for pictures of known kind."""
 
 from math import inf
 from pathlib import Path
@@ -86,7 +86,7 @@ def test_a_focused_camera() -> None:
 
 
 def test_content_that_repeats_around_the_pitch() -> None:
-    """Slow micro lenses see the same in many neighbours, and no pitch of content is another's."""
+    """Slow micro lenses see the same content in many neighbours, at pitches of its own."""
     picture = capture((0.04, -0.04), "rectangular", 300, 0.4)
     found = recognise_picture(Picture(picture, 255), "x.png")
     assert found.kind == "raw capture", found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random calls of every command: files, options, surroundings, drawn from what it declares."""
+"""Random calls of every command, drawn from its declared files, options, and environment."""
 
 import io
 import json
@@ -45,7 +45,7 @@ def every_command(command: Any, words: Words = ()) -> Iterator[tuple[Words, Any]
 COMMANDS = dict(every_command(command_line()))
 
 LONG = "x" * 300
-# Where a name of a file is wanted: what is no file, no text, no name.
+# Bad values for names of files.
 ODD_NAMES = (
     *("none.png", "folder", "empty.png", "text.png", "text.png/x.png", f"{LONG}.png", "", " "),
     *(
@@ -60,7 +60,7 @@ ODD_NAMES = (
 )
 IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", "one.png")
 IMAGES += ("row.png",)
-# Names that each option usually takes.
+# Usual values of each option.
 NAMES: Mapping[str, tuple[str, ...]] = {
     "raster": IMAGES,
     "raw": (*IMAGES, "white.png", "capture.lfp", "capture.raw"),
@@ -180,7 +180,7 @@ def _make_light_fields(folder: Path, grey: Any) -> None:
 
 @dataclass(frozen=True)
 class Call:
-    """A call: words, what is damaged before (file, kind, place, what with), and surroundings."""
+    """A call: words, damage done before (file, kind, position, content), and environment."""
 
     words: Words
     damage: tuple[tuple[str, str, float, str], ...]
@@ -224,7 +224,7 @@ def value(draw: Any, command: Words, parameter: Any) -> str:
 
 @st.composite
 def calls(draw: Any, command: Words) -> Call:
-    """Draw a call of a command: most of its parts are as they should be."""
+    """Draw a call of a command, most of whose parts are valid."""
     words = list(command)
     for parameter in COMMANDS[command].params:
         # A page would be served until Ctrl-C.
@@ -267,7 +267,7 @@ def calls(draw: Any, command: Words) -> Call:
 
 
 def spoil(path: Path, kind: str, place: float, text: str) -> None:
-    """Damage a file: cut it off, flip a byte's bits, or put another text for a number."""
+    """Damage a file: truncate it, flip bits of a byte, or replace a number by other text."""
     content = path.read_bytes()
     at = int(place * len(content))
     if kind == "cut":
@@ -275,7 +275,7 @@ def spoil(path: Path, kind: str, place: float, text: str) -> None:
     elif kind == "flip":
         path.write_bytes(content[:at] + bytes([content[at] ^ 0x41]) + content[at + 1 :])
     else:
-        # Where a cut has left none: the end.
+        # At the end, if truncation left none.
         digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()] or [len(content)]
         at = digits[int(place * len(digits))]
         path.write_bytes(content[:at] + os.fsencode(text) + content[at + 1 :])
@@ -303,7 +303,7 @@ def run(words: Words, environment: Mapping[str, str]) -> tuple[int, str, str]:
             redirect_stdout(out),
             redirect_stderr(err),
         ):
-            # They would be lines more.
+            # Warnings would be additional lines.
             warnings.simplefilter("error", RuntimeWarning)
             main()
     except SystemExit as done:
@@ -320,7 +320,7 @@ def run(words: Words, environment: Mapping[str, str]) -> tuple[int, str, str]:
 
 
 def is_warning(err: str) -> bool:
-    """Whether standard error holds one warning: the camera has other micro images."""
+    """Whether standard error has only the warning that the camera has other micro images."""
     return err.startswith("warning: the micro images of ") and err.count("\n") == 1
 
 

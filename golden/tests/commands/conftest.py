@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What several tests of the commands use."""
+"""Fixtures of the tests of commands."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random calls of every command end with right results, or one line, exit code 2 and nothing."""
+"""Random calls of every command give right results, or one line, exit code 2 and no files."""
 
 import itertools
 import re
@@ -97,7 +97,7 @@ def as_shown(p: Parameters, picture: np.ndarray) -> np.ndarray:
 
 
 def refocusing(p: Parameters) -> Parameters:
-    """Interpolation and sharpening as they are without being given."""
+    """Defaults of interpolation and sharpening."""
     given = p["interpolation"], p["sharpen"]
     if given == (None, None):
         return dict(PICTURE) if p["upsample"] else {}
@@ -290,7 +290,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
 
 
 def right(command: Words, call: Call, stock: Path) -> None:
-    """Make the call, and look at whatever it did."""
+    """Make the call, and check its outcome."""
     with inside(stock, call) as before:
         code, out, err = run(call.words, call.environment)
         after = contents(Path())
@@ -324,7 +324,7 @@ QUICK = settings(
     deadline=None,
     database=None,
     derandomize=True,
-    # To make a call smaller takes longer than to read it.
+    # Shrinking a call takes longer than reading it.
     phases=(Phase.explicit, Phase.generate),
     suppress_health_check=list(HealthCheck),
 )

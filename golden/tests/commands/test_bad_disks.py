@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Disks that are full or fail, and runs that are killed: results are old or new, never half."""
+"""Full or failing disks, and killed runs: results are the old or the new ones, never partial."""
 
 import os
 import random
@@ -51,7 +51,7 @@ def folder(stock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
 def limited(size: int) -> Iterator[None]:
     """Files of this process cannot grow beyond a size."""
     old, cached = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
-    # What Python compiles meanwhile would be cut off as well, and break the next run.
+    # Python's compiled files would be truncated too, and break the next run.
     sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
     try:
@@ -63,7 +63,7 @@ def limited(size: int) -> Iterator[None]:
 
 @contextmanager
 def without_rights() -> Iterator[None]:
-    """Root may do everything; here it is nobody."""
+    """Root ignores permissions, so it becomes nobody."""
     root = os.geteuid() == 0
     if root:
         os.seteuid(65534)
@@ -95,7 +95,7 @@ def test_files_that_cannot_grow_or_be_used(folder: Path, words: Words) -> None:
     assert not err or is_warning(err)
     after = contents(folder)
     assert all(after[f"out/{name}"] != b"old" for name in WRITERS[words])
-    # All modules are loaded now: those of root cannot be read without its rights.
+    # All modules are loaded before, as root's cannot be read without its rights.
     for path, mode in ((folder / "out", 0o555), (folder, 0o600)):
         folder.chmod(0o755)
         path.chmod(mode)

@@ -64,7 +64,6 @@ def test_options_agree_with_what_they_choose() -> None:
     from plenofir.fpga.core.configuration import SLICE_ENGINES
     from plenofir.fpga.names import BoardName, HdmiBoardName, SliceEngineName
     from plenofir.fpga.screen.first_light import FLOWER_MICRO_IMAGE_SIZE
-    from plenofir.fpga.simulate.request import FLOWER_FOCUS
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
@@ -76,7 +75,6 @@ def test_options_agree_with_what_they_choose() -> None:
     assert get_args(options.Radius)[1].max == MAX_SHARPNESS_RADIUS
     sim = {parameter.name: parameter for parameter in COMMANDS["sim",].params}
     assert sim["micro_image"].default == FLOWER_MICRO_IMAGE_SIZE
-    assert FLOWER_FOCUS == "-3/5"
     taken = {p.name for words in (("sim",), ("bitstream", "build")) for p in COMMANDS[words].params}
     assert set(options.VARIABLES.values()) <= taken
 
@@ -163,7 +161,7 @@ def test_the_same_settings_by_every_command(plenofir, tmp_path: Path) -> None:
 def test_sharpening_ends_at_the_white_of_the_file(
     plenofir, tmp_path: Path, how: tuple[str, ...]
 ) -> None:
-    """12 bits: edges overshoot in words of 16, and what is written does not."""
+    """12 bits in words of 16: edges overshoot white, but not in the file."""
     lenses = np.kron(np.indices((8, 9)).sum(axis=0) // 2 % 2, np.full((5, 5), 4095))
     (tmp_path / "raw.png").write_bytes(encode_png(Picture(lenses.astype(np.uint16), 4095)))
     words = ("refocus", "raw.png", "-M", "5", "-a", "0", *how)
@@ -321,7 +319,8 @@ def test_make_forwards_what_is_set_and_nothing_else() -> None:
     assert arguments_of_make("sim", sim, {"STACK": "0 1"})[0] == ["--engine=stack", "--a=0 1"]
     synth = {p.name: p for p in COMMANDS["synth",].params}
     assert arguments_of_make("synth", synth, {"SCENE": "x.toml", "M": "3"})[0] == ["x.toml"]
-    # What stands on make's command line is meant; what is in the environment may be of others.
+    # Variables on make's command line are for the command; those in the environment may be for
+    # others.
     for name in ("ISE", "SWEPT"):
         flags = {"MAKEFLAGS": rf" -- A=1\ {name}=2 {name}=/opt", name: "/opt"}
         with pytest.raises(InputError, match=f"make sim has no variable {name}; it takes RAW"):

@@ -138,7 +138,7 @@ def test_distances_with_a_camera(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_batch_of_captures(tmp_path: Path, capsys) -> None:
-    """One calibration for all; what is there is kept, what was changed is made again."""
+    """One calibration for all; existing results are kept, changed ones made again."""
     capture = DATA / "microscope"
     for name in ("one", "two"):
         shutil.copy(capture / "raw.png", tmp_path / f"{name}.png")

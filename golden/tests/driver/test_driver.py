@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver's ways to words, each against another end than ours, and what it refuses."""
+"""The driver's accesses, each against a foreign counterpart, and its refusals."""
 
 import contextlib
 import os
@@ -17,7 +17,7 @@ from plenofir.ground import project
 
 
 class Words(dict):
-    """Words that are what was written."""
+    """Words that keep what is written."""
 
     def read(self, address: int) -> int:
         """Read what was written, or 0."""
@@ -34,7 +34,7 @@ def test_uio_maps_a_file_and_waits(tmp_path: Path) -> None:
     assert device.read(4) == 0x07060504
     device.write(8, 0x12345678)
     assert file.read_bytes()[8:12] == bytes.fromhex("78563412")
-    # Its interrupts: the number of them comes when there is one, and a 1 lets the next through.
+    # Its interrupts: a read returns their number when one comes, and writing 1 enables the next.
     ours, kernel = socket.socketpair()
     real, device._file = device._file, ours.fileno()
     assert not device.wait(0.01)
@@ -150,7 +150,7 @@ def test_what_is_no_core_is_refused() -> None:
 
 
 def test_registers_that_are_not_there_are_not_touched() -> None:
-    """A processor may be stopped by them."""
+    """They might hang a processor."""
     for parts in (1, 2, 6, 8, 24):
         touched = set()
 

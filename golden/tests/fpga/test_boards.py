@@ -29,7 +29,7 @@ each_board = pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board:
 @each_board
 def test_board_has_its_sources_and_devices(board: Board) -> None:
     assert board.top in {source.stem for source in hdl.board_sources(board.name)}
-    # What has HDMI or a camera has pins, and lanes that are its family's.
+    # Boards with HDMI or a camera have pins, and lanes of their family.
     whole = bool(board.modes or board.camera)
     assert board.constraints.is_file() == whole
     assert bool(board.library and hdl.model_sources(board.library)) == whole
@@ -66,7 +66,7 @@ def test_each_port_has_one_pin_of_its_own(top: str) -> None:
 def test_ranges_of_pixel_clocks() -> None:
     for clock_range in CLOCK_RANGES:
         low, high = range_limits(clock_range)
-        # What the oscillator of the PLL makes of it, in kHz.
+        # Frequencies of the PLL's oscillator in kHz.
         assert 5 * clock_range * low >= 400_000 < 5 * clock_range * high <= 800_000
         divide, mode = OWN_CLOCKS[clock_range]
         assert low <= 600_000 / divide <= high

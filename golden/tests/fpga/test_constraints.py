@@ -116,7 +116,7 @@ def test_crossings_are_registers_of_the_netlist(top: str, tmp_path: Path) -> Non
 
 
 def test_every_entity_that_crosses_is_told() -> None:
-    """A register named crossing_ is in the table, but for the second one of a synchroniser."""
+    """Registers named crossing_ are in the table, except the second one of a synchroniser."""
     named = {
         path.stem
         for path in hdl.all_sources()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets of MIPI CSI-2, and what sets a sensor up."""
+"""Packets of MIPI CSI-2, and the set-up of sensors."""
 
 import numpy as np
 import pytest
@@ -150,7 +150,7 @@ def test_rates_of_lanes_that_no_pll_makes_are_refused(lane_mbits: int) -> None:
 def test_settling_is_within_what_d_phy_allows() -> None:
     for mbits in (80, 200, 456, 912, 1500):
         clock, bit = 8000 / mbits, 1000 / mbits
-        # A level takes two to three clocks to come in.
+        # A level takes two to three clocks to be registered.
         least, most = ((settle_clocks(mbits) + late) * clock for late in (2, 3))
         assert most >= 85 + 6 * bit
         if mbits >= 200:

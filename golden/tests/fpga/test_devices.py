@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of devices, and what cores take of each family, beside what Yosys counted."""
+"""The table of devices, and estimates for each family beside Yosys's counts."""
 
 import json
 from importlib.util import find_spec

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An engine, a board, a device or a simulator is added in few places: nothing else names one."""
+"""Engines, boards, devices and simulators are named in few files only."""
 
 import ast
 import re
@@ -32,7 +32,7 @@ ROOT = Path(plenofir.__file__).parent
 
 @cache
 def said() -> dict[str, tuple[str, set[str]]]:
-    """Texts of each file of the package, but for docstrings, and the modules that it imports."""
+    """Strings in each file of the package, without docstrings, and the modules that it imports."""
     files = {}
     for path in ROOT.rglob("*.py"):
         nodes = list(ast.walk(ast.parse(path.read_text())))

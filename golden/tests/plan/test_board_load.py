@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations for a board's serial port: what is sent, what is refused by name."""
+"""Calibrations for a board's serial port: sent words, and refusals."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ class Board:
         self, core: ResamplerConfiguration | None, *, breaks: int = -1, left: bool = False
     ) -> None:
         self.core, self.breaks = core, breaks
-        # Part of a line was left by another load; while it is answered, nothing is heard.
+        # Part of a line is left from another load; during its answer, the board ignores input.
         self.left, self.deaf = left, False
         self.lines: list[str] = []
         self.answers: list[bytes] = []

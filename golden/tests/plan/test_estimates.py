@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimates of resources, beside what synthesis took."""
+"""Estimates of resources beside synthesis results."""
 
 import itertools
 import json
@@ -46,7 +46,7 @@ def check_logic(usage: Usage, figures: Figures, name: str) -> None:
 
 
 def test_estimates_against_synthesis() -> None:
-    # Block RAM and multipliers equal what Yosys makes; LUTs and flip-flops within some percent.
+    # Block RAM and multipliers equal Yosys's; LUTs and flip-flops are within some percent.
     # The board is its core, and the video path around it.
     known = load_figures().figures["2.0.0"]
     compared = 0
@@ -206,7 +206,7 @@ def test_hold_is_smaller() -> None:
 
 
 def test_an_engine_is_weighed_when_its_sizes_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is new has no weights: the planner says so, and takes the other engine."""
+    """A new engine has no weights: the planner says so, and takes another one."""
     assert make_plan(load_scene("grey-microscope")).core.engine.kind == "moving_sum"
     known = {kind: rows for kind, rows in weights.load_weights().items() if kind != "moving_sum"}
     monkeypatch.setattr(weights, "load_weights", lambda: known)

@@ -286,7 +286,7 @@ def test_border_is_weighed(tmp_path: Path) -> None:
     whole = make_plan(scene(tmp_path, slices, build='border = "normalise"'))
     assert whole.core.generics()["BORDER_NORMALISED"] is True
     assert whole.core.exact
-    # What the one leaves out is what the other takes.
+    # The difference of the two is what is reported as left out.
     for name, amount in spared.saves.items():
         assert whole.needs[name] - plain.needs[name] == amount
     assert whole.error_bound == 0.5
@@ -456,7 +456,7 @@ def test_cover_needs_its_greedy_choice() -> None:
 
 
 def test_what_leaving_out_costs_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """Few slices need a switch between them; the whole grid does not."""
+    """Selecting between a few slices can cost logic that the full grid does not need."""
     plan = make_plan(load_scene("rgb-480p"))
     for part in plan.left_out:
         assert not set(part.saves) & set(part.costs)
@@ -506,7 +506,7 @@ def test_plots_and_csv(tmp_path: Path, scene: str) -> None:
 
 
 def test_placed_cores_stand_beside_their_full_builds(tmp_path: Path) -> None:
-    """As they are recorded, and as estimated; a changed scene of the same name has none."""
+    """Recorded and estimated; a changed scene of the same name has no record."""
     compared = 0
     for file in scene_files():
         plan = make_plan(load_scene(file))

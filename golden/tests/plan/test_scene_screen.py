@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board shows for a scene: outputs, texts, colours, what they take."""
+"""The screen of a scene: outputs, texts, colours, resources."""
 
 import itertools
 from math import inf
@@ -89,7 +89,7 @@ def test_colours_go_evenly_from_far_to_near() -> None:
     colours = slice_colours((2, -1, 0, 5))
     assert colours[1] == (68, 1, 84)
     assert colours[3] == (253, 231, 37)
-    # Lightness (CIE 1976) grows by like steps.
+    # Lightness (CIE 1976) grows in equal steps.
     light = []
     for colour in (colours[i] for i in (1, 2, 0, 3)):
         linear = [((c / 255 + 0.055) / 1.055) ** 2.4 if c > 10 else c / 3295 for c in colour]
@@ -196,7 +196,7 @@ def test_what_it_takes(tmp_path: Path) -> None:
     plain = plan_of(tmp_path, slices)
     bare = plan_of(tmp_path, slices, ("overlay = true", ""))
     assert bare.screen == Screen()
-    # What is not asked for is not there, and said to be so.
+    # Outputs that are not requested are left out, and listed as such.
     for name, needed in bare.needs.items():
         assert whole.needs[name] >= plain.needs[name] >= needed
     assert plain.needs["LUT"] == bare.needs["LUT"] + plain.screen_needs["LUT"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays of other libraries: equal to the reference, and never copied to this machine's memory."""
+"""Arrays of other libraries: equal to the reference, and never copied to the host's memory."""
 
 import os
 import subprocess

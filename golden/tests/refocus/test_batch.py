@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many frames: order, names, going on, failed frames, and what can go wrong with the folder."""
+"""Many frames: order, names, resumption, failed frames, and problems with the folder."""
 
 import asyncio
 import errno
@@ -46,7 +46,7 @@ def frames(tmp_path):
 
 @pytest.fixture
 def here(monkeypatch):
-    """Workers in this process: only what is done with their results is looked at."""
+    """Workers in this process, for tests of what is done with their results."""
 
     def made(sources, settings, folder, client):
         for number, source in enumerate(sources):
@@ -56,14 +56,14 @@ def here(monkeypatch):
     monkeypatch.setattr(batch, "_made", made)
 
 
-def check_results(sources, out: Path, settings: Settings = SETTINGS) -> None:
+def check_results(sources, out: Path) -> None:
     """Every result is right, and nothing else is in the folder but the record."""
-    names = result_names(sources, settings)
+    names = result_names(sources, SETTINGS)
     wanted = {name for group in names for name in group} | {RECORD}
     assert {path.name for path in out.iterdir()} == wanted
     for source, group in zip(sources, names, strict=True):
         raw = read_image(source)
-        for a, name in zip(settings.a, group, strict=True):
+        for a, name in zip(SETTINGS.a, group, strict=True):
             assert np.array_equal(read_image(out / name), refocus(raw, 5, a)), name
 
 
@@ -180,7 +180,7 @@ def test_records_that_cannot_be_used(frames, here):
 
 
 def test_the_record_only_grows_by_a_line(tmp_path):
-    """What a frame costs does not depend on how many there are."""
+    """The time for a frame does not depend on the number of frames."""
     content = Content(size=1, sha256="0" * 64)
     with Record(tmp_path) as record:
         sizes = []
@@ -220,7 +220,7 @@ def test_a_full_disk_stops_the_run(frames, here, monkeypatch):
 def test_files_that_cannot_grow(frames, here, room):
     """The limit is met by the record or by a result."""
     sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
-    # So that kernels are compiled, and are not what cannot be written.
+    # Compiles the kernels beforehand, whose files would otherwise hit the limit.
     run_batch(sources, SETTINGS, frames / "before")
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, old[1]))

@@ -43,7 +43,7 @@ def draw() -> random.Random:
 
 
 def start(folder: Path, workers: int = 2) -> subprocess.Popen[str]:
-    # A group of its own, as a shell gives it one: Ctrl-C reaches all of it.
+    # Its own process group, as in a shell, so that Ctrl-C reaches all of it.
     return subprocess.Popen(
         [
             sys.executable,

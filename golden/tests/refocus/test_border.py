@@ -27,7 +27,7 @@ def drawn(shape: tuple[int, ...], dtype: type) -> np.ndarray:
 
 
 def mean_of_views(raw: np.ndarray, m: int, shift: int) -> np.ndarray:
-    """By the definition: each view is moved, and the pixels that there are get their mean."""
+    """By the definition: each view is moved, and the mean taken over existing pixels."""
     sums, counts = np.zeros(raw.shape, np.int64), np.zeros(raw.shape, np.int64)
     offset = (m - 1) * shift // 2
     rows, columns = (np.arange(n) + offset for n in raw.shape[:2])

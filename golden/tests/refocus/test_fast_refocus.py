@@ -30,7 +30,7 @@ def test_equals_the_reference(data):
     shape += data.draw(st.sampled_from([(), (3,)]))
     raw = random_image(shape, dtype, data.draw(st.integers(0, 9)))
     with pytest.MonkeyPatch.context() as patch:
-        # Blocks of a few pixels, and threads for them: their borders lie everywhere.
+        # Blocks of a few pixels, and threads for them, so that their borders lie everywhere.
         patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
         patch.setattr(fast, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled code on disk that cannot be used is made anew, and never run."""
+"""Damaged or stale compiled code on disk is compiled again, and never executed."""
 
 import importlib.util
 import os
@@ -24,7 +24,7 @@ def twice(values):
 
 @pytest.fixture
 def twice(tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
-    """Load the function anew, from disk as far as it is kept there, and call it."""
+    """Load the function again, from disk if it is cached, and call it."""
     path = tmp_path / "of_a_test.py"
     path.write_text(SOURCE)
 

@@ -26,10 +26,10 @@ pytestmark = pytest.mark.quick
     data=st.data(),
 )
 def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> None:
-    # The rings hold real pixels: one that is overwritten before it left would make a sum wrong.
+    # The rings hold real pixels, so one overwritten before it has left makes a sum wrong.
     layout = SumLayout(m, tuple(shifts), align, any_length)
     if any_length:
-        # Behind each other at full rate, as no frame is shorter than what the rings ask for.
+        # Back to back at full rate, as no frame is shorter than the rings require.
         lengths = [layout.reach + length for length in lengths]
         assert all(layout.least_steps(k, columns=True) == k for k in lengths)
     slices = [data.draw(st.integers(0, len(shifts) - 1)) for _ in lengths]
@@ -52,7 +52,7 @@ def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> N
     data=st.data(),
 )
 def test_several_pixels_a_token(m, pixels, shifts, lengths, align, data) -> None:
-    # As above: what the banks no longer hold would make a sum wrong.
+    # As above: pixels that the banks no longer hold make a sum wrong.
     layout = LaneLayout(SumLayout(m, tuple(shifts), align), pixels)
     slices = [data.draw(st.integers(0, len(shifts) - 1)) for _ in lengths]
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))

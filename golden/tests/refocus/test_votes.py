@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the vote over neighbours gains on a real light field: numbers of docs/stack.md."""
+"""The gain of voting on a real light field: numbers of docs/stack.md."""
 
 from fractions import Fraction
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to depth are measured against truth: rendered, and of the HCI benchmark's files."""
+"""Methods for depth against the truth of rendered scenes, and of the HCI benchmark's files."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Energy: what switches is counted right, and weighed."""
+"""Energy: counts of switching activity, and their weights."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section 5.3 with the synthetic camera: what is measured is what the ray model predicts."""
+"""Section 5.3 with the synthetic camera: measurements agree with the ray model."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise, resolution, rounded centres: what is measured is what should be."""
+"""Noise, resolution, rounded centres: measurements agree with derivations."""
 
 from fractions import Fraction
 

@@ -26,7 +26,7 @@ def test_extreme_case(outcome: Outcome) -> None:
 
 
 def test_the_cases_are_hard() -> None:
-    """The thesis's formulas lose their digits in them; otherwise they would show nothing."""
+    """The thesis's formulas lose digits in them, so the cases are meaningful."""
     for group in ("a near 0, b_U = f_U", "planes near infinity", "far focus", "1:1 imaging"):
         worst = max(max(o.naive.values()) for o in OUTCOMES if o.group == group)
         assert worst > 1e-11, group

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables 5.5 to 5.9 by own rays: all lenses, arrays and focuses."""
+"""Tables 5.5 to 5.9 by real rays: all lenses, arrays and focuses."""
 
 import numpy as np
 

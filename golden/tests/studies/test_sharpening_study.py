@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What sharpening gains: theory and measurement agree, and what `auto` takes is near the best."""
+"""The gain of sharpening: theory and measurement agree, and `auto` is near the optimum."""
 
 from fractions import Fraction
 
@@ -16,7 +16,7 @@ SIXTEENTH = Fraction(1, 16)
 @pytest.mark.parametrize(("m", "shift", "order"), [(5, 3, 0), (11, 4, 0), (4, 2, 0), (5, 3, 1)])
 def test_best_weight_lies_above_that_of_the_moment(m: int, shift: int, order: int) -> None:
     moment = float(derived_moment(m, shift, order)) / 2
-    # Of slow waves there is nothing but the moment.
+    # For low frequencies only the second moment matters.
     assert study.best_weight(m, shift, order, band=0.03)[0] == pytest.approx(moment, abs=1 / 100)
     best, gain = study.best_weight(m, shift, order)
     assert best == pytest.approx(automatic_units(m, shift, order) / 64, abs=1 / 64)

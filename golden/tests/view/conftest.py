@@ -18,7 +18,7 @@ SOFTWARE = (
 )
 
 
-# While it is open, the driver's event loop runs in this thread, and no other can.
+# While it is open, the driver's event loop runs in this thread, so no other loop can.
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Chromium, without a window."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Firefox as Debian has it, by its own protocol (Marionette), on a screen that is not there.
+"""Debian's Firefox, by its own protocol (Marionette), on a virtual screen.
 
 Without a screen it has no WebGL: Xvfb gives it one, and Mesa draws with the processor.
 """
@@ -26,7 +26,7 @@ _PREFERENCES = {
 
 
 def missing() -> str:
-    """What is not installed, for a reason to skip; empty if all is there."""
+    """Missing programs, as a reason to skip; empty if there are none."""
     gone = [name for name in PROGRAMS if shutil.which(name) is None]
     packages = " ".join(name.lower() for name in gone)
     return f"no {' and '.join(gone)}: sudo apt-get install {packages}" if gone else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the viewer does in Chromium and in Firefox alike: values, exposure, zoom, files."""
+"""The viewer in Chromium and in Firefox: values, exposure, zoom, files."""
 
 import base64
 import io

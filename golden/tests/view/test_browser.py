@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The viewer in a real browser: what it shows is what `refocus` computes."""
+"""The viewer in a real browser: its pictures equal those of `refocus`."""
 
 import json
 import re
@@ -258,7 +258,7 @@ def test_an_image_too_large_for_the_gpu_is_scaled_down_and_said_so(open_page: An
 def test_an_export_opens_from_a_file_without_a_network(open_page: Any, tmp_path: Path) -> None:
     m, raw = 5, cut(80, 80)
     model = RayModel.focused(load_camera("f193-mla2"), 3000, m)
-    # What HTML could take for its own.
+    # Characters with a meaning in HTML.
     page = light_field_page(raw, m, full_scale=255, title="</script><b>", model=model)
     file = tmp_path / "export.html"
     file.write_bytes(export(page, 220_000))

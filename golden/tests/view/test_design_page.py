@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of a camera's figures shows what the command prints, wherever its sliders are."""
+"""The page of a camera's figures agrees with the command for all positions of its sliders."""
 
 import json
 import random

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The viewer without a browser: its data, its server, what it refuses."""
+"""The viewer without a browser: its data, its server, its refusals."""
 
 import http.client
 import io
@@ -375,7 +375,7 @@ def test_a_folder_gives_what_is_there_and_what_is_added(tmp_path: Path) -> None:
     (tmp_path / "note.txt").write_text("no picture")
     frames = folder_frames(tmp_path, 1000)
     assert [next(frames).picture.pixels.shape[0] for _ in range(2)] == [6, 23]
-    # In the writing, then whole.
+    # First partly written, then complete.
     whole = encode_png(RAW[:9])
     (tmp_path / "c.png").write_bytes(whole[:100])
     later = threading.Timer(0.05, (tmp_path / "c.png").write_bytes, (whole,))

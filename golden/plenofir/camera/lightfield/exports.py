@@ -7,7 +7,7 @@ from math import isqrt
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.lightfield.indexing import compose, sub_aperture, views
+from plenofir.camera.lightfield.indexing import sub_aperture, views
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import eight_bits
@@ -21,14 +21,6 @@ def mosaic(raw: Image, micro_image_size: int) -> Image:
     images = views(raw, micro_image_size)
     v, u, t, s = images.shape[:4]
     return np.moveaxis(images, 2, 1).reshape(v * t, u * s, *images.shape[4:])
-
-
-def of_mosaic(image: Image, count: int) -> Image:
-    """Raw image of a mosaic with `count` x `count` views: the inverse of `mosaic`."""
-    rows, columns = (n // count for n in image.shape[:2])
-    tiles = image[: rows * count, : columns * count]
-    tiles = tiles.reshape(count, rows, count, columns, *image.shape[2:])
-    return compose(np.moveaxis(tiles, 2, 1))
 
 
 def quilt_tiles(micro_image_size: int) -> tuple[int, int]:

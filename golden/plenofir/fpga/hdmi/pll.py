@@ -10,8 +10,6 @@ from collections.abc import Mapping
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.fpga.hdmi.modes import VideoMode
-
 VCO_RANGE = (400_000, 1_080_000)
 """Oscillator in kHz (DS162)."""
 
@@ -150,18 +148,6 @@ def registers(setting: PllSetting) -> dict[int, tuple[int, int]]:
                 assert not mask >> bit & 1, f"two fields at register {register:02x} bit {bit}"
                 out[register] = (mask | 1 << bit, word | (value >> i & 1) << bit)
     return dict(sorted(out.items()))
-
-
-def setting_for(mode: VideoMode) -> PllSetting:
-    """The setting whose range a mode's pixel clock lies in, "high" where both fit.
-
-    ValueError if the pixel clock is out of reach.
-    """
-    for setting in (HIGH, LOW):
-        slowest, fastest = setting.pixel_clocks
-        if slowest <= mode.pixel_clock <= fastest:
-            return setting
-    raise ValueError(f"pixel clock of {mode.pixel_clock} kHz")
 
 
 def settings_package() -> str:

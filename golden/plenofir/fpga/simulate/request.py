@@ -22,7 +22,6 @@ from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
 DEFAULT_RAW = project.DATA / "flower_detail_5x5.png"
 """Part of it, which is refocused when the user names no image."""
-FLOWER_FOCUS = "-3/5"
 
 Progress = Callable[[str, int, int], None]
 """Called with the step's name, what is done and what there is to do."""

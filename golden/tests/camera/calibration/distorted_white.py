@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """White images drawn through a lens that distorts, with their true centres.
 
-Drawing takes nothing from the calibration, which it is there to try. As a script it tries many and
-prints a table by class: ``python distorted_white.py --seeds 0 1000``. Of every tenth it tells the
-true standard error: root mean square of the errors of all centres, over ``--repeats`` more draws of
-its noise, dust and gaps.
+Drawing shares no code with the calibration that it tests. As a script it tries many images and
+prints a table by class: ``python distorted_white.py --seeds 0 1000``. For every tenth it determines
+the true standard error: root mean square of the errors of all centres, over ``--repeats`` more
+draws of noise, dust and gaps.
 """
 
 import argparse
@@ -19,9 +19,9 @@ from scipy.special import erf
 from plenofir.camera.calibration import calibrate
 from plenofir.ground.errors import InputError
 
-# Errors of so many pixels make no difference: they are added to the true and the claimed ones.
+# Negligible error in pixels, which is added to the true and the claimed ones.
 _NOTHING = 0.001
-# One of so many images is drawn again.
+# One image of this many is drawn again.
 _REPEATED = 10
 _SUB_PIXELS = (np.arange(4) + 0.5) / 4 - 0.5
 
@@ -41,7 +41,7 @@ class DistortedWhite:
 
     @property
     def enough(self) -> bool:
-        """Whether it holds lenses enough: 6 x 6, three quarters of them unharmed."""
+        """Whether it has enough lenses: 6 x 6, three quarters of them undamaged."""
         return min(self.lenses) >= 6 and self.usable >= 0.75 * self._whole
 
     @property
@@ -201,7 +201,7 @@ def distorted_white(seed: int, largest_pixels: float = 400_000, repeat: int = 0)
 
 @dataclass(frozen=True)
 class Tried:
-    """What came out for a drawn white image."""
+    """Result for a drawn white image."""
 
     name: str
     kind: str
@@ -272,13 +272,13 @@ _CLASSES: dict[str, Callable[[Tried], bool]] = {
 
 
 def within_two(ratios: Sequence[float]) -> tuple[int, int]:
-    """How many of some ratios are within a factor of 2, and of how many that are known."""
+    """How many of the known ratios are within a factor of 2, and how many there are."""
     known = np.array(ratios)[~np.isnan(ratios)]
     return int(((known > 0.5) & (known < 2)).sum()), len(known)
 
 
 def table(results: Sequence[Tried]) -> list[str]:
-    """Lines: how many of each class were accepted, how wrong they are, and how sure they claim."""
+    """Lines for each class: number accepted, their errors, and their claimed errors."""
     lines = [f"{'class':34} drawn accepted  of enough    largest error  within 2    true within 2"]
     for name, belongs in _CLASSES.items():
         part = [r for r in results if belongs(r)]

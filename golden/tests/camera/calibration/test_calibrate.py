@@ -118,10 +118,10 @@ def test_tilt() -> None:
 @pytest.mark.drawn(1)
 @pytest.mark.parametrize("bend", [-1.5, 1.5])
 def test_distortion(bend: float) -> None:
-    """Barrel and pincushion: the third order takes up what grows with the cube of the distance."""
+    """Barrel and pincushion: the third order models errors that grow with the cube of distance."""
     shape = (400, 480)
     flat = regular_grid(shape, 9.37, rotation_degrees=1.0)
-    # Scaled to 25 lenses: there, centres are off by `bend` pixels along the radius.
+    # Scaled so that at 25 lenses centres are `bend` pixels off along the radius.
     first, *steps = flat.coefficients
     vectors = [(25 * y, 25 * x) for y, x in steps]
     down, right = ((bend / 9.37 * y, bend / 9.37 * x) for y, x in steps)

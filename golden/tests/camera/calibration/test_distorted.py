@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration through a lens that distorts: it is right, or it knows that it is not."""
+"""Calibration with distortion: the result is right, or its claimed error is large."""
 
 import os
 import random
@@ -35,7 +35,7 @@ _CHEAP = 12
     ],
 )
 def test_distortion_of_few_lenses(shape, pitch, options) -> None:
-    """Radial distortion is cubic: order 2 gains nothing, and of few lenses order 3 is not told."""
+    """Radial distortion is cubic: order 2 gains nothing, few lenses do not determine order 3."""
     white = ideal_white(shape, pitch, **options)
     found = calibrate(white.image)
     worst = white.errors(found.centres).max()
@@ -44,7 +44,7 @@ def test_distortion_of_few_lenses(shape, pitch, options) -> None:
 
 
 def test_tilt_and_distortion_are_exact() -> None:
-    """Terms beyond order 3 follow from tilt and distortion: without them 0.06 pixels."""
+    """Terms beyond order 3 follow from tilt and distortion; without them errors are 0.06 pixels."""
     white = ideal_white((280, 300), 10.2, bend=-0.02, tilt=(0.03, 0.03))
     assert white.errors(calibrate(white.image).centres).max() < 0.02
 
@@ -57,7 +57,7 @@ def test_orders_that_few_lenses_do_not_tell() -> None:
 
 
 def test_lenses_at_the_border_that_tell_of_more() -> None:
-    """The lenses of a side are off by half a pixel, more than a lens does to them alone."""
+    """Lenses at one side are off by half a pixel, more than any distortion would move them."""
     shape, pitch = (240, 240), 14.3
     centres = distorted_centres(shape, pitch)
     centres[centres[:, 0] > 205] += (0.5, 0.0)
@@ -73,7 +73,7 @@ def test_lenses_at_the_border_that_tell_of_more() -> None:
 
 
 def test_clipped_micro_images() -> None:
-    """Clipped in the middle of the image, not at its borders: divided by the light they lean."""
+    """Clipped in the middle of the image only: dividing by the light tilts their brightness."""
     shape, pitch = (140, 150), 9.8
     centres = distorted_centres(shape, pitch, bend=0.01, rotation_degrees=1.0)
     light = np.clip(spots(shape, centres, 0.42 * pitch, 0.7), 0, 1)
@@ -88,12 +88,12 @@ def test_clipped_micro_images() -> None:
 
 @pytest.mark.parametrize("seed", [940430, 940790])
 def test_standard_error_is_true(seed) -> None:
-    """Gaps that are wider where lenses are darker look like a dark level; a small k is no noise."""
+    """Gaps that widen where lenses are darker look like a dark level; a small k is not noise."""
     assert tried_distorted(distorted_white(seed, 60_000)).once < 2
 
 
 def test_drawn_distorted_white_images() -> None:
-    """A draw: the same in each `make test`, another one with SEED."""
+    """Drawn images, the same in each `make test`; others with SEED."""
     drawn = os.environ.get("SEED") or "7"
     first = random.Random(f"{drawn} distorted").randrange(10**6)
     print(f"seeds from {first}")

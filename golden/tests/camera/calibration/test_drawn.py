@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of drawn white images: a wrong grid never comes out, a good one nearly always."""
+"""Calibration of drawn white images: never a wrong grid, nearly always the right one."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ from plenofir_studies.drawn_calibration import tried
 
 
 def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] = print) -> None:
-    """No wrong grid; of those that must be found, 98 % accepted. Tells each image that fails."""
+    """No wrong grid, and 98 % of those that must be found. The message names each failure."""
     wrong, found, wanted, largest = [], 0, 0, 0.0
     for seed in seeds:
         drawn = drawn_white(seed, largest_pixels)
@@ -81,7 +81,7 @@ def without_lenses(rows: int, columns: int, pitch: float, share: float, seed: in
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("rows", "columns", "pitch"), [(12, 15, 40), (10, 13, 76)])
 def test_missing_lenses(rows, columns, pitch, seed) -> None:
-    """20 % missing: no other lattice, and no bend that is not there."""
+    """20 % missing lenses lead to no other lattice, and to no false distortion."""
     image, grid = without_lenses(rows, columns, pitch, 0.2, seed)
     found = calibrate(image)
     assert found.grid.order == 1
@@ -114,7 +114,7 @@ def test_hexagonal_lenses_of_uneven_brightness(seed) -> None:
     ],
 )
 def test_integer_and_small_pitch(pitch, limit, turn) -> None:
-    """Pixels pull all lenses to the same side, or in a moire that looks like distortion."""
+    """Pixels bias all centres to the same side, or in a moire that looks like distortion."""
     shape = (300, 400)
     grid = regular_grid(shape, pitch, rotation_degrees=0.1)
     found = calibrate(white_image(shape, grid))
@@ -145,7 +145,7 @@ def test_small_micro_images_at_the_border() -> None:
 
 @pytest.mark.parametrize("seed", [196, 415])
 def test_vignetting_and_image_circle_of_few_lenses(seed) -> None:
-    """Few large lenses: their light's slope counts, and light and centres are fitted in turn."""
+    """Few large lenses: their light's slope matters; light and centres are fitted in turn."""
     drawn = drawn_white(seed, 500_000)
     assert drawn.errors(calibrate(drawn.image).centres).max() < 0.3
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an inspection tells of synthetic white images, spots and stars whose optics are known."""
+"""Inspection of synthetic white images, spots and stars with known optics."""
 
 from decimal import Decimal
 from math import inf
@@ -40,7 +40,7 @@ def mixed_white(radius: float, layout: str = "rectangular", pitch: float = 11.3)
     [
         ("rectangular", 0.35, "gaps"),
         ("rectangular", 0.5, "touching"),
-        # Overlaps repeat at the pitch, but half a pitch off.
+        # Overlaps repeat with the pitch, but half a pitch beside the lenses.
         ("rectangular", 0.75, "overlapping"),
         ("rectangular", 0.9, "overlapping"),
         ("hexagonal-rows", 0.42, "gaps"),

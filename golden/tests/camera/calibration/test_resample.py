@@ -88,7 +88,7 @@ def test_centre_of_a_micro_image(m) -> None:
 
 
 def test_one_pass_beats_two() -> None:
-    """Rotating first and taking centres afterwards blurs more than one interpolation."""
+    """Rotation followed by a second interpolation blurs more than a single one."""
     from scipy import ndimage
 
     rng = np.random.default_rng(1)
@@ -153,7 +153,7 @@ def test_dark_and_colours() -> None:
             assert alone.std() < 0.002 * colours[0]
     byte = decode((white >> 8).astype(np.uint8), calibration, 5)
     assert byte.dtype == np.uint8
-    # Lost low bits of the dark borders are brightened at most tenfold.
+    # Dark borders, whose low bits are lost, are amplified at most tenfold.
     assert np.abs(byte.astype(float) - plain / 257).mean() < 1.5
 
 

@@ -37,7 +37,7 @@ def figures(model: RayModel, *words: float) -> dict[str, float | int | None]:
 
 def test_figures_of_a_thin_lens() -> None:
     found = figures(RayModel.focused(THIN, inf, 9), 300.0)
-    # Micro images are as far apart as chief rays from the lens, 50 mm away, put them.
+    # The pitch of micro images is that of chief rays from the lens, 50 mm away.
     pitch = 0.05 * (1 + 1 / 50)
     assert found["micro_image_pitch_px"] == pytest.approx(pitch / 0.005)
     assert found["pixels_per_lens"] == 10
@@ -102,7 +102,7 @@ def test_planes_are_those_of_the_ray_model() -> None:
         assert plane.distance_mm == float(model.distance(a).mm)
         assert plane.near_mm == float(model.near_border(a).mm)
         assert plane.depth_of_field_mm == plane.far_mm - plane.near_mm
-        # Planes are named by the disparity of neighbouring views.
+        # The a of a plane is the disparity of neighbouring views.
         assert plane.disparity_px == pytest.approx(12 * a, abs=1e-9)
 
 
@@ -151,7 +151,7 @@ def test_command_writes_all_its_forms(tmp_path: Path) -> None:
     assert float(rows[0]["distance_mm"]) == content["planes"][0]["distance_mm"]
     for suffix, head in ((".svg", b"<?xml"), (".pdf", b"%PDF"), (".png", b"\x89PNG")):
         drawings = []
-        # The same bytes each time: SVG would have a date and drawn names.
+        # The same bytes each time, although SVG by default has a date and random names.
         for _ in range(2 if suffix == ".svg" else 1):
             file = tmp_path / f"plot{suffix}"
             assert plenofir(*base, "--plot", str(file)).returncode == 0
@@ -169,7 +169,7 @@ def test_the_range_begins_at_the_plane_a_2_if_not_given() -> None:
     figures_found = json.loads(ran.stdout)["figures"]
     assert figures_found["a_near"] == pytest.approx(2)
     assert str(figures_found["a_far"]) == "0.0"
-    # A lens that is longer than its planes are far away: none is in front of it.
+    # A lens that is longer than the distances of all planes: none is in front of it.
     long_lens = F193.main_lens.model_copy(update={"front_vertex_mm": 1e9})
     model = RayModel.focused(F193.model_copy(update={"main_lens": long_lens}), inf, 13)
     with pytest.raises(InputError, match="no plane a = 2 lies in front"):

@@ -142,7 +142,7 @@ def test_inspect_refuses(capture: Path, words: tuple[str, ...], message: str) ->
 
 
 def test_chain(capture: Path) -> None:
-    """Each command takes what the one before it left; files hold what the functions return."""
+    """Each command takes the files of the one before, which hold the functions' results."""
     done = plenofir(
         *("calibrate", "white.png", "--dark", "dark.png", "--out", "calib.json"),
         *("--picture", "grid.png"),
@@ -264,7 +264,7 @@ def test_chain(capture: Path) -> None:
     assert np.median(tenths) == pytest.approx(10 * np.nanmedian(distances), abs=1)
     assert min(read_image(capture / "depth" / "depth.png").shape[:2]) > 200
 
-    # Without a camera; and what lies beyond the range is not passed over.
+    # Without a camera; and objects beyond the range are reported.
     done = plenofir(*("depth-map", "aligned.png", "-M", "5", "--out", "a"), cwd=capture)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(r"a: disparities of .* %\), a = 0\.[34]\d to 0\.4\d\n", done.stdout)

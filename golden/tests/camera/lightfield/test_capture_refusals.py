@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands from a raw capture to pictures refuse."""
+"""Refusals of the commands from a raw capture to pictures."""
 
 from pathlib import Path
 from shutil import copy
@@ -105,7 +105,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for option in ("--pfm", "--tiff", "--ply")
         ),
         ("refocus views -M 5 -a 1", "views: is a folder"),
-        # Results never replace what they are made from, whatever it is called.
+        # Results never replace their inputs, under whatever name.
         ("refocus raw.png -M 5 -a 1 --out raw.png", "raw.png would replace what it is made"),
         ("refocus linked.png -M 5 -a 1 --out raw.png", "raw.png would replace"),
         ("refocus raw.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),

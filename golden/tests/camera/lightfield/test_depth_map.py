@@ -51,7 +51,7 @@ def test_colours_are_even_in_one_over_distance() -> None:
     depth = np.repeat([[1000.0, 1500, 3000, np.nan, -5]], 4, axis=0).repeat(3, axis=1)
     viridis = plt.get_cmap("viridis")
     picture = depth_picture(depth, in_mm=True)
-    # 1/1500 lies in the middle of 1/1000 and 1/3000; what is no distance is grey.
+    # 1/1500 is half way between 1/1000 and 1/3000; unknown distances are grey.
     shares = [_parts(picture, viridis(place)) for place in (1.0, 0.5, 0.0)]
     assert min(shares) > 0.05
     assert _parts(picture, (0.6, 0.6, 0.6)) > 1.8 * shares[1]

@@ -64,7 +64,7 @@ def test_remainders_are_left_out() -> None:
 
 
 def numbered_views(m: int) -> np.ndarray:
-    """Views whose pixels tell which they are."""
+    """Views whose pixels encode their position."""
     v, u = np.indices((m, m))
     return np.broadcast_to((16 * v + u)[..., None, None], (m, m, 4, 6)).astype(np.uint8)
 

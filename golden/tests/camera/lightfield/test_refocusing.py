@@ -187,19 +187,19 @@ def test_all_in_focus(m: int, rgb: bool) -> None:
 
 
 def test_all_in_focus_takes_the_central_view_where_slices_differ() -> None:
-    """Settings that are wrong in a quarter of the picture cost no sharpness there."""
+    """Wrong settings in a quarter of the picture do not reduce sharpness there."""
     m = 5
     raw = plane_light_field(m, 0.6)
     right = np.full((30, 40), 0.6)
     wrong = np.where(np.arange(40) < 10, -1.5, right)
     good, bad = (all_in_focus(raw, m, settings).astype(float) for settings in (right, wrong))
     view = ndimage.zoom(sub_aperture(raw, m, 2, 2).astype(float), m, grid_mode=True, mode="nearest")
-    # Away from the border, where few views see anything, and from the change.
+    # Away from the border, where views are missing, and from the change.
     there = slice(30, -30), slice(25, 40)
     assert np.abs(bad - view)[there].mean() < 1.2 * np.abs(good - view)[there].mean()
     slices = refocus(raw, m, "-7/5", interpolation=1).astype(float)
     assert np.abs(slices - view)[there].mean() > 3 * np.abs(bad - view)[there].mean()
-    # What is right hardly changes: what is usual is told by the best quarter of the lenses.
+    # Right parts hardly change: the noise level is taken from the best quarter of the lenses.
     assert np.abs(bad - good)[30:-30, 70:-30].mean() < 0.1 * np.abs(good - view)[there].mean()
     with pytest.raises(InputError, match="less than one micro image"):
         all_in_focus(np.zeros((4, 4), np.uint8), 5)
@@ -247,7 +247,7 @@ def test_disparity_of_a_plane(method: Method, a: float, m: int) -> None:
 
 
 def test_edges_bound_guided_windows() -> None:
-    """A dark plane before a bright one: its outline stays where it is seen."""
+    """A dark plane before a bright one: its outline is not moved."""
     m, rows, columns = 5, 40, 50
     near, far = (
         plane_light_field(m, 0.9, (rows, columns)),

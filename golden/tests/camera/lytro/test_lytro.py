@@ -115,7 +115,7 @@ def test_colours(written: Written, file: Path) -> None:
 
 
 def test_grid_of_the_metadata_and_of_the_pixels(written: Written, file: Path) -> None:
-    """The metadata's grid is the true one; one that is off is moved back by the pixels."""
+    """The metadata's grid is the true one; a wrong one is corrected by the pixels."""
     t, s = np.mgrid[-10:10, -10:10]
     true = written.grid.centres(t, s)
     found = read_lytro(file)
@@ -238,7 +238,7 @@ def test_pixels_that_contradict_the_metadata(written: Written, tmp_path: Path) -
 
 @BOTH_IN_FULL
 def test_pixels_without_micro_images(written: Written, tmp_path: Path) -> None:
-    """Nothing is seen in an even picture: the metadata's grid stays, and that is said."""
+    """An even picture has no micro images: the metadata's grid stays, with a note."""
     path = tmp_path / "even.lfp"
     even = np.full_like(written.raw, 500)
     path.write_bytes(written.container(even))

@@ -51,7 +51,7 @@ def test_cancelling_sellmeier_terms_keep_their_digits(wavelength):
 
 
 def test_naive_sellmeier_loses_digits():
-    # Otherwise the combined evaluation would have no purpose and the test above no teeth.
+    # Shows that the combined evaluation is needed, and that the test above can fail.
     grid = np.linspace(300, 2500, 200)
     with mp.workdps(50):
         want = [sellmeier_oracle(PRINTED_SELLMEIER, float(w)) for w in grid]

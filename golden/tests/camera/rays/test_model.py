@@ -422,7 +422,7 @@ def test_planes_at_infinity_have_no_finite_condition():
     assert near["b_U"] == max(v for k, v in near.items() if k != "all") > 1e9
 
 
-# Mutants that only these notice.
+# These notice mutants that no other test does.
 
 
 @pytest.mark.parametrize(("pixels", "m"), [(13.9, 13), (13.0, 13), (12.99, 11), (1.2, 1), (4, 3)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which raw lines the ring must hold: no line of the raster reads another one."""
+"""The raw lines that the ring must hold: no line of the raster reads any other."""
 
 import numpy as np
 import pytest
@@ -66,7 +66,7 @@ def test_lines_are_kept_until_they_were_read(camera: tuple[GridRegisters, Tables
     assert (first >= 0).all()
     assert (last <= needed).all()
     assert (needed < registers.image_shape[0]).all()
-    # What is kept for a line holds for all lines after it.
+    # Lines that are kept for one line of the raster are kept for all later ones.
     assert (kept <= np.minimum.accumulate(first[::-1])[::-1]).all()
     assert ring_needs(registers, tables).least == (needed - kept).max() + 1
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The synthetic camera: every pixel sees what the ray model says."""
+"""The synthetic camera: every pixel sees the point predicted by the ray model."""
 
 from math import inf
 

@@ -14,7 +14,7 @@ from plenofir.ground.errors import ToolError
 
 @pytest.fixture
 def open_tools(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, Any]]:
-    """Puts stand-ins in place; what they report, and which of them fails, can be changed."""
+    """Installs stand-ins, whose report and failure can be changed."""
 
     def stand_in(report: dict[str, Any], bits: str) -> dict[str, Any]:
         content: dict[str, Any] = {"report": report, "fails": ""}

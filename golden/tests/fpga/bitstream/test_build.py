@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The build flow with tools that only look like ISE's: order, options, reports, failures.
 
-What they leave has the form of public logs of ISE 14.7 for the same device, with other contents:
+Their files have the form of public logs of ISE 14.7 for the same device, with other contents:
 ``source/VmodCAM_Ref.syr``, ``.twr`` and ``_map.mrp`` of github.com/MDMTseng/AtlysSGM.
 """
 
@@ -26,7 +26,7 @@ from plenofir.plan import load_scene, make_plan
 
 TOP = top_level.TOP
 
-# What each fake tool does: it notes its command, and leaves what the true one leaves.
+# Each fake tool records its command, and writes the files of the true one.
 XST_LOG = """\
 Synthesizing Unit <switched_fir_1>.
     Related source file is "/hdl/fir/switched_fir.vhd".
@@ -294,7 +294,7 @@ def test_tool_that_fails(tools: Path, tmp_path: Path, tool: str) -> None:
     assert [command[0] for command in commands(tools)] == list(
         ise.TOOLS[: ise.TOOLS.index(tool) + 1]
     )
-    # Nothing is left that could be taken for a result.
+    # No file is left that could be mistaken for a result.
     assert not (out / "plenofir.bit").exists()
     assert not (out / "report.json").exists()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bitstreams for the Tang Nano 20K: what is made of the tools' results, pins, refusals."""
+"""Bitstreams for the Tang Nano 20K: reports of the tools, pins, refusals."""
 
 import json
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the reports of ISE say, and what of it a build is refused for.
+"""Parsers of ISE's reports, and reports for which a build is refused.
 
 The texts have the form of public logs, with other contents: ISE 14.7 for the same device in
 github.com/MDMTseng/AtlysSGM (``source/VmodCAM_Ref.twr``, ``.bld``, ``.syr``), 14.2 in
@@ -56,13 +56,13 @@ def period(name: str, of: str, paths: int = 7) -> str:
 
 
 def report(*more: str, **changed: str) -> str:
-    """A report in which all is well, but for what is changed (a section, or empty) or added."""
+    """A good report, with sections changed (or removed) or added."""
     sections = {name: period(name, of) for name, of in CLOCKS.items()} | changed
     return "".join([*sections.values(), *more])
 
 
 def check(text: str) -> dict[str, str]:
-    """What the build makes of a report."""
+    """The build's check of a report."""
     return ise.check_timing(read_timing(text), Path("atlys_top.twr"))
 
 
@@ -132,7 +132,7 @@ def test_refused(text: str, what: str) -> None:
 
 
 def test_derived_in_units_of_frequency() -> None:
-    """Of a root in MHz the factors are the other way round, and a phase stands before HIGH."""
+    """If the root is in MHz the factors are inverted, and a phase comes before HIGH."""
     timing = [
         Timing('TS_b = PERIOD TIMEGRP "b" TS_a * 2 PHASE 0.833333333 ns HIGH 50%', 1, 0, 1.0),
         Timing('TS_c = PERIOD TIMEGRP "c" TS_b HIGH 50%', 1, 0, 1.0),
@@ -144,7 +144,7 @@ def test_derived_in_units_of_frequency() -> None:
 
 
 def test_constraint_of_a_net() -> None:
-    """A period written for a net has its derived ones in other words, over several lines."""
+    """Constraints derived from a period of a net have another form, over several lines."""
     text = """\
 Timing constraint: PERIOD analysis for net "dcm/fast" derived from  NET \n"dcm/slow" PERIOD \
 = 10 ns HIGH 50%;  multiplied by 1.25 to 12.500 nS and duty \ncycle corrected to HIGH 6.250 nS  \n\
@@ -165,7 +165,7 @@ For more information, see Period Analysis in the Timing Closure User Guide (UG61
 
 
 def test_messages_of_ngdbuild() -> None:
-    """Some have no number; those of one text are one."""
+    """Some have no number; those with equal text are counted together."""
     log = """\
 Checking Constraint Associations...
 WARNING:NgdBuild - The value of SIM_DEVICE on instance
@@ -210,7 +210,7 @@ WORDS = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=20)
 
 @given(st.lists(st.tuples(st.sampled_from(("WARNING", "ERROR", "INFO")), WORDS), max_size=10))
 def test_messages(entries: list[tuple[str, str]]) -> None:
-    """Every warning of a log is found once for each of its texts, whatever stands around it."""
+    """Every warning of a log is found, counted by its text, whatever surrounds it."""
     log = "\n".join(f"{severity}:Xst:1 - {text.strip()}x\nnoise" for severity, text in entries)
     wanted = [f"{text.strip()}x" for severity, text in entries if severity == "WARNING"]
     found = messages("xst", log, "WARNING")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds with nextpnr: what its report must say, and what is left when it does not."""
+"""Builds with nextpnr: checks of its report, and files after a refusal."""
 
 import importlib.util
 import json
@@ -91,7 +91,7 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
 
 
 def test_beyond_the_data_sheet(tools: dict[str, Any], tmp_path: Path) -> None:
-    """Refused, unless it is asked for; then the report says what it is."""
+    """Refused unless requested; then the report states it."""
     fastest = range_limits(2)[1] / 1000
     clocks = {
         "$glbnet$in_clk$TRELLIS_IO_IN": (fastest, 150.0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bitstreams of boards with a camera: what is made of the tools' results, pins, refusals."""
+"""Bitstreams of boards with a camera: reports of the tools, pins, refusals."""
 
 import json
 import re
@@ -130,7 +130,7 @@ def test_shipped_scenes_with_a_camera(name: str, tmp_path: Path) -> None:
     board = BOARDS["lifcl40" if name == "lifcl40" else "ulx3s"]
     assert board.camera is not None
     assert plan.camera.lane_mbits <= board.camera.lane_mbits
-    # A line of the sensor lasts as long as it takes the core, its blanking included.
+    # A line of the sensor, blanking included, lasts as long as the core takes for it.
     assert plan.camera.clock_mhz <= plan.camera.wanted_mhz
     sources = {path.name for path in configure(plan, tmp_path)}
     top = (tmp_path / f"{board.camera.top}.vhd").read_text()

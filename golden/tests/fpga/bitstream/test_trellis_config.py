@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Finished configurations of an ECP5 read back, and netlists as nextpnr gets them."""
+"""Finished configurations of an ECP5 read back, and netlists prepared for nextpnr."""
 
 import json
 from pathlib import Path
@@ -182,7 +182,7 @@ def test_netlist_for_nextpnr(tmp_path: Path) -> None:
 
 
 def test_the_clock_of_a_camera_s_bytes_has_its_name(tmp_path: Path) -> None:
-    """It is made by a flip-flop, which Yosys names as it likes."""
+    """It is the output of a flip-flop, to which Yosys gives an arbitrary name."""
 
     def register(clock: int, output: int) -> dict[str, Any]:
         ports = {"CLK": [clock], "DI": [9], "Q": [output]}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of the core, and that Python and VHDL state the same ones."""
+"""Limits of the core, which are the same in Python and VHDL."""
 
 import re
 

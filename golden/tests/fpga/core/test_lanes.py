@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cores with several pixels a clock: what they are built for, and what they take."""
+"""Cores with several pixels a clock: limits and resources."""
 
 import pytest
 

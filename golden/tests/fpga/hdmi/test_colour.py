@@ -65,7 +65,7 @@ def test_equations(way: int) -> None:
             axis=1,
         )
     got = colour.to_full_range_rgb(pixels, way)
-    # Half a level of rounding, and what twelve bits of coefficients leave.
+    # Half a level by rounding, and the error of coefficients of twelve bits.
     assert np.abs(got - np.clip(255 * exact, 0, 255)).max() < 0.6
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""TMDS coding against what DVI 1.0 says of it, exhaustively."""
+"""TMDS coding against DVI 1.0, exhaustively."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture for a board's first evening: marks, sizes, and what the board says of it."""
+"""The test picture for a board: marks, sizes, and the board's verdict."""
 
 from pathlib import Path
 

@@ -15,7 +15,7 @@ FLOWER = read_image(project.DATA / "flower_5x5.png")
 
 
 def decoded(words: list[str], m: int, columns: int) -> np.ndarray:
-    """The raster of words of bits, from what the VHDL says of them."""
+    """The raster for stored words, by the VHDL's description of them."""
     out = np.zeros((len(words) // columns * m, columns * m, 3), np.uint8)
     for number, word in enumerate(words):
         bits = word[::-1]

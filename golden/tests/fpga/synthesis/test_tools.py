@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is said of a tool that fails."""
+"""Messages about tools that fail."""
 
 from pathlib import Path
 
