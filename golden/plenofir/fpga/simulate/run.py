@@ -12,7 +12,7 @@ from plenofir.fpga.compare import compare_frames, difference_picture
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.report import REPORT, Report, SliceReport
 from plenofir.fpga.simulate.request import Progress, Run, read_raw
-from plenofir.fpga.simulate.simulations import Simulation, simulation_of
+from plenofir.fpga.simulate.simulations import Place, Simulation, simulation_of
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.ground.files import as_text, check_folder, publish_run
@@ -57,9 +57,8 @@ def run(
         tell("golden model", 1, 1)
         waves = results / "refocused.fst" if what.waves else None
         tell(step, 0, pixels)
-        result = simulation.run(
-            simulator, work / "bench", waves, lambda done: tell(step, done, pixels)
-        )
+        place = Place(simulator, work / "bench", waves, lambda done: tell(step, done, pixels))
+        result = simulation.run(place)
         tell(step, pixels, pixels)
         refocused = simulation.slices(result)
         slices = _slices(what, picture, refocused, golden, pictures, results) if pictures else ()

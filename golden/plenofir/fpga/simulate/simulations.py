@@ -8,6 +8,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,6 +57,15 @@ def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfigu
     return index
 
 
+class Place(NamedTuple):
+    """With what and where to simulate."""
+
+    simulator: Simulator
+    directory: Path  # made if missing
+    waves: Path | None  # waveform to write
+    progress: Callable[[int], None]  # called with pixels that came out
+
+
 class Simulation(ABC):
     """Simulation of a raw image passing through VHDL."""
 
@@ -83,19 +93,13 @@ class Simulation(ABC):
     def frames(self) -> int:
         return len(self.core.shifts)
 
-    @abstractmethod
     def check(self) -> None:
-        """Refuse requests that it cannot simulate, before anything is simulated."""
+        """Refuse requests that it cannot simulate, before anything is simulated; here none."""
+        return
 
     @abstractmethod
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
-        """Simulate in a folder, made if missing; `progress` is called with pixels."""
+    def run(self, place: Place) -> BenchResult:
+        """Simulate."""
 
     def slices(self, result: BenchResult) -> Image:
         if result.slices != tuple(range(len(self.core.shifts))):
@@ -115,24 +119,15 @@ class RasterSimulation(Simulation):
         super().__init__(what, raw)
         self.wave_signals = wave_signals(what.core.engine)
 
-    def check(self) -> None:
-        """Accept every request that the core supports."""
-
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
+    def run(self, place: Place) -> BenchResult:
         """Pass one frame for each slice through the core."""
         frames = np.stack([self.raw] * self.frames)
         sweep = 1 if len(frames) > 1 else 0
         return run_bench(
-            *(simulator, self.core, frames, directory),
+            *(place.simulator, self.core, frames, place.directory),
             sweep_frames=sweep,
-            waves=waves,
-            progress=progress,
+            waves=place.waves,
+            progress=place.progress,
         )
 
 
@@ -170,18 +165,12 @@ class StackSimulation(Simulation):
                 f"a focal stack has no waveform; use engine {_ONE_SLICE}", where="waves"
             )
 
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
+    def run(self, place: Place) -> BenchResult:
         """Pass one frame through the stack."""
-        del waves
-        frame = self.raw[np.newaxis]
         return run_bench(
-            simulator, self.core, frame, directory, index=self.depth, progress=progress
+            *(place.simulator, self.core, self.raw[np.newaxis], place.directory),
+            index=self.depth,
+            progress=place.progress,
         )
 
     def slices(self, result: BenchResult) -> Image:
@@ -264,17 +253,11 @@ class BoardSimulation(Simulation):
         chain.check_chain(self.core, rows, columns, self.what.screen)
         chain.range_of(BOARDS[self.what.board], chain.mode_for(columns, rows))
 
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
+    def run(self, place: Place) -> BenchResult:
         """Show the raw image at the input and capture the output."""
         what = self.what
         return chain.run_chain(
-            *(simulator, self.core, self.raw, directory, waves, progress, what.board, what.screen)
+            *(place.simulator, self.core, self.raw, *place[1:], what.board, what.screen)
         )
 
     def slices(self, result: BenchResult) -> Image:

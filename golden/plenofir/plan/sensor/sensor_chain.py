@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw frames of a sensor through the whole board, serial bits in and out."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -15,8 +13,8 @@ from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_pac
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.request import Run
-from plenofir.fpga.simulate.simulations import Simulation
-from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.simulate.simulations import Place, Simulation
+from plenofir.fpga.tools.simulators import SimulationError
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 from plenofir.plan.sensor.board_sensor import (
@@ -83,15 +81,8 @@ class SensorBoardSimulation(Simulation):
                 where="raw",
             )
 
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
+    def run(self, place: Place) -> BenchResult:
         """Show the raw frame at the input and capture the middle of the output."""
-        del waves
         sensor, mode, slices = self.frame.sensor, self.frame.mode, self.frames
         raster, raw = self.raw.shape[:2], self.frame.raw
         pixels = raw if raw.ndim == 3 else np.repeat(raw[..., np.newaxis], 3, axis=2)
@@ -113,8 +104,8 @@ class SensorBoardSimulation(Simulation):
             sweeps=slices > 1,
             delay_pixels=delay * mode.h_total,
             behind=behind,
-            progress=chain.in_pixels(progress, slices * raster[0] * raster[1]),
-        ).run(simulator, directory)
+            progress=chain.in_pixels(place.progress, slices * raster[0] * raster[1]),
+        ).run(place.simulator, place.directory)
         return BenchResult(
             frames=np.stack([_middle(part.pixels, raster) for part in shown]),
             clocks=words.size,

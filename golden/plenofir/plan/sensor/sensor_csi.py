@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw frames of a sensor over MIPI CSI-2, from the bytes of a D-PHY's lanes to the picture."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +17,8 @@ from plenofir.fpga.simulate.file_bench import (
 )
 from plenofir.fpga.simulate.report import CsiReport, Report
 from plenofir.fpga.simulate.request import Run
-from plenofir.fpga.simulate.simulations import Simulation
-from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.simulate.simulations import Place, Simulation
+from plenofir.fpga.tools.simulators import SimulationError
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
@@ -102,19 +102,10 @@ class CsiSimulation(Simulation):
             frame_packets(frame.raw, frame.bits, number=number + 1) for number in range(self.frames)
         ]
 
-    def check(self) -> None:
-        """Accept every request that the core supports."""
-
-    def run(
-        self,
-        simulator: Simulator,
-        directory: Path,
-        waves: Path | None,
-        progress: Callable[[int], None],
-    ) -> BenchResult:
+    def run(self, place: Place) -> BenchResult:
         """Send the frame for each slice and capture the core's output."""
-        del waves
-        frame, core, (rows, columns) = self.frame, self.core, self.raw.shape[:2]
+        directory, frame, core = place.directory, self.frame, self.core
+        rows, columns = self.raw.shape[:2]
         directory.mkdir(parents=True, exist_ok=True)
         clocks = self._clocks(frame, self.packets)
         clocks.astype("<i4").tofile(directory / "input.bin")
@@ -123,7 +114,7 @@ class CsiSimulation(Simulation):
         output = directory / "output.bin"
         ours = {k: v for k, v in frame.resampler.generics().items() if k != "CHANNELS"}
         red = frame.red_place
-        seconds = simulator.simulate(
+        seconds = place.simulator.simulate(
             [*core_sources(), *bench_sources(TOP)],
             TOP,
             {
@@ -142,7 +133,7 @@ class CsiSimulation(Simulation):
                 "SWEEP_FRAMES": 1 if self.frames > 1 else 0,
             },
             directory,
-            poll=output_poll(output, core.channels, progress),
+            poll=output_poll(output, core.channels, place.progress),
         )
         lines = (directory / "clocks.txt").read_text().splitlines()
         pairs = [(name, int(value)) for name, value in map(str.split, lines)]
