@@ -44,6 +44,9 @@ architecture rtl of lens_place is
 
   -- Column and micro image are those of the first pixel.
   signal token_1      : token_t;
+  -- The pixels of the last token that had any that belong to its line. Kept between tokens, so that the place of
+  -- micro images never points beyond those of the longest line.
+  signal belongs_1    : std_logic_vector(P - 1 downto 0)                  := (others => '0');
   signal column_phase : natural range 0 to M - 1                          := 0;
   signal line_phase   : natural range 0 to M - 1                          := 0;
   signal lens_now     : unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0) := (others => '0');
@@ -95,6 +98,10 @@ begin
         else
           column_phase <= column_phase + P;
         end if;
+        belongs_1 <= (others => '1');
+        if token.line_last = '1' then
+          belongs_1 <= line_end;
+        end if;
         -- From here on a line below the picture is no image.
         token_1.image <= in_picture;
         data          <= in_line(token_data, BUILD.slices * BUILD.pixel_width, token, line_end);
@@ -123,7 +130,7 @@ begin
   placed     <= token_1;
   place.lens <= resize(lens_now, 12);
 
-  find_ahead : process (token_1, line_end, column_phase, lens_now) is
+  find_ahead : process (token_1, belongs_1, column_phase, lens_now) is
 
     -- Columns that are ahead lie behind the border of a micro image; beyond the line's end there
     -- are none.
@@ -138,7 +145,7 @@ begin
 
     for j in 1 to P - 1 loop
 
-      is_ahead := to_logic(column_phase >= M - j and (token_1.line_last = '0' or line_end(j) = '1'));
+      is_ahead := to_logic(column_phase >= M - j) and belongs_1(j);
       any      := any or is_ahead;
       ahead(j) <= is_ahead;
 
