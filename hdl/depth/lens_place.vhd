@@ -43,7 +43,7 @@ architecture rtl of lens_place is
   constant P : positive                := BUILD.pixels;
 
   -- Column and micro image are those of the first pixel.
-  signal token_1      : token_t;
+  signal token_1 : token_t;
   -- The pixels of the last token that had any that belong to its line. Kept between tokens, so that the place of
   -- micro images never points beyond those of the longest line.
   signal belongs_1    : std_logic_vector(P - 1 downto 0)                  := (others => '0');
