@@ -17,12 +17,13 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.engine import Generics, SliceEngine, Words
+from plenofir.fpga.core.engine import Generics, SliceEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
+from plenofir.fpga.synthesis.part_wrapper import TOP, wrapped
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
@@ -55,6 +56,7 @@ class Design:
     slow: bool = True  # its synthesis takes a minute or more
     index: DepthIndexConfiguration | None = None  # only of a depth index
     usage: Usage | None = None  # the estimate, if it is not that of a core
+    wrapper: str = ""  # VHDL of the top, if it is in no file
 
     @property
     def core(self) -> CoreConfiguration:
@@ -69,7 +71,11 @@ class Design:
             board = self.plan.path != "core"
             return synthesise(sources, self.top, {}, directory, board=board)
         generics = self.core.generics() if self.generics is None else self.generics
-        return synthesise(hdl.hdl_sources(), self.top, generics, directory)
+        sources = list(hdl.hdl_sources())
+        if self.wrapper:
+            sources.append(directory / "part.vhd")
+            sources[-1].write_text(self.wrapper)
+        return synthesise(sources, self.top, generics, directory)
 
 
 def scene_design(plan: Plan) -> Design:
@@ -200,35 +206,37 @@ def lane_part_designs() -> Iterator[Design]:
     core, engine = LANE_PARTS_CORE, LANE_PARTS_CORE.engine
     assert isinstance(engine, MovingSumEngine)
     m, p, column, row = core.micro_image_size, engine.pixels_per_clock, core.words(0), core.words(1)
-    of_slice: Generics = {"MICRO_IMAGE_SIZE": m, "SHIFTS": str(core.shifts[0]), "CENTRED": True}
-    of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
-    lanes, white = engine.lanes(core, 1), (1 << column.data) - 1
+    white = (1 << column.data) - 1
+    geometry = {"GEOMETRY": f'geometry_t := geometry_of("{TOP}", {m}, "{core.shifts[0]}", true)'}
 
-    def stage(words: Words, most: int, more: Generics) -> Generics:
-        sums: Generics = {"DATA_BITS": words.data, "RESULT_BITS": words.sum}
-        return of_slice | sums | {"PRODUCT_MAX": most, "SUM_MAX": m * most} | more
+    def stage(lanes: int, largest: int, **more: str) -> dict[str, str]:
+        sizes = {"SIZES": f"pass_t := exact_pass({largest}, {m})", "LANES": f"positive := {lanes}"}
+        return geometry | sizes | {"TAG_BITS": "positive := 1"} | more
 
-    def columns(pixels: int) -> Generics:
+    def columns(pixels: int) -> dict[str, str]:
         depth = -(-core.max_columns // pixels)
-        more: Generics = {"COLUMNS": True, "DEPTH": depth, "LANES": pixels * core.channels}
-        return stage(column, white, more)
+        more = {"COLUMNS": "boolean := true", "DEPTH": f"positive := {depth}"}
+        return stage(pixels * core.channels, white, **more)
 
-    rows: Generics = {"DATA_BITS": row.data, "SUM_BITS": row.sum}
-    banks: Generics = {
-        "PIXEL_BITS": row.data,
-        "ROW_BITS": (lanes.rows - 1).bit_length(),
-        "MOST_ROWS": max(2 - min(lanes.row(0, place) for place in range(lanes.banks)), 1),
+    widths: Generics = {"DATA_BITS": row.data, "SUM_BITS": row.sum, "TAG_BITS": 1}
+    of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
+    rows = geometry | {name: f"positive := {n}" for name, n in (of_tokens | widths).items()}
+    # As lane_stage makes it.
+    banks = {
+        "BUILD": f"lanes_build_t := (GEOMETRY, {p}, {core.channels}, {row.data}, "
+        f"token_places({m}, {p}), bank_count({m}, {p}), bits_for(bank_rows(GEOMETRY, {p}) - 1), "
+        f"larger(2 - lowest_row(GEOMETRY, {p}), 1))"
     }
     sums: Generics = {"DIFFERENCE_BITS": row.data + 1, "SUM_BITS": row.sum, "HOLDING": False}
-    for name, top, generics in (
+    for name, entity, constants in (
         ("P=1 columns", "moving_sum_stage", columns(1)),
-        ("P=1 rows", "moving_sum_stage", stage(row, m * white, {"LANES": core.channels})),
+        ("P=1 rows", "moving_sum_stage", stage(core.channels, m * white)),
         (f"P={p} columns", "moving_sum_stage", columns(p)),
-        (f"P={p} rows", "lane_stage", of_slice | of_tokens | rows),
-        (f"P={p} rows: banks", "pixel_banks", of_slice | of_tokens | banks),
-        (f"P={p} rows: prefix sums", "prefix_sums", of_tokens | sums),
+        (f"P={p} rows", "lane_stage", rows),
+        (f"P={p} rows: banks", "pixel_banks", geometry | banks),
     ):
-        yield Design(name, None, top, generics)
+        yield Design(name, None, TOP, {}, wrapper=wrapped(entity, constants))
+    yield Design(f"P={p} rows: prefix sums", None, "prefix_sums", of_tokens | sums)
 
 
 _TEXT_SHIFTS = (0, 1, 2, 3, 4)
