@@ -56,7 +56,7 @@ class Design:
     slow: bool = True  # its synthesis takes a minute or more
     index: DepthIndexConfiguration | None = None  # only of a depth index
     usage: Usage | None = None  # the estimate, if it is not that of a core
-    wrapper: str = ""  # VHDL of the top, if it is in no file
+    wrapper: str = ""  # VHDL around `top`, if its generics are records
 
     @property
     def core(self) -> CoreConfiguration:
@@ -70,12 +70,12 @@ class Design:
             sources = configure(self.plan, directory)
             board = self.plan.path != "core"
             return synthesise(sources, self.top, {}, directory, board=board)
-        generics = self.core.generics() if self.generics is None else self.generics
-        sources = list(hdl.hdl_sources())
         if self.wrapper:
-            sources.append(directory / "part.vhd")
-            sources[-1].write_text(self.wrapper)
-        return synthesise(sources, self.top, generics, directory)
+            file = directory / "part.vhd"
+            file.write_text(self.wrapper)
+            return synthesise([*hdl.hdl_sources(), file], TOP, {}, directory)
+        generics = self.core.generics() if self.generics is None else self.generics
+        return synthesise(hdl.hdl_sources(), self.top, generics, directory)
 
 
 def scene_design(plan: Plan) -> Design:
@@ -235,7 +235,7 @@ def lane_part_designs() -> Iterator[Design]:
         (f"P={p} rows", "lane_stage", rows),
         (f"P={p} rows: banks", "pixel_banks", geometry | banks),
     ):
-        yield Design(name, None, TOP, {}, wrapper=wrapped(entity, constants))
+        yield Design(name, None, entity, wrapper=wrapped(entity, constants))
     yield Design(f"P={p} rows: prefix sums", None, "prefix_sums", of_tokens | sums)
 
 
