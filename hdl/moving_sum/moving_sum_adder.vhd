@@ -157,14 +157,16 @@ begin
           end if;
           first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
-          sum := (others => '0');
-          if command_at(2).fresh = '0' then
-            sum := lane_of(old_held, i, SUM_BITS);
+          if SPLIT then
+            sum := (others => '0');
+            if command_at(2).fresh = '0' then
+              sum := lane_of(old_held, i, SUM_BITS);
+            end if;
+            if command_at(2).to_held = '1' then
+              sum := sum + own_pixel;
+            end if;
+            held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
           end if;
-          if command_at(2).to_held = '1' then
-            sum := sum + own_pixel;
-          end if;
-          held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
         end if;
 
         -- 3: the running sums.

@@ -75,14 +75,12 @@ begin
     );
 
   -- A cascade sends the slave's four bits first: the master has the last one.
-  bits <= ("000" & half(4), half(3 downto 0));
+  bits(MASTER) <= "000" & half(4);
+  bits(SLAVE)  <= half(3 downto 0);
 
   -- Of shift inputs 1 and 2 for the slave, of 3 and 4 for the master.
-  shift_in <=
-  (
-    up_tristate(SLAVE) & up_data(SLAVE) & "11",
-    "11" & down_tristate(MASTER) & down_data(MASTER)
-  );
+  shift_in(MASTER) <= (up_tristate(SLAVE), up_data(SLAVE), '1', '1');
+  shift_in(SLAVE)  <= ('1', '1', down_tristate(MASTER), down_data(MASTER));
 
   -- What the slave sends goes out through the master.
   site : for i in MASTER to SLAVE generate

@@ -18,10 +18,10 @@ FAULTS = [
     ("lane_merge.vhd", "place   := place + taps_now(i);", "place   := place;"),
     ("header_ecc.vhd", "corrected <= '1';", "corrected <= '0';"),
     ("payload_crc.vhd", "if restart = '1' then", "if false then"),
-    ("word_sender.vhd", "write_ends <= held_ends or nearly_full;",
-     "write_ends       <= held_ends;"),
-    ("pixel_stream.vhd", "word_valid and word_has_pixels and (running or word_first);",
-     "word_valid and word_has_pixels;"),
+    ("word_sender.vhd", "write_word.ends <= held_ends or nearly_full;",
+     "write_word.ends <= held_ends;", 120),
+    ("pixel_stream.vhd", "word_valid and word.has_pixels and (running or word.first);",
+     "word_valid and word.has_pixels;"),
 ]  # fmt: skip
 # Pointers between the clocks have no reset, so random start values would be invalid.
 KEEP = ("crossing_fifo.vhd", "word_sender.vhd", "raw_unpacker.vhd", "packet_parser.vhd")

@@ -22,8 +22,8 @@ FAULTS = [
     ),
     (
         "stack_array.vhd",
-        "FIXED_SLICE      => s,\n          PIXELS_PER_CLOCK",
-        "FIXED_SLICE      => 0,\n          PIXELS_PER_CLOCK",
+        "slice_geometry(GEOMETRY, s),\n          PIXELS_PER_CLOCK",
+        "slice_geometry(GEOMETRY, 0),\n          PIXELS_PER_CLOCK",
     ),
 ]
 

@@ -364,7 +364,8 @@ def test_tmds_tables_as_verilog(tmp_path: Path) -> None:
 
 
 def test_core_is_a_design() -> None:
-    assert {design.top for design in DESIGNS} == {
+    parts = {"moving_sum_stage", "lane_stage", "pixel_banks", "prefix_sums"}
+    assert {design.top for design in DESIGNS} - parts == {
         CORE,
         "fir_array",
         "focal_stack",

@@ -54,8 +54,9 @@ _TOGETHER = 0.06
 _EVEN_ODDS = 4.0
 # Terms of higher order below this many pixels are left out; largest tilt.
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
-# For each order: lenses, and rows and columns of them, that fitting all its terms takes.
-_NEEDED = {2: (24, 4), 3: (40, 6), 4: (80, 8), 5: (160, 12)}
+# For each order: lenses, and rows and columns of them, that fitting all its terms takes. With eight
+# rows and noise the free terms of order 3 bent a corner by half a pixel.
+_NEEDED = {2: (24, 4), 3: (100, 10), 4: (80, 8), 5: (160, 12)}
 
 
 @dataclass(frozen=True)
