@@ -70,6 +70,8 @@ architecture rtl of moving_sum_adder is
   constant RUNNING_KEPT : natural := 2;
   constant RESULTS_KEPT : natural := 3;
 
+  type kept_t is array (FIRST_KEPT to RESULTS_KEPT) of sums_t;
+
   type clocks_t is array (FIRST_KEPT to RESULTS_KEPT) of natural range 3 to 5;
 
   constant WRITTEN_AT : clocks_t := (3, 3, 4, 5);
@@ -100,6 +102,8 @@ architecture rtl of moving_sum_adder is
   signal results     : sums_t := (others => '0');
   -- Columns keep all four for each column of the line, in memories; they come back in time for the next line's token.
   -- For rows these are the registers of the token before.
+  signal word        : kept_t;
+  signal old_word    : kept_t := (others => (others => '0'));
   signal old_first   : sums_t;
   signal old_held    : sums_t;
   signal old_running : sums_t;
@@ -157,16 +161,17 @@ begin
           end if;
           first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
+          -- Without split groups there are none, and no adder.
+          sum := (others => '0');
           if SPLIT then
-            sum := (others => '0');
             if command_at(2).fresh = '0' then
               sum := lane_of(old_held, i, SUM_BITS);
             end if;
             if command_at(2).to_held = '1' then
               sum := sum + own_pixel;
             end if;
-            held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
           end if;
+          held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
         end if;
 
         -- 3: the running sums.
@@ -213,29 +218,19 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Their values for the token before.
 
+  word <= (first_sums, held_sums, running, results);
+
+  old_first   <= old_word(FIRST_KEPT);
+  old_held    <= old_word(HELD_KEPT);
+  old_running <= old_word(RUNNING_KEPT);
+  old_results <= old_word(RESULTS_KEPT);
+
   -- With one column the registers of the token before are these values.
   one_column : if COLUMNS = 1 generate
-    old_first   <= first_sums;
-    old_held    <= held_sums;
-    old_running <= running;
-    old_results <= results;
+    old_word <= word;
   end generate one_column;
 
   several_columns : if COLUMNS > 1 generate
-
-    type kept_t is array (FIRST_KEPT to RESULTS_KEPT) of sums_t;
-
-    signal word     : kept_t;
-    signal old_word : kept_t := (others => (others => '0'));
-
-  begin
-
-    word <= (first_sums, held_sums, running, results);
-
-    old_first   <= old_word(FIRST_KEPT);
-    old_held    <= old_word(HELD_KEPT);
-    old_running <= old_word(RUNNING_KEPT);
-    old_results <= old_word(RESULTS_KEPT);
 
     each_kept : for i in FIRST_KEPT to RESULTS_KEPT generate
 

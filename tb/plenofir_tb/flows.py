@@ -16,5 +16,5 @@ def icarus(run: Run, folders: list[Path], files: list[Path], program: Path, *def
     warnings = run(
         "iverilog", "-g2005", "-Wall", "-Wno-timescale", "-o", program, *defines, *includes, *files
     )
-    assert warnings == ""
+    assert warnings == "", warnings
     return run("vvp", "-n", program)
