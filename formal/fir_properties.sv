@@ -43,7 +43,7 @@ module fir_properties #(
   wire pixel;
   wire line_out;
 
-  fir_proof dut (
+  part dut (
       .clk(clk),
       .reset(1'b0),
       .token_strobe(takes),

@@ -51,7 +51,7 @@ module lane_properties #(
   wire pixel;
   wire line_out;
 
-  lane_proof dut (
+  part dut (
       .clk(clk),
       .reset(1'b0),
       .token_strobe(takes),

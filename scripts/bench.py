@@ -307,7 +307,7 @@ def ray_model_table() -> Table:
 def calibration_table() -> Table:
     """Time calibration by the grid fit and by the thesis's method, and decoding."""
     table = Table(title="calibration, pitch 11.03, in multiples of the thesis's method")
-    for column in ("white image", "text's method / s", "grid fit", "decode", "decode, cubic"):
+    for column in ("white image", "thesis's method / s", "grid fit", "decode", "decode, cubic"):
         table.add_column(column, justify="right")
     for size in track((1100, 3201), description="calibration"):
         grid = regular_grid((size, size), 11.03, rotation_degrees=0.1)

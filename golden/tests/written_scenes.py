@@ -22,7 +22,11 @@ far_mm = inf
 """
 
 
-def write(folder: Path, text: str) -> Path:
+def write(folder: Path, text: str, *changes: tuple[str, str]) -> Path:
+    """Write a scene with texts of it replaced."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
     path = folder / "scene.toml"
     path.write_text(text)
     return path
@@ -30,8 +34,4 @@ def write(folder: Path, text: str) -> Path:
 
 def scene(folder: Path, *changes: tuple[str, str], build: str = "") -> LoadedScene:
     """Load the scene with texts of it replaced."""
-    text = BASE + build
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    return load_scene(write(folder, text))
+    return load_scene(write(folder, BASE + build, *changes))

@@ -7,7 +7,7 @@ review.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -23,7 +23,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.part_wrapper import TOP, wrapped
+from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
@@ -71,9 +71,8 @@ class Design:
             board = self.plan.path != "core"
             return synthesise(sources, self.top, {}, directory, board=board)
         if self.wrapper:
-            file = directory / "part.vhd"
-            file.write_text(self.wrapper)
-            return synthesise([*hdl.hdl_sources(), file], TOP, {}, directory)
+            sources = with_part(hdl.hdl_sources(), self.wrapper, directory)
+            return synthesise(sources, TOP, {}, directory)
         generics = self.core.generics() if self.generics is None else self.generics
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
 
@@ -207,35 +206,34 @@ def lane_part_designs() -> Iterator[Design]:
     assert isinstance(engine, MovingSumEngine)
     m, p, column, row = core.micro_image_size, engine.pixels_per_clock, core.words(0), core.words(1)
     white = (1 << column.data) - 1
-    geometry = {"GEOMETRY": f'geometry_t := geometry_of("{TOP}", {m}, "{core.shifts[0]}", true)'}
+    geometry = f'geometry_of("{TOP}", {m}, "{core.shifts[0]}", true)'
 
-    def stage(lanes: int, largest: int, **more: str) -> dict[str, str]:
-        sizes = {"SIZES": f"pass_t := exact_pass({largest}, {m})", "LANES": f"positive := {lanes}"}
-        return geometry | sizes | {"TAG_BITS": "positive := 1"} | more
+    def stage(lanes: int, largest: int, **more: object) -> dict[str, object]:
+        sizes = f"exact_pass({largest}, {m})"
+        return {"GEOMETRY": geometry, "SIZES": sizes, "LANES": lanes, **more}
 
-    def columns(pixels: int) -> dict[str, str]:
+    def columns(pixels: int) -> dict[str, object]:
         depth = -(-core.max_columns // pixels)
-        more = {"COLUMNS": "boolean := true", "DEPTH": f"positive := {depth}"}
-        return stage(pixels * core.channels, white, **more)
+        return stage(pixels * core.channels, white, COLUMNS=True, DEPTH=depth)
 
-    widths: Generics = {"DATA_BITS": row.data, "SUM_BITS": row.sum, "TAG_BITS": 1}
     of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
-    rows = geometry | {name: f"positive := {n}" for name, n in (of_tokens | widths).items()}
+    rows = {"GEOMETRY": geometry, **of_tokens, "DATA_BITS": row.data, "SUM_BITS": row.sum}
     # As lane_stage makes it.
-    banks = {
-        "BUILD": f"lanes_build_t := (GEOMETRY, {p}, {core.channels}, {row.data}, "
-        f"token_places({m}, {p}), bank_count({m}, {p}), bits_for(bank_rows(GEOMETRY, {p}) - 1), "
-        f"larger(2 - lowest_row(GEOMETRY, {p}), 1))"
-    }
+    build = (
+        f"({geometry}, {p}, {core.channels}, {row.data}, token_places({m}, {p}), "
+        f"bank_count({m}, {p}), bits_for(bank_rows({geometry}, {p}) - 1), "
+        f"larger(2 - lowest_row({geometry}, {p}), 1))"
+    )
     sums: Generics = {"DIFFERENCE_BITS": row.data + 1, "SUM_BITS": row.sum, "HOLDING": False}
-    for name, entity, constants in (
+    parts: tuple[tuple[str, str, Mapping[str, object]], ...] = (
         ("P=1 columns", "moving_sum_stage", columns(1)),
         ("P=1 rows", "moving_sum_stage", stage(core.channels, m * white)),
         (f"P={p} columns", "moving_sum_stage", columns(p)),
         (f"P={p} rows", "lane_stage", rows),
-        (f"P={p} rows: banks", "pixel_banks", geometry | banks),
-    ):
-        yield Design(name, None, entity, wrapper=wrapped(entity, constants))
+        (f"P={p} rows: banks", "pixel_banks", {"BUILD": build}),
+    )
+    for name, entity, values in parts:
+        yield Design(name, None, entity, wrapper=wrapped(entity, values))
     yield Design(f"P={p} rows: prefix sums", None, "prefix_sums", of_tokens | sums)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from in_process import plenofir
+from written_scenes import write
 
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.fpga.bitstream.top_level import board_generics
@@ -39,18 +40,8 @@ path = "video"
 """
 
 
-def write(folder: Path, *changes: tuple[str, str]) -> Path:
-    text = DEPTH
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "scene.toml"
-    path.write_text(text)
-    return path
-
-
 def plan_of(folder: Path, *changes: tuple[str, str]) -> Plan:
-    return make_plan(load_scene(write(folder, *changes)))
+    return make_plan(load_scene(write(folder, DEPTH, *changes)))
 
 
 def test_texts_of_the_ray_model() -> None:
@@ -168,7 +159,7 @@ def test_depth_is_coloured_between_slices(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
-    done = plenofir("plan", str(write(tmp_path, *changes)))
+    done = plenofir("plan", str(write(tmp_path, DEPTH, *changes)))
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stderr.count("\n") == 1

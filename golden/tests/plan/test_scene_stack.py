@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from in_process import plenofir
+from written_scenes import write
 
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.screen.picture_estimate import picture_usage
@@ -31,18 +32,8 @@ pixels_per_clock = 4
 """
 
 
-def write(folder: Path, *changes: tuple[str, str]) -> Path:
-    text = STACK
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "scene.toml"
-    path.write_text(text)
-    return path
-
-
 def plan_of(folder: Path, *changes: tuple[str, str]) -> Plan:
-    return make_plan(load_scene(write(folder, *changes)))
+    return make_plan(load_scene(write(folder, STACK, *changes)))
 
 
 def test_the_shipped_scene() -> None:
@@ -151,7 +142,7 @@ def test_top_level(tmp_path: Path) -> None:
     ],
 )
 def test_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
-    done = plenofir("plan", str(write(tmp_path, *changes)))
+    done = plenofir("plan", str(write(tmp_path, STACK, *changes)))
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stderr.count("\n") == 1

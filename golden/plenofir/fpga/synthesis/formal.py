@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga import hdl
+from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
 from plenofir.ground import project
 from plenofir.ground.errors import ToolError
@@ -24,6 +25,11 @@ _RING_SIGNALS = (
 )
 # Yosys takes no negative parameters.
 _BIAS = 64
+
+
+def _geometry(micro_image_size: int, shift: int) -> str:
+    """VHDL of the geometry of one slice."""
+    return f'geometry_of("{TOP}", {micro_image_size}, "{shift}", true)'
 
 
 @dataclass(frozen=True)
@@ -53,12 +59,12 @@ class FirProof:
         layout = FilterLayout(m, (shift,), hold=self.hold)
         largest = (1 << self.data_bits) - 1
         sum_bits = (m * largest).bit_length()
-        generics: Generics = {
-            "MICRO_IMAGE_SIZE": m,
-            "SHIFTS": str(shift),
+        values = {
+            "GEOMETRY": _geometry(m, shift),
+            "SIZES": f"exact_pass({largest}, {m})",
             "HOLD": self.hold,
-            "DATA_BITS": self.data_bits,
-            "RESULT_BITS": sum_bits,
+            "LANES": 1,
+            "BROADCAST_TAPS": 0,
         }
         parameters = {
             "M": m,
@@ -68,7 +74,8 @@ class FirProof:
             "SUM_BITS": sum_bits,
             "LENGTH": min(self.clocks - layout.delay, 8),
         }
-        _prepare("fir_proof", "fir_properties", generics, parameters, directory, sources)
+        part = wrapped("fir_stage", values)
+        _prepare(TOP, "fir_properties", {}, parameters, directory, sources, part)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
 
@@ -89,10 +96,10 @@ class LaneProof:
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
         m, shift, p = self.micro_image_size, self.shift, self.pixels
         lanes = LaneLayout(SumLayout(m, (shift,)), p)
-        generics: Generics = {
-            "MICRO_IMAGE_SIZE": m,
-            "SHIFTS": str(shift),
+        values = {
+            "GEOMETRY": _geometry(m, shift),
             "PIXELS_PER_CLOCK": p,
+            "DATA_BITS": 1,
             "SUM_BITS": m.bit_length(),
         }
         parameters = {
@@ -104,7 +111,8 @@ class LaneProof:
             "LEAST": lanes.delay + 1,
             "LENGTH": self.clocks - lanes.clocks - lanes.delay,
         }
-        _prepare("lane_proof", "lane_properties", generics, parameters, directory, sources)
+        part = wrapped("lane_stage", values)
+        _prepare(TOP, "lane_properties", {}, parameters, directory, sources, part)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
 
@@ -280,15 +288,17 @@ def _prepare(
     parameters: dict[str, int],
     directory: Path,
     sources: Sequence[Path] | None,
+    part: str = "",
 ) -> None:
     """Write the entity with its properties as one circuit of gates, proof.aig.
 
-    An entity of `formal` gives one inside the cores generics that a command can set.
+    `part` is the entity's VHDL, if it is a wrapper.
     """
-    folder = project.root() / "formal"
-    design = [*(sources or hdl.hdl_sources()), *folder.glob(f"{entity}.vhd")]
+    design = list(sources or hdl.hdl_sources())
+    if part:
+        design = with_part(design, part, directory)
     verilog = write_verilog(design, entity, generics, directory)
-    file = folder / f"{properties}.sv"
+    file = project.root() / "formal" / f"{properties}.sv"
     values = " ".join(f"-set {name} {value}" for name, value in parameters.items())
     run_yosys(
         [

@@ -2,7 +2,8 @@
 """An entity inside a core as a top of its own, for tools whose generics are numbers and texts."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations
@@ -10,32 +11,40 @@ from plenofir.fpga.hdl_text import declarations
 TOP = "part"
 
 
-def wrapped(entity: str, constants: Mapping[str, str]) -> str:
-    """VHDL of an entity `TOP` without generics that instantiates another.
+def wrapped(entity: str, values: Mapping[str, object]) -> str:
+    """VHDL of an entity `TOP` without generics that instantiates another and has its ports.
 
-    Its ports are those of the entity. `constants`: each generic without a default and, in front of
-    it, what its value is computed from, as "type := value"; generics have capital letters.
-
+    `values`: expressions for generics, as constants of their types; the others keep their defaults.
     Raises StopIteration for an entity that is not there.
     """
     text = next(f for f in hdl.hdl_sources() if f.stem == entity).read_text()
     ports = re.search(r"^  port \(\n(.*?)^  \);", text, re.S | re.M)
     assert ports is not None, entity
     context = text[text.index("library ieee;") : text.index(f"entity {entity} is")]
-    generics = {generic.name.upper() for generic in declarations(text, "generic")}
-    values = [f"{name} => {name}" for name in constants if name in generics]
-    wires = [f"{port.name} => {port.name}" for port in declarations(text, "port")]
+    generics = declarations(text, "generic")
+    constants = [
+        f"  constant {g.name} : {g.type_name} := {values.get(g.name.upper(), g.default)};"
+        for g in generics
+    ]
+    chosen = ", ".join(f"{generic.name} => {generic.name}" for generic in generics)
+    wires = ", ".join(f"{port.name} => {port.name}" for port in declarations(text, "port"))
     return "\n".join(
         [
             context,
             "package part_pkg is",
-            *(f"  constant {name} : {value};" for name, value in constants.items()),
+            *constants,
             "end package part_pkg;",
             f"{context}use work.part_pkg.all;",
             f"entity {TOP} is port (\n{ports[1]}); end entity {TOP};",
             f"architecture rtl of {TOP} is begin",
-            f"  inner : entity work.{entity} generic map ({', '.join(values)})",
-            f"    port map ({', '.join(wires)});",
+            f"  inner : entity work.{entity} generic map ({chosen}) port map ({wires});",
             "end architecture rtl;\n",
         ]
     )
+
+
+def with_part(sources: Sequence[Path], wrapper: str, folder: Path) -> list[Path]:
+    """Sources and a wrapper, which is written into a folder."""
+    file = folder / f"{TOP}.vhd"
+    file.write_text(wrapper)
+    return [*sources, file]
