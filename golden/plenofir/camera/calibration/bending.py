@@ -56,7 +56,7 @@ _EVEN_ODDS = 4.0
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
 # For each order: lenses, and rows and columns of them, that fitting all its terms takes. With eight
 # rows and noise the free terms of order 3 bent a corner by half a pixel.
-_NEEDED = {2: (24, 4), 3: (100, 10), 4: (80, 8), 5: (160, 12)}
+_NEEDED = {2: (24, 4), 3: (100, 10), 4: (100, 10), 5: (160, 12)}
 
 
 @dataclass(frozen=True)
