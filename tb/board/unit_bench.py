@@ -144,7 +144,6 @@ async def reset_without_bounces(dut: Any) -> None:
     """Resets from configuration on; short requests and short gaps change nothing."""
     rng = random.Random(cocotb.RANDOM_SEED)
     begins, ends = CASE["assert_clocks"], CASE["release_clocks"]
-    dut.request.value = 0
     Clock(dut.clk, 10, "ns").start()
     # One of the synchroniser's two clocks comes after those that count.
     level, late = 1, 1
@@ -156,7 +155,7 @@ async def reset_without_bounces(dut: Any) -> None:
             assert int(dut.reset.value) == want
         dut.request.value = 1 - request
 
-    await FallingEdge(dut.clk)
+    await hold(1, 4, 1)
     for _ in range(6):
         last = begins if not level else ends
         # Bounces that do not last.
