@@ -24,8 +24,8 @@ from plenofir.fpga.synthesis.ecp5 import (
     Placed,
 )
 from plenofir.fpga.synthesis.estimate import estimate, memories, structure
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.ground import project
+from plenofir.ground.records import save_records
 from plenofir.plan.figures import (
     CORE,
     compared_designs,

@@ -67,7 +67,6 @@ from plenofir.fpga.synthesis.ecp5 import (
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, save_placed_cores
 from plenofir.fpga.synthesis.placers import place_core as place_on
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
 from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
@@ -75,6 +74,7 @@ from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground import project
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.ground.files import publish_files
+from plenofir.ground.records import save_records
 from plenofir.plan.board_build import build_scene
 from plenofir.plan.configure import configure
 from plenofir.plan.figures import (

@@ -41,11 +41,11 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.toggles import simulate_activity
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.images import read_image
+from plenofir.ground.records import save_records
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image

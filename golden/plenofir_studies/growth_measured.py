@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.spartan6 import synthesise
-from plenofir.ground.files import write_file
 from plenofir.ground.images import encode_png
+from plenofir.ground.records import save_records
 from plenofir.refocus import processors, refocus
 from plenofir.refocus.batch import Settings, run_batch
 from plenofir_studies import DATA, energy
@@ -214,4 +214,4 @@ def load_recorded() -> Recorded:
 
 
 def save_recorded(recorded: Recorded) -> None:
-    write_file(FILE, recorded.model_dump_json(indent=1) + "\n")
+    save_records(FILE, recorded.model_dump(mode="json"), levels=2)

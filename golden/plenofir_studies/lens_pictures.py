@@ -30,6 +30,7 @@ from plenofir.camera.lightfield import focal_stack, peak, sharpness_curve, views
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.camera import MicroLensArray
 from plenofir.camera.rays.real import real_camera
+from plenofir.ground.records import records_text
 from plenofir.refocus.operator import Image
 from plenofir_studies import DATA
 from plenofir_studies.experiments import textures
@@ -322,7 +323,7 @@ def _record(measured: Sequence[Result]) -> bytes:
     for values in content:
         if values["case"]["focus_mm"] == inf:
             values["case"]["focus_mm"] = None
-    return (json.dumps(content, indent=1) + "\n").encode()
+    return records_text(content, levels=2).encode()
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:

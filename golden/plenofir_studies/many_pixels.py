@@ -17,8 +17,8 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, Placed, make_netlist, place
 from plenofir.fpga.synthesis.placers import PLACERS, route_core, synthesise_core
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.records import save_records
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.figures import CORE
 from plenofir_studies import DATA

@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import division
 from plenofir.refocus.operator import Image
@@ -217,7 +218,7 @@ def rows(
 def record() -> None:
     """Run everything, and keep the rows of the documentation's table."""
     found = rows(*outcomes(), long_sums())
-    _RECORDED.write_text(json.dumps(found, indent=1) + "\n")
+    save_records(_RECORDED, found)
 
 
 def load_recorded() -> list[list[str]]:

@@ -25,7 +25,7 @@ from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.synthesis.estimate import estimate, structure
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
-from plenofir.ground.files import write_file
+from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA
@@ -169,7 +169,7 @@ def load_recorded() -> Recorded:
 
 
 def save_recorded(recorded: Recorded) -> None:
-    write_file(FILE, recorded.model_dump_json(indent=2) + "\n")
+    save_records(FILE, recorded.model_dump(mode="json"), levels=2)
 
 
 def _rows(count: int) -> str:

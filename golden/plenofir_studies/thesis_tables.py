@@ -109,9 +109,15 @@ def _part(part: Mapping[str, Any]) -> Part:
     return Part(
         name=part["name"],
         settings=_cells(part.get("settings", {})),
-        rows=tuple(_cells(row) for row in part.get("rows", ())),
+        rows=tuple(map(_cells, _rows(part["rows"]))),
         erratum=part.get("erratum"),
     )
+
+
+def _rows(text: str) -> list[dict[str, str]]:
+    """Rows of a table as it is printed, heads first; what is empty is left out."""
+    heads, *rows = ([cell.strip() for cell in line.split("|")] for line in text.splitlines())
+    return [{name: cell for name, cell in zip(heads, row, strict=True) if cell} for row in rows]
 
 
 def _cells(cells: Mapping[str, str]) -> Cells:

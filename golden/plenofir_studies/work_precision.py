@@ -27,7 +27,7 @@ from plenofir.camera.calibration import calibrate, thesis_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
-from plenofir.ground.files import write_file
+from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, refocus
 from plenofir_studies import DATA
 from plenofir_studies.depth_methods import WAYS, score
@@ -228,7 +228,7 @@ def load_recorded() -> Recorded:
 
 
 def save_recorded(recorded: Recorded) -> None:
-    write_file(FILE, recorded.model_dump_json(indent=1) + "\n")
+    save_records(FILE, recorded.model_dump(mode="json"), levels=3)
 
 
 def front(points: Sequence[Point], error: Callable[[Point], float | None]) -> list[Point]:

@@ -24,9 +24,9 @@ from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
+from plenofir.ground.records import save_records
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
 from plenofir.plan.planned import Plan, PlannedSlice

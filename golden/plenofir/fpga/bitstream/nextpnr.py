@@ -27,10 +27,10 @@ from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
+from plenofir.ground.records import save_records
 
 RECORDED = project.DATA / "boards.json"
 """Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""

@@ -21,9 +21,9 @@ from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
+from plenofir.ground.records import save_records
 
 FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)

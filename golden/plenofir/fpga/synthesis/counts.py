@@ -15,9 +15,9 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis.comparison import LANES, SETS, Cell, measured_cells
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog
 from plenofir.ground import project
+from plenofir.ground.records import save_records
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
 FILE = project.DATA / "families.json"

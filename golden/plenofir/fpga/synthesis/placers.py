@@ -18,10 +18,10 @@ from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
 from plenofir.fpga.synthesis.ecp5 import seed_option
 from plenofir.fpga.synthesis.few_pins import NAME, three_pins
-from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
+from plenofir.ground.records import save_records
 
 _NETLIST = "netlist.json"
 _GOAL_MHZ = "200"
