@@ -14,7 +14,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from camera_tables import camera_tables
+from camera_tables import lens_pitches, sensors_table
 from device_tables import device_shares, device_sources, scenes_on
 from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
@@ -101,6 +101,16 @@ LEFT_OUT_COSTS = (
     "Estimates of `plenofir plan`, on each scene's own device. Options that cost nothing to leave "
     "out are not listed."
 )
+BUILDS = (
+    "Shipped scenes, built by `make pnr SCENE=...`, on an ECP5 in grade 6, the slowest; seconds of "
+    "processor time.\n`in_clk` is the TMDS clock, `control_clk` that of the control, `clk` the "
+    "pixel clock, `clk_x5` that of the lanes. Wanted\nis the fastest pixel clock of the range, not "
+    "that of the scene's mode."
+)
+SENSORS = (
+    "What sensors deliver at their largest frames, and the share of each device's block RAM that "
+    "mosaic, resampler and core\n(M = 5, three slices a fifth apart) take."
+)
 EXPORTS = project.root() / "build" / "docs"
 EXPORT_BYTES = 8_000_000
 ENTITIES = project.root() / "build" / "docs" / "entities"
@@ -161,6 +171,12 @@ def measured_tables() -> str:
         ),
         measured("Clocks of cores and arrays", "resources.md", ("Clocks on an ECP5", ecp5_table())),
         measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
+        measured(
+            "Boards",
+            "boards.md",
+            ("Builds", [BUILDS, "", *board_builds()]),
+            ("Sensors", [SENSORS, "", *sensors_table()]),
+        ),
     )
     lines = ["# Measured tables", "", "Built by `make docs`."]
     for page in pages:
@@ -226,7 +242,7 @@ def ray_model(text: str) -> str:
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     written = {
-        DOCS / "boards.md": lambda text: camera_tables(board_builds(status_table(text))),
+        DOCS / "boards.md": lambda text: lens_pitches(status_table(text)),
         DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": ray_model,
         DOCS / "studies.md": energy_and_growth,

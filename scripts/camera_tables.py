@@ -45,8 +45,8 @@ def _fits(sensor: KnownSensor, device: str) -> str:
     return f"{100 * plan.needs[name] / plan.available[name]:.0f} %"
 
 
-def sensors_table(text: str) -> str:
-    """Put the table of sensors with their receivers, cores and devices between its marks."""
+def sensors_table() -> list[str]:
+    """Sensors with their receivers, cores and devices."""
     ecp5 = BOARDS["ulx3s"].camera
     assert ecp5 is not None
     rows = []
@@ -74,7 +74,7 @@ def sensors_table(text: str) -> str:
         f"ECP5 | {' | '.join(DEVICES[device].title for device in _DEVICES)}"
     )
     sources = "; ".join(f"{s.name}: {s.source}" for s in KNOWN_SENSORS if s.source)
-    return put(text, "sensors", [*table(heads, rows), "", f"Lanes and rates: {sources}."])
+    return [*table(heads, rows), "", f"Lanes and rates: {sources}."]
 
 
 def lens_pitches(text: str) -> str:
@@ -109,8 +109,3 @@ def lens_pitches(text: str) -> str:
         "640 x 480 or 1280 x 960 pixels | baseline of views, mm | diffraction of a lens, um"
     )
     return put(text, "lens-pitches", table(heads, rows))
-
-
-def camera_tables(text: str) -> str:
-    """Put both tables into a page."""
-    return lens_pitches(sensors_table(text))

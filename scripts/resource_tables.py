@@ -399,8 +399,8 @@ def stack_tables() -> tuple[list[str], list[str]]:
     return of_stacks, table(f"{heads} | waiting, judged: kbit", indices)
 
 
-def board_builds(text: str) -> str:
-    """Put what the recorded builds of boards with open tools are between its marks in a page."""
+def board_builds() -> list[str]:
+    """What the recorded builds of boards with open tools are."""
     rows = []
     for name, build in load_builds().items():
         clocks = ", ".join(
@@ -413,4 +413,4 @@ def board_builds(text: str) -> str:
             (f"`{name}`", build.device, clocks, *used, f"{sum(build.seconds.values()):.0f}")
         )
     heads = "scene | device | clocks in MHz, reached (wanted) | LUT4 | flip-flops | block RAM "
-    return put(text, "builds", table(f"{heads}| multipliers | seconds", rows))
+    return table(f"{heads}| multipliers | seconds", rows)
