@@ -7,7 +7,8 @@ from plenofir_tb.runner import Case, run_cases
 
 
 def unit(entity: str, generics: dict, **case: object) -> Case:
-    return Case(entity, "board.unit_bench", generics, {"entity": entity, **case})
+    bench = "board_control" if entity == "board_control" else "unit"
+    return Case(entity, f"board.{bench}_bench", generics, {"entity": entity, **case})
 
 
 CONTROL = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}

@@ -21,6 +21,13 @@ _NVC = ("nvc", "--std=1993", "-H", "1g", "-e", "--jit", "--no-save")
 _LARGEST = 2**31 - 1
 
 
+def seeded() -> random.Random:
+    """Random numbers by the variable SEED; the seed is printed."""
+    seed = int(os.environ.get("SEED") or 1)
+    print(f"seed {seed}")
+    return random.Random(seed)
+
+
 class Elaborator:
     """A library in a folder of all sources that need no vendor's library, and of given others."""
 
