@@ -88,7 +88,7 @@ def simulate(
 ) -> None:
     """Run a board's bench with the packages of its configuration."""
     files = project.root() / "tb" / "file_bench"
-    benches = [files / "dphy_camera.vhd", files / f"{bench}.vhd"]
+    benches = [files / f"{name}.vhd" for name in ("dphy_camera", "tmds_monitor", bench)]
     row = BOARDS[board]
     assert row.camera is not None
     packages = {CAMERA_PACKAGE: camera_package(camera)}

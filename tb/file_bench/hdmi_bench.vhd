@@ -3,10 +3,8 @@
 -- the bits that come out into another.
 --
 -- With `start` (or at once with AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
--- played, and output.bin is written until it ends; `done` follows. Both hold 32-bit little-endian words, one a pixel
--- clock: ten bits of channel 0 in bits 0 to 9, channel 1 in 10 to 19, channel 2 in 20 to 29; what is sent first is
--- lowest. The output is sampled as a monitor does it, in tenths of its own clock lane, so its word phase is free. Words
--- of the input with bit 31 set are commands: the code in bits 24 to 30, a value in bits 0 to 23:
+-- played, and tmds_monitor writes output.bin until it ends; `done` follows. Both files hold the same kind of words, one
+-- a pixel clock. Words of the input with bit 31 set are commands: the code in bits 24 to 30, a value in bits 0 to 23:
 --
 --   1 pixel clock period in fs * 64       2, 3, 4 skew of channel 0, 1, 2 in ps
 --   5 jitter of the edges, +- ps          6 clock lane: 1 runs, 0 stands still
@@ -438,72 +436,13 @@ begin
 
   end process play;
 
-  -- The monitor.
-  take : process is
-
-    file output_file : words_t;
-
-    variable last   : time;
-    variable period : time;
-    variable cycles : natural;
-    variable bits   : std_logic_vector(31 downto 0);
-
-  begin
-
-    if not playing then
-      wait until playing;
-    end if;
-
-    captured <= true;
-    file_open(output_file, "output.bin", write_mode);
-    cycles   := 0;
-    last     := now;
-
-    while playing loop
-
-      wait until rising_edge(out_clk_p) or not playing;
-      exit when not playing;
-
-      if cycles > 0 and abs (now - last - period) > period / 8 then
-        -- The clock has just begun, or changed.
-        cycles := 0;
-      end if;
-
-      period := now - last;
-      last   := now;
-
-      -- Four periods alike, so that the middle of the bits is sure.
-      if cycles < 4 then
-        cycles := cycles + 1;
-      else
-        bits := (others => '0');
-        -- Bits in their middle, from the clock lane's rising edge on: wherever words begin, their
-        -- place stays the same.
-        wait for period / 20;
-
-        for i in 0 to 9 loop
-
-          for c in 0 to 2 loop
-
-            bits(10 * c + i) := out_data_p(c);
-
-          end loop;
-
-          if i /= 9 then
-            wait for period / 10;
-          end if;
-
-        end loop;
-
-        write(output_file, to_integer(signed(bits)));
-      end if;
-
-    end loop;
-
-    file_close(output_file);
-    captured <= false;
-    wait for 0 fs;
-
-  end process take;
+  monitor : entity work.tmds_monitor
+    port map (
+      clk      => out_clk_p,
+      data     => out_data_p,
+      watching => playing,
+      is_open  => captured,
+      words    => open
+    );
 
 end architecture test;

@@ -1,13 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The Tang Nano 20K at work: what its pins send, as words of 30 bits in output.bin, until WORDS of them came.
---
--- A word is sampled in tenths of the clock lane's period behind each of its rising edges: channel 0 in bits 0 to 9,
--- channel 1 in 10 to 19, channel 2 in 20 to 29, what came first is lowest. The key that steps is pressed for a while
--- after STEP_WORDS words; never if 0.
+-- The Tang Nano 20K at work: what its pins send, as words in output.bin (tmds_monitor), until WORDS of them came.
+-- The key that steps is pressed for a while after STEP_WORDS words; never if 0.
 
 library ieee;
 use ieee.std_logic_1164.all;
-use ieee.numeric_std.all;
 
 entity tangnano20k_bench is
   generic (
@@ -38,11 +34,8 @@ end entity tangnano20k_bench;
 
 architecture test of tangnano20k_bench is
 
-  type words_t is file of integer;
-
-  -- Half a period of 27 MHz; a tenth of the pixel clock's, whose period is fifteen fourteenths of the oscillator's.
+  -- Half a period of 27 MHz.
   constant HALF_PERIOD : time := 18519 ps;
-  constant TENTH       : time := 2 * HALF_PERIOD * 15 / 14 / 10;
 
   signal clk_27     : std_logic := '0';
   signal key_step   : std_logic := '0';
@@ -50,6 +43,9 @@ architecture test of tangnano20k_bench is
   signal out_clk_n  : std_logic;
   signal out_data_p : std_logic_vector(2 downto 0);
   signal out_data_n : std_logic_vector(2 downto 0);
+  signal watching   : boolean   := false;
+  signal writing    : boolean   := false;
+  signal taken      : natural   := 0;
   signal done       : boolean   := false;
 
 begin
@@ -103,53 +99,24 @@ begin
       led_n      => open
     );
 
-  take : process is
+  watching <= taken < WORDS;
+  done     <= taken = WORDS and not writing;
 
-    file     output : words_t;
-    variable word   : unsigned(29 downto 0);
+  -- The key is pressed for forty words.
+  key_step <= '1' when STEP_WORDS > 0 and taken >= STEP_WORDS and taken < STEP_WORDS + 40 else
+              '0';
 
-  begin
+  monitor : entity work.tmds_monitor
+    port map (
+      clk      => out_clk_p,
+      data     => out_data_p,
+      watching => watching,
+      is_open  => writing,
+      words    => taken
+    );
 
-    file_open(output, "output.bin", write_mode);
-
-    for number in 1 to WORDS loop
-
-      -- The clock lane rises with a word's first bit: half a tenth later is its middle.
-      wait until rising_edge(out_clk_p);
-      wait for TENTH / 2;
-
-      for bit in 0 to 9 loop
-
-        for c in 0 to 2 loop
-
-          word(10 * c + bit) := out_data_p(c);
-
-          assert out_data_n(c) = not out_data_p(c) and out_clk_n = not out_clk_p
-            report "tangnano20k_bench: the pins of a pair are alike, expected complements from the board's buffers"
-            severity failure;
-
-        end loop;
-
-        if bit < 9 then
-          wait for TENTH;
-        end if;
-
-      end loop;
-
-      write(output, to_integer(word));
-
-      if number = STEP_WORDS then
-        key_step <= '1';
-      elsif number = STEP_WORDS + 40 then
-        key_step <= '0';
-      end if;
-
-    end loop;
-
-    file_close(output);
-    done <= true;
-    wait;
-
-  end process take;
+  pairs : postponed assert out_data_n = not out_data_p and out_clk_n = not out_clk_p
+    report "tangnano20k_bench: the pins of a pair are alike, expected complements from the board's buffers"
+    severity failure;
 
 end architecture test;

@@ -1,11 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The ULX3S from the wires of a camera to the serial bits of its HDMI output.
 --
--- Packets of input.bin (dphy_camera); words of the three channels go to output.bin, as in tangnano20k_bench.
+-- Packets of input.bin (dphy_camera); words of the three channels go to output.bin (tmds_monitor).
 
 library ieee;
 use ieee.std_logic_1164.all;
-use ieee.numeric_std.all;
 
 library work;
 use work.camera_pkg.all;
@@ -38,12 +37,12 @@ end entity ulx3s_camera_bench;
 
 architecture test of ulx3s_camera_bench is
 
-  type words_t is file of integer;
-
-  -- Half a period of 25 MHz; a tenth of the pixel clock's, which is as long.
+  -- Half a period of 25 MHz.
   constant HALF_PERIOD : time := 20 ns;
-  constant TENTH       : time := 2 * HALF_PERIOD / 10;
 
+  signal watching : boolean   := false;
+  signal writing  : boolean   := false;
+  signal taken    : natural   := 0;
   signal done     : boolean   := false;
   signal begun    : boolean   := false;
   signal clk_25   : std_logic := '0';
@@ -142,39 +141,21 @@ begin
       wifi_gpio0_new => '1'
     );
 
-  take : process is
+  watching <= begun and taken < WORDS;
 
-    file output : words_t open write_mode is "output.bin";
+  monitor : entity work.tmds_monitor
+    port map (
+      clk      => out_clk,
+      data     => out_data,
+      watching => watching,
+      is_open  => writing,
+      words    => taken
+    );
 
-    variable word : unsigned(29 downto 0);
-
+  finish : process is
   begin
 
-    wait until begun;
-
-    for number in 1 to WORDS loop
-
-      -- The clock lane rises with a word's first bit: half a tenth later is its middle.
-      wait until rising_edge(out_clk);
-      wait for TENTH / 2;
-
-      for bit in 0 to 9 loop
-
-        for c in 0 to 2 loop
-
-          word(10 * c + bit) := out_data(c);
-
-        end loop;
-
-        if bit < 9 then
-          wait for TENTH;
-        end if;
-
-      end loop;
-
-      write(output, to_integer(word));
-
-    end loop;
+    wait until taken = WORDS and not writing;
 
     assert led(4 downto 3) = "00"
       report "the board tells a fault: lanes " & std_logic'image(led(3)) & ", raster or core " & std_logic'image(led(4))
@@ -183,6 +164,6 @@ begin
     done <= true;
     wait;
 
-  end process take;
+  end process finish;
 
 end architecture test;

@@ -47,10 +47,10 @@ def simulate(
 ) -> list[ReceivedFrame]:
     """Whole frames that the board's pins send within the time of some frames."""
     folder.mkdir(exist_ok=True)
-    bench = project.root() / "tb" / "file_bench" / f"{BENCH}.vhd"
+    benches = [project.root() / "tb" / "file_bench" / f"{n}.vhd" for n in ("tmds_monitor", BENCH)]
     sources = hdl.with_packages(hdl.board_sources(BOARD.name), packages, folder)
     vhdl_simulator().simulate(
-        [*sources, bench],
+        [*sources, *benches],
         BENCH,
         {
             **board_generics(core, BOARD.top),

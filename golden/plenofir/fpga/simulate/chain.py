@@ -151,7 +151,8 @@ def chain_sources(board: str = DEFAULT_BOARD) -> list[Path]:
 def bench_around(board: str = DEFAULT_BOARD) -> list[Path]:
     """VHDL files of the bench alone."""
     bench = project.root() / "tb" / "file_bench"
-    return [bench / f"{name}.vhd" for name in ("board_under_test", f"board_{board}", TOP)]
+    names = ("tmds_monitor", "board_under_test", f"board_{board}", TOP)
+    return [bench / f"{name}.vhd" for name in names]
 
 
 @dataclass(frozen=True)
