@@ -80,7 +80,15 @@ architecture rtl of lifcl40_top is
   constant REFUSED : boolean := not takes_shifts("lifcl40_top", SHIFTS, MAX_COLUMNS);
 
   constant CORE : core_t :=
-  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  (
+    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+    HOLD                => HOLD,
+    MAX_COLUMNS         => MAX_COLUMNS,
+    EXACT               => EXACT,
+    FRACTION_BITS       => FRACTION_BITS,
+    GUARD_BITS          => GUARD_BITS,
+    BROADCAST_TAPS      => BROADCAST_TAPS
   );
 
   constant CLOCK_KHZ : positive := 450000 / (CLOCK_DIVIDE + 1);

@@ -91,7 +91,15 @@ architecture rtl of ulx3s_camera_top is
   constant REFUSED : boolean := not takes_shifts("ulx3s_camera_top", SHIFTS, MAX_COLUMNS);
 
   constant CORE : core_t :=
-  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  (
+    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+    HOLD                => HOLD,
+    MAX_COLUMNS         => MAX_COLUMNS,
+    EXACT               => EXACT,
+    FRACTION_BITS       => FRACTION_BITS,
+    GUARD_BITS          => GUARD_BITS,
+    BROADCAST_TAPS      => BROADCAST_TAPS
   );
 
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");

@@ -104,7 +104,15 @@ architecture rtl of ulx3s_top is
   constant REFUSED : boolean := not takes_shifts("ulx3s_top", SHIFTS, MAX_COLUMNS);
 
   constant CORE : core_t :=
-  (MICRO_IMAGE_SIZE, INTERPOLATION_ORDER, HOLD, MAX_COLUMNS, EXACT, FRACTION_BITS, GUARD_BITS, BROADCAST_TAPS
+  (
+    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+    HOLD                => HOLD,
+    MAX_COLUMNS         => MAX_COLUMNS,
+    EXACT               => EXACT,
+    FRACTION_BITS       => FRACTION_BITS,
+    GUARD_BITS          => GUARD_BITS,
+    BROADCAST_TAPS      => BROADCAST_TAPS
   );
 
   constant PATTERN : timing_t := mode_timing

@@ -41,6 +41,12 @@ package math_pkg is
     divisor : positive
   ) return natural;
 
+  -- value / divisor, rounded towards minus infinity.
+  function floor_divided (
+    value   : integer;
+    divisor : positive
+  ) return integer;
+
   -- Greatest common divisor.
   function common_divisor (
     a : positive;
@@ -155,6 +161,17 @@ package body math_pkg is
     return (value - 1) / divisor + 1;
 
   end function divide_up;
+
+  function floor_divided (
+    value   : integer;
+    divisor : positive
+  ) return integer is
+  begin
+
+    -- VHDL's division rounds towards zero, its mod towards minus infinity: so the rest is taken off first.
+    return (value - value mod divisor) / divisor;
+
+  end function floor_divided;
 
   function common_divisor (
     a : positive;

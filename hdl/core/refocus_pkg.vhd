@@ -129,6 +129,12 @@ package refocus_pkg is
   -- Clocks of the raster core's streams, besides the array: input FIFO 3, sequencer 1, output FIFO 3.
   constant STREAM_LATENCY : positive := 7;
 
+  -- Tokens of a line of so many pixels.
+  function line_tokens (
+    columns : positive;
+    pixels  : positive
+  ) return positive;
+
   -- Clocks of divide_round.
   constant DIVIDE_LATENCY : positive := 3;
 
@@ -462,6 +468,22 @@ package body refocus_pkg is
     return geometry.output_delay + order * pass_geometry(geometry, 1).output_delay;
 
   end function total_delay;
+
+  function line_tokens (
+    columns : positive;
+    pixels  : positive
+  ) return positive is
+  begin
+
+    if pixels = 1 then
+      return columns;
+    end if;
+
+    -- A line memory has two columns at least: one would be a wire back to itself, a clock too fast
+    -- for its sum.
+    return larger(divide_up(columns, pixels), 2);
+
+  end function line_tokens;
 
   function scaler_latency (
     normalised : boolean;

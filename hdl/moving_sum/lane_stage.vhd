@@ -63,20 +63,16 @@ architecture rtl of lane_stage is
   constant DIFFERENT : positive := 6 + choose(SLICES > 1, 1, 0);
   constant SUMMED    : positive := DIFFERENT + LEVELS;
 
-  -- Rows of a bank, rows that are counted from output 0 on, and whether any slice holds outputs.
-  constant ROW_BITS  : positive := bits_for(bank_rows(GEOMETRY, P) - 1);
-  constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
-  constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
+  -- Whether any slice holds outputs.
+  constant HOLDING : boolean := holds_outputs(GEOMETRY);
 
   constant SLICE_BITS : positive := bits_for(SLICES - 1);
 
-  constant BUILD : lanes_build_t :=
-  (GEOMETRY, P, CHANNELS, DATA_BITS, PLACES, bank_count(M, P), ROW_BITS, MOST_ROWS
-  );
+  constant BUILD : lanes_build_t := to_lanes(GEOMETRY, P, CHANNELS, DATA_BITS);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
-  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+  subtype row_t is unsigned(BUILD.row_bits - 1 downto 0);
 
   subtype lanes_t is std_logic_vector(P - 1 downto 0);
 

@@ -46,12 +46,6 @@ package sum_lanes_pkg is
     sharpening  : string
   ) return boolean;
 
-  -- Tokens of a line of so many pixels.
-  function line_tokens (
-    columns : positive;
-    pixels  : positive
-  ) return positive;
-
   -- Tokens from a token to the outputs of the same pixels.
   function lane_delay (
     geometry : geometry_t;
@@ -131,6 +125,14 @@ package sum_lanes_pkg is
     pixels   : positive
   ) return positive;
 
+  -- A lane stage, and what follows from it.
+  function to_lanes (
+    geometry   : geometry_t;
+    pixels     : positive;
+    channels   : positive;
+    pixel_bits : positive
+  ) return lanes_build_t;
+
   -- Clocks from a token at a lane stage's input to its output.
   function lane_stage_latency (
     geometry : geometry_t;
@@ -147,17 +149,6 @@ package sum_lanes_pkg is
 end package sum_lanes_pkg;
 
 package body sum_lanes_pkg is
-
-  function floor_divided (
-    value   : integer;
-    divisor : positive
-  ) return integer is
-  begin
-
-    -- VHDL's division rounds towards zero, its mod towards minus infinity: so the rest is taken off first.
-    return (value - value mod divisor) / divisor;
-
-  end function floor_divided;
 
   -- Bits that a column stage keeps of a column of a channel: pixels, running and first sums, and held ones.
   function kept_bits (
@@ -249,22 +240,6 @@ package body sum_lanes_pkg is
                                              bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
 
   end function takes_sums;
-
-  function line_tokens (
-    columns : positive;
-    pixels  : positive
-  ) return positive is
-  begin
-
-    if pixels = 1 then
-      return columns;
-    end if;
-
-    -- A line memory has two columns at least: one would be a wire back to itself, a clock too fast
-    -- for its sum.
-    return larger(divide_up(columns, pixels), 2);
-
-  end function line_tokens;
 
   function lane_delay (
     geometry : geometry_t;
@@ -470,6 +445,31 @@ package body sum_lanes_pkg is
     return 2 ** bits_for(divide_up(oldest, bank_count(geometry.micro_image_size, pixels)) + 2);
 
   end function bank_rows;
+
+  function to_lanes (
+    geometry   : geometry_t;
+    pixels     : positive;
+    channels   : positive;
+    pixel_bits : positive
+  ) return lanes_build_t is
+
+    constant M : positive := geometry.micro_image_size;
+
+  begin
+
+    return
+    (
+      geometry   => geometry,
+      pixels     => pixels,
+      channels   => channels,
+      pixel_bits => pixel_bits,
+      places     => token_places(M, pixels),
+      banks      => bank_count(M, pixels),
+      row_bits   => bits_for(bank_rows(geometry, pixels) - 1),
+      most_rows  => larger(2 - lowest_row(geometry, pixels), 1)
+    );
+
+  end function to_lanes;
 
   function lane_stage_latency (
     geometry : geometry_t;

@@ -218,12 +218,7 @@ def lane_part_designs() -> Iterator[Design]:
 
     of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
     rows = {"GEOMETRY": geometry, **of_tokens, "DATA_BITS": row.data, "SUM_BITS": row.sum}
-    # As lane_stage makes it.
-    build = (
-        f"({geometry}, {p}, {core.channels}, {row.data}, token_places({m}, {p}), "
-        f"bank_count({m}, {p}), bits_for(bank_rows({geometry}, {p}) - 1), "
-        f"larger(2 - lowest_row({geometry}, {p}), 1))"
-    )
+    build = f"to_lanes({geometry}, {p}, {core.channels}, {row.data})"
     sums: Generics = {"DIFFERENCE_BITS": row.data + 1, "SUM_BITS": row.sum, "HOLDING": False}
     parts: tuple[tuple[str, str, Mapping[str, object]], ...] = (
         ("P=1 columns", "moving_sum_stage", columns(1)),

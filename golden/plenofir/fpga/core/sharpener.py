@@ -28,7 +28,7 @@ def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Me
     """Its memory: a word has the last two lines of a phase."""
     if raster.sharpens:
         p = pixels_per_clock
-        # As sum_lanes_pkg.line_tokens.
+        # As refocus_pkg.line_tokens.
         tokens = raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
         width = 2 * p * raster.channels * _sum_bits(raster)
         for size in block_sizes(raster.micro_image_size * tokens, width):
