@@ -53,12 +53,8 @@ architecture rtl of stored_light_field is
   ) return natural is
   begin
 
-    if frame <= picture then
-      return 0;
-    end if;
-
     -- Rounded down to whole micro images, so that the grid of the frame is that of the light field.
-    return (frame - picture) / 2 / M * M;
+    return (larger(frame, picture) - picture) / 2 / M * M;
 
   end function first_place;
 

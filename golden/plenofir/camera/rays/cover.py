@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, inf
 
-import numpy as np
-
 from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
@@ -82,7 +80,7 @@ def covering_slices(
     `near_mm`, `far_mm`: range of distances from the micro lenses; far may be inf. `step`: grid of
     focus settings; 1/M if None. Raises `InputError` if the range is empty.
     """
-    if not near_mm < far_mm or not near_mm > 0 or np.isnan(near_mm + far_mm):
+    if not 0 < near_mm < far_mm:
         raise InputError(
             f"{near_mm:g} to {far_mm:g} mm is not a range of distances; give 0 < near < far"
         )

@@ -16,6 +16,7 @@ from plenofir.camera.rays import (
     abbe_limit,
     airy_radius,
     camera_names,
+    camera_of,
     condition_numbers,
     covering_slices,
     depth_of_field,
@@ -27,7 +28,8 @@ from plenofir.camera.rays import (
     object_side_distance,
     rayleigh_limit,
 )
-from plenofir.camera.rays.distances import STATES
+from plenofir.camera.rays.distances import STATES, lens_extension
+from plenofir.camera.rays.plot import plot_bench
 from plenofir.ground.errors import InputError
 
 F193 = load_camera("f193-mla2")
@@ -230,7 +232,8 @@ def test_cover_to_infinity():
 
 
 @pytest.mark.parametrize(
-    ("near", "far"), [(500, 400), (-1, 100), (0, 100), (5, 5), (float("nan"), 9)]
+    ("near", "far"),
+    [(500, 400), (-1, 100), (0, 100), (5, 5), (float("nan"), 9), (9, float("nan")), (inf, inf)],
 )
 def test_bad_ranges(near, far):
     with pytest.raises(InputError, match="not a range of distances"):
@@ -435,3 +438,41 @@ def test_diffraction_note_names_its_numbers():
     note = diffraction_note(F193)
     for text in ("pixels of 9 um", "(14.8 um at 550 nm)"):
         assert text in note
+
+
+def test_no_diffraction_note_where_pixels_are_the_limit():
+    limit = {"pixel": rayleigh_limit(F193)}
+    assert diffraction_note(camera_of(F193, limit)) == ""
+
+
+def test_cameras_of_other_lengths():
+    changed = camera_of(F193, {"pixel": 0.004, "rows": 100})
+    assert (changed.sensor.pixel_pitch_mm, changed.sensor.rows) == (0.004, 100)
+    assert (changed.name, changed.main_lens) == ("f193-mla2, changed", F193.main_lens)
+
+
+def test_ranges_from_less_than_a_millimetre():
+    """They end in the main lens."""
+    assert covering_slices(model(), 0.5, 1000.0).slices[-1].near_mm > 0.5
+
+
+def test_one_to_one_imaging_can_be_focused():
+    assert lens_extension(100.0, 3.0, 403.0) == 100
+
+
+def test_steps_of_the_iteration():
+    """The first one is right for a plane so far away; one does not settle for a near one."""
+    assert iterated_image_distance(100.0, 3.0, 1e30) == (100.0, 1)
+    assert iterated_image_distance(100.0, 3.0, 500.0, limit=1)[1] == 1
+
+
+def test_drawn_rays_meet_in_their_plane():
+    """They begin half of M - 1 micro lenses above and below the axis."""
+    drawn, a = model(), Fraction(2)
+    bench = plot_bench(drawn, [a]).axes[0]
+    pairs = [np.array(line.get_xydata()) for line in bench.lines[:4]]
+    start = 12 / 2 * float(a) * F193.micro_lenses.pitch_mm
+    assert [pairs[0][1].tolist(), pairs[2][1].tolist()] == [[0, start], [0, -start]]
+    (near, far), (other_near, other_far) = pairs[1], pairs[3]
+    share = (near - other_near)[1] / ((near - other_near)[1] - (far - other_far)[1])
+    assert near[0] + share * (far - near)[0] == pytest.approx(float(drawn.distance(2.0).mm))
