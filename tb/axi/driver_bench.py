@@ -57,7 +57,7 @@ class Bench:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
-        Clock(dut.clk, 10, "ns").start()
+        Clock(dut.clk, 10, "ns").start(start_high=False)
         self.bus = SimulatedBus(wishbone.Master(dut) if WISHBONE else axi_lite.Master(dut))
         self.bus.master.pause(self.rng, 0.2)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)

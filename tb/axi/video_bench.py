@@ -71,7 +71,7 @@ class Bench:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
-        Clock(dut.clk, 10, "ns").start()
+        Clock(dut.clk, 10, "ns").start(start_high=False)
         self.bus = Channels(dut)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         # True while a reset or a restart may withdraw an offered beat.

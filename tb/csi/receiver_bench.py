@@ -152,6 +152,30 @@ async def each_wrong_bit_of_a_line(dut: Any) -> None:
 
 
 @cocotb.test()
+async def lines_cut_short(dut: Any) -> None:
+    """A line that ends before its checksum does is reported, and the next frame is right.
+
+    It is reported as a line of another size, too, if pixels are missing.
+    """
+    bench = Bench(dut, UNIT * 4, 1)
+    await bench.begin()
+    packets = frame_packets(bench.picture(), BITS)
+    # Whole words of all lanes, with the header and something behind it.
+    ends = range(-(-5 // LANES) * LANES, len(packets[1]), LANES)
+    for end in ends:
+        bench.lanes.send([packets[0], packets[1][:end], packets[2]], skews=bench.skews(), gap=4)
+    await bench.lanes.sent()
+    counts = bench.counts()
+    assert counts["cut"] == len(ends)
+    assert counts.keys() <= {"cut", "size"}
+    bench.frames.clear()
+    picture = bench.picture()
+    bench.lanes.send(frame_packets(picture, BITS))
+    await bench.lanes.sent()
+    bench.check([picture])
+
+
+@cocotb.test()
 async def a_transmitter_of_others(dut: Any) -> None:
     """All pixels from the pins of cocotbext-mipi-csi2."""
     from cocotbext.mipi_csi2 import utils

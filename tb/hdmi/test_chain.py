@@ -113,7 +113,7 @@ def test_chain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("board", ["ulx3s", "ulx3s-fast"])
+@pytest.mark.parametrize("board", [pytest.param("ulx3s", marks=pytest.mark.counted), "ulx3s-fast"])
 def test_ulx3s(board: str) -> None:
     run_chain([0, 4], board=board)
 

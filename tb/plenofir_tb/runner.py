@@ -81,11 +81,17 @@ def _build(
 ) -> Runner:
     """Analyse and elaborate in a folder what the cases need; it may have a `compiled` library."""
     sources = hdl.hdl_sources()
+    runner = get_runner(simulator.name)
+    options = simulator.global_options(board=bool(board))
     if board:
         sources = chain_sources(board)[:-1]
         library = BOARDS[board].library
         models = hdl.model_sources(library)
-        simulator.run(simulator.analysis(models, library=library, board=True), work)
+        if simulator.name == "nvc":
+            # With cocotb's options, which keep the case of names: else no component is bound.
+            runner.build(sources=models, hdl_library=library, build_args=options, build_dir=work)
+        else:
+            simulator.run(simulator.analysis(models, library=library, board=True), work)
     own_packages = cases[0].packages
     sources = list(sources)
     for number, source in enumerate(sources):
@@ -100,15 +106,15 @@ def _build(
     held = {
         benches[name] for bench in own for name in used_units(bench.read_text()) & benches.keys()
     }
-    sources += [*sorted(held), *(bench for bench in own if bench not in held)]
+    benches_of_case = [*sorted(held), *(bench for bench in own if bench not in held)]
+    sources += [bench for bench in benches_of_case if bench not in sources]
     there = set(hdl.hdl_sources()) if compiled else set()
     top = work / f"{TOP}.vhd"
     top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
-    runner = get_runner(simulator.name)
     runner.build(
         sources=[*(source for source in sources if source not in there), top],
         hdl_toplevel=TOP,
-        build_args=simulator.global_options(board=bool(board)),
+        build_args=options,
         build_dir=work,
         log_file=work / "build.log",
     )
