@@ -24,18 +24,19 @@ from plenofir.refocus.kernels import (
     ranges_of,
     whole,
 )
-from plenofir.refocus.vector_code import LINE_BYTES
-from plenofir.refocus.vectors import (
+from plenofir.refocus.row_vectors import (
     copy_line,
     divide,
     finished_lines,
     quotients,
     running_sum,
-    sharpen,
-    sum_lines,
+    sharpened_quotients,
+    sharpened_sums,
     take_number,
     transpose_back,
 )
+from plenofir.refocus.vector_code import LINE_BYTES
+from plenofir.refocus.vectors import sum_lines
 
 PIECE = 512
 """Samples of a line that are summed, divided and written in one go."""
@@ -106,7 +107,8 @@ class Row(NamedTuple):
     ranges: Integers
     low: int  # pixels of a line that are taken
     high: int
-    words: Integers  # sums of columns, with M zero pixels on both sides
+    margin: int  # zeros on both sides of sums: of 3 M pixels with sharpening, of M without
+    words: Integers  # sums of columns
     start: Integers  # places of the pixels in the sum before the first
     # places of pixels that enter: for sum t those from ends[t] on; without ends, one for each sum
     places: Integers
@@ -129,26 +131,34 @@ def _row(
     low, high = plan.step * (t0 - 1) - m + 1, plan.step * (t0 + steps - 1) + 1
     low = min(columns.length, max(0, low + min(0, reach)))
     high = max(low, min(columns.length, high + max(0, reach)))
-    start, places = np.empty(m, np.int64), np.full(steps * plan.step + 2 * m + PAD, low)
+    # Sharpened sums take in pixels from one lens before them to one behind them.
+    beside = m * int(taps.side > 0)
+    margin = m + 2 * beside
+    start, places = np.empty(m, np.int64), np.full(steps * plan.step + 2 * margin + PAD, low)
     ends = np.zeros(steps + 1, np.int64)
     start = start[: whole(plan, plan.step * (t0 - 1), low, high, start, 0)]
     n, single = 0, plan.common == 1
     for t in range(steps):
-        n = entering(plan, first, plan.step * (t0 + t), low, high + m, places, n)
+        at = plan.step * (t0 + t)
+        n = entering(plan, first, at, low - beside, high + m + beside, places, n)
         if single and n == t:
             # No pixel enters or leaves.
-            places[n] = high + 2 * m
+            places[n] = high + m + margin
             n += 1
         ends[t + 1] = n
-    plain = positions_of(plan, taps) == 1
-    memory = (0 if plain else (steps + 4 * m + PAD) * plan.channels) * LINE_BYTES // word.itemsize
+    made = (steps + 2 * m + 2 * margin + PAD) * plan.channels * LINE_BYTES // word.itemsize
+    memory = made * int(plan.order > 0)
+    words = aligned((high - low + 2 * margin + (1 + int(single)) * m + PAD) * pixel, word)
+    for k in range(words.size if taps.zero > 0 else 0):
+        words[k] = taps.zero
     return Row(
         ranges,
         low,
         high,
-        aligned((high - low + (3 + int(single)) * m + PAD) * pixel, word),
-        (start - low + m) * pixel,
-        (places[: n + PAD] - low + m) * pixel,
+        margin * pixel,
+        words,
+        (start - low + margin) * pixel,
+        (places[: n + PAD] - low + margin) * pixel,
         ends[: 0 if single else ends.size],
         aligned(pixel, like),
         aligned(memory, like),
@@ -157,18 +167,16 @@ def _row(
 
 
 @compiled
-def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[Integers, int]:
-    """Sharpened sums of whole lines, and the index of the first wanted one.
+def _whole_lines(plan: Plan, row: Row) -> Integers:
+    """Sums of whole lines: the input of the last moving sum, after `margin` zeros.
 
-    Without sharpening: the input of the last moving sum, whose sum before the first is in `carry`.
+    Without sharpening `carry` has the sum before the first that is wanted.
     """
-    m, words, totals, other = plan.micro_image_size, row.words, row.totals, row.other
-    pixel, ranges = row.carry.size, row.ranges
-    margin = m * pixel
+    words, margin, totals, other = row.words, row.margin, row.totals, row.other
+    m, pixel, ranges = plan.micro_image_size, row.carry.size, row.ranges
     made = ranges[0, 1] - ranges[0, 0]
-    running_sum(
-        words, row.places, row.ends, 0, made, margin, totals, margin, pixel, row.carry, words
-    )
+    box = m * pixel
+    running_sum(words, row.places, row.ends, 0, made, box, totals, margin, pixel, row.carry, words)
     one_each = np.empty(0, np.int64)
     numbers = np.arange(made + 2 * m)
     for level in range(1, plan.order + 1):
@@ -178,29 +186,85 @@ def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[In
         row.carry[:] = 0
         runs = ranges[level, 1] - ranges[level - 1, 0] + plan.box_offset
         made = ranges[level, 1] - ranges[level, 0]
-        target = (m + made - runs) * pixel
-        last = level == plan.order and taps.side == 0
+        target = (made - runs) * pixel + margin
+        last = level == plan.order
         runs -= made * int(last)
-        places = (numbers[:runs] + m) * pixel
-        running_sum(
-            totals, places, one_each, 0, runs, margin, other, target, pixel, row.carry, words
-        )
-        if last:
-            return totals, 0
-        totals, other = other, totals
-    origin = margin + (s0 - ranges[plan.order, 0]) * pixel
-    first = s0 - plan.columns.base
-    flags, done = taps.columns[first : first + s1 - s0], 0
-    while done < flags.size:
-        until = done
-        while until < flags.size and flags[until] == flags[done]:
-            until += 1
-        before, behind = margin * (flags[done] & 1), margin * (flags[done] >> 1)
-        place, count = done * pixel, (until - done) * plan.channels
-        numbers_of = taps.centre, taps.side, taps.bias, taps.drop
-        sharpen(totals, origin + place, before, behind, other, place, count, words, *numbers_of)
-        done = until
-    return other, 0
+        places = numbers[:runs] * pixel + margin
+        running_sum(totals, places, one_each, 0, runs, box, other, target, pixel, row.carry, words)
+        if not last:
+            totals, other = other, totals
+    return totals
+
+
+@compiled
+def _begin_sharpened(plan: Plan, taps: Taps, row: Row, sums: Integers, t: int, flags: int) -> None:
+    """Set `carry` to the sharpened sum before number t, from its pixels in `sums`."""
+    m, pixel = plan.micro_image_size, row.carry.size
+    starts = np.empty(m, np.int64)
+    if plan.order == 0:
+        starts = starts[: whole(plan, t - 1, row.low - m, row.high + m, starts, 0)] - row.low
+    else:
+        starts[:] = np.arange(m) + (t - m + plan.box_offset - row.ranges[plan.order - 1, 0])
+    starts = starts * pixel + row.margin
+    part, zero = np.empty_like(row.carry), taps.zero * starts.size
+    before, behind = taps.side * (flags & 1), taps.side * (flags >> 1)
+    own = taps.centre - 2 * taps.side + before + behind
+    row.carry[:] = 0
+    for lens, weight in ((0, own), (-m, -before), (m, -behind)):
+        part[:] = 0
+        sum_lines(sums, starts, 0, starts.size, starts.size, lens * pixel, part, 0, 0, pixel)
+        for k in range(pixel):
+            row.carry[k] += weight * (part[k] - zero)
+
+
+@compiled
+def _sharpened(
+    plan: Plan,
+    taps: Taps,
+    weights: Weights,
+    row: Row,
+    sums: Integers,
+    places: Integers,
+    ends: Integers,
+    first: int,
+    s0: int,
+    s: int,
+    end: int,
+    runs: Integers,
+    full: bool,
+    entries: Integers,
+    table: Integers,
+    totals: Integers,
+    values: Integers,
+) -> None:
+    """Values of the sharpened sums s to end - 1, counted from s0."""
+    # Places, or their ends, are those from number `first` on. `runs` has for each sum its flags
+    # (`Taps.columns`), and the next one with others. `full`: lines have all of their weight.
+    channels, pixel = plan.channels, row.carry.size
+    box, shift = plan.micro_image_size * pixel, 16 * table.itemsize - weights.bits - 1
+    multiplier = np.full(LINE_BYTES // values.itemsize, taps.multiplier, values.dtype)
+    goal, floor = 0, taps.bias >> taps.drop + 1
+    while s < end:
+        flags, until = runs[s, 0], min(end, runs[s, 1])
+        if s == 0 or runs[s - 1, 1] == s:
+            _begin_sharpened(plan, taps, row, sums, s0 + s, flags)
+        count, number = until - s, first + s
+        if full and flags == 3 and taps.zero > 0 and ends.size == 0:
+            sharpened_quotients(
+                *(sums, places, number, count, box, pixel, row.carry, taps.centre + taps.side),
+                *(taps.bias + taps.half, taps.drop + 1, floor, taps.limit),
+                *(multiplier, taps.rest, values, goal),
+            )
+        else:
+            before, behind = taps.side * (flags & 1), taps.side * (flags >> 1)
+            own = taps.centre - 2 * taps.side + before + behind
+            sharpened_sums(
+                *(sums, places, ends, number, count, box, pixel, row.carry),
+                *(own, before, behind, taps.bias, taps.drop, totals, values),
+            )
+            part, samples = values[goal:], count * channels
+            divide(totals, 0, part, samples, entries, s * channels, table, shift, plan.most)
+        s, goal = until, goal + count * pixel
 
 
 @compiled
@@ -232,6 +296,7 @@ def refocus_blocks(
     piece = max(1, PIECE // channels // columns.scale)
     piece -= piece % PAD if piece > PAD else 0
     values = aligned((piece * channels + PAD) * lanes, word)
+    sharp = aligned(int(taps.side > 0) * values.size, like)
     table = aligned(weights.columns.size * 3 * lanes, like).reshape((-1, 3, lanes))
     numbers, reached = table.reshape(-1), np.full(lanes, -1, np.int64)
     taken = np.zeros(1, np.int64)
@@ -264,10 +329,18 @@ def refocus_blocks(
                 entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
                 part = k // channels // piece
                 alike[part] &= int(entries[k] == entries[part * piece * channels])
-        one_each, boxes = np.empty(0, np.int64), np.empty(0 if plain else s1 - s0 + PAD, np.int64)
+        runs = np.full((s1 - s0 if taps.side > 0 else 0, 2), s1 - s0)
+        for k in range(runs.shape[0] - 1, -1, -1):
+            runs[k, 0] = taps.columns[s0 + k - columns.base]
+            if k + 1 < s1 - s0:
+                runs[k, 1] = runs[k + 1, 1] if runs[k, 0] == runs[k + 1, 0] else k + 1
+        one_each, boxes = np.empty(0, np.int64), np.empty(0, np.int64)
+        if plan.order > 0:
+            boxes = np.empty(s1 - s0 + PAD, np.int64)
+        ahead = s0 - row.ranges[plan.order, 0]
         steps = row.ranges[plan.order, 0] - row.ranges[max(plan.order - 1, 0), 0]
         for k in range(boxes.size):
-            boxes[k] = (steps + plan.box_offset + m + k) * pixel
+            boxes[k] = (ahead + steps + plan.box_offset + k) * pixel + row.margin
         # Sums that are pixels each, a single one that enters with each of them.
         direct = columns.scale == 1 and taps.side == 0 and (not plain or row.ends.size == 0)
         while taken[0] < blocks.shape[0] and column0 == blocks[taken[0], 2]:
@@ -280,15 +353,13 @@ def refocus_blocks(
                 column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words[:0])
             for t in range(t0, t1, lanes):
                 count = min(lanes, t1 - t)
-                column_sums(x, plan, taps, first, lines, t, count, row.words[m * pixel :])
-                after = (m + row.high - row.low) * pixel
-                row.words[after : after + PAD * lanes] = 0
+                column_sums(x, plan, taps, first, lines, t, count, row.words[row.margin :])
+                after = (row.high - row.low) * pixel + row.margin
+                row.words[after : after + PAD * lanes] = taps.zero
                 row.carry[:] = 0
                 starts = row.start.size
                 sum_lines(row.words, row.start, 0, starts, starts, 0, row.carry, 0, 0, pixel)
-                totals, place = row.totals, 0
-                if not plain:
-                    totals, place = _whole_lines(plan, taps, row, s0, s1)
+                totals = _whole_lines(plan, row) if plan.order > 0 else row.totals
                 others = 0
                 for line in range(lanes):
                     o = max((t + line) * rows.scale - rows.base, 0)
@@ -297,12 +368,13 @@ def refocus_blocks(
                     reached[line] = weight
                 if others > 0:
                     weights_table(weights, reached, table)
-                even = direct
+                even = True
                 for line in range(lanes):
                     even &= reached[line] == reached[0]
+                full = even and reached[0] == m
+                even &= direct
                 for s in range(0, s1 - s0, piece):
                     run = min(piece, s1 - s0 - s)
-                    samples = run * channels
                     drop = 16 * table.itemsize - weights.bits - 1
                     o0 = max(column0, (s0 + s) * columns.scale - columns.base)
                     o1 = min(column1, (s0 + s + run) * columns.scale - columns.base)
@@ -336,8 +408,16 @@ def refocus_blocks(
                             *(row.carry, entries, alike[s // piece], table, drop, plan.most),
                         )
                     else:
-                        at, own = place + s * pixel, s * channels
-                        divide(totals, at, values, samples, entries, own, table, drop, plan.most)
+                        wanted = s0, s, s + run, runs, full, entries, numbers, sharp, values
+                        if plan.order == 0:
+                            words, places, ends = row.words, row.places, row.ends
+                            _sharpened(
+                                plan, taps, weights, row, words, places, ends, ahead, *wanted
+                            )
+                        else:
+                            _sharpened(
+                                plan, taps, weights, row, totals, boxes, one_each, 0, *wanted
+                            )
                     if not at_once:
                         transpose_back(
                             values, index, done, s * pixel, picture, done, pitch, until - done

@@ -99,18 +99,26 @@ def plan(
     divisor = full**2
     made = division(divisor, white)
     line_bits = 16 if made.bits == 32 and white * full < 1 << 15 else made.bits
-    most, bias, drop = white, 0, 0
+    most, numbers = white, (0,) * 7
     if units:
         # All bits of the scale but one are dropped from sharpened sums, which are above -bias.
-        gain, drop, divisor = (
-            (filter_.centre + 2 * filter_.side) ** 2,
-            2 * filter_.bits - 1,
-            2 * divisor,
-        )
-        bias = ((4 * filter_.side * filter_.centre * white * full**2 >> drop) + 1) << drop
+        gain, drop = (filter_.centre + 2 * filter_.side) ** 2, 2 * filter_.bits - 1
+        bias = ((4 * filter_.side * filter_.centre * white * divisor >> drop + 1) + 1) << drop + 1
         most = -(-white * gain >> 2 * filter_.bits)
-        made = division(divisor, most, gain * white * full**2 + (1 << drop), least_bits=32)
-        line_bits = made.bits
+        at_once = made
+        made = division(2 * divisor, most, gain * white * divisor + (2 << drop), least_bits=32)
+        line_bits, numbers = made.bits, (0, bias, drop, 0, 0, 0, 0)
+        largest = max(
+            (filter_.centre + 2 * filter_.side) * white * full,
+            (gain * white * divisor >> drop + 1) + divisor + 1,
+        )
+        narrow = at_once.bits == 16 <= at_once.drop and largest >> 16 == 0
+        if narrow and order == 0 and filter_.side == 1:
+            line_bits, above = 16, at_once.half - divisor // 2
+            zero, half = 2 * filter_.side * white * full, (divisor + 2 * above) << drop
+            limit = (white + 1) * divisor - 1 + above
+            numbers = zero, bias, drop, half, limit, at_once.multiplier, at_once.drop - 16
+        divisor *= 2
     reached = [np.full(n, full) for n in shape[:2]]
     if normalise:
         reached = [arrived(n, m, shift, order, align) for n in shape[:2]]
@@ -145,7 +153,7 @@ def plan(
             columns=columns,
             most=white,
         ),
-        Taps(filter_.centre, filter_.side, bias, drop, *sharp),
+        Taps(filter_.centre, filter_.side, *numbers, *sharp),
         weights,
         line_bits,
         made.bits,

@@ -26,7 +26,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus import vector_code, vectors
+from plenofir.refocus import row_vectors, vector_code, vectors
 from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
@@ -44,7 +44,9 @@ PAD = 32
 _PITCH = CHUNK + PAD
 
 # Modules whose functions are inlined into others.
-_SHARED = (Path(__file__), Path(vectors.__file__), Path(vector_code.__file__))
+_SHARED = tuple(
+    Path(file) for file in (__file__, vectors.__file__, row_vectors.__file__, vector_code.__file__)
+)
 
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
@@ -133,9 +135,16 @@ class Taps(NamedTuple):
 
     centre: int
     side: int
+    # added to sums of columns, so that none is negative: if they have 16 bits, with a side of 1
+    zero: int
     # the result is (sharpened sum + bias) >> drop, less as much for the bias
     bias: int
     drop: int
+    # with 16 bits: min((sharpened sum + half) >> drop + 1, limit) multiplier / 2^16 >> rest
+    half: int
+    limit: int
+    multiplier: int
+    rest: int
     # for each output, 1 if the tap before it counts, + 2 if that after it does
     rows: Integers
     columns: Integers
@@ -291,7 +300,7 @@ def column_sums(
             tiles = 0
     next_words(
         *(x, found, coming, lines.left, sums, states, span),
-        *(order, taps.centre, taps.side, tiles, words),
+        *(order, taps.centre, taps.side, taps.zero, tiles, words),
     )
     for done in range(2 * lanes * tiles, width, CHUNK):
         samples = min(CHUNK, width - done)
@@ -331,8 +340,8 @@ def column_sums(
                 flags = taps.rows[t + line - plan.rows.base]
                 behind = own if flags & 2 else own + span
                 before = own + 2 * span if flags & 1 else own + span
-                centre, side = taps.centre, taps.side
-                three_lines(sums, own + span, before, behind, row, samples, centre, side)
+                filter_ = taps.centre, taps.side, taps.zero
+                three_lines(sums, own + span, before, behind, row, samples, *filter_)
             elif made and not plain:
                 copy(sums[row : row + samples], sums[own : own + samples])
         if plain:

@@ -130,11 +130,30 @@ class Value:
         below = self.builder.icmp_unsigned("<", self.llvm, limit)
         return Value(self.builder, self.builder.select(below, self.llvm, limit))
 
-    def at_least_nothing(self) -> "Value":
-        """Each lane, with 0 for negative ones."""
-        nothing = ir.Constant(self.llvm.type, [0] * self.lanes)
-        above = self.builder.icmp_signed(">", self.llvm, nothing)
-        return Value(self.builder, self.builder.select(above, self.llvm, nothing))
+    def beyond(self, other: "Value") -> "Value":
+        """How much each lane is more than a limit, unsigned; 0 if it is not."""
+        limit = other.of_lanes(self.lanes, self.bits).llvm
+        above = self.builder.icmp_unsigned(">", self.llvm, limit)
+        more = self.builder.select(above, self.llvm, limit)
+        return Value(self.builder, self.builder.sub(more, limit))
+
+    def in_lanes_of(self, bits: int) -> "Value":
+        """The same bits in wider or narrower lanes, the lowest first."""
+        kind: Any = ir.VectorType(ir.IntType(bits), self.lanes * self.bits // bits)
+        return Value(self.builder, self.builder.bitcast(self.llvm, kind))
+
+    def every_other(self, first: int) -> "Value":
+        """Lanes first, first + 2, ..."""
+        mask = ir.Constant(
+            ir.VectorType(ir.IntType(32), self.lanes // 2), list(range(first, self.lanes, 2))
+        )
+        return Value(self.builder, self.builder.shuffle_vector(self.llvm, self.llvm, mask))
+
+    def in_turns_with(self, other: "Value") -> "Value":
+        """Lanes of both, in turns."""
+        order = [k for n in range(self.lanes) for k in (n, n + self.lanes)]
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), 2 * self.lanes), order)
+        return Value(self.builder, self.builder.shuffle_vector(self.llvm, other.llvm, mask))
 
     @contextmanager
     def times(self) -> "Iterator[Value]":

@@ -1,0 +1,404 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sums along several lines at once, their division and the way back to lines, as vectors.
+
+A vector of `LINE_BYTES` holds one sample of several lines (`plenofir.refocus.vectors`).
+"""
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import or_
+
+from llvmlite import ir
+
+from plenofir.refocus.vector_code import (
+    LINE_BYTES,
+    TILE_BYTES,
+    Array,
+    Value,
+    Variable,
+    generated,
+    lanes_in_line,
+    transposed_pieces,
+)
+
+
+@generated
+def take_number(counter: Array, taken: Array) -> None:
+    """taken[0] = counter[0], which becomes the next; each number is taken by one thread."""
+    builder = counter.builder
+    number = builder.atomic_rmw("add", counter.data, ir.Constant(ir.IntType(64), 1), "seq_cst")
+    taken.store(Value(builder, ir.Constant(ir.IntType(64), 0)), Value(builder, number))
+
+
+def _moving(
+    places: Array,
+    ends: Array,
+    first: Value,
+    count: Value,
+    pixel: Value,
+    carry: Array,
+    lanes_of: Array,
+    change: Callable[[Value], Value],
+    use: Callable[[Value, Value], None],
+) -> None:
+    """Running sums of several lines at once; `use` is called with r pixel and sum number r."""
+    # Sum r adds change(place) for the places with the numbers ends[first + r] to
+    # ends[first + r + 1] - 1, or without `ends` for number first + r;
+    # each sample of a pixel has its own sum. `carry` has the sum before the first, and afterwards
+    # the last one.
+    lanes = lanes_in_line(lanes_of)
+    with (pixel // lanes).times() as sample:
+        channel = sample * lanes
+        total = Variable(carry.load(channel, lanes))
+
+        def take(place: Value) -> None:
+            total.set(total.get() + change(place + channel))
+
+        with ends.size().is_nothing() as (one_each, several):
+            with one_each, count.times() as r:
+                take(places.load(first + r))
+                use(r * pixel + channel, total.get())
+            with several, count.times() as r:
+                begin = ends.load(first + r)
+                with (ends.load(first + r + 1) - begin).times() as i:
+                    take(places.load(begin + i))
+                use(r * pixel + channel, total.get())
+        carry.store(channel, total.get())
+
+
+def _box(words: Array, behind: Value, carry: Array, lanes_of: Array) -> Callable[[Value], Value]:
+    """How a place changes a plain sum: words[place ...] - words[place - behind ...]."""
+    lanes = lanes_in_line(lanes_of)
+
+    def change(place: Value) -> Value:
+        change = words.load(place, lanes) - words.load(place - behind, lanes)
+        return change.as_wide_as(carry.bits, signed=True)
+
+    return change
+
+
+def _factors(table: Array, entry: Value, lanes: int, *numbers: int) -> Sequence[Value]:
+    """The requested ones of half (0), scale (1) and multiplier (2), from table[entry] on."""
+    return [table.load(entry + lanes * k, lanes) for k in numbers]
+
+
+def _quotient(total: Value, factors: Sequence[Value], drop: Value, most: Value) -> Value:
+    """min(most, ((total + half) scale multiplier) >> drop)."""
+    half, scale, multiplier = factors
+    quotient = ((total + half) * scale).upper_product(multiplier) >> (drop - total.bits)
+    return quotient.at_most(most) if total.bits > 16 else quotient
+
+
+@generated
+def running_sum(
+    words: Array,
+    places: Array,
+    ends: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    totals: Array,
+    target: Value,
+    pixel: Value,
+    carry: Array,
+    lanes_of: Array,
+) -> None:
+    """totals[target + r pixel ...], r = 0 .. count - 1, as `_moving` has them."""
+    _moving(
+        *(places, ends, first, count, pixel, carry, lanes_of),
+        _box(words, behind, carry, lanes_of),
+        lambda place, total: totals.store(target + place, total),
+    )
+
+
+@generated
+def quotients(
+    words: Array,
+    places: Array,
+    ends: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    values: Array,
+    pixel: Value,
+    carry: Array,
+    index: Array,
+    alike: Value,
+    table: Array,
+    drop: Value,
+    most: Value,
+) -> None:
+    """As `running_sum`, each divided as `divide` does: values[r pixel ...]."""
+    lanes = lanes_in_line(values)
+    samples = first * (pixel // lanes)
+    box = _box(words, behind, carry, values)
+    moving = places, ends, first, count, pixel, carry, values, box
+
+    def store(place: Value, total: Value, factors: Sequence[Value]) -> None:
+        quotient = _quotient(total, factors, drop, most)
+        values.store(place, quotient.as_wide_as(values.bits))
+
+    with alike.is_nothing() as (different, all_alike):
+        with different:
+
+            def own(place: Value, total: Value) -> None:
+                entry = index.load(samples + place // lanes)
+                store(place, total, _factors(table, entry, lanes, 0, 1, 2))
+
+            _moving(*moving, own)
+        with all_alike:
+            entry = index.load(samples)
+            known = _factors(table, entry, lanes, 0, 1)
+
+            def same(place: Value, total: Value) -> None:
+                # Loaded from memory, so that LLVM knows the multiplier's width.
+                store(place, total, [*known, *_factors(table, entry, lanes, 2)])
+
+            _moving(*moving, same)
+
+
+@generated
+def divide(
+    totals: Array,
+    place: Value,
+    values: Array,
+    count: Value,
+    index: Array,
+    first: Value,
+    table: Array,
+    drop: Value,
+    most: Value,
+) -> None:
+    """`count` vectors of min(most, ((totals[place ...] + half) scale multiplier) >> drop)."""
+    # Vector n has half, scale and multiplier from table[index[first + n]] on.
+    lanes = lanes_in_line(values)
+    with count.times() as n:
+        total = totals.load(place + n * lanes, lanes)
+        factors = _factors(table, index.load(first + n), lanes, 0, 1, 2)
+        quotient = _quotient(total, factors, drop, most)
+        values.store(n * lanes, quotient.as_wide_as(values.bits))
+
+
+@generated
+def transpose_back(
+    values: Array,
+    index: Array,
+    first: Value,
+    base: Value,
+    picture: Array,
+    target: Value,
+    pitch: Value,
+    count: Value,
+) -> None:
+    """picture[target + l pitch + k] = values[index[first + k] - base + l], k < count, lanes l."""
+    # Rounded up to whole tiles.
+    lanes, width = lanes_in_line(values), _tile_samples(picture)
+    with ((count + (width - 1)) // width).times() as tile:
+        first_here = first + tile * width
+        taken = [values.load(index.load(first_here + i) - base, lanes) for i in range(width)]
+        _store_tile(taken, picture, target + tile * width, pitch)
+
+
+def _tile_samples(picture: Array) -> int:
+    """Samples of a line that are transposed back in one go."""
+    return int(2 * 8 * TILE_BYTES // picture.bits)
+
+
+def _store_tile(taken: Sequence[Value], picture: Array, target: Value, pitch: Value) -> None:
+    """Transpose vectors of values back: lane l of number k to picture[target + l pitch + k]."""
+    together = taken[0].bits // picture.bits
+    rows = [
+        reduce(or_, (taken[i + j] << (picture.bits * j) for j in range(together)))
+        for i in range(0, len(taken), together)
+    ]
+    for line, piece in transposed_pieces(rows):
+        picture.store(target + pitch * line, piece)
+
+
+@generated
+def finished_lines(
+    words: Array,
+    places: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    carry: Array,
+    table: Array,
+    entry: Value,
+    drop: Value,
+    most: Value,
+    half: Value,
+    inverse: Value,
+    picture: Array,
+    target: Value,
+    pitch: Value,
+    lanes_of: Array,
+) -> None:
+    """As `running_sum` with one place each, divided, then `transpose_back`, in registers."""
+    # Pixels first .. first + count - 1, rounded up to whole tiles. The quotient of a sum is
+    # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half. `inverse`: the
+    # bits of a real number, if not 0, with which it is (sum + half) inverse.
+    lanes, width = lanes_in_line(lanes_of), _tile_samples(picture)
+    shift = drop.as_wide_as(carry.bits)
+
+    def whole(total: Value) -> Value:
+        # The multiplier from memory: LLVM knows then that it is no wider than that.
+        quotient = total.upper_product(table.load(entry + 2 * lanes, lanes)) >> shift
+        return quotient.at_most(most) if carry.bits > 16 else quotient
+
+    def real(total: Value) -> Value:
+        return total.times_real(inverse)
+
+    def loop(channels: int, above: Value, divide: Callable[[Value], Value]) -> None:
+        places_of = [count - count + c * lanes for c in range(channels)]
+        totals = [Variable(carry.load(place, lanes) + above) for place in places_of]
+        with ((count + (width - 1)) // width).times() as tile:
+            taken, goal = [], target + tile * (width * channels)
+            for k in range(width):
+                place = places.load(first + tile * width + k)
+                for total, channel in zip(totals, places_of, strict=True):
+                    here = place + channel
+                    change = words.load(here, lanes) - words.load(here - behind, lanes)
+                    total.set(total.get() + change.as_wide_as(carry.bits, signed=True))
+                    taken.append(divide(total.get()).as_wide_as(lanes_of.bits))
+                    if len(taken) == width:
+                        _store_tile(taken, picture, goal, pitch)
+                        taken, goal = [], goal + width
+        for place, total in zip(places_of, totals, strict=True):
+            carry.store(place, total.get() - above)
+
+    def divided(channels: int) -> None:
+        if carry.bits != 32:
+            loop(channels, table.load(entry, lanes), whole)
+            return
+        with inverse.is_nothing() as (wide, narrow):
+            with wide:
+                loop(channels, table.load(entry, lanes), whole)
+            with narrow:
+                loop(channels, half.of_lanes(lanes, carry.bits), real)
+
+    with (carry.size() - lanes).is_nothing() as (grey, colour):
+        with grey:
+            divided(1)
+        with colour:
+            divided(3)
+
+
+@generated
+def copy_line(
+    target: Array, place: Value, source: Array, first: Value, count: Value, past: Value
+) -> None:
+    """target[place + k] = source[first + k], k < count; `past` 1: past the caches."""
+    line, tile = (8 * size // target.bits for size in (LINE_BYTES, TILE_BYTES))
+
+    def part(done: Value, end: Value, lanes: int, *, aligned: bool = False) -> Value:
+        with ((end - done) // lanes).times() as n:
+            k = done + n * lanes
+            target.store(place + k, source.load(first + k, lanes), past_caches=aligned)
+        return done + (end - done) // lanes * lanes
+
+    # Whole cache lines in between, if there are any.
+    head = (target.beyond_line(place) * past).at_most(count)
+    done = part(part(count - count, head, tile), head, 1)
+    with past.is_nothing() as (through, around):
+        with through:
+            part(done, count, line)
+        with around:
+            part(done, count, line, aligned=True)
+    done = done + (count - done) // line * line
+    part(part(done, count, tile), count, 1)
+
+
+def _four_words(words: Array, place: Value, behind: Value, lanes: int) -> list[Value]:
+    """Words that change a sharpened sum: at place + behind, place, place - behind, - 2 behind."""
+    return [words.load(place + behind * n, lanes) for n in (1, 0, -1, -2)]
+
+
+@generated
+def sharpened_sums(
+    words: Array,
+    places: Array,
+    ends: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    pixel: Value,
+    carry: Array,
+    centre: Value,
+    before: Value,
+    after: Value,
+    bias: Value,
+    drop: Value,
+    totals: Array,
+    lanes_of: Array,
+) -> None:
+    """As `running_sum`, of sharpened sums: totals[r pixel ...] = max(0, sum >> drop), signed."""
+    # A sum is centre S(t) - before S(t - M) - after S(t + M), and the pixels of S(t + M) lie
+    # `behind` after those of S(t): so one running sum with four weights makes it. `bias`, a
+    # multiple of 2^drop, is the largest magnitude of a negative one.
+    own, gone = centre + after, centre + before
+    floor = bias >> drop
+
+    def change(place: Value) -> Value:
+        comes, enters, leaves, last = (
+            word.as_wide_as(carry.bits)
+            for word in _four_words(words, place, behind, lanes_in_line(lanes_of))
+        )
+        return enters * own - leaves * gone - (comes * after - last * before)
+
+    def use(place: Value, total: Value) -> None:
+        totals.store(place, ((total + bias) >> drop).beyond(floor))
+
+    if carry.bits > 16:
+        _moving(places, ends, first, count, pixel, carry, lanes_of, change, use)
+
+
+@generated
+def sharpened_quotients(
+    words: Array,
+    places: Array,
+    first: Value,
+    count: Value,
+    behind: Value,
+    pixel: Value,
+    carry: Array,
+    near: Value,
+    bias: Value,
+    drop: Value,
+    floor: Value,
+    most: Value,
+    multiplier: Array,
+    rest: Value,
+    values: Array,
+    target: Value,
+) -> None:
+    """As `sharpened_sums`, divided: min(most, max(0, n - floor)) multiplier / 2^16 >> rest.
+
+    n = (sum + bias) >> drop. For words of 16 bits, and weights -1, near, -near, 1.
+    """
+    if not (words.bits == 16 and carry.bits == 32):
+        return
+    # Two neighbouring words are taken as one number of 32 bits. A running sum of those, and one of
+    # their upper words, together have the sums of both, and nothing is widened by a shuffle.
+    lanes = lanes_in_line(words)
+    with (pixel // lanes).times() as sample:
+        channel = sample * lanes
+        start = carry.load(channel, lanes) + bias
+        upper = Variable(start.every_other(1))
+        both = Variable(start.every_other(0) + (upper.get() << 16))
+        with count.times() as r:
+            pairs = [
+                word.in_lanes_of(32)
+                for word in _four_words(words, places.load(first + r) + channel, behind, lanes)
+            ]
+            for total, taken in ((both, pairs), (upper, [pair >> 16 for pair in pairs])):
+                comes, enters, leaves, last = taken
+                total.set(total.get() + ((enters - leaves) * near - (comes - last)))
+            lower = both.get() - (upper.get() << 16)
+            dropped = (lower >> drop).lowest(1 << 16) | (upper.get() >> drop << 16)
+            number = dropped.in_lanes_of(16).beyond(floor).at_most(most)
+            # From memory: LLVM knows then that the multiplier is no wider than that.
+            quotient = number.upper_product(multiplier.load(count - count, lanes)) >> rest
+            values.store(target + r * pixel + channel, quotient)
+        lower = both.get() - (upper.get() << 16)
+        carry.store(channel, lower.in_turns_with(upper.get()) - bias)
