@@ -107,6 +107,10 @@ begin
               '0';
 
   monitor : entity work.tmds_monitor
+    generic map (
+      -- The pixel clock is fourteen fifteenths of the oscillator's.
+      NOMINAL_PERIOD => 2 * HALF_PERIOD * 15 / 14
+    )
     port map (
       clk      => out_clk_p,
       data     => out_data_p,

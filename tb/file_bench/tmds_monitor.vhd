@@ -10,6 +10,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 entity tmds_monitor is
+  generic (
+    -- Period that the clock lane has, within a part in fifty; 0: any.
+    NOMINAL_PERIOD : time := 0 fs
+  );
   port (
     clk  : in    std_logic;
     data : in    std_logic_vector(2 downto 0);
@@ -66,6 +70,10 @@ begin
       if cycles < 4 then
         cycles := cycles + 1;
       else
+        assert NOMINAL_PERIOD = 0 fs or abs (period - NOMINAL_PERIOD) < NOMINAL_PERIOD / 50
+          report "tmds_monitor: the clock lane's period is " & time'image(period) & ", expected " &
+                 time'image(NOMINAL_PERIOD)
+          severity failure;
         bits := (others => '0');
         -- Bits in their middle, from the clock lane's rising edge on: wherever words begin, their
         -- place stays the same.

@@ -144,6 +144,9 @@ begin
   watching <= begun and taken < WORDS;
 
   monitor : entity work.tmds_monitor
+    generic map (
+      NOMINAL_PERIOD => 2 * HALF_PERIOD
+    )
     port map (
       clk      => out_clk,
       data     => out_data,
