@@ -55,22 +55,6 @@ def slice_case(m: int, shift: int, *, stored: bool) -> Case:
     )
 
 
-def test_one_token_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Such lines are too short to come without a pause.
-    monkeypatch.setenv("COCOTB_TEST_FILTER", "with_stalls|any_stalls|broken")
-    cases = []
-    for pixels, m in ((4, 2), (8, 5)):
-        core = CoreConfiguration(
-            micro_image_size=m,
-            shifts=(-1, 1),
-            max_columns=pixels,
-            engine=MovingSumEngine(pixels_per_clock=pixels),
-        )
-        case = {"core": core.model_dump(mode="json"), "thorough": True}
-        cases.append(Case("raster_refocuser", "core.raster_bench", core.generics(), case))
-    run_cases(cases)
-
-
 @pytest.mark.drawn(3)
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 5])
 def test_every_slice(m: int) -> None:
