@@ -205,16 +205,16 @@ def _begin_sharpened(plan: Plan, taps: Taps, row: Row, sums: Integers, t: int, f
         starts = starts[: whole(plan, t - 1, row.low - m, row.high + m, starts, 0)] - row.low
     else:
         starts[:] = np.arange(m) + (t - m + plan.box_offset - row.ranges[plan.order - 1, 0])
-    starts = starts * pixel + row.margin
-    part, zero = np.empty_like(row.carry), taps.zero * starts.size
     before, behind = taps.side * (flags & 1), taps.side * (flags >> 1)
     own = taps.centre - 2 * taps.side + before + behind
-    row.carry[:] = 0
-    for lens, weight in ((0, own), (-m, -before), (m, -behind)):
-        part[:] = 0
-        sum_lines(sums, starts, 0, starts.size, starts.size, lens * pixel, part, 0, 0, pixel)
-        for k in range(pixel):
-            row.carry[k] += weight * (part[k] - zero)
+    for k in range(pixel):
+        total = np.int64(-taps.zero * (own - before - behind) * starts.size)
+        for start in starts:
+            place = start * pixel + row.margin + k
+            total += own * np.int64(sums[place])
+            total -= before * np.int64(sums[place - m * pixel])
+            total -= behind * np.int64(sums[place + m * pixel])
+        row.carry[k] = total
 
 
 @compiled
@@ -279,6 +279,7 @@ def refocus_blocks(
     past: int,
     word: Integers,
     like: Integers,
+    sharp: Integers | None,
 ) -> None:
     """Make the blocks of a refocused image that no other thread has taken.
 
@@ -286,8 +287,8 @@ def refocus_blocks(
     """
     # `x` and `out` have the shape (rows, columns * channels). A line of `blocks` is the first and
     # last + 1 row and column of a block of outputs; `counter` has the number of the next one, and
-    # threads share it. `like` has the type that holds sums, `word`
-    # that of columns' sums.
+    # threads share it. `like` has the type that holds sums, `word` that of columns' sums; `sharp`
+    # that of sums, too, or it is None: each has only its own steps compiled.
     m, channels, rows, columns = plan.micro_image_size, plan.channels, plan.rows, plan.columns
     lanes = LINE_BYTES // word.itemsize
     pixel = channels * lanes
@@ -296,7 +297,7 @@ def refocus_blocks(
     piece = max(1, PIECE // channels // columns.scale)
     piece -= piece % PAD if piece > PAD else 0
     values = aligned((piece * channels + PAD) * lanes, word)
-    sharp = aligned(int(taps.side > 0) * values.size, like)
+    room = aligned(int(taps.side > 0) * values.size, like)
     table = aligned(weights.columns.size * 3 * lanes, like).reshape((-1, 3, lanes))
     numbers, reached = table.reshape(-1), np.full(lanes, -1, np.int64)
     taken = np.zeros(1, np.int64)
@@ -386,7 +387,18 @@ def refocus_blocks(
                     while scaled > 1:
                         scaled, rest = scaled // 2, rest - 1
                     at_once = even and alike[s // piece] == 1 and rest >= 0
-                    if at_once:
+                    if sharp is not None:
+                        wanted = s0, s, s + run, runs, full, entries, numbers, room, values
+                        if plan.order == 0:
+                            words, places, ends = row.words, row.places, row.ends
+                            _sharpened(
+                                plan, taps, weights, row, words, places, ends, ahead, *wanted
+                            )
+                        else:
+                            _sharpened(
+                                plan, taps, weights, row, totals, boxes, one_each, 0, *wanted
+                            )
+                    elif at_once:
                         weight = reached[0] * weights.columns[which // (3 * lanes)] * weights.twice
                         inverse = inverse_bits(weight, plan.most)
                         known = table, which, rest, plan.most, weight // 2, inverse
@@ -402,22 +414,11 @@ def refocus_blocks(
                             *(row.words, row.places, row.ends, s, run, m * pixel, values, pixel),
                             *(row.carry, entries, alike[s // piece], table, drop, plan.most),
                         )
-                    elif taps.side == 0:
+                    else:
                         quotients(
                             *(totals, boxes, one_each, s, run, m * pixel, values, pixel),
                             *(row.carry, entries, alike[s // piece], table, drop, plan.most),
                         )
-                    else:
-                        wanted = s0, s, s + run, runs, full, entries, numbers, sharp, values
-                        if plan.order == 0:
-                            words, places, ends = row.words, row.places, row.ends
-                            _sharpened(
-                                plan, taps, weights, row, words, places, ends, ahead, *wanted
-                            )
-                        else:
-                            _sharpened(
-                                plan, taps, weights, row, totals, boxes, one_each, 0, *wanted
-                            )
                     if not at_once:
                         transpose_back(
                             values, index, done, s * pixel, picture, done, pitch, until - done

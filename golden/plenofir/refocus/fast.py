@@ -242,10 +242,10 @@ def fast_refocus(
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
     blocks, past = _blocks(work.plan, word.itemsize, count), int(flat.nbytes > _PAST_CACHES)
-    number = np.zeros(1, np.int64)
+    number, sharp = np.zeros(1, np.int64), like if units else None
     in_threads(
         lambda: refocus_blocks(
-            x, flat, work.plan, work.taps, work.weights, blocks, number, past, word, like
+            x, flat, work.plan, work.taps, work.weights, blocks, number, past, word, like, sharp
         ),
         count,
     )
