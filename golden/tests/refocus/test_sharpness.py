@@ -14,6 +14,7 @@ from plenofir.refocus.sharpness import (
     depth_index,
     lens_sums,
     local_sharpness,
+    slice_weight,
     vote,
 )
 
@@ -73,6 +74,37 @@ def test_equals_the_plain_definition(m, size, channels, slices, radius, levels, 
             best = candidates.index(max(candidates))
             assert got.index[y // m, x // m] == best
             assert np.array_equal(got.image[y, x], stack[best, y, x])
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    shifts=st.lists(st.integers(-9, 9), min_size=1, max_size=5, unique=True).map(sorted),
+    down=st.booleans(),
+    confidence=st.sampled_from([0, 40, 900]),
+    seed=st.integers(0, 1000),
+)
+def test_depth_between_slices_equals_the_plain_definition(shifts, down, confidence, seed) -> None:
+    shifts = shifts[::-1] if down else shifts
+    stack = np.random.default_rng(seed).integers(0, 256, (len(shifts), 8, 10)).astype(np.uint8)
+    got = depth_index(stack, 2, 1, confidence=confidence, shifts=shifts)
+    energies = [
+        np.array(plain_sharpness(image, 2, 1)) * slice_weight(shift, 2) >> 4
+        for image, shift in zip(stack, shifts, strict=True)
+    ]
+    for place in np.ndindex(4, 5):
+        values = [int(energy[place]) for energy in energies]
+        best = values.index(max(values))
+        want, focus = (best, 128, 0), shifts[best] / 2
+        if 0 < best < len(shifts) - 1:
+            before, own, after = values[best - 1 : best + 2]
+            p = abs(shifts[best + 1] - shifts[best]) * (own - before)
+            q = abs(shifts[best] - shifts[best - 1]) * (own - after)
+            curvature = (2 * own - before - after) // 2 ** max(confidence.bit_length() - 5, 0)
+            want = best, min(255, 256 * p // (p + q)), max(1, min(255, curvature))
+            low, high = (shifts[best] + shifts[best + step] for step in (-1, 1))
+            focus = (low + (high - low) * (want[1] + 0.5) / 256) / 4
+        assert got.focus(shifts, 2)[place] == pytest.approx(focus)
+        assert (got.index[place], got.fraction[place], got.confidence[place]) == want
 
 
 def plain_vote(index, sure, radius: int) -> list[list[int]]:
