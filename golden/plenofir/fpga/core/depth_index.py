@@ -90,7 +90,8 @@ class DepthIndexConfiguration(BaseModel):
         if self.pixels_per_clock > self.micro_image_size:
             raise InputError(
                 f"a depth index judges one micro image each clock, so it takes at most M pixels a "
-                f"clock (M = {self.micro_image_size}), not {self.pixels_per_clock}",
+                f"clock (M = {self.micro_image_size}), not {self.pixels_per_clock}; use fewer, "
+                "or a scene with stack.output = 'slices'",
                 where="pixels_per_clock",
             )
         if self.shifts and not (len(self.shifts) == self.slices and has_order(self.shifts)):
