@@ -473,6 +473,9 @@ def test_drawn_rays_meet_in_their_plane():
     pairs = [np.array(line.get_xydata()) for line in bench.lines[:4]]
     start = 12 / 2 * float(a) * F193.micro_lenses.pitch_mm
     assert [pairs[0][1].tolist(), pairs[2][1].tolist()] == [[0, start], [0, -start]]
+    # A straight line from the pixel through the middle of a micro lens to the main lens.
+    steps, rises = np.diff(pairs[0], axis=0).T
+    assert rises[0] / steps[0] == pytest.approx(rises[1] / steps[1])
     (near, far), (other_near, other_far) = pairs[1], pairs[3]
     share = (near - other_near)[1] / ((near - other_near)[1] - (far - other_far)[1])
     assert near[0] + share * (far - near)[0] == pytest.approx(float(drawn.distance(2.0).mm))
