@@ -149,7 +149,7 @@ class GrowingFit(WhiteImage):
             return None
         drawn = self.drawn_grid.centres(t, s)
         # The drawn grid does not cover lenses that have come in since.
-        if ((drawn < 0) | (drawn > np.array(self.shape) - 1)).any():
+        if ((drawn < 0) | (drawn > self.end)).any():
             return None
         stretch = self.stretch
         result = measured - (self.measure(self.redrawn, drawn) - drawn)
@@ -164,7 +164,7 @@ class GrowingFit(WhiteImage):
 
     def frame(self) -> Frame:
         """The even grid that approximates this one in the middle of the image."""
-        middle = (np.array(self.shape) - 1) / 2
+        middle = self.end / 2
         origin = self.grid.inverse(middle)
         return Frame(self.grid.jacobian(origin), origin, middle, float(np.hypot(*middle)))
 
@@ -174,7 +174,7 @@ class GrowingFit(WhiteImage):
         # middle, so their scatter does not show it.
         moves = np.zeros((count, 2))
         moves[: len(coefficients)] = coefficients * self.stretch
-        moves[0] -= (np.array(self.shape) - 1) / 2 * self.stretch
+        moves[0] -= self.end / 2 * self.stretch
         result = np.zeros((2, count, 2, count))
         for axis in (0, 1):
             result[axis, :, axis] = np.outer(moves[:, axis], moves[:, axis])

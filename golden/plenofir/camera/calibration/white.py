@@ -100,6 +100,8 @@ class WhiteImage:
         # Level at which many pixels clip.
         self.clipped = clipped
         self.shape = image.shape[0], image.shape[1]
+        # The last pixel along y and x.
+        self.end = np.array(self.shape) - 1.0
         self.grid = grid
         self.shading: Floats | None = None
         # Level without light.
@@ -125,8 +127,7 @@ class WhiteImage:
         """Pitch along y and x for windows, from the smallest cell of the image."""
         down, right = extents(self.grid)
         if self.grid.order > 1:
-            end = np.array(self.shape) - 1.0
-            corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]) * end
+            corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]) * self.end
             cells = np.abs(np.linalg.det(self.grid.jacobian(self.grid.inverse(corners))))
             share = float(np.sqrt(cells.min() / abs(np.linalg.det(self.grid.vectors))))
             share = min(1.0, max(_SMALLEST_CELL, share))
@@ -135,10 +136,9 @@ class WhiteImage:
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
         """Lenses in a box of this half width around the middle, at least margin from the border."""
-        end = np.array(self.shape) - 1.0
-        middle = end / 2
+        middle = self.end / 2
         low = np.maximum(middle - radius, margin)
-        high = np.minimum(middle + radius, end - margin)
+        high = np.minimum(middle + radius, self.end - margin)
         if (low >= high).any():
             raise no_grid("image too small for its micro images")
         box = tuple(low), tuple(high)
@@ -177,7 +177,7 @@ class WhiteImage:
         if self.shading is not None:
             slope, unsure = self.inner_slope(image, centres, moments, factors)
             offsets = offsets - slope * moments.variances
-            self.stretch = unsure / ((np.array(self.shape) - 1) / 2)
+            self.stretch = unsure / (self.end / 2)
         largest = np.array(pitch) / 2
         return centres + np.clip(offsets / factors, -largest, largest)
 
@@ -207,7 +207,7 @@ class WhiteImage:
         # Both windows see the place d and the slope g: offset = factor d + variance g.
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
         known = factors * core_spread - core_factors * spread
-        result, errors = np.zeros_like(centres), self.stretch * (np.array(self.shape) - 1) / 2
+        result, errors = np.zeros_like(centres), self.stretch * self.end / 2
         if image is self.padded:
             self._sloped, errors = {}, np.zeros(2)
         far = unit_positions(centres, self.shape)
@@ -335,11 +335,10 @@ class WhiteImage:
     def redraw(self) -> None:
         """Draw the flattened image again at the centres found."""
         pitch = max(extents(self.grid))
-        end = np.array(self.shape) - 1.0
-        t, s = indices_within(self.grid, outline(np.full(2, -pitch), end + pitch))
+        t, s = indices_within(self.grid, outline(np.full(2, -pitch), self.end + pitch))
         centres = self.grid.centres(t, s).reshape(-1, 2)
-        centres = centres[((centres > -pitch) & (centres < end + pitch)).all(axis=1)]
-        inside = ((centres >= 0) & (centres <= end)).all(axis=1)
+        centres = centres[((centres > -pitch) & (centres < self.end + pitch)).all(axis=1)]
+        inside = ((centres >= 0) & (centres <= self.end)).all(axis=1)
         level = self.core(centres[inside])
         level = level / float(np.median(level[level > DIMMEST * np.percentile(level, 80)]))
         level = np.where(level > _UNLIT, np.minimum(level, _BRIGHTEST), 0.0)
@@ -347,7 +346,7 @@ class WhiteImage:
             level = np.where(level > _CLIPPED_ALIKE, 1.0, level)
         # Lenses beyond the border get the brightness of the nearest.
         level = level[cKDTree(centres[inside]).query(centres)[1]]
-        inner = ((centres > pitch / 2) & (centres < end - pitch / 2)).all(axis=1)
+        inner = ((centres > pitch / 2) & (centres < self.end - pitch / 2)).all(axis=1)
         self.redrawn = redrawn(
             self.padded, centres + self.margin, level, inner & (level > DIMMEST), pitch
         )
