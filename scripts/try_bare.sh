@@ -15,7 +15,7 @@ set -eu
 cd "$(dirname "$0")/.."
 # Where the project lies in a system.
 home=/srv
-packages=$(sed -n 's/.*after `apt-get install \([a-z ]*\)`.*/\1/p' README.md)
+packages=$(sed -n 's/^You need Debian [0-9 or]* with \([^,]*\),.*/\1/p' README.md | sed 's/`//g; s/ and / /')
 
 fail() {
     echo "try_bare: $1" >&2
@@ -61,6 +61,7 @@ for word in "$@"; do
     *) targets="$targets $word" ;;
     esac
 done
+[ -n "$packages" ] || fail "README.md has no line \"You need Debian ... with PACKAGES,\"; write it as it was"
 [ "$(id -u)" = 0 ] || fail "debootstrap and chroot need root: sudo scripts/try_bare.sh"
 command -v debootstrap >/dev/null 2>&1 || fail "debootstrap is missing; install it with: apt-get install debootstrap"
 
