@@ -204,3 +204,13 @@ def test_evidence() -> None:
         # Higher orders were tried and gained nothing.
         assert len(evidence.order_gains_px) == 2
         assert max(evidence.order_gains_px) < 0.005
+
+
+def test_margin_between_layouts() -> None:
+    """Rows 3 % farther apart than columns: off by 0.02 pitches from square, 0.52 from hexagonal."""
+    shape = (130, 130)
+    even = regular_grid(shape, 11.03)
+    stretched = tuple((1.03 * y, x) for y, x in even.coefficients)
+    grid = even.model_copy(update={"coefficients": stretched})
+    evidence = calibrate(white_image(shape, grid)).evidence
+    assert evidence.layout_margin == pytest.approx(0.522 - 0.021, abs=0.002)
