@@ -14,7 +14,8 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.tools.simulators import find_simulator, generic_text
 
 Generics = Mapping[str, int | bool | str]
-_REFUSED = re.compile(r"(?:\(assertion failure\)|\*\* Failure: \(init\)): (.*)")
+# GHDL 5 also writes "assert".
+_REFUSED = re.compile(r"(?:\(assert(?:ion)? failure\)|\*\* Failure: \(init\)): (.*)")
 _INTEGER = re.compile(r"(positive|natural|integer)(?: range (-?\d+) to (-?\d+))?")
 # Memories of some megabits need more than GHDL's default of 16 MB.
 _NVC = ("nvc", "--std=1993", "-H", "1g", "-e", "--jit", "--no-save")

@@ -24,7 +24,7 @@ CORE = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=12)
 FRAME = np.random.default_rng(0).integers(0, 255, (1, 6, 12), np.uint8, endpoint=True)
 
 
-FORMATS = {"ghdl": ["vcd", "ghw"], "nvc": ["vcd"]}
+FORMATS = {"ghdl": ["ghw", "fst"], "nvc": ["fst"]}
 
 
 def dump(simulator: Simulator, path: Path) -> Path:
@@ -36,9 +36,9 @@ def dump(simulator: Simulator, path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """FST of the frame, from the simulator that the tests run on."""
+    """VCD of the frame, from the simulator that the tests run on."""
     folder = tmp_path_factory.mktemp("good")
-    return dump(find_simulator(simulator_name(), brief=True), folder / "good.fst")
+    return dump(find_simulator(simulator_name(), brief=True), folder / "good.vcd")
 
 
 def check_equal(found: DumpComparison) -> None:
@@ -59,7 +59,12 @@ def test_simulators_agree(good: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", FORMATS[simulator_name()])
-def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
+def test_formats_agree(
+    good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    if suffix == "fst":
+        # Of GHDL 5, the one that does not compile (mcode) writes all signals into an FST.
+        monkeypatch.delenv("GHDL_BACKEND", raising=False)
     path = dump(find_simulator(simulator_name()), tmp_path / f"other.{suffix}")
     check_equal(compare_dumps(good, path))
 
@@ -90,7 +95,7 @@ def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
 def test_a_planted_fault_is_named(good, tmp_path, monkeypatch, file, old, new, signal) -> None:
     sources = plant(tmp_path / "hdl", file_bench.core_sources(), file, old, new)
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
-    bad = dump(find_simulator(simulator_name()), tmp_path / "bad.fst")
+    bad = dump(find_simulator(simulator_name()), tmp_path / "bad.vcd")
     found = compare_dumps(good, bad)
     assert not found.equal
     first = found.differences[0]

@@ -59,7 +59,7 @@ def run_tool(
         lines = log.read_text(errors="replace").splitlines()
         # For a failed assertion, the line with the reason, not the one that only says that it
         # failed.
-        reasons = [line for line in lines if "(assertion failure)" in line]
+        reasons = [line for line in lines if re.search(r"\(assert(ion)? failure\)", line)]
         wrong = reasons or [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
         raise ToolError(
             f"{Path(command[0]).name} failed with status {done.returncode}:\n" + "\n".join(wrong)
