@@ -239,7 +239,7 @@ def finished_lines(
     # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half. `inverse`: the
     # bits of a real number, if not 0, with which it is (sum + half) inverse.
     lanes, width = lanes_in_line(lanes_of), _tile_samples(picture)
-    shift = drop.as_wide_as(carry.bits)
+    shift, change = drop.as_wide_as(carry.bits), _box(words, behind, carry, lanes_of)
 
     def whole(total: Value) -> Value:
         # The multiplier from memory: LLVM knows then that it is no wider than that.
@@ -257,9 +257,7 @@ def finished_lines(
             for k in range(width):
                 place = places.load(first + tile * width + k)
                 for total, channel in zip(totals, places_of, strict=True):
-                    here = place + channel
-                    change = words.load(here, lanes) - words.load(here - behind, lanes)
-                    total.set(total.get() + change.as_wide_as(carry.bits, signed=True))
+                    total.set(total.get() + change(place + channel))
                     taken.append(divide(total.get()).as_wide_as(lanes_of.bits))
                     if len(taken) == width:
                         _store_tile(taken, picture, goal, pitch)
