@@ -34,9 +34,9 @@ mutants: venv libpython # Change the VHDL in 120 ways; fails if a change is neit
 coverage: venv test-tools libpython # Count the statements and branches of the VHDL and the lines of the package that tests reach: FULL=1 (long tests too) TESTS="tb/board" (these alone, added to the last run) JOBS=
 	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full) $(if $(TESTS),--tests $(TESTS))
 
-mutants-python: venv # The same for golden model, ray model and calibration: ROOM= SEED= COUNT=
+mutants-python: venv # The same for golden model, ray model and calibration: ROOM= SEED= COUNT= JOBS=
 	@scripts/setup.sh mutants
-	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120)
+	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120) --jobs $(JOBS)
 
 figures: venv # Record the figures of synthesis that `make test` checks (4 minutes; earlier results are in build/yosys): JOBS=
 	@scripts/setup.sh ghdl

@@ -2,11 +2,13 @@
 """Changes the Python in many small ways and reports what the tests do not notice.
 
 Usage: python scripts/mutate_python.py [--room NAME ...] [--seed N] [--count N] [--only FILE]
+                                       [--jobs N]
 
 A mutant is one change of one operator, number or loop, made by cosmic-ray
 (scripts/requirements-mutants.txt) in a copy of the package. The room's quick tests run until one
-fails, those of the changed module first. Which mutants are taken depends on a hash of their text
-and the seed. Survivors must stand in docs/verification.md; exit code 1 if one does not.
+fails: first those that reach the changed line, short ones first. Which mutants are taken depends
+on a hash of their text and the seed. Survivors must stand in docs/verification.md; exit code 1 if
+one does not.
 """
 
 import argparse
@@ -19,12 +21,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
+from queue import SimpleQueue
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
+from coverage import CoverageData
 
 from mutants import Key, explained
 from plenofir.ground import project
@@ -58,9 +64,10 @@ SECONDS = 400
 
 @dataclass(frozen=True)
 class PythonMutant:
-    """One change: file in the package, line before and after, which of the lines with that text."""
+    """One change: file in the package, line (from 0), before and after, which with that text."""
 
     file: str
+    line: int
     before: str
     after: str
     number: int
@@ -96,7 +103,7 @@ def mutant_at(path: Path, name: str, occurrence: int, line: int) -> PythonMutant
     file = str(path.relative_to(PACKAGE))
     if after == lines[line]:
         return None
-    return PythonMutant(file, lines[line], after, number, name, occurrence)
+    return PythonMutant(file, line, lines[line], after, number, name, occurrence)
 
 
 def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
@@ -112,9 +119,9 @@ def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
     return sorted(found, key=lambda mutant: mutant.file)
 
 
-def copy_package(mutant: PythonMutant | None) -> Path:
+def copy_package(mutant: PythonMutant | None, work: Path) -> Path:
     """A package of links, with a file of its own where it is changed."""
-    folder = WORK / "golden"
+    folder = work / "golden"
     shutil.rmtree(folder, ignore_errors=True)
     place, target = PACKAGE, folder / "plenofir"
     for part in Path(mutant.file).parts if mutant is not None else ():
@@ -134,28 +141,20 @@ def copy_package(mutant: PythonMutant | None) -> Path:
     return folder
 
 
-def tests_of(room: str, stem: str) -> list[Path]:
-    """The room's tests, first those of a module."""
-    tests = sorted((TESTS / ROOMS[room]).glob("test_*.py"))
-    # Those elsewhere that import the module.
-    module = f"plenofir.{ROOMS[room].replace('/', '.')}.{stem} "
-    tests += [p for p in sorted(TESTS.rglob("test_*.py")) if f"from {module}" in p.read_text()]
-    tests = [path for path in dict.fromkeys(tests) if path.stem not in NO_TESTS]
-    return sorted(tests, key=lambda path: (stem not in path.stem, path.stat().st_size))
-
-
-def notices(room: str, mutant: PythonMutant | None) -> str:
-    """The first test that fails; nothing if none does."""
-    stem = "" if mutant is None else Path(mutant.file).stem
+def run_tests(
+    tests: list[str], mutant: PythonMutant | None, work: Path, more: tuple[str, ...] = ()
+) -> subprocess.CompletedProcess[str]:
+    """Run pytest on the package with that change."""
     environment = {
         **os.environ,
-        "PYTHONPATH": str(copy_package(mutant)),
+        "PYTHONPATH": str(copy_package(mutant, work)),
         # One cache for all mutants, as its entries depend on their sources.
         "NUMBA_CACHE_DIR": str(WORK / "numba"),
+        "COVERAGE_FILE": str(work / "coverage"),
     }
     words = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
-    words += ["-m", "not slow", "-n", "0", "--hypothesis-seed=0", *map(str, tests_of(room, stem))]
-    done = subprocess.run(
+    words += ["-m", "not slow", "-n", "0", "--hypothesis-seed=0", *more, *tests]
+    return subprocess.run(
         words,
         cwd=ROOT,
         env=environment,
@@ -164,10 +163,54 @@ def notices(room: str, mutant: PythonMutant | None) -> str:
         check=False,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS)),
     )
+
+
+def first_failure(done: subprocess.CompletedProcess[str]) -> str:
+    """The test that failed; nothing if none did."""
     if done.returncode == 0:
         return ""
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
     return failed[1] if failed else f"exit code {done.returncode}"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What a run without a change tells: seconds of each test, tests that reach each line."""
+
+    seconds: dict[str, float]
+    lines: dict[str, dict[int, list[str]]]
+    files: set[str]
+    failure: str
+
+    def tests(self, mutant: PythonMutant) -> list[str]:
+        """First those that reach the line or, if it is compiled, the module; elsewhere last."""
+        lines = self.lines.get(mutant.file, {})
+        near = set(lines.get(mutant.line + 1, ())) or {t for some in lines.values() for t in some}
+        room = sorted(self.seconds, key=lambda test: (test not in near, self.seconds[test]))
+        module = f"from plenofir.{mutant.file.removesuffix('.py').replace('/', '.')} "
+        elsewhere = [p for p in sorted(TESTS.rglob("test_*.py")) if module in p.read_text()]
+        return [*room, *(str(p) for p in elsewhere if p.stem not in (*NO_TESTS, *self.files))]
+
+
+def reach_of(room: str) -> Reach:
+    """Runs the room's tests without a change."""
+    work = WORK / "unchanged"
+    more = ("--cov=plenofir", "--cov-context=test", "--cov-report=", "--durations=0", "-vv")
+    files = [p for p in (TESTS / ROOMS[room]).glob("test_*.py") if p.stem not in NO_TESTS]
+    done = run_tests([str(path) for path in files], None, work, more)
+    seconds: dict[str, float] = {}
+    for match in re.finditer(r"^([\d.]+)s +(?:call|setup) +(\S.*)$", done.stdout, re.M):
+        seconds[match[2]] = seconds.get(match[2], 0.0) + float(match[1])
+    data = CoverageData(work / "coverage")
+    data.read()
+    lines: dict[str, dict[int, list[str]]] = {}
+    for file in data.measured_files():
+        contexts = data.contexts_by_lineno(file)
+        lines[file.split("/plenofir/", 1)[-1]] = {
+            line: [name.rsplit("|", 1)[0] for name in names if name]
+            for line, names in contexts.items()
+        }
+    return Reach(seconds, lines, {path.stem for path in files}, first_failure(done))
 
 
 def main() -> int:
@@ -177,27 +220,36 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=120, help="of each room")
     parser.add_argument("--only", default="")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     options = parser.parse_args()
     known, unknown = explained(), 0
     for room in options.room:
-        if found := notices(room, None):
-            print(f"{room}: the tests fail without a change: {found}")
+        reach = reach_of(room)
+        if reach.failure:
+            print(f"{room}: the tests fail without a change: {reach.failure}")
             return 2
-        survivors = 0
         mutants = chosen(room, options.seed, options.count, options.only)
-        for number, mutant in enumerate(mutants, 1):
-            start = time.monotonic()
-            found = notices(room, mutant)
-            named = mutant.key in known
-            survivors += not found
-            unknown += not found and not named
-            told = found or ("explained" if named else "SURVIVES")
+        idle: SimpleQueue[Path] = SimpleQueue()
+        for job in range(options.jobs):
+            idle.put(WORK / f"job{job}")
+
+        def notice(mutant: PythonMutant, reach: Reach, idle: SimpleQueue[Path]) -> str:
+            work, start = idle.get(), time.monotonic()
+            found = first_failure(run_tests(reach.tests(mutant), mutant, work))
+            idle.put(work)
+            told = found or ("explained" if mutant.key in known else "SURVIVES")
             print(
-                f"{number}/{len(mutants)} {mutant.file}: {mutant.before} -> {mutant.after} "
-                f"({mutant.number}): {told}, {time.monotonic() - start:.0f} s",
+                f"{mutant.file}: {mutant.before} -> {mutant.after} ({mutant.number}): {told}, "
+                f"{time.monotonic() - start:.0f} s",
                 flush=True,
             )
-        share = 100 * (1 - survivors / max(len(mutants), 1))
+            return found
+
+        with ThreadPoolExecutor(options.jobs) as pool:
+            found = list(pool.map(notice, mutants, repeat(reach), repeat(idle)))
+        left = [mutant for mutant, test in zip(mutants, found, strict=True) if not test]
+        unknown += sum(mutant.key not in known for mutant in left)
+        share = 100 * (1 - len(left) / max(len(mutants), 1))
         print(f"{room}, seed {options.seed}: {len(mutants)} mutants, {share:.1f} % noticed")
     return int(unknown > 0)
 
