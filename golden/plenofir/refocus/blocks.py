@@ -38,7 +38,7 @@ from plenofir.refocus.row_vectors import (
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import sum_lines
 
-PIECE = 512
+PIECE = 512  # unseen
 """Samples of a line that are summed, divided and written in one go."""
 
 
@@ -97,8 +97,7 @@ def inverse_bits(weight: int, largest: int) -> int:
     if weight <= 0 or weight * (largest + 1) > 1 << 22:
         return 0
     near = np.full(1, np.float32(1 / weight))
-    bits = int(near.view(np.int32)[0])
-    return bits + int(np.float64(near[0]) < 1 / weight)
+    return near.view(np.int32).item() + int(np.float64(near.item()) < 1 / weight)
 
 
 class Row(NamedTuple):
@@ -268,6 +267,14 @@ def _sharpened(
 
 
 @compiled
+def _next_block(counter: Integers, taken: Integers) -> int:
+    """Number of a block that no other thread has taken, by way of `taken`."""
+    take_number(counter, taken)
+    number: int = taken[0]
+    return number
+
+
+@compiled
 def refocus_blocks(
     x: Integers,
     out: Integers,
@@ -298,12 +305,12 @@ def refocus_blocks(
     piece -= piece % PAD if piece > PAD else 0
     values = aligned((piece * channels + PAD) * lanes, word)
     room = aligned(int(taps.side > 0) * values.size, like)
-    table = aligned(weights.columns.size * 3 * lanes, like).reshape((-1, 3, lanes))
-    numbers, reached = table.reshape(-1), np.full(lanes, -1, np.int64)
-    taken = np.zeros(1, np.int64)
-    take_number(counter, taken)
-    while taken[0] < blocks.shape[0]:
-        column0, column1 = blocks[taken[0], 2], blocks[taken[0], 3]
+    numbers = aligned(weights.columns.size * 3 * lanes, like)
+    table, reached = numbers.reshape((weights.columns.size, 3, lanes)), np.full(lanes, -1, np.int64)
+    taken = np.empty_like(counter)
+    block = _next_block(counter, taken)
+    while block < blocks.shape[0]:
+        column0, column1 = blocks[block, 2], blocks[block, 3]
         s0 = (column0 + columns.base) // columns.scale
         s1 = (column1 - 1 + columns.base) // columns.scale + 1
         row = _row(plan, taps, first, s0, s1, word, like)
@@ -344,8 +351,8 @@ def refocus_blocks(
             boxes[k] = (ahead + steps + plan.box_offset + k) * pixel + row.margin
         # Sums that are pixels each, a single one that enters with each of them.
         direct = columns.scale == 1 and taps.side == 0 and (not plain or row.ends.size == 0)
-        while taken[0] < blocks.shape[0] and column0 == blocks[taken[0], 2]:
-            row0, row1 = blocks[taken[0], 0], blocks[taken[0], 1]
+        while block < blocks.shape[0] and column0 == blocks[block, 2]:
+            row0, row1 = blocks[block, 0], blocks[block, 1]
             t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
             lines = column_lines(plan, taps, word, t0, t1, row.low, row.high)
             # Sums of lines above the first begin with 0.
@@ -428,4 +435,4 @@ def refocus_blocks(
                     for to in range(max(goal, row0), min(goal + rows.scale, row1)):
                         here = to * out.shape[1] + column0 * channels
                         copy_line(flat, here, picture, line * pitch, width, past)
-            take_number(counter, taken)
+            block = _next_block(counter, taken)

@@ -20,15 +20,15 @@ from plenofir.refocus.sharpening import neighbours, taps
 from plenofir.refocus.threads import in_threads, processors
 
 # Bytes of a block's transposed sums, which fit into the second-level cache, with room for lines.
-_BLOCK_BYTES = 400_000
+_BLOCK_BYTES = 400_000  # unseen
 # Fewer samples are not worth the start of a second thread.
-_SAMPLES_FOR_A_THREAD = 1 << 19
+_SAMPLES_FOR_A_THREAD = 1 << 19  # unseen
 # So many blocks for each thread: one that begins late, or is held up, takes fewer.
-_BLOCKS_OF_A_THREAD = 8
+_BLOCKS_OF_A_THREAD = 8  # unseen
 # Height of a block in micro images: its first line of sums costs M additions of lines.
-_BLOCK_LENSES = 4
+_BLOCK_LENSES = 4  # unseen
 # Larger pictures, in bytes, bypass the caches when written: the next frame would evict them.
-_PAST_CACHES = 4 << 20
+_PAST_CACHES = 4 << 20  # unseen
 _NONE = np.empty(0, np.int64)
 
 
@@ -41,19 +41,19 @@ class Division(NamedTuple):
     drop: int
 
 
-def division(divisor: int, most: int, largest: int = 0, *, least_bits: int = 16) -> Division:
+def division(divisor: int, most: int, *numbers: int, least_bits: int = 16) -> Division:
     """Narrowest words for sums, and constants for exact quotients, halves rounded up.
 
-    `most`: largest quotient. `largest`: largest number that the words must hold besides.
+    `most`: largest quotient. `numbers`: what the words must hold besides.
     """
     # With d = divisor 2^t and multiplier = (2^k + e) / d, |e| <= d / 2, the quotient n 2^t / d is
     # right if e n < 2^k; or, for e < 0 and n + 1 in the place of n, if -e (n + 1) <= 2^k. d is at
     # most 2^(bits of a word - those of a quotient), and more than half of it.
     quotient_bits = most.bit_length()
-    largest = max(largest, most * divisor)
+    largest = max((most * divisor, *numbers))
     check_sums(largest)
     bits = least_bits
-    while quotient_bits >= bits or divisor > 1 << bits - quotient_bits or largest >> bits:
+    while divisor << quotient_bits > 1 << bits or largest >> bits:
         bits *= 2
     scale = ((1 << bits - quotient_bits) // divisor).bit_length() - 1
     scaled, drop = divisor << scale, 2 * bits - quotient_bits - 1
@@ -126,9 +126,7 @@ def plan(
     down, across = (
         weight[::each][part.start : part.stop] for weight, part in zip(reached, region, strict=True)
     )
-    different, places = across[:1], np.zeros(across.size, np.int64)
-    if normalise:
-        different, places = np.unique(across, return_inverse=True)
+    different, places = np.unique(across, return_inverse=True)
     weights = Weights(
         down.copy(), places.reshape(-1), different, divisor // full**2, most.bit_length()
     )
@@ -168,22 +166,27 @@ def _taps_inside(inside: npt.NDArray[np.bool_], micro_image_size: int) -> npt.ND
     return np.asarray(there[0] + 2 * there[1], np.int64)
 
 
-def _blocks(work: Plan, word_bytes: int, threads: int) -> npt.NDArray[np.int64]:
-    """Divide the output into blocks, shape (blocks, 4); see `refocus_blocks`."""
+def _block_size(work: Plan, word_bytes: int, threads: int) -> tuple[int, int]:  # unseen
+    """Rows and columns of a block."""
     m, rows, columns = work.micro_image_size, work.rows, work.columns
     beside = (m - 1) * (abs(work.shift - 1) + 1 + work.order)
     pixels = max(1, _BLOCK_BYTES // (64 * work.channels), 4 * beside)
     stride = work.step // columns.scale
     parts = max(1, round(columns.outputs * stride / pixels))
-    width = -(-columns.outputs // parts)
     lines = 64 // word_bytes * rows.scale
     height = -(-rows.outputs // (_BLOCKS_OF_A_THREAD * threads if threads > 1 else 1))
-    height = -(-max(height, _BLOCK_LENSES * m) // lines) * lines
+    return -(-max(height, _BLOCK_LENSES * m) // lines) * lines, -(-columns.outputs // parts)
+
+
+def _blocks(work: Plan, word_bytes: int, threads: int) -> npt.NDArray[np.int64]:
+    """Divide the output into blocks, shape (blocks, 4); see `refocus_blocks`."""
+    rows, columns = work.rows.outputs, work.columns.outputs
+    height, width = _block_size(work, word_bytes, threads)
     return np.array(
         [
-            (row, min(row + height, rows.outputs), column, min(column + width, columns.outputs))
-            for column in range(0, columns.outputs, width)
-            for row in range(0, rows.outputs, height)
+            (row, min(row + height, rows), column, min(column + width, columns))
+            for column in range(0, columns, width)
+            for row in range(0, rows, height)
         ],
         dtype=np.int64,
     )
@@ -226,22 +229,22 @@ def fast_refocus(
         units=units,
         region=region,
         upsample=upsample,
-        # With M = 1 the only view covers all outputs.
-        normalise=normalise and m > 1,
+        normalise=normalise,
     )
     # Each variant takes seconds to compile. So read-only arrays have no variant of their own, and
     # wide sums, which are rare (large M or order), only that for 16 bit pixels.
     wide = work.sum_bits == 64
     x = np.ascontiguousarray(raw, np.uint16 if wide else None)
     x = x.reshape(raw.shape[0], -1)
-    x.flags.writeable = False
+    x.flags.writeable = False  # unseen
     same = image.dtype == x.dtype
     flat = (image if same else np.empty(image.shape, x.dtype)).reshape(image.shape[0], -1)
     count = processors() if threads is None else threads
-    samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2
-    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
+    samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2  # unseen
+    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))  # unseen
     word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
-    blocks, past = _blocks(work.plan, word.itemsize, count), int(flat.nbytes > _PAST_CACHES)
+    past = int(flat.nbytes > _PAST_CACHES)  # unseen
+    blocks = _blocks(work.plan, word.itemsize, count)
     number, sharp = np.zeros(1, np.int64), like if units else None
     in_threads(
         lambda: refocus_blocks(

@@ -71,19 +71,17 @@ def focal_stack_lines(
     flush = -(-(delay + 1) // m) * m
     steps += [(None, k, None) for k in range(flush)]
 
-    own = due = -1
-    output = 0
+    due = -1
     total = [0] * len(slices)
     first_sum, held_sum, result = list(total), list(total), list(total)
     results: list[list[list[int]]] = [[[] for _ in slices] for _ in queue]
     for now, (begins, index, sample) in enumerate(steps):
         phase = index % m
         value = sample or 0
-        own = own if begins is None else begins
         due_begins = steps[now - delay][0] if now >= delay else None
         if due_begins is not None:
             due, output = due_begins, 0
-        else:
+        elif due >= 0:
             output += 1
         for s in slices:
             if begins is not None:

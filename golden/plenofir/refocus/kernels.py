@@ -37,7 +37,7 @@ from plenofir.refocus.vectors import (
     transpose,
 )
 
-CHUNK = 512
+CHUNK = 512  # unseen
 """Samples of a line whose sums are made and transposed in one go, in the nearest cache."""
 PAD = 32
 """Samples behind a line that may be read, and written over."""
@@ -256,14 +256,15 @@ def column_sums(
     sharpened, positions = int(taps.side > 0), positions_of(plan, taps)
     plain = positions == 1
     # All pixels of S anew where those that enter and leave are as many.
-    anew = plain and 2 * plan.step >= m and plan.step > 1
+    few = 2 * plan.step >= m and plan.step > 1  # unseen
+    anew = plain and few
     n = 0
     for position in range(positions):
         for line in range(count):
             here = 2 * (position * lanes + line)
             ends[here] = n
             at = t + line + (sharpened - position) * m + order * box
-            if at == ranges[0, 0] or (anew and at < ranges[0, 1]):
+            if anew or at == ranges[0, 0]:
                 n = whole(plan, plan.step * at, 0, x.shape[0], found, n)
                 ends[here + 1] = n
             elif ranges[0, 0] < at < ranges[0, 1]:
@@ -279,7 +280,7 @@ def column_sums(
             ends[here + 2] = n
     # Prefetch what the next lines will need.
     coming = np.empty(lanes, np.int64)
-    for line in range(0 if anew else count):
+    for line in range(0 if anew else count):  # unseen
         coming[line] = found[ends[2 * line]]
         at = t + lanes + line + sharpened * m + order * box
         if entering(plan, first, plan.step * at, 0, x.shape[0], found, n) > n:
@@ -289,7 +290,7 @@ def column_sums(
     tiles = 0
     if made and not anew and count == lanes and order + sharpened < 2:
         tiles = width // (2 * lanes)
-    for end in range(1, 2 * positions * lanes + 1 if tiles > 0 else 0):
+    for end in range(ends.size if tiles > 0 else 0):
         if ends[end] != end:
             tiles = 0
     for line in range(count if tiles > 0 else 0):
@@ -316,9 +317,9 @@ def column_sums(
                     base = 0
                 if middle - begin == 1 and end - middle == 1:
                     at = lines.left + done
-                    ahead = coming[line] if position == 0 else found[begin]
+                    ahead = (coming[line] if position == 0 else found[begin]) + at  # unseen
                     next_line(
-                        *(x, found[begin] + at, found[middle] + at, ahead + at),
+                        *(x, found[begin] + at, found[middle] + at, ahead),
                         *(sums, base, goal, samples),
                     )
                 elif plain or end > begin:

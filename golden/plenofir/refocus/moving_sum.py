@@ -188,7 +188,6 @@ def moving_sum_lines(
     order = [0] * len(queue) if slices is None else list(slices)
     rings = [np.zeros(max(ring, 1), np.int64) for ring in layout.ring_lines]
     write = [0] * m
-    base = list(write)
 
     def first_index(slice_: int, phase: int, *, held: bool) -> int | None:
         initial = layout.is_initial(slice_, phase, held=held)
@@ -202,10 +201,7 @@ def moving_sum_lines(
             steps.append((number if k == 0 else None, k, sample))
     steps += [(None, 0, None)] * (delay + 1)
 
-    own = due = -1
-    enter: list[int] = []
-    total = first_sum = held_sum = result = 0
-    output = 0
+    due = -1
     results: list[list[int]] = [[] for _ in queue]
     for now, (begins, index, sample) in enumerate(steps):
         if begins is not None:
@@ -213,7 +209,7 @@ def moving_sum_lines(
             base = list(write)
             first_sum = held_sum = 0
         phase = index % m
-        if sample is not None and own >= 0:
+        if sample is not None:
             first_sum += sample * (index == first_index(order[own], phase, held=False))
             held_sum += sample * (index == first_index(order[own], phase, held=True))
         due_begins = steps[now - delay][0] if now >= delay else None

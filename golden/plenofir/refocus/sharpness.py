@@ -20,7 +20,7 @@ from plenofir.refocus.operator import Image
 Integers = npt.NDArray[np.int64]
 
 # Lines that are composed at once.
-_BAND = 128
+_BAND = 128  # unseen
 
 MAX_SHARPNESS_RADIUS = 8
 MAX_VOTE_RADIUS = 4

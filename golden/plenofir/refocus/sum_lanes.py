@@ -111,12 +111,8 @@ def lane_sums(
             tokens.append((number if k == 0 else None, words[k] if k < len(words) else None))
     tokens += [(None, None)] * (delay + 1)
 
-    own = due = -1
-    base = next_row = next_place = row = place = steps = 0
-    count = 0
-    frozen = (0, 0)
-    first = held_first = total = held = 0
-    same = False
+    due = -1
+    next_row = next_place = 0
     results: list[list[int]] = [[] for _ in queue]
     for now, (begins, word) in enumerate(tokens):
         due_begins = tokens[now - delay][0] if now >= delay else None

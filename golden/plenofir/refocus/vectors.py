@@ -19,7 +19,7 @@ from plenofir.refocus.vector_code import (
     transposed_pieces,
 )
 
-AHEAD_BYTES = 1024
+AHEAD_BYTES = 1024  # unseen
 """How far ahead in its line a pixel is asked for."""
 
 
@@ -46,7 +46,7 @@ def sum_lines(
             total = Variable(sums.load(base + k, lanes))
             with (middle - begin).times() as i:
                 place = lines.load(begin + i) + left + k
-                if lanes == most:
+                if lanes == most:  # unseen
                     x.prefetch(place + 8 * AHEAD_BYTES // x.bits)
                 total.set(total.get() + x.load(place, lanes).as_wide_as(sums.bits))
             with (end - middle).times() as i:
@@ -73,7 +73,7 @@ def next_line(
     for lanes in (most, 8, 1):
         with ((count - done) // lanes).times() as n:
             k = done + n * lanes
-            if lanes == most:
+            if lanes == most:  # unseen
                 x.prefetch(ahead + k)
             change = x.load(enters + k, lanes).as_wide_as(sums.bits)
             change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
@@ -117,7 +117,7 @@ def next_words(
                     rows = []
                     for line in range(size):
                         number = group * size + line
-                        if half == 0:
+                        if half == 0:  # unseen
                             x.prefetch(coming.load(number) + left + k)
                         own = number * 2
                         places = [own, *(own + (2 * lanes * p + 1) for p in range(positions))]

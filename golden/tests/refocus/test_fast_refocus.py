@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fast refocuser against the reference, to the bit."""
 
+import itertools
 import math
 import subprocess
 import sys
@@ -80,6 +81,21 @@ def test_extremes_and_all_white(m, shift, shape, dtype):
     for raw in (white, random_image(shape, dtype)):
         want = ExactArithmetic().refocus(raw, m, shift=shift)
         assert np.array_equal(refocus(raw, m, Fraction(shift, m)), want)
+
+
+@pytest.mark.parametrize(
+    ("m", "dtype"),
+    [(m, np.uint8) for m in (15, 16, 17, 127, 128, 129)] + [(m, np.uint16) for m in (256, 257)],
+)
+def test_where_words_get_wider(m, dtype):
+    # Black beside white lenses: sums of columns change by all that they can be. Sums of 32 and 64
+    # bits begin with 17 and 257, those of columns with 129 and 257.
+    lenses = np.array([[0, 1, 0], [1, 1, 0]], dtype) * np.iinfo(dtype).max
+    raw = lenses.repeat(m, 0).repeat(m, 1)[: m + 3]
+    for shift in (0, 1, m - 1) if m < 200 else (1,):
+        for image in (raw, ~raw):
+            want = ExactArithmetic().refocus(image, m, shift=shift)
+            assert np.array_equal(refocus(image, m, Fraction(shift, m)), want)
 
 
 @given(st.integers(2, 400), st.integers(0, 3), st.sampled_from([8, 16]))
@@ -232,3 +248,52 @@ print(mega_bytes("VmHWM") - before)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert float(done.stdout) < 17
+
+
+def cut_anyhow(rng: np.random.Generator, length: int) -> list[tuple[int, int]]:
+    inside = rng.permutation(np.arange(1, length))[: rng.integers(0, 5)]
+    ends = [0, *sorted(inside.tolist()), length]
+    return list(itertools.pairwise(ends))
+
+
+@pytest.mark.parametrize("sharpen", ["off", "1/64", "1/4"])
+@pytest.mark.parametrize("order", range(4))
+def test_any_blocks(order, sharpen, monkeypatch) -> None:
+    """What begins, ends and lies inside of a picture, a few pixels wide or high."""
+    rng = np.random.default_rng(order)
+
+    def cut(work, word_bytes, threads):
+        rows, columns = (cut_anyhow(rng, axis.outputs) for axis in (work.rows, work.columns))
+        return np.array([(*row, *column) for column in columns for row in rows])
+
+    monkeypatch.setattr(fast, "_blocks", cut)
+    for m, shift in ((2, 1), (2, -3), (3, 1), (3, 2), (4, 2), (4, 5), (5, 0), (5, -4), (6, 3)):
+        for dtype, border in ((np.uint8, "zero"), (np.uint16, "normalise")):
+            raw = random_image((int(rng.integers(m, 90)), int(rng.integers(m, 90))), dtype)
+            how = {"order": order, "sharpen": sharpen, "border": border}
+            want = ExactArithmetic().refocus(raw, m, shift=shift, **how)
+            how["interpolation"] = how.pop("order")
+            assert np.array_equal(refocus(raw, m, Fraction(shift, m), **how), want), (m, shift)
+
+
+@given(data=st.data())
+def test_blocks_cover_each_pixel_once(data) -> None:
+    m, shift = data.draw(st.integers(1, 40)), data.draw(st.integers(-50, 50))
+    rows, columns = data.draw(st.integers(1, 5000)), data.draw(st.integers(1, 5000))
+    upsample = data.draw(st.booleans())
+    shift *= 1 if upsample else m
+    work = fast.plan(
+        *((rows * m, columns * m), 8, m, shift),
+        **{"align": "centred", "order": 0, "units": 0, "upsample": upsample, "normalise": False},
+        region=(range(rows), range(columns)),
+    )
+    cut = fast._blocks(work.plan, work.line_bits // 8, data.draw(st.integers(1, 9)))
+    corners = {(row, column) for row, _, column, _ in cut.tolist()}
+    for axis, length in ((0, rows), (1, columns)):
+        parts = sorted(set(map(tuple, cut[:, 2 * axis : 2 * axis + 2].tolist())))
+        assert [0, *(end for _, end in parts)] == [*(begin for begin, _ in parts), length]
+    assert (
+        len(cut)
+        == len(corners)
+        == np.prod([len(set(starts)) for starts in zip(*corners, strict=True)])
+    )

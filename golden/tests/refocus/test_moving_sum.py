@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plenofir.refocus import gather_sums
+from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout, moving_sum_lines
 from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout, lane_sums
@@ -134,3 +135,59 @@ def test_memory_is_what_the_phases_need() -> None:
     assert not layout.pixels_leave
     assert layout.ring_lines == (0, 2, 4, 5, 7)
     assert sum(SumLayout(11, (11,)).ring_lines) == 50
+
+
+@pytest.mark.parametrize(
+    ("m", "shifts", "align", "words"),
+    [
+        # A running and a first sum; held ones where outputs are equal; and the group's own first
+        # sum where output 0 lies within a group.
+        (3, (1,), "centred", [2]),
+        (3, (3,), "centred", [3]),
+        (2, (2,), "centred", [4]),
+        (2, (2,), "causal", [3]),
+        (4, (1, 2), "centred", [2, 4]),
+        (4, (4, 1), "causal", [3, 2]),
+    ],
+)
+def test_sums_of_each_column(m, shifts, align, words) -> None:
+    assert SumLayout(m, shifts, align).sum_words == max(words)
+    stack = StackLayout(m, shifts, align)
+    assert [stack.slice_words(n) for n in range(len(shifts))] == words
+
+
+@pytest.mark.parametrize(
+    ("shifts", "delay", "reach"), [((1,), 1, 3), ((3,), 3, 5), ((-3,), 5, 9), ((9, -5), 9, 17)]
+)
+def test_lines_come_no_earlier_than_memory_allows(shifts, delay, reach) -> None:
+    plain = SumLayout(3, shifts)
+    any_length, stack = SumLayout(3, shifts, any_length=True), StackLayout(3, shifts)
+    assert (plain.delay, plain.reach) == (delay, reach)
+    for length in (1, 2, 3, 4, 100):
+        # The next line begins when the first output is out; columns also fill up a micro image,
+        # or wait until no pixel is needed any more.
+        whole, out = -(-length // 3) * 3, max(length, delay + 1)
+        assert plain.least_steps(length, columns=True) == max(out, whole)
+        assert any_length.least_steps(length, columns=True) == max(out, reach)
+        assert stack.least_steps(length, columns=True) == -(-out // 3) * 3
+        for layout in (plain, any_length, stack):
+            assert layout.least_steps(length, columns=False) == out
+
+
+@pytest.mark.parametrize(
+    ("m", "shifts", "pixels", "clocks", "rows"),
+    [
+        (3, (1,), 1, 7, 4),
+        (3, (1,), 2, 8, 8),
+        (3, (1,), 8, 10, 8),
+        (3, (3,), 8, 11, 8),
+        (4, (1, 3), 32, 13, 8),
+        (4, (1, 2), 32, 14, 8),
+        (11, (-11, 0, 11), 2, 10, 16),
+        (40, (60,), 32, 13, 64),
+    ],
+)
+def test_clocks_and_rows_of_several_pixels_a_token(m, shifts, pixels, clocks, rows) -> None:
+    # A clock for each level of the prefix sums, one to choose a slice, one to hold outputs.
+    layout = LaneLayout(SumLayout(m, shifts), pixels)
+    assert (layout.clocks, layout.rows) == (clocks, rows)

@@ -17,7 +17,9 @@ from plenofir.refocus import (
     interpolated_sums,
     refocus,
     refocus_sums,
+    shift_to_name,
     shift_to_text,
+    slice_names,
 )
 
 pytestmark = pytest.mark.quick
@@ -88,6 +90,16 @@ def test_focus_settings(a, m, shift):
 @given(st.integers(1, 20), st.integers(-100, 100))
 def test_focus_text_round_trip(m, shift):
     assert focus_to_shift(shift_to_text(shift, m), m) == shift
+
+
+def test_focus_settings_as_text_and_names():
+    texts = [shift_to_text(shift, 5) for shift in (-10, -3, 0, 4, 5, 6)]
+    assert texts == ["-2", "-3/5", "0", "4/5", "1", "6/5"]
+    assert shift_to_name(-3, 5) == "-3_5"
+    assert slice_names([7], 5) == ["a7_5"]
+    assert slice_names([5, -3, 0], 5) == ["3_a1", "1_a-3_5", "2_a0"]
+    assert slice_names(range(10), 1)[8:] == ["09_a8", "10_a9"]
+    assert slice_names(range(9), 1)[8] == "9_a8"
 
 
 @pytest.mark.parametrize("a", ["1/3", "1/0", "x", "", "0.5", "1e0", "1_0", None, 0.5, True, "nan"])

@@ -106,6 +106,20 @@ def test_extremes_and_all_white(m, shift, dtype, b) -> None:
         assert np.array_equal(refocus(raw, m, Fraction(shift, m), sharpen=b), want)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("units", [1, 2, 3, 4, 8, 15, 16])
+def test_largest_and_smallest_sums(units, dtype) -> None:
+    # a = 0 takes whole lenses: a black one beside four white ones, and the other way round, have
+    # the largest sums of both signs. M up to where words of 16 bits are too narrow.
+    b = Fraction(units, 64)
+    for m in (*range(1, 18), 21, 22, 32, 33) if dtype == np.uint8 else (1, 2, 3, 7, 16, 17):
+        lenses = np.indices((4, 5)).sum(axis=0) % 2 * np.iinfo(dtype).max
+        raw = lenses.astype(dtype).repeat(m, 0).repeat(m, 1)
+        for image in (raw, ~raw, raw[m // 2 :, m // 2 :]):
+            want = ExactArithmetic().refocus(image, m, shift=0, sharpen=b)
+            assert np.array_equal(refocus(image, m, 0, sharpen=b), want), m
+
+
 def test_long_lines_and_many_lines() -> None:
     # More samples than a chunk of the kernels, more lines than a vector has lanes.
     for m in (3, 33):
@@ -148,6 +162,13 @@ def test_weights() -> None:
     assert [sharpening_units(x, 5, 3) for x in ("1/16", 0.0625, Fraction(1, 16), "off", 0)] == [
         *(4, 4, 4, 0, 0)
     ]
+
+
+def test_gain_of_noise() -> None:
+    for units in (0, 1, 6, 16):
+        b = units / 64
+        exact = (b**2 + (1 + 2 * b) ** 2 + b**2) ** 0.5
+        assert taps(units).noise_gain == pytest.approx(exact, rel=1e-12)
 
 
 def test_integer_settings_and_flat_pictures_stay_as_they_are() -> None:
