@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Changes the Python in many small ways and reports what the tests do not notice.
 
-Usage: python scripts/mutate_python.py [--room NAME ...] [--seed N] [--count N] [--only FILE]
+Usage: python scripts/mutate_python.py [--room NAME ...] [--seed N ...] [--count N] [--only FILE]
                                        [--jobs N]
 
 A mutant is one change of one operator, number or loop, made by cosmic-ray
@@ -42,8 +42,10 @@ WORK = ROOT / "build" / "mutants_python"
 # Folder of the package and of its tests.
 ROOMS = {"golden": "refocus", "rays": "camera/rays", "calibration": "camera/calibration"}
 # Tests of foreign services, GPUs, killed processes, and folders of results.
-NO_MODULES = {"__init__", "batch", "record", "threads", "arrays", "cuda"}
+NO_MODULES = {"__init__", "batch", "finished_frames", "kept_code", "threads", "arrays", "cuda"}
 NO_TESTS = {"test_batch", "test_batch_kills", "test_arrays", "test_kept_code"}
+# Compiled modules, whose lines are not traced, and the one that calls them.
+COMPILED, CALLER = {"blocks", "kernels", "row_vectors", "vector_code", "vectors"}, "refocus/fast.py"
 OPERATORS = (
     *("AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ZeroIterationForLoop"),
     *("ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "ReplaceUnaryOperator_Delete_USub"),
@@ -58,6 +60,9 @@ OPERATORS = (
 )
 # Lines of text and types, and texts for people.
 SKIPPED = re.compile(r'^\s*(#|"""|@|from |import |class |def |raise |where=)|Literal\[')
+# After a line that is not changed, nor what is indented below it: sizes of blocks, what is fetched
+# ahead, which of two ways to the same numbers is taken. No result tells of it.
+UNSEEN = re.compile(r"^( *).*  # unseen\n(?:\1 .*\n)*", re.M)
 # Processor time until a mutant counts as one that hangs.
 SECONDS = 400
 
@@ -84,12 +89,16 @@ def places_of(path: Path) -> Iterator[tuple[Path, str, int, int, str]]:
     """All that may be changed in a module: file, operator, which of its places, line, its text."""
     text = path.read_text()
     lines = text.splitlines()
+    unseen = [
+        range(text.count("\n", 0, part.start()), text.count("\n", 0, part.end()))
+        for part in UNSEEN.finditer(text)
+    ]
     tree = list(ast_nodes(get_ast(text)))
     for name in OPERATORS:
         operator = get_operator(f"core/{name}")()
         places = [place for node in tree for place in operator.mutation_positions(node)]
         for occurrence, ((number, _), _) in enumerate(places):
-            if not SKIPPED.search(lines[number - 1]):
+            if not SKIPPED.search(lines[number - 1]) and all(number - 1 not in r for r in unseen):
                 yield path, name, occurrence, number - 1, lines[number - 1].strip()
 
 
@@ -147,13 +156,16 @@ def run_tests(
     """Run pytest on the package with that change."""
     environment = {
         **os.environ,
+        # What is compiled anew has half the work with it; what is not could not be kept.
+        "NUMBA_OPT": "0" if mutant is not None and Path(mutant.file).stem in COMPILED else "3",
         "PYTHONPATH": str(copy_package(mutant, work)),
         # One cache for all mutants, as its entries depend on their sources.
         "NUMBA_CACHE_DIR": str(WORK / "numba"),
         "COVERAGE_FILE": str(work / "coverage"),
     }
     words = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
-    words += ["-m", "not slow", "-n", "0", "--hypothesis-seed=0", *more, *tests]
+    words += ["-m", "not slow", "-n", "0", "--hypothesis-seed=0"]
+    words += ["--hypothesis-profile=first_failure", *more, *tests]
     return subprocess.run(
         words,
         cwd=ROOT,
@@ -183,9 +195,11 @@ class Reach:
     failure: str
 
     def tests(self, mutant: PythonMutant) -> list[str]:
-        """First those that reach the line or, if it is compiled, the module; elsewhere last."""
-        lines = self.lines.get(mutant.file, {})
-        near = set(lines.get(mutant.line + 1, ())) or {t for some in lines.values() for t in some}
+        """First those that reach the line or, if it is compiled, its caller; elsewhere last."""
+        compiled = Path(mutant.file).stem in COMPILED
+        lines = self.lines.get(CALLER if compiled else mutant.file, {})
+        near = set() if compiled else set(lines.get(mutant.line + 1, ()))
+        near = near or {test for some in lines.values() for test in some}
         room = sorted(self.seconds, key=lambda test: (test not in near, self.seconds[test]))
         module = f"from plenofir.{mutant.file.removesuffix('.py').replace('/', '.')} "
         elsewhere = [p for p in sorted(TESTS.rglob("test_*.py")) if module in p.read_text()]
@@ -195,9 +209,11 @@ class Reach:
 def reach_of(room: str) -> Reach:
     """Runs the room's tests without a change."""
     work = WORK / "unchanged"
-    more = ("--cov=plenofir", "--cov-context=test", "--cov-report=", "--durations=0", "-vv")
+    more = ("--cov=plenofir", "--cov-context=test", "--cov-report=", "-vv")
+    # Also those of less than 5 ms.
+    times = ("--durations=0", "--durations-min=0")
     files = [p for p in (TESTS / ROOMS[room]).glob("test_*.py") if p.stem not in NO_TESTS]
-    done = run_tests([str(path) for path in files], None, work, more)
+    done = run_tests([str(path) for path in files], None, work, (*more, *times))
     seconds: dict[str, float] = {}
     for match in re.finditer(r"^([\d.]+)s +(?:call|setup) +(\S.*)$", done.stdout, re.M):
         seconds[match[2]] = seconds.get(match[2], 0.0) + float(match[1])
@@ -214,11 +230,11 @@ def reach_of(room: str) -> Reach:
 
 
 def main() -> int:
-    """Run the mutants of one seed."""
+    """Run the mutants of the seeds."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--room", nargs="+", choices=ROOMS, default=list(ROOMS))
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--count", type=int, default=120, help="of each room")
+    parser.add_argument("--seed", type=int, nargs="+", default=[0])
+    parser.add_argument("--count", type=int, default=120, help="of each room and seed")
     parser.add_argument("--only", default="")
     parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     options = parser.parse_args()
@@ -228,7 +244,6 @@ def main() -> int:
         if reach.failure:
             print(f"{room}: the tests fail without a change: {reach.failure}")
             return 2
-        mutants = chosen(room, options.seed, options.count, options.only)
         idle: SimpleQueue[Path] = SimpleQueue()
         for job in range(options.jobs):
             idle.put(WORK / f"job{job}")
@@ -245,12 +260,14 @@ def main() -> int:
             )
             return found
 
-        with ThreadPoolExecutor(options.jobs) as pool:
-            found = list(pool.map(notice, mutants, repeat(reach), repeat(idle)))
-        left = [mutant for mutant, test in zip(mutants, found, strict=True) if not test]
-        unknown += sum(mutant.key not in known for mutant in left)
-        share = 100 * (1 - len(left) / max(len(mutants), 1))
-        print(f"{room}, seed {options.seed}: {len(mutants)} mutants, {share:.1f} % noticed")
+        for seed in options.seed:
+            mutants = chosen(room, seed, options.count, options.only)
+            with ThreadPoolExecutor(options.jobs) as pool:
+                found = list(pool.map(notice, mutants, repeat(reach), repeat(idle)))
+            left = [mutant for mutant, test in zip(mutants, found, strict=True) if not test]
+            unknown += sum(mutant.key not in known for mutant in left)
+            share = 100 * (1 - len(left) / max(len(mutants), 1))
+            print(f"{room}, seed {seed}: {len(mutants)} mutants, {share:.1f} % noticed", flush=True)
     return int(unknown > 0)
 
 

@@ -3,10 +3,14 @@
 
 import signal
 
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 # Speed is measured by benchmarks, never by tests.
 settings.register_profile("plenofir", deadline=None, print_blob=True)
+# For mutants: the first failure is enough, no simpler one is searched.
+settings.register_profile(
+    "first_failure", settings.get_profile("plenofir"), phases=(Phase.explicit, Phase.generate)
+)
 settings.load_profile("plenofir")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
