@@ -21,6 +21,8 @@ from plenofir.refocus.vector_code import (
 
 AHEAD_BYTES = 1024  # unseen
 """How far ahead in its line a pixel is asked for."""
+# Samples that are summed together where a line has no whole vector left.
+_FEW = 8  # unseen
 
 
 @generated
@@ -40,7 +42,7 @@ def sum_lines(
     # Lines enter at x[left + lines[begin .. middle - 1] + k], leave at those of middle .. end - 1.
     done = count - count
     most = 8 * LINE_BYTES // x.bits
-    for lanes in (most, 8, 1):
+    for lanes in (most, _FEW, 1):
         with ((count - done) // lanes).times() as n:
             k = done + n * lanes
             total = Variable(sums.load(base + k, lanes))
@@ -70,7 +72,7 @@ def next_line(
     """As `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
     done = count - count
     most = 8 * LINE_BYTES // x.bits
-    for lanes in (most, 8, 1):
+    for lanes in (most, _FEW, 1):
         with ((count - done) // lanes).times() as n:
             k = done + n * lanes
             if lanes == most:  # unseen
