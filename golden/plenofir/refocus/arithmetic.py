@@ -131,7 +131,7 @@ class StoredProductArithmetic(BaseModel):
 
     kind: Literal["stored"] = "stored"
     fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8
-    guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
+    guard_bits: Annotated[int, Field(ge=0)] = 2
 
     @model_validator(mode="after")
     def _guard_bits_are_fraction_bits(self) -> "StoredProductArithmetic":

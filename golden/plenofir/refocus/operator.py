@@ -42,7 +42,7 @@ def clamped_shift(micro_image_size: int, shift: int, shape: tuple[int, ...]) -> 
     For larger shifts all views except the one that stays in place have left the picture.
     """
     # Views move by a' (u - c) pixels; for even M the middle ones by half of a'.
-    reach = max(shape[:2]) + micro_image_size + 1
+    reach = max(shape[:2]) + micro_image_size
     limit = micro_image_size * -(-reach * (1 + (micro_image_size + 1) % 2) // micro_image_size)
     return max(-limit, min(shift, limit))
 

@@ -80,6 +80,22 @@ def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
     return int(share * WEIGHT_UNITS + Fraction(1, 2))
 
 
+def _given_units(sharpen: Sharpen, where: str) -> int | None:
+    """Weight of an option, in 64ths; None for "auto", whose weight depends on the focus."""
+    if isinstance(sharpen, str) and sharpen in ("auto", "off"):
+        return None if sharpen == "auto" else 0
+    bad = InputError(f"{sharpen!r} is not a weight; {WEIGHT_ADVICE}", where=where)
+    if isinstance(sharpen, bool) or (isinstance(sharpen, str) and not _NUMBER.fullmatch(sharpen)):
+        raise bad
+    try:
+        units = Fraction(sharpen) * WEIGHT_UNITS
+    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+        raise bad from None
+    if units.denominator != 1 or not 0 <= units <= MAX_WEIGHT_UNITS:
+        raise InputError(f"b = {sharpen} is not a weight; {WEIGHT_ADVICE}", where=where)
+    return int(units)
+
+
 def sharpening_units(
     sharpen: Sharpen,
     micro_image_size: int,
@@ -93,25 +109,13 @@ def sharpening_units(
     `sharpen`: "auto", "off", or b itself, as a number or as text such as "1/16". Result: 64 b, 0 to
     16. Raises `InputError` if there is no such sharpening.
     """
-    if isinstance(sharpen, str) and sharpen == "auto":
-        return automatic_units(micro_image_size, shift, order)
-    if isinstance(sharpen, str) and sharpen == "off":
-        return 0
-    bad = InputError(f"{sharpen!r} is not a weight; {WEIGHT_ADVICE}", where=where)
-    if isinstance(sharpen, bool) or (isinstance(sharpen, str) and not _NUMBER.fullmatch(sharpen)):
-        raise bad
-    try:
-        units = Fraction(sharpen) * WEIGHT_UNITS
-    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
-        raise bad from None
-    if units.denominator != 1 or not 0 <= units <= MAX_WEIGHT_UNITS:
-        raise InputError(f"b = {sharpen} is not a weight; {WEIGHT_ADVICE}", where=where)
-    return int(units)
+    given = _given_units(sharpen, where)
+    return automatic_units(micro_image_size, shift, order) if given is None else given
 
 
 def check_sharpen(sharpen: Sharpen, where: str = "sharpen") -> Sharpen:
     """Refuse a sharpening that no focus setting could have; the same."""
-    sharpening_units(sharpen, 1, 0, where=where)
+    _given_units(sharpen, where)
     return sharpen
 
 

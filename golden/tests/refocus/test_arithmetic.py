@@ -154,7 +154,9 @@ def test_stored_products_by_definition(arithmetic, m, shift, order, align, dtype
 
 
 def test_largest_sums_and_bounds_by_hand():
-    exact, stored = ExactArithmetic(), StoredProductArithmetic(fraction_bits=8, guard_bits=2)
+    exact, stored = ExactArithmetic(), StoredProductArithmetic()
+    assert (stored.fraction_bits, stored.guard_bits) == (8, 2)
+    assert StoredProductArithmetic(fraction_bits=12, guard_bits=12).guard_bits == 12
     assert [exact.largest_sum(3, 8, order) for order in (0, 1)] == [9 * 255, 81 * 255]
     assert exact.largest_sum(2, 16) == 4 * 65535
     assert [exact.error_bound(m, 8) for m in (1, 2, 3)] == [0, Fraction(1, 2), Fraction(4, 9)]

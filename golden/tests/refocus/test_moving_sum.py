@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plenofir.refocus import gather_sums
+from plenofir.refocus import FilterLayout, filter_lines, gather_sums
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout, moving_sum_lines
 from plenofir.refocus.operator import output_offset
@@ -63,6 +63,15 @@ def test_several_pixels_a_token(m, pixels, shifts, lengths, align, data) -> None
     for line, slice_, sums in zip(lines, slices, got, strict=True):
         offset = output_offset(m, shifts[slice_], align)
         assert np.array_equal(sums, gather_sums(line, m, shifts[slice_], axis=0, offset=offset))
+
+
+def test_all_lines_are_of_the_first_slice_if_none_is_named() -> None:
+    layout, lines = SumLayout(4, (3, -2, 8)), np.arange(1, 61).reshape(3, 20)
+    offset = output_offset(4, 3, "centred")
+    want = [gather_sums(line, 4, 3, axis=0, offset=offset).tolist() for line in lines]
+    assert [sums.tolist() for sums in moving_sum_lines(lines, layout)] == want
+    assert [sums.tolist() for sums in lane_sums(lines, LaneLayout(layout, 2))] == want
+    assert [sums.tolist() for sums in filter_lines(lines, FilterLayout(4, layout.shifts))] == want
 
 
 @pytest.mark.parametrize("pixels", [2, 4, 8, 16, 32])

@@ -22,7 +22,7 @@ from plenofir.refocus import (
     refocus_sums,
     sharpening_units,
 )
-from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, sharpened_sums, taps
+from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, check_sharpen, sharpened_sums, taps
 
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
@@ -159,9 +159,10 @@ def test_weights() -> None:
                 else:
                     exact = 48 * derived_moment(m, shift, order)
                     assert abs(units - exact) <= Fraction(1, 2)
-    assert [sharpening_units(x, 5, 3) for x in ("1/16", 0.0625, Fraction(1, 16), "off", 0)] == [
-        *(4, 4, 4, 0, 0)
-    ]
+    options = "1/16", 0.0625, Fraction(1, 16), "off", 0, "auto", "1/64", "1/4"
+    assert [sharpening_units(x, 5, 3) for x in options] == [4, 4, 4, 0, 0, 4, 1, 16]
+    assert sharpening_units("auto", 5, 3, 1) == 8
+    assert [check_sharpen(x) for x in options] == list(options)
 
 
 def test_gain_of_noise() -> None:
@@ -184,11 +185,16 @@ def test_integer_settings_and_flat_pictures_stay_as_they_are() -> None:
         assert (refocus(flat, 5, "1/5", sharpen="1/16")[20:60, 20:60] == level).all()
 
 
-@pytest.mark.parametrize("b", ["1/24", "2", -0.1, "x", "1e9", True, None, float("nan"), "1/0"])
+@pytest.mark.parametrize(
+    "b", ["1/24", "2", "17/64", -0.1, Fraction(-1, 64), "x", "1e9", True, None, float("nan"), "1/0"]
+)
 def test_bad_weights(b: object) -> None:
     raw = random_image((20, 20), np.uint8)
-    with pytest.raises(InputError, match=r"^sharpen: .*use auto, off, or a multiple of 1/64"):
+    advice = r"^sharpen: .*use auto, off, or a multiple of 1/64"
+    with pytest.raises(InputError, match=advice):
         refocus(raw, 5, "3/5", sharpen=b)
+    with pytest.raises(InputError, match=advice):
+        check_sharpen(b)
 
 
 def test_what_cannot_be_sharpened() -> None:
