@@ -12,6 +12,7 @@ one does not.
 """
 
 import argparse
+import ast
 import hashlib
 import os
 import re
@@ -63,6 +64,11 @@ SKIPPED = re.compile(r'^\s*(#|"""|@|from |import |class |def |raise |where=)|Lit
 # After a line that is not changed, nor what is indented below it: sizes of blocks, what is fetched
 # ahead, which of two ways to the same numbers is taken. No result tells of it.
 UNSEEN = re.compile(r"^( *).*  # unseen\n(?:\1 .*\n)*", re.M)
+# How a picture looks: its size, its letters, lines and room.
+LOOKS = re.compile(
+    r"\b(alpha|constrained_layout|figsize|fontsize|height_ratios|linewidth|rotation)"
+    r'"?[=:] ?(\((?:[^()]|\([^()]*\))*\)|[-\w.]+)'
+)
 # Processor time until a mutant counts as one that hangs.
 SECONDS = 400
 
@@ -103,14 +109,18 @@ def places_of(path: Path) -> Iterator[tuple[Path, str, int, int, str]]:
 
 
 def mutant_at(path: Path, name: str, occurrence: int, line: int) -> PythonMutant | None:
-    """The change there, None if it changes nothing."""
+    """The change there, None if it changes nothing, the looks of a picture, or is no Python."""
     text = path.read_text()
     lines = [one.strip() for one in text.splitlines()]
     changed = mutate_code(text, get_operator(f"core/{name}")(), occurrence) or text
     after = changed.splitlines()[line].strip()
     number = lines[: line + 1].count(lines[line])
     file = str(path.relative_to(PACKAGE))
-    if after == lines[line]:
+    try:
+        same = ast.dump(ast.parse(changed)) == ast.dump(ast.parse(text))
+    except SyntaxError:
+        return None
+    if same or LOOKS.sub("", after) == LOOKS.sub("", lines[line]):
         return None
     return PythonMutant(file, line, lines[line], after, number, name, occurrence)
 
