@@ -139,9 +139,7 @@ def _plane(
 def _in_single_precision(model: RayModel, a: float, border: int) -> float:
     """The closed form with coefficients, setting and sums of 32 bits."""
     with localcontext(CONTEXT):
-        both = plane_coefficients(
-            model.lengths, model.pupil_weight, model.micro_image_size, BORDERS[border]
-        )
+        both = plane_coefficients(model.lengths, model.micro_image_size, BORDERS[border])
         largest = max(abs(c) for pair in both for c in pair)
     setting = np.float32(a)
     with np.errstate(all="ignore"):

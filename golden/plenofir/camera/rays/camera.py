@@ -62,8 +62,8 @@ class MicroLensArray(_Part):
 
 
 def _thin_lens(values: dict[str, Any]) -> float:
-    """Exit pupil of a thin lens: f_U (1 if that is wrong: its own check reports it)."""
-    pupil: float = values.get("focal_length_mm", 1.0)
+    """Exit pupil of a thin lens: f_U (inf if that is wrong: its own check reports it)."""
+    pupil: float = values.get("focal_length_mm", inf)
     return pupil
 
 
@@ -144,16 +144,18 @@ class Camera(_Part):
         """
         lens = self.main_lens
         shrunk = lens.exit_pupil_mm / lens.focal_length_mm
-        pupil = lens.focal_length_mm / shrunk if shrunk else inf
-        if not 0 < abs(pupil) < inf:
-            raise InputError("its pupils are too far apart; check exit_pupil_mm", where=self.name)
         diameter = lens.entrance_pupil_diameter_mm
-        turned = MainLens(
-            focal_length_mm=lens.focal_length_mm,
-            principal_plane_separation_mm=lens.principal_plane_separation_mm,
-            exit_pupil_mm=pupil,
-            entrance_pupil_diameter_mm=None if diameter is None else diameter * abs(shrunk),
-        )
+        try:
+            turned = MainLens(
+                focal_length_mm=lens.focal_length_mm,
+                principal_plane_separation_mm=lens.principal_plane_separation_mm,
+                exit_pupil_mm=lens.focal_length_mm / shrunk,
+                entrance_pupil_diameter_mm=None if diameter is None else diameter * abs(shrunk),
+            )
+        except ValidationError:
+            raise InputError(
+                "its pupils are too far apart; check exit_pupil_mm", where=self.name
+            ) from None
         return self.model_copy(update={"name": f"{self.name} reversed", "main_lens": turned})
 
 
@@ -187,7 +189,7 @@ def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
     try:
         return Camera.model_validate(content)
     except ValidationError as error:
-        wrong = error.errors()[0]
+        wrong, *_ = error.errors()
         name = next((n for n, place in FIELDS.items() if place == wrong["loc"]), "camera")
         message = wrong["msg"].removeprefix("Value error, ").replace("Input should", "it should")
         raise InputError(f"{wrong['input']!r}; {message}", where=name) from None

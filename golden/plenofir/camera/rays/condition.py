@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """How errors of a camera's data grow in the distance of a plane: relative condition numbers."""
 
-from decimal import Context, Decimal, localcontext
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from fractions import Fraction
-from math import inf
+from math import inf, isnan
 
 from plenofir.camera.rays.model import Border, RayModel, plane_coefficients
 from plenofir.camera.rays.precise import exact
 
 INPUTS = ("a", "f_U", "b_U", "H1H2", "d_A'", "f_s", "p_M", "p_p")
 """What a distance depends on, in the thesis's symbols."""
-# Relative step of the differences, far below the resolution of a double, and enough digits for
-# them.
+# Relative step of the differences, far below the resolution of a double, and digits for them.
 _STEP = Decimal("1e-400")
-_CONTEXT = Context(prec=1000, Emin=-999999, Emax=999999)
+_CONTEXT = Context(prec=1000, Emin=MIN_EMIN, Emax=MAX_EMAX)
 
 
 def condition_numbers(
@@ -28,31 +27,28 @@ def condition_numbers(
 
     `a`: focus setting. `border`: the plane itself, or a border of its depth of field.
     """
-    lengths, weight = model.lengths, model.pupil_weight
-    setting = exact(float(a))
+    known = {**model.lengths, "a": exact(float(a))}
 
-    def distance(name: str, step: Decimal) -> Decimal | None:
-        changed, there = dict(lengths), setting
-        if name == "a":
-            there *= 1 + step
-        elif name == "b_U":
-            moved = (changed["f_U"] + changed["e"]) * step
-            changed["e"] += moved
-            changed["d_A'"] += weight * moved
-        elif name:
-            changed[name] *= 1 + step
-        top, bottom = plane_coefficients(changed, weight, model.micro_image_size, border)
-        vergence = bottom[0] + bottom[1] * there
-        return (top[0] + top[1] * there) / vergence if vergence else None
+    def distance(inputs: dict[str, Decimal]) -> Decimal:
+        """Infinite, or not a number, for planes at infinity."""
+        lines = plane_coefficients(inputs, model.micro_image_size, border)
+        top, bottom = (constant + factor * inputs["a"] for constant, factor in lines)
+        return top / bottom
 
     found: dict[str, float] = {}
-    with localcontext(_CONTEXT):
-        middle = distance("", Decimal(0))
+    with localcontext(_CONTEXT) as context:
+        context.clear_traps()
+        middle = distance(known)
         for name in INPUTS:
-            ends = distance(name, _STEP), distance(name, -_STEP)
-            if middle and ends[0] is not None and ends[1] is not None:
-                found[name] = float(abs((ends[0] - ends[1]) / (2 * _STEP * middle)))
+            changed = dict(known)
+            if name == "b_U":
+                moved = (known["f_U"] + known["e"]) * _STEP
+                changed["e"] += moved
+                changed["1/d_A'"] /= 1 + moved * known["1/d_A'"]
             else:
-                found[name] = inf
+                place = "1/d_A'" if name == "d_A'" else name
+                changed[place] += known[place] * _STEP
+            number = float(abs((distance(changed) - middle) / (middle * _STEP)))
+            found[name] = inf if isnan(number) else number
     found["all"] = sum(found.values())
     return found

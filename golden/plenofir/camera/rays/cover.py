@@ -56,17 +56,13 @@ def gaps_between(
     `slices`: slices in any order. `near_mm`, `far_mm`: the range. Result: (near, far) of each gap,
     from far to near.
     """
-    gaps = []
+    between = []
     covered_down_to = far_mm
     for part in sorted(slices, key=lambda s: s.far_mm, reverse=True):
-        if covered_down_to <= near_mm:
-            break
-        if part.far_mm < covered_down_to:
-            gaps.append((max(part.far_mm, near_mm), covered_down_to))
+        between.append((max(part.far_mm, near_mm), covered_down_to))
         covered_down_to = min(covered_down_to, part.near_mm)
-    if covered_down_to > near_mm:
-        gaps.append((near_mm, covered_down_to))
-    return tuple(gap for gap in gaps if gap[0] < gap[1])
+    between.append((near_mm, covered_down_to))
+    return tuple((near, far) for near, far in between if near < far)
 
 
 def covering_slices(
@@ -90,11 +86,10 @@ def covering_slices(
     while to_cover > near_mm:
         # Far borders come nearer as a grows: the last slice that still reaches to_cover.
         index = floor(float(model.focus_setting(to_cover, "far")) / float(grid))
-        part = depth_of_field(model, index * grid)
-        if part is None or part.near_mm >= to_cover:
-            # A gap: the next slice begins below it.
-            part = depth_of_field(model, (index + 1) * grid)
-        if part is None or part.near_mm >= to_cover or part.far_mm <= near_mm:
+        # Where it leaves a gap, the next slice begins below that.
+        reaching = (depth_of_field(model, (index + n) * grid) for n in (0, 1))
+        part = next((p for p in reaching if p is not None and p.near_mm < to_cover), None)
+        if part is None or part.far_mm <= near_mm:
             break
         chosen.append(part)
         to_cover = part.near_mm

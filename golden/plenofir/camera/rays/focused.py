@@ -3,7 +3,6 @@
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from math import isinf
 from typing import Literal, Self
 
 import numpy as np
@@ -28,12 +27,12 @@ class FocusedCamera:
 
     def __post_init__(self) -> None:
         """Check M and the exit pupil."""
-        if self._pupil[0] == 0:
+        if not CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension):
             raise InputError(
                 "the exit pupil lies in the micro lenses at this focus", where=self.camera.name
             )
         m = self.micro_image_size
-        if isinstance(m, bool) or not isinstance(m, int) or m < 2:
+        if not isinstance(m, int) or m < 2:
             raise InputError(
                 f"M = {m!r} is not the size of a micro image; use an integer, 2 or more"
             )
@@ -52,15 +51,14 @@ class FocusedCamera:
     def micro_image_note(self) -> str:
         """What is wrong with M for this camera; empty if its micro images have M pixels."""
         m, camera = self.micro_image_size, self.camera
-        pixels = camera.pixels_per_lens
+        pixels, wrong = camera.pixels_per_lens, ""
         # Compared with the size that decoding chooses.
-        if camera.micro_image_size <= m <= pixels + 0.5:
-            return ""
-        hold = "hold only if the picture has their middle pixels, as decode crops them"
-        return (
-            f"the micro images of {camera.name} have {pixels:.1f} pixels, not {m}; distances "
-            f"{hold if m < pixels else 'are wrong'}"
-        )
+        if m < camera.micro_image_size:
+            wrong = "hold only if the picture has their middle pixels, as decode crops them"
+        if m > pixels + 0.5:
+            wrong = "are wrong"
+        have = f"the micro images of {camera.name} have {pixels:.1f} pixels, not {m}; distances "
+        return have + wrong if wrong else ""
 
     @property
     def extension_mm(self) -> float:
@@ -81,18 +79,9 @@ class FocusedCamera:
         return float(CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension))
 
     @property
-    def _pupil(self) -> tuple[Decimal, int]:
-        """X and w with d_A' = x / w, x not negative: w is 0 where d_A' is infinite."""
-        if isinf(self.camera.main_lens.exit_pupil_mm):
-            return Decimal(1), 0
-        pupil = CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension)
-        return (pupil, 1) if pupil >= 0 else (-pupil, -1)
-
-    @property
     def pupil_ratio(self) -> float:
         """d_A' divided by its value at infinity focus: 1 + e / d_A'."""
-        at_infinity = self.camera.main_lens.exit_pupil_mm
-        return 1.0 if isinf(at_infinity) else self.exit_pupil_mm / at_infinity
+        return 1 + self.extension_mm / self.camera.main_lens.exit_pupil_mm
 
     @property
     def aperture_stop_mm(self) -> float | None:

@@ -82,7 +82,7 @@ def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> Measured
         error_mm=distance**2 * unsure / array.focal_length_mm,
         predicted_mm=predicted,
         micro_lens_pitch_mm=pitch_px * pixel / (1 + wanted),
-        agrees=abs(excess - wanted) <= _ERRORS * unsure + _SHARE * wanted,
+        agrees=abs(excess - wanted) <= _ERRORS * unsure + _SHARE * abs(wanted),
     )
 
 

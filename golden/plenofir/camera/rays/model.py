@@ -49,29 +49,29 @@ Coefficients = tuple[Decimal, Decimal]
 
 
 def plane_coefficients(
-    lengths: Mapping[str, Decimal], pupil_weight: int, micro_image_size: int, border: Border
+    lengths: Mapping[str, Decimal], micro_image_size: int, border: Border
 ) -> tuple[Coefficients, Coefficients]:
     """D and V, whose quotient is the distance of plane a, as linear functions of a.
 
-    `lengths`: f_U, e, H1H2, f_s, p_M, p_p and d_A' in mm; the pupil lies at d_A' over
-    `pupil_weight` (0 where it is at infinity, -1 where it lies behind the micro lenses). Computed
-    in the decimal context in force.
+    `lengths`: f_U, e, H1H2, f_s, p_M and p_p in mm, and 1/d_A' (0 where the pupil is at infinity).
+    Computed in the decimal context in force.
     """
-    # With w = a (M-1) and d_A' = x / y, multiplied by f_s x so that no quotient is left:
+    # With w = a (M-1), multiplied by f_s:
     #
-    #     V = e ((M-1-k) p_p x - w p_M f_s y) + (w + k) p_M f_s x
-    #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p x - w p_M f_s y))
+    #     V = e ((M-1-k) p_p - w p_M f_s / d_A') + (w + k) p_M f_s
+    #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p - w p_M f_s / d_A'))
     span, k = micro_image_size - 1, _BORDERS[border]
-    f, e, pupil = lengths["f_U"], lengths["e"], lengths["d_A'"]
-    pitch = lengths["p_M"] * lengths["f_s"]
+    f, e, pitch = lengths["f_U"], lengths["e"], lengths["p_M"] * lengths["f_s"]
     offset = f + e + lengths["H1H2"]
-    divergence = (span - k) * lengths["p_p"] * pupil, -span * pitch * pupil_weight
-    vergence = (
-        e * divergence[0] + k * pitch * pupil,
-        e * divergence[1] + span * pitch * pupil,
+    # Terms without a, then those with it.
+    shift = k * pitch, span * pitch
+    divergence = (span - k) * lengths["p_p"], -span * pitch * lengths["1/d_A'"]
+    pairs = zip(shift, divergence, strict=True)
+    vergence, distance = zip(
+        *((e * d + s, offset * (e * d + s) + f * (e * d + s + f * d)) for s, d in pairs),
+        strict=True,
     )
-    first, second = (offset * vergence[n] + f * (vergence[n] + f * divergence[n]) for n in (0, 1))
-    return (first, second), vergence
+    return distance, vergence
 
 
 @dataclass(frozen=True)
@@ -96,12 +96,9 @@ class RayModel(VirtualCameras):
             "p_p": camera.sensor.pixel_pitch_mm,
         }
         exacts = {name: exact(value) for name, value in named.items()}
-        return {**exacts, "e": self.extension, "d_A'": self._pupil[0]}
-
-    @property
-    def pupil_weight(self) -> int:
-        """Y of d_A' = x / y: 1, 0 for a pupil at infinity, -1 behind the micro lenses."""
-        return self._pupil[1]
+        with localcontext(CONTEXT):
+            pupil = 1 / (exact(camera.main_lens.exit_pupil_mm) + self.extension)
+        return {**exacts, "e": self.extension, "1/d_A'": pupil}
 
     @cached_property
     def _lines(self) -> dict[Border, tuple[Line, Line]]:
@@ -109,10 +106,8 @@ class RayModel(VirtualCameras):
         lines = {}
         with localcontext(CONTEXT):
             for border in _BORDERS:
-                both = plane_coefficients(
-                    self.lengths, self.pupil_weight, self.micro_image_size, border
-                )
-                lines[border] = Line.of(*both[0]), Line.of(*both[1])
+                top, bottom = plane_coefficients(self.lengths, self.micro_image_size, border)
+                lines[border] = Line.of(*top), Line.of(*bottom)
         return lines
 
     def _distances(self, a: npt.ArrayLike, border: Border) -> Distances:
@@ -141,7 +136,7 @@ class RayModel(VirtualCameras):
                 diverging = hidden & (vergence < 0)
                 state[diverging] = BEYOND
                 # Distances that overflow a double count as infinity.
-                parallel = (vergence == 0) | np.isinf(distance)
+                parallel = ~np.isfinite(distance)
                 state[parallel] = INFINITY
                 distance[diverging | parallel] = np.nan
                 mm[part] = distance
@@ -185,12 +180,13 @@ class RayModel(VirtualCameras):
         numerator = Line(-top.constant, -top.constant_low, bottom.constant, bottom.constant_low)
         denominator = Line(top.factor, top.factor_low, -bottom.factor, -bottom.factor_low)
         far = np.isposinf(distance)
-        finite = np.where(far, 0.0, distance)
-        halves = split(finite)
-        slope = np.where(far, -bottom.factor, denominator.at(finite, halves))
-        if (slope == 0).any():
+        with np.errstate(invalid="ignore"):
+            halves = split(distance)
+            slope = np.where(far, -bottom.factor, denominator.at(distance, halves))
+            level = np.where(far, bottom.constant, numerator.at(distance, halves))
+        if not slope.all():
             raise InputError("no plane that can be refocused lies at this distance")
-        return np.asarray(np.where(far, bottom.constant, numerator.at(finite, halves)) / slope)
+        return np.asarray(level / slope)
 
     def alpha(self, a: npt.ArrayLike) -> Values:
         """Refocusing parameter alpha of Ng (Eqs. 2.10 to 2.17): image distance b_U' over b_U.
@@ -200,7 +196,7 @@ class RayModel(VirtualCameras):
         """
         shift = np.asarray(a, dtype=np.float64) * self.camera.micro_lenses.pitch_mm
         with np.errstate(divide="ignore", over="ignore"):
-            # b_U' = b_U - d' (Eq. 3.33), with d' as above.
+            # b_U' = b_U - d' (Eq. 3.33), with d' as at the top.
             behind = shift / (self.pixel_slope - shift / self.exit_pupil_mm)
         return np.asarray(1 + behind / self.image_distance_mm)
 
@@ -213,7 +209,6 @@ class RayModel(VirtualCameras):
         behind = (np.asarray(alpha, dtype=np.float64) - 1) * self.image_distance_mm
         with np.errstate(divide="ignore", over="ignore"):
             share = 1 / behind + 1 / self.exit_pupil_mm
-        if np.isnan(behind).any() or (share == 0).any():
+        if np.isnan(behind).any() or not share.all():
             raise InputError("no plane lies at this alpha")
-        slope = self.camera.micro_lenses.pitch_mm / self.pixel_slope
-        return np.asarray(1 / slope / share)
+        return np.asarray(self.pixel_slope / self.camera.micro_lenses.pitch_mm / share)

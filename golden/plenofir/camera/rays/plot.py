@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import isnan
+from itertools import cycle
 
 import matplotlib
 
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from plenofir.camera.plots import SharpRange, draw_ranges, log_scale
 from plenofir.camera.rays.cover import Cover, depth_of_field
-from plenofir.camera.rays.distances import State
+from plenofir.camera.rays.distances import REAL, State
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.rays.virtual import DisparityUnit
 
@@ -75,33 +75,36 @@ def _titled(model: RayModel) -> str:
 
 
 def plot_bench(model: RayModel, settings: Sequence[Fraction]) -> Figure:
-    """Draw the optical bench with the planes' rays, and their depths of field."""
-    planes = model.planes([float(a) for a in settings])
-    seen = planes.centre.mm[np.isfinite(planes.centre.mm) & (planes.centre.states == 0)]
+    """Draw the optical bench with the planes' rays, and their depths of field.
+
+    Planes nearer than 20 image distances are marked. The rays go 15 % farther than the last of
+    them, or than one and a half image distances.
+    """
+    planes = model.distance([float(a) for a in settings])
     lens = model.image_distance_mm
-    front = _front(model)
-    reach = 1.15 * float(max([*seen[seen < 20 * lens], 1.5 * lens]))
+    near = (planes.states == REAL) & (planes.mm < 20 * lens)
+    reach = 1.15 * max([1.5 * lens, *planes.mm[near].tolist()])
 
     figure, (bench, depths) = plt.subplots(
         2, 1, figsize=(10, 7), height_ratios=(3, 2), constrained_layout=True
     )
-    for index, a in enumerate(settings):
-        _draw_rays(bench, model, float(a), _COLOURS[index % len(_COLOURS)], reach)
-    top = max(abs(limit) for limit in bench.get_ylim())
-    pupil = model.exit_pupil_mm
-    marks = [(0.0, "micro lenses"), (lens, "H2"), (front, "H1")]
-    # It may lie at infinity, or behind the micro lenses.
-    marks += [(pupil, "exit pupil")] if 0 < pupil < reach else []
-    marks.sort()
-    for index, (place, name) in enumerate(marks):
-        height = top * (1 - 0.25 * index)
-        bench.axvline(place, color="0.6", linewidth=0.8, linestyle=":")
-        bench.text(place, height, name, rotation=90, va="top", ha="right", fontsize=8, color="0.4")
-    for index, (a, distance) in enumerate(zip(settings, planes.centre.mm, strict=True)):
-        if not isnan(distance) and distance < reach:
-            colour = _COLOURS[index % len(_COLOURS)]
+    written = {"rotation": 90, "ha": "right", "fontsize": 8}
+    # Heights of texts are shares of the picture's.
+    heights = bench.get_xaxis_transform()
+    for colour, a, distance, marked in zip(
+        cycle(_COLOURS), settings, planes.mm, near, strict=False
+    ):
+        _draw_rays(bench, model, float(a), colour, reach)
+        if marked:
             bench.axvline(distance, color=colour, linewidth=1.5)
-            bench.text(distance, -top, f"a = {a}", rotation=90, va="bottom", ha="right", fontsize=8)
+            bench.text(distance, 0, f"a = {a}", va="bottom", transform=heights, **written)
+    marks = [(0.0, "micro lenses"), (lens, "H2"), (_front(model), "H1")]
+    marks += [(model.exit_pupil_mm, "exit pupil")]
+    # The pupil may lie at infinity, or behind the micro lenses.
+    for index, (place, name) in enumerate(sorted(m for m in marks if 0 <= m[0] < reach)):
+        bench.axvline(place, color="0.6", linewidth=0.8, linestyle=":")
+        height = 1 - 0.125 * index
+        bench.text(place, height, name, va="top", transform=heights, color="0.4", **written)
     bench.set_xlabel("distance from the micro lenses / mm")
     bench.set_ylabel("height / mm")
     bench.set_title(_titled(model))
@@ -111,8 +114,9 @@ def plot_bench(model: RayModel, settings: Sequence[Fraction]) -> Figure:
 
 def plot_cover(model: RayModel, cover: Cover) -> Figure:
     """Draw the depths of field of slices that cover a range, and the gaps between them."""
-    rows = max(3.0, 1.2 + 0.35 * len(cover.slices))
-    figure, axes = plt.subplots(figsize=(9, rows), constrained_layout=True)
+    figure, axes = plt.subplots(
+        figsize=(9, 2.5 + 0.35 * len(cover.slices)), constrained_layout=True
+    )
     draw_ranges(axes, sharp_ranges(model, [part.a for part in cover.slices]))
     low, high = axes.get_xlim()
     for near, far in cover.gaps:
@@ -146,9 +150,14 @@ def plot_baselines(model: RayModel, gaps: Sequence[int], chosen: int, view: int)
 def plot_triangulation(
     model: RayModel, disparities: Sequence[float], gap: int, view: int, unit: DisparityUnit
 ) -> Figure:
-    """Draw distance over disparity, around the given ones, which are marked."""
+    """Draw distance over disparity, around the given ones, which are marked.
+
+    The curve goes farther than zero and the given ones by 20 % of the largest on the left and 30 %
+    on the right; of 1 where all are zero.
+    """
     span = max(abs(d) for d in disparities) or 1.0
-    curve = np.linspace(min(0.0, *disparities) - 0.2 * span, max(disparities) + 0.3 * span, 801)
+    ends = min(0.0, *disparities) - 0.2 * span, max(disparities) + 0.3 * span
+    curve = np.linspace(*ends, num=801)
     figure, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
     for values, style in ((curve, "-"), (np.asarray(disparities, dtype=np.float64), "o")):
         distances = model.depth(values, gap, view=view, unit=unit).mm + model.entrance_pupil_mm

@@ -8,7 +8,7 @@ vectorised.
 """
 
 from dataclasses import dataclass
-from decimal import Context, Decimal
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 Values = npt.NDArray[np.float64]
 
-CONTEXT = Context(prec=60, Emin=-999999, Emax=999999)
+CONTEXT = Context(prec=60, Emin=MIN_EMIN, Emax=MAX_EMAX)
 _SPLITTER = 134217729.0  # 2^27 + 1
 
 

@@ -19,7 +19,7 @@ from plenofir.camera.rays.precise import Values
 WAVELENGTH_NM = 550.0
 MICRO_LENSES = MicroLensArray(focal_length_mm=2.75, pitch_mm=0.125)
 """Micro lenses (II) of the thesis."""
-SENSOR = Sensor(pixel_pitch_mm=0.009, columns=4008, rows=2672)
+SENSOR = Sensor(pixel_pitch_mm=0.009)
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def compare_virtual_cameras(
     given for each view of the gap, as Table 5.9 counts.
     """
     real = real_camera(lens, micro_lenses)
-    model = RayModel(real.camera, Decimal(extension_mm), 2 * abs(gap) + 1)
+    model = RayModel(real.camera, Decimal(extension_mm), real.camera.micro_image_size)
     disparities = gap * np.asarray(per_view, dtype=np.float64)
     pitch = micro_lenses.pitch_mm
 
@@ -171,25 +171,26 @@ def compare_virtual_cameras(
             real.back_focal_distance_mm + extension_mm,
         ).rays
 
-    def camera(view: int) -> Values:
+    def camera(view: int) -> tuple[float, float]:
         """Height and place of a virtual camera."""
         first, second = (rays(view, np.array([s])) for s in (0.0, pitch))
-        return np.asarray(intersect(first, second).points[0, 1:])
+        ((_, height, place),) = intersect(first, second).points
+        return float(height), float(place)
 
-    central, other = camera(0), camera(gap)
-    axis, slope = (float(rays(view, np.zeros(1)).slopes[0, 1]) for view in (0, gap))
+    (central, _), (other, place) = camera(0), camera(gap)
+    axis, slope = (rays(view, np.array([0.0])).slopes[:, 1].item() for view in (0, gap))
     # An object on the axis of view 0, seen by the other view so many micro lenses away.
     seen = rays(gap, -disparities * pitch)
-    straight = rays(0, np.zeros(len(disparities)))
-    depths = intersect(straight, seen).points[:, 2] - other[1]
+    straight = rays(0, np.zeros_like(disparities))
+    depths = intersect(straight, seen).points[:, 2] - place
     pupil = model.entrance_pupil_from_vertex_mm
     assert pupil is not None
     return VirtualComparison(
         gap=gap,
         predicted_pupil_mm=pupil,
-        real_pupil_mm=real.system.length_mm - float(other[1]),
+        real_pupil_mm=real.system.length_mm - place,
         predicted_baseline_mm=float(model.baseline(gap)),
-        real_baseline_mm=float(central[0] - other[0]),
+        real_baseline_mm=central - other,
         predicted_tilt_deg=float(model.tilt(gap)),
         real_tilt_deg=float(np.rad2deg(np.arctan(axis) - np.arctan(slope))),
         disparities=disparities,

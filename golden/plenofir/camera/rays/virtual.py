@@ -70,12 +70,12 @@ class VirtualCameras(FocusedCamera):
         `*views`: views, counted from the central one. Result: a line, empty where all lie in it or
         its diameter is not known.
         """
-        bound, diameter = self.outermost_view, self.camera.main_lens.entrance_pupil_diameter_mm
-        if bound is None or diameter is None or max(map(abs, views)) <= bound:
+        bound = self.outermost_view
+        if bound is None or max(map(abs, views)) <= bound:
             return ""
         return (
             f"views more than {bound} from the central one lie outside the entrance pupil "
-            f"(diameter {diameter:.4g} mm): vignetted"
+            f"(diameter {self.camera.main_lens.entrance_pupil_diameter_mm:.4g} mm): vignetted"
         )
 
     def tilt(self, gap: npt.ArrayLike, view: npt.ArrayLike = 0) -> Values:
@@ -126,12 +126,11 @@ class VirtualCameras(FocusedCamera):
             the gap, as Table 5.9 of the thesis counts.
         """
         with np.errstate(divide="ignore", over="ignore"):
-            pixels = self._in_pixels(disparity, gap, unit)
+            pixels = np.asarray(disparity, dtype=np.float64) * _pixels_in(unit, gap)
             turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
-            states = np.full(turn.shape, REAL, dtype=np.int8)
-            base = self.baseline(gap)
-            states[turn * np.sign(base) < 0] = BEYOND
-            depth = base / turn
+            depth = self.baseline(gap) / turn
+        states = np.full(turn.shape, REAL, dtype=np.int8)
+        states[depth < 0] = BEYOND
         # Distances that overflow a double count as infinity.
         states[~np.isfinite(depth)] = INFINITY
         return Distances(np.where(states == REAL, depth, np.nan), states)
@@ -149,17 +148,17 @@ class VirtualCameras(FocusedCamera):
         `depth_mm`: Z from the entrance pupil, any shape; inf is allowed. `gap`, `view`, `unit`: as
         in `depth`. Result: disparity, same shape.
         """
-        self._in_pixels(0.0, gap, unit)
         z = np.asarray(depth_mm, dtype=np.float64)
+        pixels = _pixels_in(unit, gap)
         turn = self.baseline(gap) / z - self._convergence(gap, view)
-        pixels = turn / self._pixel_at_unit_distance
-        return np.asarray(pixels / gap if unit == "pixels per view" else pixels)
+        return np.asarray(turn / self._pixel_at_unit_distance / pixels)
 
-    @staticmethod
-    def _in_pixels(disparity: npt.ArrayLike, gap: int, unit: DisparityUnit) -> Values:
-        if gap == 0:
-            raise InputError("the two views are the same; their gap must not be 0")
-        if unit not in ("pixels", "pixels per view"):
-            raise InputError(f"there is no unit {unit!r}; use 'pixels' or 'pixels per view'")
-        pixels = np.asarray(disparity, dtype=np.float64)
-        return pixels * gap if unit == "pixels per view" else pixels
+
+def _pixels_in(unit: DisparityUnit, gap: int) -> int:
+    """Pixels of a disparity of 1; raises `InputError` if there is no such unit or gap."""
+    if not gap:
+        raise InputError("the two views are the same; their gap must not be 0")
+    sizes = {"pixels": 1, "pixels per view": gap}
+    if unit not in sizes:
+        raise InputError(f"there is no unit {unit!r}; use 'pixels' or 'pixels per view'")
+    return sizes[unit]
