@@ -207,6 +207,8 @@ def test_slices_without_a_step() -> None:
     """In steps of 1 / M each begins in the one before."""
     found = covering_slices(MODEL, 400.0, 3000.0)
     assert found == covering_slices(MODEL, 400.0, 3000.0, step=Fraction(1, 13))
+    third = found.slices[2].near_mm
+    assert covering_slices(MODEL, third, 3000.0).slices == found.slices[:3]
     for one, other in zip(found.slices, found.slices[1:], strict=False):
         following = depth_of_field(MODEL, other.a + Fraction(1, 13))
         assert other.far_mm >= one.near_mm

@@ -181,3 +181,22 @@ def test_without_an_exit_pupil_the_lens_is_thin() -> None:
     assert camera.main_lens.exit_pupil_mm == camera.main_lens.focal_length_mm
     assert "thin lens" in camera.thin_lens_note()
     assert load_camera("f193-mla2").thin_lens_note() == ""
+
+
+def test_deviations_are_shares_of_what_was_predicted() -> None:
+    planes = compare_distances("f100", SETTINGS, 13)
+    assert planes.deviation_percent == pytest.approx(100 - 100 * planes.real / planes.predicted)
+    # Left out: focused to infinity, objects of one and two micro lenses a view.
+    views = compare_virtual_cameras("f100", 6)
+    assert views.disparities.tolist() == [6.0, 12.0]
+    assert views.predicted_tilt_deg == 0
+    views = compare_virtual_cameras("f100", -6, extension_mm=3.5)
+    wanted = {
+        "pupil": views.real_pupil_mm / views.predicted_pupil_mm,
+        "baseline": views.real_baseline_mm / views.predicted_baseline_mm,
+        "tilt": views.real_tilt_deg / views.predicted_tilt_deg,
+        "depths": views.real_depths_mm / views.predicted_depths_mm,
+    }
+    for name, share in wanted.items():
+        assert views.deviations_percent[name] == pytest.approx(100 - 100 * share)
+        assert np.abs(views.deviations_percent[name]).max() < 0.5
