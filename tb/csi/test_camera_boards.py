@@ -97,7 +97,7 @@ def simulate(
     text = "".join(path.read_text() for path in benches)
     sources = needed_sources(text, bench, hdl.board_sources(board))
     own = {k: v for k, v in camera_generics(what.core, row.camera.top).items()}
-    vhdl_simulator().simulate(
+    vhdl_simulator(brief=False).simulate(
         [*hdl.with_packages(sources, packages, folder), *benches],
         bench,
         {**own, **generics},

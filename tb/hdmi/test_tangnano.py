@@ -43,13 +43,15 @@ def simulate(
     frames: int,
     packages: Mapping[str, str],
     folder: Path,
+    *,
+    brief: bool = True,
     **generics: int,
 ) -> list[ReceivedFrame]:
     """Whole frames that the board's pins send within the time of some frames."""
     folder.mkdir(exist_ok=True)
     benches = [project.root() / "tb" / "file_bench" / f"{n}.vhd" for n in ("tmds_monitor", BENCH)]
     sources = hdl.with_packages(hdl.board_sources(BOARD.name), packages, folder)
-    vhdl_simulator().simulate(
+    vhdl_simulator(brief=brief).simulate(
         [*sources, *benches],
         BENCH,
         {
@@ -134,7 +136,7 @@ def test_shipped_scene_to_serial_bits(tmp_path: Path) -> None:
     # Eight whole frames of 640x480p60 with the flower take some minutes; the first ones are black.
     plan = make_plan(load_scene(BOARD.scene))
     assert plan.stored is not None
-    got = simulate(plan.core, VGA_MIDDLE, 80, 8, board_packages(plan), tmp_path)
+    got = simulate(plan.core, VGA_MIDDLE, 80, 8, board_packages(plan), tmp_path, brief=False)
     wanted = golden_frames(
         plan.core, in_the_middle(plan.stored.raster(), 5, VGA_MIDDLE), plan.screen, 80
     )

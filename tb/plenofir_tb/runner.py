@@ -44,10 +44,10 @@ def simulator_name() -> str:
     return os.environ.get("SIM") or "ghdl"
 
 
-def vhdl_simulator() -> Simulator:
+def vhdl_simulator(*, brief: bool = True) -> Simulator:
     """The simulator of benches in VHDL: GHDL in place of Verilator, which does not read them."""
     name = simulator_name()
-    return find_simulator("ghdl" if name == "verilator" else name)
+    return find_simulator("ghdl" if name == "verilator" else name, brief=brief)
 
 
 def draw_seed() -> int:

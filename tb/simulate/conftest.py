@@ -1,21 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small frames are simulated with GHDL's mcode back end, except in `COMPILED`."""
+"""Small frames are simulated with GHDL's mcode back end: they run shorter than compiling takes."""
 
 import os
 import shutil
 
 import pytest
 
-# Modules; or one test, of a module whose tests differ only in the core.
-COMPILED = (
-    "test_chain_run.py",
-    "test_capture_sweep.py",
-)
-
 
 @pytest.fixture(autouse=True)
-def back_end(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+def back_end(monkeypatch: pytest.MonkeyPatch) -> None:
     given = "GHDL_BACKEND" in os.environ or shutil.which("ghdl-mcode") is None
-    name = f"{request.path.name}::{request.node.name}"
-    if not given and not name.startswith(COMPILED):
+    if not given:
         monkeypatch.setenv("GHDL_BACKEND", "mcode")
