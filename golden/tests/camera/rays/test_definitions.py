@@ -469,13 +469,13 @@ def test_pupils_from_pitches(pupil: float, focus: float) -> None:
 
 def test_pitches_of_the_same_camera() -> None:
     """Within a fifth, and that too."""
-    model = plain()
-    assert all(measure_pupil(model, pitch, 0.1).distance_mm for pitch in (12.8, 19.2))
-    for pitch in (12.79, 19.21):
-        with pytest.raises(InputError, match="name the camera"):
-            measure_pupil(model, pitch, 0.1)
+    for model, usual in ((plain(), 16.0), (plain(exit_pupil_mm=8.0), 20.0)):
+        assert all(measure_pupil(model, usual * share, 0.1).distance_mm for share in (0.8, 1.2))
+        for share in (0.799, 1.201):
+            with pytest.raises(InputError, match=f"plain are {usual:.2f} apart; name the camera"):
+                measure_pupil(model, usual * share, 0.1)
     # A pitch that is exactly the predicted one, without an error.
-    assert measure_pupil(model, 16.0, 0.0).agrees
+    assert measure_pupil(plain(), 16.0, 0.0).agrees
 
 
 def test_focal_lengths_from_two_pupils() -> None:
@@ -496,7 +496,7 @@ def test_focal_lengths_from_two_pupils() -> None:
     shifts = (length(first + 0.02, second) - found, length(first, second + 0.07) - found)
     assert error == pytest.approx(np.hypot(*shifts), rel=1e-3)
     # A pupil in the focal point has none.
-    for none in (extensions[0], extensions[0] - 1, inf, -inf):
+    for none in (extensions[0], extensions[0] - 1, extensions[0] - 1e-3, inf, -inf):
         assert isnan(length(none, second))
 
 

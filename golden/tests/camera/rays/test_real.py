@@ -190,7 +190,9 @@ def test_deviations_are_shares_of_what_was_predicted() -> None:
     views = compare_virtual_cameras("f100", 6)
     assert views.disparities.tolist() == [6.0, 12.0]
     assert views.predicted_tilt_deg == 0
-    views = compare_virtual_cameras("f100", -6, extension_mm=3.5)
+    other, views = (compare_virtual_cameras("f100", gap, extension_mm=3.5) for gap in (6, -6))
+    # The other view across the axis is its mirror image.
+    assert other.real_tilt_deg == pytest.approx(-views.real_tilt_deg, rel=1e-12)
     wanted = {
         "pupil": views.real_pupil_mm / views.predicted_pupil_mm,
         "baseline": views.real_baseline_mm / views.predicted_baseline_mm,
