@@ -164,13 +164,14 @@ def run_tests(
     tests: list[str], mutant: PythonMutant | None, work: Path, more: tuple[str, ...] = ()
 ) -> subprocess.CompletedProcess[str]:
     """Run pytest on the package with that change."""
+    compiled = mutant is not None and Path(mutant.file).stem in COMPILED
     environment = {
         **os.environ,
-        # What is compiled anew has half the work with it; what is not could not be kept.
-        "NUMBA_OPT": "0" if mutant is not None and Path(mutant.file).stem in COMPILED else "3",
+        # Half the work where all is compiled anew; what is kept is compiled as always.
+        "NUMBA_OPT": "0" if compiled else "3",
         "PYTHONPATH": str(copy_package(mutant, work)),
-        # One cache for all mutants, as its entries depend on their sources.
-        "NUMBA_CACHE_DIR": str(WORK / "numba"),
+        # Entries depend on the sources; a compiled mutant's would displace the others'.
+        "NUMBA_CACHE_DIR": str(WORK / ("numba_changed" if compiled else "numba")),
         "COVERAGE_FILE": str(work / "coverage"),
     }
     words = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
@@ -218,7 +219,8 @@ class Reach:
 
 def reach_of(room: str) -> Reach:
     """Runs the room's tests without a change."""
-    work = WORK / "unchanged"
+    # The first job's folder, as compiled code is kept for the path of its source.
+    work = WORK / "job0"
     more = ("--cov=plenofir", "--cov-context=test", "--cov-report=", "-vv")
     # Also those of less than 5 ms.
     times = ("--durations=0", "--durations-min=0")
