@@ -20,7 +20,7 @@ from distorted_white import (
 from plenofir.camera.calibration import calibrate
 from plenofir.ground.errors import InputError
 
-_CHEAP = 12
+_CHEAP = 6
 
 
 @pytest.mark.parametrize(
