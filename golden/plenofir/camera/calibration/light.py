@@ -13,7 +13,7 @@ _ORDER = 4
 _DARKEST = 0.03
 # Brightness, as a share of the brightest, at which lenses have half the weight.
 _HALF_WEIGHT = 0.15
-_BAND = 32
+_BAND = 32  # unseen
 _FEWEST_ROUND = 25
 
 

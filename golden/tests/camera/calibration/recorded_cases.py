@@ -29,6 +29,7 @@ from plenofir.camera.calibration import (
     models,
     moire,
     moments,
+    pictures,
     pixels,
     raster_window,
     redrawn,
@@ -41,7 +42,9 @@ from plenofir.camera.calibration import (
 from plenofir.camera.calibration import (
     spots as spot_sizes,
 )
-from plenofir.camera.calibration.white import enough
+from plenofir.camera.calibration.white import WhiteImage, enough
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.rays.measured import measure_pupil
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.camera.synthetic.drawn import drawn_white
 from plenofir.ground.errors import InputError
@@ -435,6 +438,46 @@ def spot_steps() -> Any:
     return result
 
 
+def drawn_curves(figure: Any) -> list[Any]:
+    """What the axes of a figure show."""
+    result: list[Any] = []
+    for axes in figure.axes:
+        result += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), axes.get_ylim()[0]]
+        for line in axes.lines:
+            x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
+            result += [line.get_label(), len(x), x[0], x[-1], x.sum(), y[0], y[-1], y.sum()]
+        for image in axes.images:
+            result += [*image.get_extent(), *image.get_clim(), float(image.get_array().sum())]
+        for part in axes.collections:
+            result += [len(path.vertices) for path in part.get_paths()]
+        result += [text.get_text() for text in axes.texts]
+        legend = axes.get_legend()
+        result += [text.get_text() for text in legend.get_texts()] if legend else []
+    pictures.plt.close(figure)
+    return result
+
+
+def picture_steps(images: list[np.ndarray]) -> Any:
+    """Curves of an inspection's pictures."""
+    drawing, pictures.figure_pixels = pictures.figure_pixels, drawn_curves
+    try:
+        result = [pictures.micro_image_picture(inspect_white(image)) for image in images]
+        rays = RayModel.focused(load_camera("f197-mla2"), float("inf"), 11)
+        for pitch in (14.0, 13.95, 60.0, 9.0):
+            pupil = measure_pupil(rays, pitch, 0.01)
+            result.append(pictures.chief_ray_picture(rays, pupil, 31))
+        for squares in ((9.0, 4.0, 5.0, 8.0), (4.0, 8.0, 9.0, 4.0)):
+            sizes = [np.sqrt(n) / 20 for n in squares]
+            spots_found = [
+                spot_sizes.Spots(0.1 * n, 9 * r, r, {side: r + 0.01 for side in spot_sizes.SIDES})
+                for n, r in enumerate(sizes)
+            ]
+            result.append(pictures.focus_picture(focus_score(spots_found)))
+    finally:
+        pictures.figure_pixels = drawing
+    return [n for part in result for n in _flat(part)]
+
+
 def drawn_spots() -> list[np.ndarray]:
     grid = regular_grid((80, 84), 11.2, rotation_degrees=0.4, offset=(2.0, 1.0))
     return [
@@ -646,6 +689,21 @@ def check_steps() -> Any:
     return result
 
 
+def lit_steps() -> Any:
+    """Lenses of all brightnesses, many of them near the shares at which they count as lit."""
+    gains = [(0.0, 2.0, 180), (0.030, 0.042, 60), (0.2, 0.32, 70), (1.6, 1.95, 50)]
+    levels = np.concatenate([np.linspace(*part) for part in gains])
+    levels = np.random.default_rng(3).permutation(levels).reshape(12, 30)
+    image = np.kron(levels, np.ones((10, 10), np.float32)).astype(np.float32) * 1000
+    white = WhiteImage(image, regular_grid(image.shape, 10.0, offset=(5.0, 5.0)))
+    t, s, centres = white.lenses(max(image.shape), 0.0)
+    result: list[Any] = [white.core(centres).sum(), white.base(), white.light(centres).sum()]
+    result += np.packbits(white.lit(t, s, centres)).tolist()
+    white.shading = np.zeros(1)
+    result += np.packbits(white.lit(t, s, centres)).tolist()
+    return [*result, white.large, *white.windows(), *white.missed.shape]
+
+
 def enough_steps() -> Any:
     """Limits of numbers."""
     return [enough(12000) == slice(None), len(enough(12001)), np.asarray(enough(12001))[:9]]
@@ -653,6 +711,7 @@ def enough_steps() -> Any:
 
 CASES: dict[str, Case] = {
     "steps: checks": step(check_steps),
+    "steps: lit": step(lit_steps),
     "steps: numbers": step(enough_steps),
     "steps: lattices": step(lattice_steps),
     "steps: light": step(light_steps),
@@ -663,6 +722,7 @@ CASES: dict[str, Case] = {
     "steps: models": step(model_steps),
     "steps: spots": step(spot_steps),
     "steps: frames": step(frame_steps),
+    "steps: pictures": Case(lambda: [mixed(0.42), mixed(0.4, "hexagonal-rows")], picture_steps),
     "steps: pixels": Case(drawn_small, pixel_steps),
     "steps: resampled": step(resampled),
     "steps: focus": Case(drawn_spots, focus_steps),

@@ -277,6 +277,28 @@ def test_bad_file(tmp_path: Path, change, message) -> None:
         load_calibration(tmp_path / "none.json")
 
 
+def test_largest_numbers_of_a_file() -> None:
+    """What is just within the limits loads, what is just beyond does not."""
+    content = small_calibration().model_dump()
+    for change, beyond in (
+        ({"lenses": (244, 3)}, {"lenses": (245, 3)}),
+        ({"image_shape": (1 << 16, 120)}, {"image_shape": ((1 << 16) + 1, 120)}),
+        ({"shading": (1e6,)}, {"shading": (1e6 + 0.5,)}),
+        ({"profile": ((1.0, 1.0), (1.0, 1.0))}, {"profile": ((1.0, 1.0),)}),
+        ({"profile": ((1.0,) * 3,) * 2}, {"profile": ((1.0,), (1.0,))}),
+        ({"shading": (0.0,) * 15}, {"shading": (0.0,) * 21}),
+        ({"missing": ((10, 10),)}, {"missing": ((11, 10),)}),
+        ({"missing": ((10, 10),)}, {"missing": ((10, 11),)}),
+        ({"dark_level": 65535}, {"dark_level": 65535.5}),
+        ({"used": 1}, {"used": 0}),
+        ({"clipped_share": 1.0}, {"clipped_share": 1.1}),
+        ({"residual_px": 0.0}, {"residual_px": -0.1}),
+    ):
+        Calibration.model_validate({**content, **change})
+        with pytest.raises(ValueError, match="validation error"):
+            Calibration.model_validate({**content, **beyond})
+
+
 @cache
 def bad_whites() -> dict[str, np.ndarray]:
     good = white_image(SHAPE, regular_grid(SHAPE, 11.03), bits=8)
