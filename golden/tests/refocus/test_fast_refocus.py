@@ -143,6 +143,21 @@ def test_division_by_weights_is_exact(columns, row, widths, twice):
                     assert found == (quotient if weight else 0)
 
 
+@pytest.mark.parametrize(("weight", "quotient_bits"), [(15841, 18), (8803969, 8), (1 << 24, 8)])
+def test_division_where_the_multiplier_is_almost_exact(weight, quotient_bits):
+    # These numbers, 15841 = 7 31 73 and 8803969 = 31 89 3191, divide a power of two less 1.
+    none, columns = np.empty(0, np.int64), np.array([weight])
+    table = np.empty((1, 3, 1), np.uint32)
+    weights = blocks.Weights(none, none, columns, 1, quotient_bits)
+    blocks.weights_table(weights, np.array([1]), table)
+    half, scale, multiplier = table[0, :, 0].tolist()
+    for quotient in (1, 2, 100, (1 << quotient_bits) - 1):
+        # The sum that is just rounded up, and the one before it.
+        n = quotient * weight - weight // 2 + half
+        found = [(k * scale * multiplier) >> 63 - quotient_bits for k in (n, n - 1)]
+        assert found == [quotient, quotient - 1]
+
+
 @given(st.integers(1, 1 << 14), st.sampled_from([8, 12, 16]))
 def test_division_by_a_real_number_is_exact(weight, bits):
     most = (1 << bits) - 1
@@ -251,9 +266,11 @@ print(mega_bytes("VmHWM") - before)
 
 
 def cut_anyhow(rng: np.random.Generator, length: int) -> list[tuple[int, int]]:
+    """A few parts of any sizes, or many of 1 to 4 pixels."""
     inside = rng.permutation(np.arange(1, length))[: rng.integers(0, 5)]
-    ends = [0, *sorted(inside.tolist()), length]
-    return list(itertools.pairwise(ends))
+    if rng.random() < 0.5:
+        inside = np.arange(rng.integers(1, 5), length, rng.integers(1, 5))
+    return list(itertools.pairwise([0, *sorted(inside.tolist()), length]))
 
 
 @pytest.mark.parametrize("sharpen", ["off", "1/64", "1/4"])
