@@ -6,7 +6,7 @@ import numpy as np
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats, exponents, polynomial_terms
 from plenofir.camera.calibration.robust import robust_fit
-from plenofir.camera.calibration.shading import unit_positions
+from plenofir.camera.calibration.shading import order_of, unit_positions
 
 _ORDER = 4
 # Lower limit of the light that is divided by, as a share of the brightest.
@@ -20,11 +20,6 @@ _FEWEST_ROUND = 25
 def light_order(lenses: int) -> int:
     """Order of the polynomial that this many lenses determine."""
     return next((n for n in range(_ORDER, 0, -1) if lenses >= 4 * n * n + 1), 0)
-
-
-def order_of(coefficients: Floats) -> int:
-    """Order of the polynomial that has these coefficients."""
-    return next(n for n in range(20) if len(exponents(n)) == len(coefficients))
 
 
 def constant(value: float, coefficients: Floats) -> Floats:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where lenses lie in an image, and the smooth part of its brightness."""
 
+from itertools import count
+
 import numpy as np
 
 from plenofir.camera.calibration.grid import (
@@ -17,10 +19,15 @@ BORDER = 0.52
 _LARGEST_LOG = 30.0
 
 
+def order_of(coefficients: Floats) -> int:
+    """Order of the polynomial that has these coefficients."""
+    return next(n for n in count() if len(exponents(n)) == len(coefficients))
+
+
 def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, int]) -> Floats:
     """Smooth part of the white image: vignetting of the main lens."""
-    order = next(n for n in range(20) if len(exponents(n)) == len(coefficients))
-    logs = polynomial_terms(unit_positions(positions, image_shape), order) @ coefficients
+    terms = polynomial_terms(unit_positions(positions, image_shape), order_of(coefficients))
+    logs = terms @ coefficients
     # Far from all lenses the polynomial is meaningless.
     return np.exp(np.clip(logs, -_LARGEST_LOG, _LARGEST_LOG))
 

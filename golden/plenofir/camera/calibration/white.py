@@ -28,13 +28,13 @@ from plenofir.camera.calibration.light import (
     divide_by_light,
     fitted_light,
     light_order,
-    order_of,
 )
 from plenofir.camera.calibration.redrawn import redrawn
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
     indices_within,
+    order_of,
     outline,
     shading_at,
     unit_positions,

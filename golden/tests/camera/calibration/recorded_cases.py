@@ -22,6 +22,7 @@ from plenofir.camera.calibration import (
     hexagonal_to_rectangular,
     infinity_focus,
     inspect_white,
+    inspection,
     largest_odd_size,
     lattice,
     light,
@@ -42,6 +43,7 @@ from plenofir.camera.calibration import (
 from plenofir.camera.calibration import (
     spots as spot_sizes,
 )
+from plenofir.camera.calibration.calibrate import _profile
 from plenofir.camera.calibration.white import WhiteImage, enough
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.measured import measure_pupil
@@ -273,7 +275,7 @@ def bent_lenses(
 def light_steps() -> Any:
     rng = np.random.default_rng(5)
     result: list[Any] = [[light.light_order(n) for n in range(80)]]
-    result.append([light.order_of(np.zeros(n)) for n in (1, 3, 6, 10, 15, 21)])
+    result.append([shading.order_of(np.zeros(n)) for n in (1, 3, 6, 10, 15, 21)])
     for count, probed, every, spread in product((9, 24, 30, 70, 200), (0, 1), (0, 1), (0.004, 0.1)):
         places = rng.uniform(0, 1, (count, 2)) * (90, 120)
         away = ((places - (45, 60)) ** 2).sum(axis=1) / 75**2
@@ -322,6 +324,8 @@ def window_steps() -> Any:
     many = np.tile(places, (67, 1)) + 1e-3 * np.arange(2010)[:, np.newaxis]
     result.append(centroids.response(image, many, (6.2, 6.2)))
     result.append(centroids.matched_offsets(image, many, (6.2, 6.2)).sum(axis=0))
+    more = np.tile(places, (100, 1)) + 1e-3 * np.arange(3000)[:, np.newaxis]
+    result += [centroids.response(image, more[:count], (3.0, 3.0)) for count in (2000, 2997)]
     for far in ((4.0, 30.0), (30.0, 66.0), (55.9, 30.0)):
         try:
             centroids.windowed_moments(image, np.array([far]), (6.0, 6.0))
@@ -675,17 +679,21 @@ def check_steps() -> Any:
         level = np.where(rows == 0, share, 1.0) + rng.uniform(0, 1e-3, len(t))
         result.append(tried(checks.check_classes, grid, t, s, level))
         result.append(tried(checks.check_classes, grid, t[:9], s[:9], level[:9]))
-    for layout, second, place in product(LAYOUTS[:2], (0.0, 0.5), (0.46, 0.5)):
+    for layout, second, moved in product(LAYOUTS[:2], (0.0, 0.5), ((0, 4), (4, 4), (0, 5))):
         image = white_image(
             (90, 96), regular_grid((90, 96), 9.0, layout=layout), form="spot", radius=0.1
         )  # type: ignore[arg-type]
-        image = image + second * np.roll(image, round(9 * place), axis=1)
+        image = image + second * np.roll(image, moved, (0, 1))
         grid = regular_grid((90, 96), 9.0, layout=layout)  # type: ignore[arg-type]
         padded = np.pad(image.astype(np.float32), 9, mode="edge")
         fitter = SimpleNamespace(grid=grid, margin=9, padded=padded)
         result.append(checks.cell_margin(fitter, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t, s, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t[:7], s[:7], grid.centres(t[:7], s[:7])))
+        many = np.tile(t, 9), np.tile(s, 9)
+        near = grid.centres(*many) + rng.normal(0, 0.1, (len(many[0]), 2))
+        result.append(checks.cell_margin(fitter, near))
+        result.append(checks.unlikeness(fitter, *many, near))
     return result
 
 
@@ -705,8 +713,40 @@ def lit_steps() -> Any:
 
 
 def enough_steps() -> Any:
-    """Limits of numbers."""
-    return [enough(12000) == slice(None), len(enough(12001)), np.asarray(enough(12001))[:9]]
+    """As many lenses as a step takes, and one more or less."""
+    result: list[Any] = [enough(12000) == slice(None), len(enough(12001))]
+    result.append(np.asarray(enough(12001))[:9])
+    rng = np.random.default_rng(7)
+    lone = regular_grid((40, 40), 2.0)
+    for count, rows in product(
+        (23, 24, 25, 99, 100, 101, 159, 160, 161), (3, 4, 9, 10, 11, 12, 13)
+    ):
+        places = np.stack([np.arange(count) % rows, np.arange(count) // rows], axis=1) * 1.0
+        lenses = SimpleNamespace(lattice=places, points=places)
+        result.append([bending.Lenses.tried(lenses, order) for order in (2, 3, 4, 5)])  # type: ignore[arg-type]
+    for pitch, side in ((4.0, 106), (21.3, 90), (84.0, 250)):
+        signal = rng.uniform(0, 900, (side, side)).astype(np.float32)
+        known = calibration_of_grid(
+            regular_grid(signal.shape, pitch, rotation_degrees=1), signal.shape
+        )
+        mean = inspection.mean_micro_image(signal, known)
+        result.append([*mean.values.shape, mean.values.sum(), mean.cell.sum()])
+        fill = inspection.fill_factor(mean, pitch)
+        result.append([fill.verdict, fill.diameter, fill.share, fill.between, fill.darkest])
+    signal = rng.uniform(0, 900, (126, 126)).astype(np.float32)
+    for count in (2998, 3000):
+        grid = lone.moved(-29, -29)
+        present = (np.arange(60 * 60) < count + 59 * 4).reshape(60, 60)
+        present[0] = present[-1] = present[:, 0] = present[:, -1] = False
+        present[present] = np.arange(present.sum()) < count
+        found = SimpleNamespace(grid=grid.moved(-12, -12), present=present)
+        result.append(_profile(signal, found, np.ones(present.shape)).sum())  # type: ignore[arg-type]
+    t, s = np.mgrid[:21, :21]
+    places = np.stack([t, s], axis=-1).reshape(-1, 2) * 7.0 + 9.3
+    spot, distance = redrawn.usual_spot(
+        signal[:160], places[:, ::-1] % 110 + 7, np.ones(441), places % 110 + 7, 7.0
+    )
+    return [n for part in [*result, [distance, *spot]] for n in _flat(part)]
 
 
 CASES: dict[str, Case] = {
@@ -739,6 +779,10 @@ CASES: dict[str, Case] = {
     "bent: many": step(lambda: bent_lenses(64, 64, bend=0.003, noise=0.1)),
     "lattices: rectangular": Case(lambda: mixed(0.42), guessed),
     "lattices: hexagonal": Case(lambda: mixed(0.42, "hexagonal-columns"), guessed),
+    "lattices: long": Case(
+        lambda: white_image((28, 1100), regular_grid((28, 1100), 5.3, rotation_degrees=0.4)),
+        guessed,
+    ),
     "lattices: overlapping": Case(lambda: mixed(0.62), guessed),
     "inspected: gaps": Case(lambda: mixed(0.36), inspected),
     "inspected: touching": Case(lambda: mixed(0.5, "hexagonal-rows"), inspected),
