@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from distorted_white import distorted_white, ideal_white
+from distorted_white import distorted_centres, distorted_white, ideal_white, spots
 from recorded import Case
 
 from plenofir.camera.calibration import (
@@ -160,6 +160,18 @@ def with_dark(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     colours = np.stack([image // 2, image // 3, image // 4], axis=2) + 900
     dark = np.random.default_rng(1).integers(850, 950, colours.shape)
     return colours.astype(np.uint16), dark.astype(np.uint16)
+
+
+def scattered(share: float, side: int, seed: int = 0) -> Case:
+    """Lenses that are off by a share of the pitch."""
+
+    def draw() -> np.ndarray:
+        centres = distorted_centres((side, side), 9.3)
+        centres = centres + np.random.default_rng(seed).normal(0, 9.3 * share, centres.shape)
+        light = np.clip(spots((side, side), centres, 2.8, 0.7), 0, 1)
+        return np.asarray(np.rint(50000 * light)).astype(np.uint16)
+
+    return Case(draw, calibrated)
 
 
 def mixed(radius: float, layout: Any = "rectangular", pitch: float = 9.3) -> np.ndarray:
@@ -690,6 +702,9 @@ def check_steps() -> Any:
         result.append(checks.cell_margin(fitter, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t, s, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t[:7], s[:7], grid.centres(t[:7], s[:7])))
+        lines = t % 2 == 0
+        two = t[lines], s[lines]
+        result.append(checks.unlikeness(fitter, *two, grid.centres(*two)))
         many = np.tile(t, 9), np.tile(s, 9)
         near = grid.centres(*many) + rng.normal(0, 0.1, (len(many[0]), 2))
         result.append(checks.cell_margin(fitter, near))
@@ -741,6 +756,10 @@ def enough_steps() -> Any:
         present[present] = np.arange(present.sum()) < count
         found = SimpleNamespace(grid=grid.moved(-12, -12), present=present)
         result.append(_profile(signal, found, np.ones(present.shape)).sum())  # type: ignore[arg-type]
+    wide = rng.uniform(0, 900, (420, 420)).astype(np.float32)
+    t, s = np.mgrid[:16, :16]
+    places = np.stack([t, s], axis=-1).reshape(-1, 2) * 24.5 + 20.3
+    result.append(redrawn.usual_spot(wide, places, np.ones(256), places, 24.5))
     t, s = np.mgrid[:21, :21]
     places = np.stack([t, s], axis=-1).reshape(-1, 2) * 7.0 + 9.3
     spot, distance = redrawn.usual_spot(
@@ -806,6 +825,11 @@ CASES: dict[str, Case] = {
     "clipped": white((90, 100), 8.8, 1.0, shading=0.7, change=clipping(1.5)),
     "dark frame and colours": white((80, 90), 9.3, 1.0, change=with_dark),
     "eight bits": white((80, 90), 8.3, 1.0, bits=8, level=0.3, noise=0.1),
+    "scattered by 6 %": scattered(0.06, 84),
+    "scattered by 10 %": scattered(0.1, 84),
+    "scattered by 13 %": scattered(0.13, 84),
+    "few, scattered by 2 %": scattered(0.02, 58, 1),
+    "few, scattered by 3 %": scattered(0.03, 58, 1),
     "noise": Case(
         lambda: np.random.default_rng(0).integers(0, 255, (80, 80)).astype(np.uint8), calibrated
     ),

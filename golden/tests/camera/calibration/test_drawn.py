@@ -90,6 +90,7 @@ def test_missing_lenses(rows, columns, pitch, seed) -> None:
     assert 0.1 < found.evidence.missing_share < 0.3
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_hexagonal_lenses_of_uneven_brightness(seed) -> None:
     shape, rng = (700, 800), np.random.default_rng(seed)
