@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sharpening: the definition in loops of its own, its weights, and the fast path to the bit."""
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -109,15 +110,16 @@ def test_extremes_and_all_white(m, shift, dtype, b) -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @pytest.mark.parametrize("units", [1, 2, 3, 4, 8, 15, 16])
 def test_largest_and_smallest_sums(units, dtype) -> None:
-    # a = 0 takes whole lenses: a black one beside four white ones, and the other way round, have
-    # the largest sums of both signs. M up to where words of 16 bits are too narrow.
+    # a = 0 takes whole lenses, and so does a' = 1 once in M pixels, by another way: a black one
+    # beside four white ones, and the other way round, have the largest sums of both signs. M up to
+    # where words of 16 bits are too narrow.
     b = Fraction(units, 64)
     for m in (*range(1, 18), 21, 22, 32, 33) if dtype == np.uint8 else (1, 2, 3, 7, 16, 17):
         lenses = np.indices((4, 5)).sum(axis=0) % 2 * np.iinfo(dtype).max
         raw = lenses.astype(dtype).repeat(m, 0).repeat(m, 1)
-        for image in (raw, ~raw, raw[m // 2 :, m // 2 :]):
-            want = ExactArithmetic().refocus(image, m, shift=0, sharpen=b)
-            assert np.array_equal(refocus(image, m, 0, sharpen=b), want), m
+        for image, shift in itertools.product((raw, ~raw, raw[m // 2 :, m // 2 :]), (0, 1)):
+            want = ExactArithmetic().refocus(image, m, shift=shift, sharpen=b)
+            assert np.array_equal(refocus(image, m, Fraction(shift, m), sharpen=b), want), m
 
 
 def test_long_lines_and_many_lines() -> None:
