@@ -19,6 +19,7 @@ from plenofir.camera.calibration import (
     decode,
     focus_score,
     frames,
+    growing,
     hexagonal_to_rectangular,
     infinity_focus,
     inspect_white,
@@ -44,6 +45,7 @@ from plenofir.camera.calibration import (
     spots as spot_sizes,
 )
 from plenofir.camera.calibration.calibrate import _profile
+from plenofir.camera.calibration.grid import Grid
 from plenofir.camera.calibration.white import WhiteImage, enough
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.measured import measure_pupil
@@ -702,6 +704,8 @@ def check_steps() -> Any:
         result.append(checks.cell_margin(fitter, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t, s, grid.centres(t, s)))
         result.append(checks.unlikeness(fitter, t[:7], s[:7], grid.centres(t[:7], s[:7])))
+        dark = SimpleNamespace(grid=grid, margin=9, padded=padded.max() - padded)
+        result.append(checks.cell_margin(dark, grid.centres(t, s)))  # type: ignore[arg-type]
         lines = t % 2 == 0
         two = t[lines], s[lines]
         result.append(checks.unlikeness(fitter, *two, grid.centres(*two)))
@@ -725,6 +729,35 @@ def lit_steps() -> Any:
     white.shading = np.zeros(1)
     result += np.packbits(white.lit(t, s, centres)).tolist()
     return [*result, white.large, *white.windows(), *white.missed.shape]
+
+
+def corrected_steps() -> Any:
+    """Corrections by the drawn image, of as many lenses as terms of an order take or fewer."""
+    rng = np.random.default_rng(10)
+    result: list[Any] = []
+    for order, count, worse in product((1, 2, 5), (9, 15, 16, 17, 23, 24, 25), (0.01, 0.2)):
+        t, s = np.divmod(np.arange(count), 5)
+        grid = bent_grid(order)
+        drawn = grid.centres(t, s)
+        errors = rng.normal(0, worse, drawn.shape)
+        fitter = SimpleNamespace(
+            drawn_grid=grid, grid=grid, end=np.full(2, 90.0), stretch=np.zeros(2), redrawn=None,
+            measure=lambda _, places, errors=errors: places + errors,
+        )  # fmt: skip
+        points = grid.lattice(t, s) / 5
+        measured = drawn + rng.normal(0, 0.02, drawn.shape)
+        found = growing.GrowingFit.corrected(fitter, measured, t, s, points)  # type: ignore[arg-type]
+        result.append("worse" if found is None else found.sum())
+    return result
+
+
+def bent_grid(order: int) -> Grid:
+    """A grid of an order, almost even."""
+    terms = [(0.01, -0.01)] * ((order + 1) * (order + 2) // 2)
+    terms[:3] = [(20.0, 20.0), (9.0, 0.1), (-0.1, 9.0)]
+    return Grid(
+        layout="rectangular", order=order, middle=(0.0, 0.0), scale=1.0, coefficients=tuple(terms)
+    )
 
 
 def enough_steps() -> Any:
@@ -771,6 +804,7 @@ def enough_steps() -> Any:
 CASES: dict[str, Case] = {
     "steps: checks": step(check_steps),
     "steps: lit": step(lit_steps),
+    "steps: corrected": step(corrected_steps),
     "steps: numbers": step(enough_steps),
     "steps: lattices": step(lattice_steps),
     "steps: light": step(light_steps),
