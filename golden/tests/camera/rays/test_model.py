@@ -29,7 +29,6 @@ from plenofir.camera.rays import (
     rayleigh_limit,
 )
 from plenofir.camera.rays.distances import STATES, lens_extension
-from plenofir.camera.rays.plot import plot_bench
 from plenofir.ground.errors import InputError
 
 F193 = load_camera("f193-mla2")
@@ -458,24 +457,3 @@ def test_ranges_from_less_than_a_millimetre():
 
 def test_one_to_one_imaging_can_be_focused():
     assert lens_extension(100.0, 3.0, 403.0) == 100
-
-
-def test_steps_of_the_iteration():
-    """The first one is right for a plane so far away; one does not settle for a near one."""
-    assert iterated_image_distance(100.0, 3.0, 1e30) == (100.0, 1)
-    assert iterated_image_distance(100.0, 3.0, 500.0, limit=1)[1] == 1
-
-
-def test_drawn_rays_meet_in_their_plane():
-    """They begin half of M - 1 micro lenses above and below the axis."""
-    drawn, a = model(), Fraction(2)
-    bench = plot_bench(drawn, [a]).axes[0]
-    pairs = [np.array(line.get_xydata()) for line in bench.lines[:4]]
-    start = 12 / 2 * float(a) * F193.micro_lenses.pitch_mm
-    assert [pairs[0][1].tolist(), pairs[2][1].tolist()] == [[0, start], [0, -start]]
-    # A straight line from the pixel through the middle of a micro lens to the main lens.
-    steps, rises = np.diff(pairs[0], axis=0).T
-    assert rises[0] / steps[0] == pytest.approx(rises[1] / steps[1])
-    (near, far), (other_near, other_far) = pairs[1], pairs[3]
-    share = (near - other_near)[1] / ((near - other_near)[1] - (far - other_far)[1])
-    assert near[0] + share * (far - near)[0] == pytest.approx(float(drawn.distance(2.0).mm))
