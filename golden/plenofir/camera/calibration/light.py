@@ -45,7 +45,7 @@ def fitted_light(
     """
     positions = unit_positions(places, shape)
     count = len(places) * (3 / 5 if probes.any() else 1)
-    prior = counting(level / np.percentile(level, 95))
+    prior = counting(level)
     order = light_order(int(count))
     if not every:
         lenses = len(places) / (5 if probes.any() else 1)

@@ -17,6 +17,7 @@ from plenofir.camera.calibration import (
     centroids,
     checks,
     decode,
+    fit,
     focus_score,
     frames,
     growing,
@@ -739,7 +740,14 @@ def lit_steps() -> Any:
     result += np.packbits(white.lit(t, s, centres)).tolist()
     white.shading = np.zeros(1)
     result += np.packbits(white.lit(t, s, centres)).tolist()
-    return [*result, white.large, *white.windows(), *white.missed.shape]
+    result += [white.large, *white.windows(), *white.missed.shape]
+    result.append(fit._shading(white).tolist())  # type: ignore[arg-type]
+    for clipped in (None, 1500.0):
+        white = WhiteImage(image, white.grid, clipped)
+        white.flatten()
+        result += [float(white.padded.sum()), float(white.redrawn.sum()), *white.shading]
+        result += white.as_drawn(centres)[::9].tolist()
+    return result
 
 
 def corrected_steps() -> Any:
