@@ -872,6 +872,9 @@ CASES: dict[str, Case] = {
     "order 2": white((84, 92), 8.3, 1.0, options={"order": 2}),
     "as hexagonal": white((84, 92), 8.3, 1.0, options={"layout": "hexagonal-rows"}),
     "few": white((60, 60), 10.4, 2.0),
+    "missing, grey ground": white(
+        (90, 99), 9.0, 0.4, level=0.7, change=lambda image: without(0.2)(image) + np.uint16(4000)
+    ),
     "missing": white((90, 99), 9.0, 0.4, change=without(0.2)),
     "dark rows": white((90, 99), 9.0, 0.0, change=striped(9, 0.3)),
     "fading": white((70, 140), 7.3, 0.5, change=fading(0.0)),
