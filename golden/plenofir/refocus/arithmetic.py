@@ -198,13 +198,13 @@ class StoredProductArithmetic(BaseModel):
 
         Parameters and result as `ExactArithmetic.largest_sum`.
         """
-        rows = self._products(micro_image_size, pixel_bits, self.fraction_bits)
-        columns = self._products(
+        # Those of the columns: with guard bits white is larger.
+        products = self._products(
             micro_image_size,
             pixel_bits + self.guard_bits,
             self.fraction_bits - self.guard_bits,
         )
-        return micro_image_size * int(max(rows[-1], columns[-1]))
+        return micro_image_size * int(products[-1])
 
     def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.
