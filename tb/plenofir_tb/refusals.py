@@ -40,18 +40,30 @@ class Elaborator:
 
     def analyse(self, *sources: Path) -> None:
         command = ["nvc", "--std=1993", "-a"] if self._nvc else ["ghdl", "-a", "--std=93"]
-        done = self._run([*command, *map(str, sources)])
-        assert done.returncode == 0, done.stdout + done.stderr
+        refused, text = self._run([*command, *map(str, sources)])
+        assert not refused, text
 
-    def _run(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
+    def _run(self, command: Sequence[str]) -> tuple[str, str]:
+        """The first refusal that is printed, and all that is until then; none if it succeeds."""
+        text = ""
+        with subprocess.Popen(
             command,
             cwd=self._folder,
             env=self._environment,
-            capture_output=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
             text=True,
-            check=False,
-        )
+        ) as process:
+            assert process.stdout is not None
+            for line in process.stdout:
+                text += line
+                found = _REFUSED.search(text)
+                if found:
+                    # GHDL 5 would go on, and take all memory for what it has refused.
+                    process.kill()
+                    return found[1], text
+        assert process.returncode == 0, f"{' '.join(command)}\n{text}"
+        return "", text
 
     def refusal(self, entity: str, generics: Generics) -> str:
         """The message of the refusal; empty if it elaborates. Any other end fails."""
@@ -61,13 +73,7 @@ class Elaborator:
         else:
             command = ["ghdl", "--elab-run", "--std=93", entity, *values]
             command += ["--no-run", "--max-stack-alloc=0"]
-        done = self._run(command)
-        if done.returncode == 0:
-            return ""
-        text = done.stdout + done.stderr
-        found = _REFUSED.search(text)
-        assert found, f"{entity} {dict(generics)}\n{text}"
-        return found[1]
+        return self._run(command)[0]
 
     def refusals(self, cases: Sequence[tuple[str, Generics]]) -> list[str]:
         """Refusals of many cases, some in parallel."""
@@ -75,12 +81,10 @@ class Elaborator:
             return list(pool.map(lambda case: self.refusal(*case), cases))
 
     def printed(self, entity: str) -> str:
-        if self._nvc:
-            done = self._run([*_NVC, entity, "-r"])
-        else:
-            done = self._run(["ghdl", "--elab-run", "--std=93", entity])
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout + done.stderr
+        command = [*_NVC, entity, "-r"] if self._nvc else ["ghdl", "--elab-run", "--std=93", entity]
+        refused, text = self._run(command)
+        assert not refused, text
+        return text
 
 
 def declared(entity: str) -> dict[str, str]:
