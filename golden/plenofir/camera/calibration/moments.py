@@ -107,11 +107,11 @@ def sample(
     for n in range(len(positions)):
         for j in range(count):
             x = min(max(positions[n, 1] + right[j], 0.0), float(last_column))
-            left[j] = min(int(x), max(last_column - 1, 0))
+            left[j] = int(x)
             share[j] = x - left[j]
         for i in range(len(down)):
             y = min(max(positions[n, 0] + down[i], 0.0), float(last_row))
-            top = min(int(y), max(last_row - 1, 0))
+            top = int(y)
             low = np.float32(y - top)
             above, below = image[top], image[min(top + 1, last_row)]
             for j in range(count):
