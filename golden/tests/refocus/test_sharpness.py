@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from plenofir.camera.lightfield.stack import focal_stack
@@ -124,23 +124,26 @@ def plain_place(before: int, own: int, after: int, steps: list[int], confidence:
 @given(
     shifts=st.lists(st.integers(-9, 9), min_size=1, max_size=5, unique=True).map(sorted),
     down=st.booleans(),
-    confidence=st.sampled_from([0, 31, 32, 40, 900, 3000]),
+    # None: exactly what one of the lenses has.
+    confidence=st.sampled_from([None, 0, 31, 32, 40, 900, 3000]),
     vote_radius=st.integers(0, 2),
     seed=st.integers(0, 1000),
 )
+@example(shifts=[0, 1, 2], down=False, confidence=None, vote_radius=1, seed=2)
 def test_depth_between_slices_equals_the_plain_definition(
     shifts, down, confidence, vote_radius, seed
 ) -> None:
     shifts = shifts[::-1] if down else shifts
     stack = np.random.default_rng(seed).integers(0, 256, (len(shifts), 8, 10)).astype(np.uint8)
-    got = depth_index(stack, 2, 1, confidence=confidence, vote_radius=vote_radius, shifts=shifts)
     # Of an integer a 12 sixteenths, between two lenses 15.
     energies = [
         np.array(plain_sharpness(image, 2, 1)) * (15 if shift % 2 else 12) // 16
         for image, shift in zip(stack, shifts, strict=True)
     ]
-    best = np.argmax(energies, axis=0)
-    sure = (np.ptp(energies, axis=0) >= confidence) | (vote_radius == 0)
+    best, differences = np.argmax(energies, axis=0), np.ptp(energies, axis=0)
+    confidence = int(differences[1, 2]) if confidence is None else confidence
+    got = depth_index(stack, 2, 1, confidence=confidence, vote_radius=vote_radius, shifts=shifts)
+    sure = (differences >= confidence) | (vote_radius == 0)
     voted = plain_vote(best.tolist(), sure.tolist(), vote_radius)
     for t, s in np.ndindex(4, 5):
         n = int(best[t, s])
