@@ -301,7 +301,7 @@ def refocus_blocks(
     pixel = channels * lanes
     plain = positions_of(plan, taps) == 1
     first, flat = first_pixels(plan), out.reshape(-1)
-    piece = max(1, PIECE // channels // columns.scale)
+    piece = max(1, PIECE // channels // columns.scale)  # unseen
     piece -= piece % PAD if piece > PAD else 0
     values = aligned((piece * channels + PAD) * lanes, word)
     room = aligned(int(taps.side > 0) * values.size, like)

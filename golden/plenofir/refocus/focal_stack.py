@@ -68,8 +68,7 @@ def focal_stack_lines(
         for k in range(layout.least_steps(len(line), columns=True)):
             sample = int(line[k]) if k < len(line) else None
             steps.append((number if k == 0 else None, k, sample))
-    flush = -(-(delay + 1) // m) * m
-    steps += [(None, k, None) for k in range(flush)]
+    steps += [(None, k, None) for k in range(delay)]
 
     due = -1
     total = [0] * len(slices)
