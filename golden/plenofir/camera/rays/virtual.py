@@ -130,7 +130,7 @@ class VirtualCameras(FocusedCamera):
             turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
             depth = self.baseline(gap) / turn
         states = np.full(turn.shape, REAL, dtype=np.int8)
-        states[depth < 0] = BEYOND
+        states[np.signbit(depth)] = BEYOND
         # Distances that overflow a double count as infinity.
         states[~np.isfinite(depth)] = INFINITY
         return Distances(np.where(states == REAL, depth, np.nan), states)
