@@ -126,7 +126,9 @@ def plan(
     down, across = (
         weight[::each][part.start : part.stop] for weight, part in zip(reached, region, strict=True)
     )
-    different, places = np.unique(across, return_inverse=True)
+    different, places = across[:1], np.zeros(across.size, np.int64)
+    if normalise:  # unseen
+        different, places = np.unique(across, return_inverse=True)
     weights = Weights(
         down.copy(), places.reshape(-1), different, divisor // full**2, most.bit_length()
     )
