@@ -16,7 +16,8 @@ from scipy import ndimage
 from skimage import data
 
 from plenofir.camera.lightfield import compose
-from plenofir.camera.lightfield.sources import hci_scene, read_hci
+from plenofir.camera.recognise import recognise
+from plenofir.camera.recognise.benchmark import hci_scene
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic.render import (
     TexturedPlane,
@@ -250,7 +251,7 @@ def hci_folders(folder: Path) -> list[Path]:
 
 def hci_truth(folder: Path) -> Truth:
     """A scene of the HCI benchmark."""
-    images, a = read_hci(folder).images, hci_scene(folder).disparity
+    images, a = recognise(folder).all_views().pixels, hci_scene(folder).disparity
     if a is None or a.shape != images.shape[2:4]:
         raise InputError(f"{TRUTH} has another size than the views", where=str(folder))
     if min(a.shape) <= 2 * HCI_BORDER:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration import calibrate, decode, largest_odd_size
-from plenofir.camera.recognise.files import recognise
+from plenofir.camera.recognise import recognise
 from plenofir.commands.app import run
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import DATA

@@ -11,25 +11,28 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
-from plenofir.commands.rasters import check_raster
+from plenofir.commands.rasters import recognised
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from plenofir.camera.recognise import Hints
     from plenofir.commands.developed import Job
 
 app = typer.Typer()
 
 
-def _check_first(frame: Path, micro_image: int) -> None:
+def _check_first(frame: Path, hints: "Hints") -> None:
     """Refuse frames that are no aligned raw images of M, as the first of them shows."""
     from plenofir.ground.images import read_picture
 
     try:
-        first = read_picture(frame)
+        read_picture(frame)
     except InputError:
         # One that cannot be read is a failed frame.
         return
-    check_raster(first, micro_image, str(frame))
+    source = recognised(frame, hints)
+    if source.raster is None:
+        raise source.refusal()
 
 
 def _develop_frame(source: Path, job: "Job", folder: Path) -> str:
@@ -47,13 +50,15 @@ def _develop_frame(source: Path, job: "Job", folder: Path) -> str:
 
 def _calibrated(job: "Job", out: Path) -> "Job":
     """The job with a calibration file in the place of the white image: found once for all."""
-    from plenofir.commands.developed import calibration_of
+    from plenofir.camera.recognise.captures import calibration_of
     from plenofir.ground.files import publish
 
-    if job.white is None:
+    hints = job.hints
+    if hints.white is None:
         return job
-    publish({"calib.json": calibration_of(job.white, job.dark).text()}, out)
-    return job._replace(white=None, calib=str((out / "calib.json").absolute()))
+    publish({"calib.json": calibration_of(hints.white, hints.dark).text()}, out)
+    calib = str((out / "calib.json").absolute())
+    return job._replace(hints=hints._replace(white=None, calib=calib))
 
 
 def _develop_all(
@@ -106,7 +111,7 @@ def _develop_all(
 
 def _refocused(
     frames: list[str],
-    micro_image: int | None,
+    hints: "Hints",
     a: list[str] | None,
     out: Path,
     scheduler: str,
@@ -116,6 +121,7 @@ def _refocused(
     """Refocus frames: how many were there already, what failed, and how many there are."""
     from plenofir.refocus.batch import Settings, find_frames, run_batch
 
+    micro_image = hints.micro_image
     if micro_image is None or not a:
         raise InputError(
             "give -M and -a for aligned raw images, or --white or --calib for captures"
@@ -124,7 +130,7 @@ def _refocused(
     options.shifts_of(chosen, micro_image)
     settings = Settings(micro_image, chosen, **how)
     sources = find_frames(frames)
-    _check_first(sources[0], micro_image)
+    _check_first(sources[0], hints)
     with progress_bar("refocusing") as show:
         done = run_batch(
             sources, settings, out, scheduler=scheduler, workers=workers, progress=show
@@ -134,6 +140,7 @@ def _refocused(
 
 
 @app.command()
+@options.takes_light_fields
 def batch(
     frames: Annotated[
         list[str],
@@ -142,7 +149,7 @@ def batch(
             "in quotes."
         ),
     ],
-    micro_image: options.MicroImageIfGiven = None,
+    hints: "Hints",
     a: options.SettingsIfGiven = None,
     out: options.OutFolder = "batch",
     scheduler: Annotated[
@@ -191,7 +198,7 @@ def batch(
             options.require("focus", "camera", focus != inf)
             kept, failed, total = _refocused(
                 frames,
-                micro_image,
+                hints,
                 a,
                 Path(out),
                 scheduler,
@@ -213,7 +220,7 @@ def batch(
             options.require("focus", "camera", focus != inf and camera is None)
             check_folder(Path(out), out)
             sources = find_frames(frames)
-            job = Job(white, calib, dark, micro_image, camera, focus)
+            job = Job(hints._replace(white=white, calib=calib, dark=dark), camera, focus)
             with progress_bar("developing") as show:
                 kept, failed = _develop_all(sources, job, Path(out), scheduler, workers, show)
             total = len(sources)

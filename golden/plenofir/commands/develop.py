@@ -4,7 +4,7 @@
 from math import inf
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,10 +14,14 @@ from plenofir.commands.console import steps_bar
 from plenofir.commands.rasters import warn_of_camera
 from plenofir.ground.files import check_folder
 
+if TYPE_CHECKING:
+    from plenofir.camera.recognise import Hints
+
 app = typer.Typer()
 
 
 @app.command()
+@options.takes_light_fields
 def develop(
     capture: Annotated[
         str,
@@ -26,6 +30,7 @@ def develop(
             "aligned raw image."
         ),
     ],
+    hints: "Hints",
     white: Annotated[
         Path | None, typer.Option(help="White image of the camera, from which it is calibrated.")
     ] = None,
@@ -33,7 +38,6 @@ def develop(
         str | None, typer.Option(help="Calibration file (plenofir calibrate) instead of --white.")
     ] = None,
     dark: Dark = None,
-    micro_image: options.MicroImageIfGiven = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     out: Annotated[str, typer.Option(help="Folder for pictures and page.")] = "developed",
@@ -53,7 +57,9 @@ def develop(
     start, folder = perf_counter(), Path(out)
     check_folder(folder, out)
     options.require("focus", "camera", focus != inf and camera is None)
-    job = Job(white, calib, dark, micro_image, camera, focus, slices, exposure, gamma)
+    job = Job(
+        hints._replace(white=white, calib=calib, dark=dark), camera, focus, slices, exposure, gamma
+    )
     with steps_bar("reading") as show:
         done = develop_capture(Path(capture), job, folder, show)
     for line in done.lines:

@@ -13,17 +13,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
-from plenofir.commands.rasters import check_raster
+from plenofir.commands.rasters import read_field
 from plenofir.commands.results import save
-from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, as_text, checksum, publish_run
 
 if TYPE_CHECKING:
-    from plenofir.camera.calibration import Calibration
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.lightfield.disparity import Disparity
     from plenofir.camera.rays import RayModel
-    from plenofir.ground.images import Image, Picture
+    from plenofir.camera.recognise import Field, Hints
+    from plenofir.ground.images import Image
 
 Show = Callable[[str, int, int], None]
 
@@ -44,10 +43,7 @@ _STYLE = (
 class Job(NamedTuple):
     """How captures are developed."""
 
-    white: Path | None = None
-    calib: str | None = None
-    dark: Path | None = None
-    micro_image: int | None = None
+    hints: "Hints"
     camera: str | None = None
     focus: float = inf  # of the camera, in mm
     slices: int = 9  # most refocused pictures
@@ -56,7 +52,7 @@ class Job(NamedTuple):
 
     def mark(self, capture: Path) -> str:
         """What changes when the capture, the job or one of its files changes."""
-        files = [self.white, self.calib, self.dark, self.camera]
+        files = [self.hints.white, self.hints.calib, self.hints.dark, self.camera]
         named = [Path(file) for file in files if file is not None]
         sums = [checksum(file) for file in [capture, *named] if file.is_file()]
         return sha256(repr((str(capture.absolute()), self, sums)).encode()).hexdigest()
@@ -76,11 +72,11 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
     from plenofir.camera.rays import RayModel, load_camera
 
     known = None if job.camera is None else load_camera(job.camera)
-    field = _read(capture, job, show)
+    field, told = _read(capture, job, show)
     m = field.micro_image_size
     model = None if known is None else RayModel.focused(known, job.focus, m)
     look = exposure(field.picture, m, job.exposure, job.gamma)
-    lines = [*field.lines, f"shown: {look.words()}"]
+    lines = [*told, f"shown: {look.words()}"]
     title, mark = as_text(capture.name), job.mark(capture)
     with TemporaryDirectory(prefix="plenofir-") as temporary:
         with Results(Path(temporary)) as results:
@@ -105,124 +101,18 @@ def is_developed(capture: Path, job: Job, folder: Path) -> bool:
         return False
 
 
-class _Field(NamedTuple):
-    """An aligned raw image, M, and what was done or assumed to have it."""
-
-    picture: "Picture"
-    micro_image_size: int
-    calibration: str | None
-    lines: tuple[str, ...]
-
-    @property
-    def raster(self) -> "Image":
-        return self.picture.pixels
-
-
-def calibration_of(white: Path, dark: Path | None) -> "Calibration":
-    """Calibration of a white image, and the dark frame if there is one."""
-    from plenofir.camera.calibration import calibrate
-    from plenofir.ground.images import read_image, read_picture
-
-    picture = read_picture(white)
-    return calibrate(
-        picture.pixels,
-        read_image(dark) if dark else None,
-        full_scale=picture.full_scale,
-        where=str(white),
-        dark_where=str(dark),
-    )
-
-
-def _read(path: Path, job: Job, show: Show) -> _Field:
-    """The light field of a source, whatever it is."""
-    from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
+def _read(path: Path, job: Job, show: Show) -> "tuple[Field, list[str]]":
+    """The light field of a source, whatever it is, and what was found."""
     from plenofir.camera.exposure import to_srgb
-    from plenofir.camera.lightfield.indexing import compose
-    from plenofir.camera.lightfield.sources import holds_views, read_source
-    from plenofir.camera.lytro import is_lytro, read_lytro
-    from plenofir.camera.lytro.sensor import FULL_SCALE
-    from plenofir.camera.recognise.picture import recognise_picture
-    from plenofir.ground.images import Picture, read_image, read_picture
-    from plenofir.refocus import check_raw
 
-    where, (white, calib, dark, micro_image) = str(path), job[:4]
-    lytro, views = is_lytro(path), holds_views(path)
-    aligned = not (lytro or views or white or calib)
-    if white is not None and calib is not None:
-        raise InputError("cannot be combined with --calib; give one of them", where="white")
-    for option, given, wanted in (
-        ("white", white, not views),
-        ("calib", calib, not (lytro or views)),
-        ("dark", dark, not (lytro or views or aligned)),
-    ):
-        if given is not None and not wanted:
-            raise InputError(f"is not used for {where}", where=option)
-    if lytro:
-        taken = read_lytro(path, white=white, colour="best")
-        m = micro_image or largest_odd_size(taken.calibration)
-        raster = decode(
-            taken.image,
-            taken.calibration,
-            m,
-            white=taken.white,
-            full_scale=FULL_SCALE,
-            where=where,
-            progress=lambda done, total: show("decoding", done, total),
-        )
-        told = tuple(f"{name}: {text}" for name, text in taken.lines)
-        return _Field(Picture(raster, FULL_SCALE, 1.0), m, None, (*told, _size(raster, m)))
-    if views:
-        source = read_source(
-            path, size=micro_image, progress=lambda done, total: show("reading", done, total)
-        )
-        raster, m = compose(source.images), source.images.shape[0]
-        told = tuple(f"{name}: {text}" for name, text in source.lines)
-        picture = to_srgb(source.picture.like(raster), where)
-        return _Field(picture, m, None, (*told, _size(raster, m)))
-    picture = to_srgb(read_picture(path), where)
-    if aligned:
-        if micro_image is not None:
-            m, how = micro_image, "as given"
-        else:
-            is_jpeg = path.suffix.lower() in (".jpg", ".jpeg")
-            seen = recognise_picture(picture, where, is_jpeg=is_jpeg)
-            if seen.kind != "aligned raster" or seen.micro_image_size is None:
-                raise InputError(
-                    f"{seen.kind}; give --white or --calib for a raw capture, or -M for an aligned "
-                    "raw image",
-                    where=where,
-                )
-            m, how = seen.micro_image_size, "by its joints"
-        raster = check_raw(picture.pixels, m, where=where)
-        check_raster(picture, m, where)
-        told = (f"taken as aligned, M = {m} {how}", _size(raster, m))
-        return _Field(picture.like(raster), m, None, told)
-    black = read_image(dark) if dark else None
-    if calib is not None:
-        found, made = load_calibration(calib), None
-    else:
-        show("calibrating", 0, 1)
-        found = calibration_of(Path(str(white)), dark)
-        made = found.text()
-    m = micro_image or largest_odd_size(found)
-    raster = decode(
-        picture.pixels,
-        found,
-        m,
-        dark=black,
-        full_scale=picture.full_scale,
-        where=where,
-        progress=lambda done, total: show("decoding", done, total),
+    field = read_field(
+        path, job.hints, lambda done, total: show("reading", done, total), notes=False
     )
-    pitch = " x ".join(f"{p:.3f}" for p in found.grid.pitch[::-1])
-    told = (f"calibrated: {found.grid.layout}, {pitch} pixels a lens", _size(raster, m))
-    # A camera's pixels count light, unless the file says otherwise.
-    decoded = picture.like(raster)._replace(gamma=picture.gamma or 1.0)
-    return _Field(decoded, m, made, told)
-
-
-def _size(raster: "Image", m: int) -> str:
-    return f"{raster.shape[1] // m} x {raster.shape[0] // m} micro images of {m} x {m} pixels"
+    picture, m = to_srgb(field.picture, str(path)), field.micro_image_size
+    rows, columns = (length // m for length in picture.pixels.shape[:2])
+    lines = [f"{one.heading}: {one.text}" for one in field.lines]
+    lines.append(f"{columns} x {rows} micro images of {m} x {m} pixels")
+    return field._replace(picture=picture), lines
 
 
 class _Pictures:
@@ -231,7 +121,7 @@ class _Pictures:
     def __init__(
         self,
         results: Results,
-        field: _Field,
+        field: "Field",
         model: "RayModel | None",
         look: "Exposure",
         show: Show,
@@ -252,7 +142,7 @@ class _Pictures:
         from plenofir.camera.lightfield.stack import PICTURE, FocalStack, all_in_focus
         from plenofir.refocus import focus_to_shift, slice_names
 
-        raster, m = self.field.raster, self.field.micro_image_size
+        raster, m = self.field.picture.pixels, self.field.micro_image_size
         save(self.results, "aligned.png", self.field.picture)
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from plenofir.camera.calibration.inspection import WhiteInspection
     from plenofir.camera.calibration.spots import Best, FocusScore, InfinityFocus
     from plenofir.camera.rays import MeasuredPupil, RayModel
-    from plenofir.camera.recognise.picture import Recognition
+    from plenofir.camera.recognise import Hints, LightFieldSource
     from plenofir.refocus.operator import Image
 
 # Micro images of this diameter (in pitches) fill their cells; much smaller ones waste sensor area.
@@ -33,6 +33,7 @@ Lines = list[tuple[str, str]]
 
 
 @app.command()
+@options.takes_light_fields
 def inspect(
     files: Annotated[
         list[str],
@@ -41,6 +42,7 @@ def inspect(
             "the micro lenses alone, each with a --position."
         ),
     ],
+    hints: "Hints",
     dark: Dark = None,
     position: Annotated[
         list[float] | None,
@@ -72,7 +74,7 @@ def inspect(
         if len(files) > 1:
             raise InputError("several pictures require --position, once for each of them")
         wanted = any(one is not None for one in (dark, collimator, camera, out))
-        found = None if wanted else _recognised(files[0])
+        found = None if wanted else _recognised(files[0], hints)
         if found is not None and found.white is None:
             content, lines, pictures = *_recognition(found), {}
         else:
@@ -89,24 +91,24 @@ def inspect(
         typer.echo(f"{heading:<13} {text}")
 
 
-def _recognised(file: str) -> "Recognition":
+def _recognised(file: str, hints: "Hints") -> "LightFieldSource":
     """What a file is."""
-    from plenofir.camera.recognise.files import recognise
+    from plenofir.camera.recognise import recognise
 
     with progress_bar("inspecting"):
-        return recognise(Path(file))
+        return recognise(Path(file), hints)
 
 
-def _recognition(found: "Recognition") -> tuple[dict[str, Any], Lines]:
+def _recognition(found: "LightFieldSource") -> tuple[dict[str, Any], Lines]:
     """What a file is, for JSON and for people."""
     content = {
         "kind": found.kind,
-        "evidence": [list(line) for line in found.evidence],
+        "evidence": [list(one[:3]) for one in found.findings],
         "micro_image_size": found.micro_image_size,
         "pitch_px": found.pitch_px,
         "next": list(found.advice),
     }
-    lines = [("kind", found.kind), *found.evidence]
+    lines = [("kind", found.kind), *((one.heading, one.text) for one in found.findings)]
     return content, lines + [("next", text) for text in found.advice]
 
 

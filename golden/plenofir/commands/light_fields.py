@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_lines, progress_bar
-from plenofir.commands.rasters import model_of, read_raster, warn_of_camera
+from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
@@ -19,6 +19,7 @@ from plenofir.ground.files import Results, check_folder
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from plenofir.camera.recognise import Hints
     from plenofir.commands.results import Floats
     from plenofir.ground.images import Image, Picture
 
@@ -26,19 +27,19 @@ app = typer.Typer()
 
 
 @app.command()
+@options.takes_light_fields
 def views(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     out: Annotated[
         str, typer.Option(help="Folder for the views, view_VV_UU.png (row, column).")
     ] = "views",
 ) -> None:
     """Write the sub-aperture images of an aligned raw image."""
-    from plenofir.camera.lightfield.folders import named_views
+    from plenofir.camera.lightfield import named_views
 
-    m = micro_image
-    raw = read_raster(raster, m)
     check_folder(Path(out), out)
+    raw, m, *_ = read_field(raster, hints)
     files = {name: raw.like(view) for name, view in named_views(raw.pixels, m).items()}
     publish(files, Path(out))
     rows, columns = (length // m for length in raw.pixels.shape[:2])
@@ -46,26 +47,28 @@ def views(
 
 
 @app.command()
+@options.takes_light_fields
 def mosaic(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     out: options.OutPng = "mosaic.png",
 ) -> None:
     """Write all views of an aligned raw image side by side, in one picture."""
     from plenofir.camera.lightfield.exports import mosaic as side_by_side
 
     path = check_file(out, (".png",), raster)
-    raw = read_raster(raster, micro_image)
-    whole = side_by_side(raw.pixels, micro_image)
+    raw, m, *_ = read_field(raster, hints)
+    whole = side_by_side(raw.pixels, m)
     publish({path.name: raw.like(whole)}, path.parent)
-    rows, columns = (length // micro_image for length in raw.pixels.shape[:2])
-    typer.echo(f"{out}: {micro_image} x {micro_image} views of {columns} x {rows} pixels")
+    rows, columns = (length // m for length in raw.pixels.shape[:2])
+    typer.echo(f"{out}: {m} x {m} views of {columns} x {rows} pixels")
 
 
 @app.command()
+@options.takes_light_fields
 def quilt(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     columns: Annotated[int | None, typer.Option(help="Columns of views.", min=1, max=100)] = None,
     rows: Annotated[int | None, typer.Option(help="Rows of views.", min=1, max=100)] = None,
     out: Annotated[
@@ -82,22 +85,23 @@ def quilt(
     from plenofir.camera.lightfield.exports import quilt as arrange
     from plenofir.camera.lightfield.exports import quilt_name, quilt_tiles
 
-    raw = read_raster(raster, micro_image)
+    raw, m, *_ = read_field(raster, hints)
     if columns is None and rows is None:
-        columns, rows = quilt_tiles(micro_image)
+        columns, rows = quilt_tiles(m)
     else:
-        columns, rows = columns or max(1, micro_image // (rows or 1)), rows or 1
-    image = arrange(raw.pixels, micro_image, columns, rows)
+        columns, rows = columns or max(1, m // (rows or 1)), rows or 1
+    image = arrange(raw.pixels, m, columns, rows)
     view = image.shape[0] // rows, image.shape[1] // columns
     name = f"{quilt_name(out, view, columns, rows)}.png"
     path = check_file(name, (".png",), raster)
-    look, exposed = _look(raw, micro_image, exposure, gamma)
+    look, exposed = _look(raw, m, exposure, gamma)
     publish({path.name: look(image)}, path.parent)
     typer.echo(f"{name}: {columns} x {rows} views of {view[1]} x {view[0]} pixels")
     print_lines(exposed)
 
 
 @app.command()
+@options.takes_light_fields
 def compose(
     folder: Annotated[
         str,
@@ -105,18 +109,8 @@ def compose(
             help="Folder of M x M views, a mosaic of all views, an ESLF picture, or a .mat file."
         ),
     ],
+    hints: "Hints",
     out: options.OutPng = "aligned.png",
-    order: Annotated[
-        Literal["rows", "columns"],
-        typer.Option(help="Whether the first number in the names counts rows or columns."),
-    ] = "rows",
-    layout: Annotated[
-        Literal["auto", "mosaic", "raster"],
-        typer.Option(
-            help="How the views lie in a picture: mosaic (side by side) or raster (micro images)."
-        ),
-    ] = "auto",
-    micro_image: options.MicroImageIfGiven = None,
     keep: Annotated[
         int | None,
         typer.Option("--views", help="Keep this many central views along each side.", min=1),
@@ -126,25 +120,27 @@ def compose(
 
     The views come as a folder (the HCI benchmark's too), a mosaic, an ESLF picture or a .mat file.
     """
+    from plenofir.camera.lightfield.indexing import central
     from plenofir.camera.lightfield.indexing import compose as interleave
-    from plenofir.camera.lightfield.sources import central, read_source
 
     source = Path(folder)
     path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))
     with progress_bar("reading") as show:
-        found = read_source(source, order=order, layout=layout, size=micro_image, progress=show)
-    images = found.images if keep is None else central(found.images, keep)
-    publish({path.name: found.picture.like(interleave(images))}, path.parent)
-    for heading, text in found.lines:
-        typer.echo(f"{heading:<15} {text}")
+        seen = recognised(source, hints)
+        picture = seen.all_views(show)
+    images = picture.pixels if keep is None else central(picture.pixels, keep)
+    publish({path.name: picture.like(interleave(images))}, path.parent)
+    for finding in seen.findings:
+        typer.echo(f"{finding.heading:<15} {finding.text}")
     m, _, rows, columns = images.shape[:4]
     typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")
 
 
 @app.command("refocus")
+@options.takes_light_fields
 def refocus_command(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     a: options.FocusSetting,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
     interpolation: options.InterpolationIfGiven = None,
@@ -174,12 +170,12 @@ def refocus_command(
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
     path = check_file(out, PICTURES, raster)
-    m = micro_image
+    part = _region(region) if region else None
+    options.require("focus", "camera", focus != inf and camera is None)
+    raw, m, *_ = read_field(raster, hints)
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
-    part = _region(region) if region else None
     model = model_of(camera, focus, m)
-    raw = read_raster(raster, m)
     look, exposed = _look(raw, m, exposure, gamma)
     if sharpen is None:
         sharpen = str(PICTURE["sharpen"]) if upsample and interpolation is None else "off"
@@ -231,9 +227,10 @@ def _region(text: str) -> tuple[slice, slice]:
 
 
 @app.command()
+@options.takes_light_fields
 def stack(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     a: options.SettingsIfGiven = None,
     out: Annotated[str, typer.Option(help="Folder for the slices.")] = "stack",
     everywhere: Annotated[
@@ -288,7 +285,9 @@ def stack(
     if index and everywhere:
         raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
     options.require("radius", "depth_index", radius != 1 and not index)
-    m = micro_image
+    options.require("focus", "camera", focus != inf and camera is None)
+    check_folder(Path(out), out)
+    raw, m, *_ = read_field(raster, hints)
     settings = options.focus_settings(a or ["0:1"], m)
     shifts = options.shifts_of(settings, m)
     if index and len(settings) > MAX_STACK:
@@ -296,9 +295,7 @@ def stack(
             f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
     model = model_of(camera, focus, m)
-    raw = read_raster(raster, m)
     shape = raw.pixels.shape[:2]
-    check_folder(Path(out), out)
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
     look, exposed = _look(raw, m, exposure, gamma)
@@ -345,9 +342,10 @@ def stack(
 
 
 @app.command("depth-map")
+@options.takes_light_fields
 def depth_map(
-    raster: options.AlignedRaw,
-    micro_image: options.MicroImage,
+    raster: options.LightField,
+    hints: "Hints",
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     near: Annotated[
@@ -407,13 +405,13 @@ def depth_map(
     from plenofir.camera.lightfield.disparity import MANY, search_disparity, sure_distances
     from plenofir.camera.plots import depth_picture
 
-    m = micro_image
     for option, given in (("pfm", pfm), ("tiff", tiff), ("ply", ply)):
         options.require(option, "camera", given and camera is None)
-    picture = read_raster(raster, m)
+    options.require("focus", "camera", focus != inf and camera is None)
+    check_folder(Path(out), out)
+    picture, m, *_ = read_field(raster, hints)
     raw = picture.pixels
     model = model_of(camera, focus, m)
-    check_folder(Path(out), out)
     with progress_bar("matching") as show:
         found = search_disparity(
             raw,

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options, declared once: their flags, types and ranges, and how a message names them."""
 
+import functools
+import inspect
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import floor, inf, isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -370,8 +372,12 @@ Focus = Annotated[
         "--focus", "Distance that the camera was focused on, in mm from the micro lenses, or inf."
     ),
 ]
-AlignedRaw = Annotated[
-    str, typer.Argument(help="Aligned raw image: micro images of exactly M x M pixels.")
+LightField = Annotated[
+    str,
+    typer.Argument(
+        help="Light field: an aligned raw image (micro images of exactly M x M pixels), or views "
+        "in a folder, a mosaic, a film or a .mat file."
+    ),
 ]
 _BORDER = typer.Option(
     "--border",
@@ -416,3 +422,79 @@ ArithIfGiven = Annotated[ArithmeticKind | None, _ARITH]
 FractionIfGiven = Annotated[int | None, _FRACTION]
 GuardIfGiven = Annotated[int | None, _GUARD]
 SceneIfGiven = Annotated[str | None, _SCENE]
+
+# What a person may say about a light field: `plenofir.camera.recognise.Hints`, by its fields.
+_HINTS: dict[str, tuple[Any, Any]] = {
+    "micro_image": (MicroImageIfGiven, None),
+    "layout": (
+        Annotated[
+            Literal["auto", "mosaic", "raster"],
+            typer.Option(
+                help="How the views lie in a picture: mosaic (side by side) or raster (micro "
+                "images)."
+            ),
+        ],
+        "auto",
+    ),
+    "order": (
+        Annotated[
+            Literal["rows", "columns"] | None,
+            typer.Option(
+                help="What the first number of the views counts; without it their motion tells."
+            ),
+        ],
+        None,
+    ),
+    "flip": (
+        Annotated[
+            Literal["none", "rows", "columns", "both"] | None,
+            typer.Option(
+                help="Views counted from below (rows), from the right (columns) or both; without "
+                "it their motion tells, but for both."
+            ),
+        ],
+        None,
+    ),
+    "bayer": (
+        Annotated[
+            Bayer | None,
+            typer.Option(
+                help="Colours of a sensor's first four pixels, if it has a colour mosaic.",
+                case_sensitive=False,
+            ),
+        ],
+        None,
+    ),
+    "white_balance": (
+        Annotated[
+            Literal["auto", "off"],
+            typer.Option(help="White balance of captures, by a white image in colours; or off."),
+        ],
+        "auto",
+    ),
+}
+
+
+def takes_light_fields(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `Hints`; the command gets them together, as `hints`."""
+
+    @functools.wraps(command)
+    def with_hints(**values: Any) -> None:
+        from plenofir.camera.recognise.source import Hints
+
+        command(hints=Hints(**{name: values.pop(name) for name in _HINTS}), **values)
+
+    def keyword(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+        kind = inspect.Parameter.KEYWORD_ONLY
+        return inspect.Parameter(name, kind, default=default, annotation=annotation)
+
+    signature = inspect.signature(command)
+    own = [
+        keyword(name, one.annotation, one.default)
+        for name, one in signature.parameters.items()
+        if name != "hints"
+    ]
+    added = [keyword(name, *of) for name, of in _HINTS.items()]
+    with_hints.__signature__ = inspect.Signature(own + added)  # type: ignore[attr-defined]
+    with_hints.__annotations__ = {one.name: one.annotation for one in own + added}
+    return with_hints

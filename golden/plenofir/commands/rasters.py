@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Aligned raw images that commands take, and what speaks against M or the camera given."""
+"""Light fields that commands take, whatever they are stored as, and the camera given."""
 
 from math import inf
 from pathlib import Path
@@ -11,35 +11,50 @@ from plenofir.commands import options
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plenofir.camera.rays import Camera, RayModel
-    from plenofir.ground.images import Picture
+    from plenofir.camera.recognise import Field, Finding, Hints, LightFieldSource
 
 
 _LARGEST_M = 10_000
 
 
-def read_raster(path: str, micro_image: int) -> "Picture":
-    """Read an aligned raw image; refuse it if its M is certainly another one."""
-    from plenofir.ground.images import read_picture
-    from plenofir.refocus import check_raw
+def recognised(path: str | Path, hints: "Hints") -> "LightFieldSource":
+    """What a path is, warnings printed."""
+    from plenofir.camera.recognise import recognise
 
-    raw = read_picture(Path(path))
-    check_raw(raw.pixels, micro_image, where=path)
-    check_raster(raw, micro_image, path)
-    return raw
+    source = recognise(Path(path), hints)
+    for text in source.warnings:
+        typer.echo(f"warning: {path}: {text}", err=True)
+    return source
 
 
-def check_raster(picture: "Picture", micro_image: int, where: str, *, refuse: bool = True) -> None:
-    """Warn of a picture that is no aligned raw image of M, or refuse it where that is certain."""
-    from plenofir.camera.recognise.expected import doubt
+def read_field(
+    path: str | Path,
+    hints: "Hints",
+    progress: "Callable[[int, int], None] | None" = None,
+    *,
+    notes: bool = True,
+) -> "Field":
+    """The light field of a path as an aligned raw image, or a refusal that says what helps.
 
-    is_jpeg = Path(where).suffix.lower() in (".jpg", ".jpeg")
-    found = doubt(picture, micro_image, where, is_jpeg=is_jpeg)
-    if found is None:
-        return
-    if found.certain and refuse:
-        raise InputError(found.text, where=where)
-    typer.echo(f"warning: {where}: {found.text}", err=True)
+    What was put right or cannot be known is in its lines, and told if `notes`.
+    """
+    from plenofir.camera.recognise.source import quiet
+
+    source = recognised(path, hints)
+    field = source.field(progress or quiet)
+    if notes:
+        tell(*source.findings, *field.lines)
+    return field._replace(lines=(*source.findings, *field.lines))
+
+
+def tell(*findings: "Finding") -> None:
+    """Print, on standard error, what changes the result."""
+    for finding in findings:
+        if finding.notable:
+            typer.echo(f"note: {finding.heading}: {finding.text}", err=True)
 
 
 def model_of(camera: str | None, focus: float, micro_image: int) -> "RayModel | None":

@@ -9,7 +9,8 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
-from plenofir.commands.rasters import check_raster
+from plenofir.commands.rasters import recognised
+from plenofir.ground.errors import InputError
 from plenofir.fpga.names import (
     DEFAULT_BOARD,
     DEFAULT_ENGINE,
@@ -159,7 +160,6 @@ def sim(
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.request import DEFAULT_RAW, Run
-    from plenofir.ground.images import read_picture
 
     def core_for(path: Path) -> "CoreConfiguration":
         from plenofir.fpga.simulate.request import core_for_image
@@ -210,8 +210,7 @@ def sim(
         )
         return
     if raw is not None and scene is None:
-        # Any picture can be simulated.
-        check_raster(read_picture(raw), micro_image, str(raw), refuse=False)
+        _warn(raw, micro_image)
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
         if scene:
@@ -219,6 +218,18 @@ def sim(
             _run(run_of(path, core, Path(out), screen))
         else:
             _run(run_of(path, core_for(path), Path(out)))
+
+
+def _warn(raw: Path, micro_image: int) -> None:
+    """Warn of what is no aligned raw image of M: any picture can be simulated."""
+    from plenofir.camera.recognise import Hints
+    from plenofir.ground.images import read_picture
+
+    read_picture(raw)
+    try:
+        recognised(raw, Hints(micro_image))
+    except InputError as error:
+        typer.echo(f"warning: {error}", err=True)
 
 
 def _run_raw(

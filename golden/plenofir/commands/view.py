@@ -12,7 +12,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
-from plenofir.commands.rasters import check_raster, model_of, warn_of_camera
+from plenofir.commands.rasters import model_of, read_field, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, write_file
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.rays import RayModel
+    from plenofir.camera.recognise import Hints
     from plenofir.ground.images import Picture
     from plenofir.view import Page
 
@@ -32,7 +33,9 @@ _LEAST_VIEWS = 9
 
 
 @app.command()
+@options.takes_light_fields
 def view(
+    hints: "Hints",
     raster: Annotated[
         str | None,
         typer.Argument(
@@ -41,7 +44,6 @@ def view(
             "time."
         ),
     ] = None,
-    micro_image: options.MicroImageIfGiven = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     calib: Annotated[
@@ -98,11 +100,11 @@ def view(
     if source is not None and export is not None:
         raise InputError("--export cannot be combined with --source; it is for a picture")
     out = check_file(export, (".html", ".htm"), raster, calib) if export is not None else None
-    settings = _Settings(micro_image, camera, focus, calib, a, exposure, gamma)
+    settings = _Settings(hints._replace(calib=calib), camera, focus, a, exposure, gamma)
     with progress_bar("searching depth") as show:
         if source is not None:
             page = settings.live(source, rate)
-        elif micro_image is None and _has_pictures(Path(str(raster))):
+        elif hints.micro_image is None and _has_pictures(Path(str(raster))):
             page = settings.pictures(Path(str(raster)))
         else:
             page = settings.light_field(Path(str(raster)), show if out is not None else None)
@@ -131,8 +133,8 @@ def serve_page(page: "Page", port: int, browser: bool) -> None:
 
 def _has_pictures(folder: Path) -> bool:
     """Whether a folder has pictures to be compared; views of a light field otherwise."""
-    from plenofir.camera.lightfield.folders import arrange, image_paths
-    from plenofir.camera.lightfield.sources import hci_views
+    from plenofir.camera.recognise.benchmark import hci_views
+    from plenofir.camera.recognise.names import arrange, image_paths
 
     if not folder.is_dir() or hci_views(folder):
         return False
@@ -150,10 +152,9 @@ def _has_pictures(folder: Path) -> bool:
 class _Settings:
     """Options of a light field."""
 
-    micro_image: int | None
+    hints: "Hints"
     camera: str | None
     focus: float
-    calib: str | None
     a: str | None
     exposure: str
     gamma: float | None
@@ -162,29 +163,22 @@ class _Settings:
         """The page of a folder of pictures, for which there are no such options."""
         from plenofir.view import pictures_page
 
-        for name in ("camera", "calib", "a", "gamma"):
-            if getattr(self, name) is not None:
+        for name, value in (
+            ("camera", self.camera),
+            ("calib", self.hints.calib),
+            ("a", self.a),
+            ("gamma", self.gamma),
+        ):
+            if value is not None:
                 raise InputError(f"{options.typed(name)} is for a light field, not for a folder")
         return pictures_page(folder)
 
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
         """The page of a raw image, of views, or of a Lytro's file."""
         from plenofir.camera.exposure import to_srgb
-        from plenofir.camera.lightfield.sources import holds_views
-        from plenofir.camera.lytro import is_lytro
-        from plenofir.ground.images import read_picture
         from plenofir.view import light_field_page
 
-        if is_lytro(path):
-            m, picture = self._of_lytro(path)
-        elif holds_views(path):
-            m, picture = self._of_views(path)
-        else:
-            m = self._size()
-            stored = read_picture(path)
-            if self.calib is None:
-                check_raster(stored, m, str(path))
-            picture = self._preparation(str(path))(stored)
+        picture, m, *_ = read_field(path, self.hints)
         picture = to_srgb(picture, str(path))
         search, model = self._checked(m)
         return light_field_page(
@@ -198,34 +192,6 @@ class _Settings:
             gamma=picture.gamma,
             look=self._look(picture, m),
         )
-
-    def _of_lytro(self, path: Path) -> "tuple[int, Picture]":
-        """M and the aligned raw image of a Lytro's file."""
-        from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
-        from plenofir.camera.lytro import read_lytro
-        from plenofir.camera.lytro.sensor import FULL_SCALE
-        from plenofir.ground.images import Picture
-
-        taken = read_lytro(path, colour="best")
-        calibration = load_calibration(self.calib) if self.calib else taken.calibration
-        m = self.micro_image or largest_odd_size(calibration)
-        raw = decode(taken.image, calibration, m, full_scale=FULL_SCALE, where=str(path))
-        return m, Picture(raw, FULL_SCALE, 1.0)
-
-    def _of_views(self, path: Path) -> "tuple[int, Picture]":
-        """M and the aligned raw image of a folder of views, or a .mat file."""
-        from plenofir.camera.lightfield.indexing import compose
-        from plenofir.camera.lightfield.sources import read_source
-
-        if self.calib is not None:
-            raise InputError("is for a raw capture, not for views", where="calib")
-        source = read_source(path)
-        m = source.images.shape[0]
-        if self.micro_image not in (None, m):
-            raise InputError(
-                f"{self.micro_image} is not right: there are {m} x {m} views", where="micro_image"
-            )
-        return m, source.picture.like(compose(source.images))
 
     def live(self, source: str, rate: float) -> "Page":
         """The page of a source of frames."""
@@ -242,9 +208,9 @@ class _Settings:
 
     def _size(self) -> int:
         """M of what does not tell it."""
-        if self.micro_image is None:
+        if self.hints.micro_image is None:
             raise InputError("is missing; give M as in -M 5", where="micro_image")
-        return self.micro_image
+        return self.hints.micro_image
 
     def _look(self, picture: "Picture", m: int) -> "Exposure":
         """The exposure that the page starts with."""
@@ -268,12 +234,12 @@ class _Settings:
         """What makes a picture an aligned raw image."""
         from plenofir.refocus import check_raw
 
-        m = self.micro_image or 1
-        if self.calib is None:
+        m = self.hints.micro_image or 1
+        if self.hints.calib is None:
             return lambda picture: picture.like(check_raw(picture.pixels, m, where=where))
         from plenofir.camera.calibration import decode, load_calibration
 
-        calibration = load_calibration(self.calib)
+        calibration = load_calibration(self.hints.calib)
 
         def decoded(picture: "Picture") -> "Picture":
             raw = decode(picture.pixels, calibration, m, full_scale=picture.full_scale, where=where)

@@ -14,7 +14,7 @@ from plenofir.camera.calibration.grid import Layout
 from plenofir.camera.lightfield import views
 from plenofir.camera.lightfield.exports import encode_pfm, mosaic
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.recognise.files import recognise
+from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.picture import recognise_picture
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir.camera.synthetic.render import with_pitch
@@ -37,7 +37,7 @@ def test_rasters(name: str, m: int) -> None:
 def test_the_microscope() -> None:
     assert recognise(MICROSCOPE / "white.png").kind == "white image"
     dark = recognise(MICROSCOPE / "dark.png")
-    assert (dark.kind, "a dark frame?" in dark.evidence[1][1]) == ("can't tell", True)
+    assert (dark.kind, "a dark frame?" in dark.findings[1][1]) == ("can't tell", True)
     raw = recognise(MICROSCOPE / "raw.png")
     assert raw.kind == "raw capture"
     # By its white image 15.397 pixels.
@@ -60,7 +60,7 @@ def test_raw_captures(layout: str, pitch: float, turn: float) -> None:
     found = recognise_picture(Picture(taken.raw, 65535), "x.png")
     assert found.kind == "raw capture"
     assert found.pitch_px == pytest.approx(pitch, rel=0.01)
-    assert layout in found.evidence[1][1]
+    assert layout in found.findings[1][1]
 
 
 def capture(shares: tuple[float, float], layout: Layout, start: int, rim: float) -> np.ndarray:
@@ -120,12 +120,12 @@ def test_folders_and_other_files(tmp_path: Path) -> None:
     found = recognise(views)
     assert (found.kind, found.micro_image_size) == ("folder of views", 3)
     write_png(views / "view_2_2.png", np.zeros((5, 6), np.uint8))
-    assert "shape (5, 6) and type uint8" in recognise(views).evidence[0][1]
+    assert "shape (5, 6) and type uint8" in recognise(views).findings[0][1]
     hci = tmp_path / "hci"
     hci.mkdir()
     write_png(hci / "input_Cam000.png", np.zeros((4, 4), np.uint8))
     (hci / "gt_disp_lowres.pfm").write_bytes(encode_pfm(np.zeros((4, 4))))
-    assert "HCI benchmark names them, with true" in recognise(hci).evidence[0][1]
+    assert "HCI benchmark names them, with true" in recognise(hci).findings[0][1]
     grid = regular_grid((90, 90), 9.0)
     calibration_of_grid(grid, (90, 90)).save(tmp_path / "calib.json")
     assert recognise(tmp_path / "calib.json").kind == "calibration"
@@ -142,7 +142,7 @@ def test_which_number_counts_columns(name: str, tmp_path: Path) -> None:
             write_png(folder / f"a_{first}_{second}.png", np.ascontiguousarray(images[v, u]))
         found = recognise(folder)
         assert ("--order columns" in found.advice[0]) == (order == "columns")
-        assert "cannot be told" not in found.evidence[0][1]
+        assert "cannot be told" not in found.findings[0][1]
 
 
 @pytest.mark.drawn(1)
@@ -162,5 +162,5 @@ def test_folders_of_frames(tmp_path: Path) -> None:
         write_png(tmp_path / f"frame_{number}.png", raster)
     found = recognise(tmp_path)
     assert (found.kind, found.micro_image_size) == ("folder of pictures", 5)
-    assert "4 pictures; the first of them, frame_0.png: aligned raster" in found.evidence[0][1]
+    assert "4 pictures; the first of them, frame_0.png: aligned raster" in found.findings[0][1]
     assert found.advice == (f"plenofir batch '{tmp_path}/*.png' -M 5 -a 0",)

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image as Pillow
 
 from plenofir.camera.calibration import calibrate, decode
-from plenofir.camera.lightfield.folders import named_views
-from plenofir.camera.lightfield.sources import read_source
+from plenofir.camera.lightfield import named_views
+from plenofir.camera.recognise import recognise
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.commands.app import run
 from plenofir.ground.errors import InputError
@@ -112,7 +112,7 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     assert all(f'href="{name}"' in page for name in FILMS)
     assert write_webm(tmp_path / "views.webm", frames[:1] * 24, 5)
     with pytest.raises(InputError, match=r"views\.webm: has 24 frames, which is not a square"):
-        read_source(tmp_path / "views.webm")
+        recognise(tmp_path / "views.webm")
 
 
 def test_distances_with_a_camera(tmp_path: Path) -> None:
@@ -181,7 +181,10 @@ def test_bad_batches(tmp_path: Path, words, message) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "can.t tell; give --white or --calib for a raw capture, or -M for an aligned raw"),
+        (
+            (),
+            "can.t tell: too small.*; give --white or --calib for a raw capture, or -M for an aligned raw",
+        ),
         (("-M", "5", "--focus", "900"), "--focus requires --camera"),
         (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),
         (("-M", "5", "--camera", "missing"), "missing"),

@@ -24,7 +24,7 @@ from scipy import ndimage
 
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield.folders import named_views
+from plenofir.camera.lightfield import named_views
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.files import checksum
 from plenofir.ground.images import Picture, encode_png, write_png

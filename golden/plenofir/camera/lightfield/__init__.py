@@ -12,7 +12,7 @@ from plenofir.camera.lightfield.disparity import (
     light_field_disparity,
     sad_disparity,
 )
-from plenofir.camera.lightfield.folders import read_views, write_views
+from plenofir.camera.lightfield.exports import named_views, write_views
 from plenofir.camera.lightfield.fourier import aperture_weights, fourier_slice, shifted_views
 from plenofir.camera.lightfield.indexing import (
     compose,
@@ -47,10 +47,10 @@ __all__ = [
     "light_field",
     "light_field_disparity",
     "light_field_index",
+    "named_views",
     "peak",
     "raw_image",
     "raw_index",
-    "read_views",
     "sad_disparity",
     "sharpness",
     "sharpness_curve",

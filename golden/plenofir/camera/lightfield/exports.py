@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What other programs read: mosaics, quilts of a Looking Glass, .pfm, float TIFF, point clouds."""
+"""Files for other programs: views, mosaics, quilts, .pfm, float TIFF, point clouds."""
 
 import io
 from math import isqrt
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -10,10 +11,28 @@ import numpy.typing as npt
 from plenofir.camera.lightfield.indexing import sub_aperture, views
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import eight_bits
+from plenofir.ground.images import eight_bits, write_png
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
+
+
+def named_views(raw: Image, m: int) -> dict[str, Image]:
+    """Views with the names of their files."""
+    images = views(raw, m)
+    digits = max(2, len(str(m - 1)))
+    return {
+        f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v in range(m) for u in range(m)
+    }
+
+
+def write_views(raw: Image, micro_image_size: int, folder: Path) -> list[Path]:
+    """Write the views of a raw image, see `named_views`."""
+    paths = []
+    for name, image in named_views(raw, micro_image_size).items():
+        write_png(folder / name, np.ascontiguousarray(image))
+        paths.append(folder / name)
+    return paths
 
 
 def mosaic(raw: Image, micro_image_size: int) -> Image:

@@ -92,3 +92,14 @@ def compose(images: Image) -> Image:
     M[, 3]). Raises `InputError` if the views are not a square of views.
     """
     return raw_image(np.moveaxis(images, (0, 1), (2, 3)))
+
+
+def central(images: Image, count: int) -> Image:
+    """Keep the central views, `count` along each side of (v, u, t, s[, 3]), without a copy."""
+    there = min(images.shape[:2])
+    if not 1 <= count <= there:
+        raise InputError(
+            f"{count} views cannot be taken of {there}; use 1 to {there}", where="views"
+        )
+    first, across = ((n - count) // 2 for n in images.shape[:2])
+    return images[first : first + count, across : across + count]

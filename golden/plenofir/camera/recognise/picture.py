@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey as grey_levels
-from plenofir.camera.calibration.inspection import WhiteInspection, inspect_white
+from plenofir.camera.calibration.inspection import inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
 from plenofir.camera.calibration.resample import odd_size_within
 from plenofir.camera.patterns.lenslets import (
@@ -19,29 +16,10 @@ from plenofir.camera.patterns.lenslets import (
     unevenness_of_neighbours,
 )
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
+from plenofir.camera.recognise.source import Finding, LightFieldSource
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 from plenofir.refocus.operator import Image
-
-Kind = Literal[
-    "white image",
-    "raw capture",
-    "raw capture of a focused (2.0) camera",
-    "aligned raster",
-    "mosaic of views",
-    "refocused picture",
-    "folder of views",
-    "video of views",
-    "folder of pictures",
-    "folder of Lytro files",
-    "Lytro capture",
-    "Lytro file without a raw frame",
-    "light field in a MATLAB file",
-    "calibration",
-    "no light field",
-    "can't tell",
-]
-Lines = tuple[tuple[str, str], ...]
 
 LARGEST_SIDE = 8192
 _SMALLEST_SIDE = 32
@@ -54,33 +32,25 @@ _LEAST_STRENGTH = 0.05
 _SAME_LEVEL = 0.9
 
 
-@dataclass(frozen=True)
-class Recognition:
-    """What a file is."""
-
-    kind: Kind  # in a few words
-    evidence: Lines  # headings and texts that it follows from
-    advice: tuple[str, ...] = ()  # command to go on with, or what to do
-    micro_image_size: int | None = None  # M
-    pitch_px: float | None = None
-    white: WhiteInspection | None = None  # what a white image shows
-
-
-def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> Recognition:
+def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> LightFieldSource:
     """Recognise a picture; "can't tell" where the evidence is thin."""
     image = picture.pixels
     rows, columns = image.shape[:2]
-    size = ("size", f"{columns} x {rows} pixels")
+    size = Finding("size", f"{columns} x {rows} pixels", "told")
     part = image[:LARGEST_SIDE, :LARGEST_SIDE]
     if part.shape != image.shape:
-        size = ("size", f"{size[1]}; looked at the first {part.shape[1]} x {part.shape[0]}")
+        size = Finding(
+            "size", f"{size.text}; looked at the first {part.shape[1]} x {part.shape[0]}"
+        )
     if min(rows, columns) < _SMALLEST_SIDE:
-        return Recognition("can't tell", (size, ("evidence", "too small to see a pattern in")))
+        return LightFieldSource(
+            "can't tell", (size, Finding("evidence", "too small to see a pattern in"))
+        )
     levels = grey_levels(part)
     contrast = float(levels.std() / max(picture.full_scale, 1))
     if contrast < _LEAST_CONTRAST and levels.std() < 0.2 * max(float(levels.mean()), 1.0):
         text = f"hardly any contrast ({100 * contrast:.2f} % of full scale): a dark frame?"
-        return Recognition("can't tell", (size, ("evidence", text)))
+        return LightFieldSource("can't tell", (size, Finding("evidence", text)))
     raster = find_raster(levels, is_jpeg=is_jpeg)
     if raster is not None:
         return _raster(part, raster.micro_image_size, raster.by, raster.clarity, size, name)
@@ -112,20 +82,20 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
             f"it repeats every {pitches[0]:.1f} to {pitches[1]:.1f} pixels, but too little speaks "
             "for a regular grid of micro images"
         )
-        return Recognition("can't tell", (size, ("evidence", text)))
+        return LightFieldSource("can't tell", (size, Finding("evidence", text)))
     return _none(size)
 
 
-def _none(size: tuple[str, str]) -> Recognition:
+def _none(size: Finding) -> LightFieldSource:
     """A picture without any sign of a light field."""
     text = (
         "no joints with a period of 3 to 64 pixels, no micro images of 2.8 pixels or more, no "
         "alike parts side by side"
     )
-    return Recognition("no light field", (size, ("evidence", text)))
+    return LightFieldSource("no light field", (size, Finding("evidence", text)))
 
 
-def _mosaic(levels: Image32, whole: bool, size: tuple[str, str], name: str) -> Recognition | None:
+def _mosaic(levels: Image32, whole: bool, size: Finding, name: str) -> LightFieldSource | None:
     """A mosaic of views; None for something else, or for a part of a picture."""
     mosaic = find_mosaic(levels) if whole else None
     if mosaic is None:
@@ -141,7 +111,24 @@ def _mosaic(levels: Image32, whole: bool, size: tuple[str, str], name: str) -> R
     advice = "not as many rows of views as columns: cut it to a square of views"
     if m is not None:
         advice = f"plenofir compose {name} --layout mosaic -M {m} --out aligned.png"
-    return Recognition("mosaic of views", (size, ("evidence", text)), (advice,), m)
+    return LightFieldSource(
+        "mosaic of views",
+        (size, Finding("evidence", text)),
+        (advice,),
+        m,
+        counts=(mosaic.rows, mosaic.columns),
+    )
+
+
+def is_mosaic(image: Image, m: int, *, is_jpeg: bool = False) -> tuple[int, int] | None:
+    """Rows and columns of a mosaic of views, if they are M; None for micro images of M."""
+    levels = grey_levels(image[:LARGEST_SIDE, :LARGEST_SIDE])
+    if levels.shape != image.shape[:2] or find_raster(levels, is_jpeg=is_jpeg) is not None:
+        return None
+    mosaic = find_mosaic(levels)
+    if mosaic is None or m not in (mosaic.rows, mosaic.columns):
+        return None
+    return mosaic.rows, mosaic.columns
 
 
 def _pitch(lattice: Lattice) -> float:
@@ -158,13 +145,13 @@ def is_flat(image: Image, m: int) -> bool:
 
 
 def _raster(
-    image: Image, m: int, by: str, clarity: tuple[float, float], size: tuple[str, str], name: str
-) -> Recognition:
+    image: Image, m: int, by: str, clarity: tuple[float, float], size: Finding, name: str
+) -> LightFieldSource:
     """An aligned raster, or what refocusing left of one."""
     rows, columns = image.shape[0] // m, image.shape[1] // m
     if is_flat(image, m):
         text = f"blocks of {m} x {m} equal pixels: a slice that was refocused, or scaled up"
-        return Recognition("refocused picture", (size, ("evidence", text)))
+        return LightFieldSource("refocused picture", (size, Finding("evidence", text)))
     text = (
         f"period of exactly {m} pixels in both directions, by the {by} "
         f"({min(clarity):.0f} times what chance gives): {columns} x {rows} micro images"
@@ -173,10 +160,10 @@ def _raster(
         f"plenofir refocus {name} -M {m} -a 0",
         f"plenofir stack {name} -M {m} -a -1:1 --all-in-focus",
     )
-    return Recognition("aligned raster", (size, ("evidence", text)), advice, m)
+    return LightFieldSource("aligned raster", (size, Finding("evidence", text)), advice, m)
 
 
-def _white(picture: Picture, name: str, size: tuple[str, str]) -> Recognition | None:
+def _white(picture: Picture, name: str, size: Finding) -> LightFieldSource | None:
     """A white image, or None."""
     try:
         found = inspect_white(picture.pixels, full_scale=picture.full_scale, where=name)
@@ -185,11 +172,11 @@ def _white(picture: Picture, name: str, size: tuple[str, str]) -> Recognition | 
     pitch = found.calibration.grid.lens_pitch
     text = f"a regular grid, evenly lit: lenses differ by {100 * found.unevenness:.1f} %"
     advice = f"plenofir calibrate {name} --out calib.json"
-    evidence = (size, ("evidence", text))
-    return Recognition("white image", evidence, (advice,), pitch_px=pitch, white=found)
+    evidence = (size, Finding("evidence", text))
+    return LightFieldSource("white image", evidence, (advice,), pitch_px=pitch, white=found)
 
 
-def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:
+def _capture(found: Lenslets, size: Finding, name: str) -> LightFieldSource:
     """A raw capture of a standard camera."""
     text = (
         f"micro images brighter in their middle, {found.pitch:.2f} pixels apart, {found.layout}, "
@@ -201,12 +188,14 @@ def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:
         "plenofir calibrate WHITE_IMAGE --out calib.json",
         f"plenofir decode {name} --calib calib.json -M {m} --out aligned.png",
     )
-    return Recognition("raw capture", (size, ("evidence", text)), advice, pitch_px=found.pitch)
+    return LightFieldSource(
+        "raw capture", (size, Finding("evidence", text)), advice, pitch_px=found.pitch
+    )
 
 
 def _focused(
-    smallest: float, largest: float, agreement: float | None, size: tuple[str, str], name: str
-) -> Recognition:
+    smallest: float, largest: float, agreement: float | None, size: Finding, name: str
+) -> LightFieldSource:
     """A raw capture whose content repeats at pitches of its own."""
     text = (
         f"it repeats all over, every {smallest:.1f} to {largest:.1f} pixels: content that lenses "
@@ -218,4 +207,6 @@ def _focused(
         "its micro images are small pictures: refocusing by views does not suit it; with a white "
         f"image, plenofir calibrate and plenofir decode {name} still give its micro images",
     )
-    return Recognition("raw capture of a focused (2.0) camera", (size, ("evidence", text)), advice)
+    return LightFieldSource(
+        "raw capture of a focused (2.0) camera", (size, Finding("evidence", text)), advice
+    )

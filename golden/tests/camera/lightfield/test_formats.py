@@ -27,7 +27,10 @@ from plenofir.camera.lightfield.exports import (
     quilt_name,
     quilt_tiles,
 )
-from plenofir.camera.lightfield.sources import central, hci_scene, read_mat, read_pfm, read_source
+from plenofir.camera.lightfield.indexing import central
+from plenofir.camera.recognise import Hints, recognise
+from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
+from plenofir.camera.recognise.matlab import read_mat
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.ground.errors import InputError
@@ -49,12 +52,12 @@ def test_mosaic(flower: np.ndarray, tmp_path: Path) -> None:
     assert (picture[2 * rows : 3 * rows, :columns] == sub_aperture(flower, M, 2, 0)).all()
     write_png(tmp_path / "mosaic.png", picture)
     assert (imageio.imread(tmp_path / "mosaic.png") == picture).all()
-    for options in ({}, {"layout": "mosaic", "size": M}):
-        found = read_source(tmp_path / "mosaic.png", **options)
-        assert (compose(found.images) == flower).all()
-        assert found.lines == (("mosaic", "5 x 5 views of 86 x 80 pixels"),)
+    for options in ({}, {"layout": "mosaic", "micro_image": M}):
+        found = recognise(tmp_path / "mosaic.png", Hints(**options))
+        assert (compose(found.all_views().pixels) == flower).all()
+        assert ("mosaic", "5 x 5 views of 86 x 80 pixels") in found.lines
     with pytest.raises(InputError, match=r"are no multiple of 7"):
-        read_source(tmp_path / "mosaic.png", layout="mosaic", size=7)
+        recognise(tmp_path / "mosaic.png", Hints(7, "mosaic"))
 
 
 def test_eslf(flower: np.ndarray, tmp_path: Path) -> None:
@@ -64,16 +67,16 @@ def test_eslf(flower: np.ndarray, tmp_path: Path) -> None:
     picture = field.reshape(80 * 14, 86 * 14, 3)
     alpha = np.full((*picture.shape[:2], 1), 255, np.uint8)
     imageio.imwrite(tmp_path / "flowers_eslf.png", np.concatenate([picture, alpha], axis=2))
-    found = read_source(tmp_path / "flowers_eslf.png")
-    assert found.images.shape == (14, 14, 80, 86, 3)
-    assert (compose(central(found.images, 6)[:M, :M]) == flower).all()
+    found = recognise(tmp_path / "flowers_eslf.png")
+    assert found.all_views().pixels.shape == (14, 14, 80, 86, 3)
+    assert (compose(central(found.all_views().pixels, 6)[:M, :M]) == flower).all()
     write_png(tmp_path / "raster.png", flower)
-    assert (compose(read_source(tmp_path / "raster.png").images) == flower).all()
+    assert (compose(recognise(tmp_path / "raster.png").all_views().pixels) == flower).all()
     write_png(tmp_path / "even.png", np.full((60, 60), 7, np.uint8))
-    with pytest.raises(InputError, match=r"not clear whether .* is a mosaic or a raster"):
-        read_source(tmp_path / "even.png")
+    with pytest.raises(InputError, match=r"even\.png: can't tell"):
+        recognise(tmp_path / "even.png").field()
     with pytest.raises(InputError, match="views: 9 views cannot be taken of 5"):
-        central(read_source(tmp_path / "raster.png").images, 9)
+        central(recognise(tmp_path / "raster.png").all_views().pixels, 9)
 
 
 @pytest.mark.parametrize("kind", ["5", "7.3"])
@@ -146,17 +149,19 @@ def test_hci_scene(tmp_path: Path) -> None:
     true = np.full((64, 72), disparity)
     (tmp_path / "gt_disp_lowres.pfm").write_bytes(encode_pfm(true))
     (tmp_path / "gt_depth_lowres.pfm").write_bytes(encode_pfm(np.full((64, 72), distance)))
-    found = read_source(tmp_path)
+    found = recognise(tmp_path)
     assert dict(found.lines)["camera"] == "baseline 50.0 mm, focal length 100.0 mm, focus at 8.0 m"
     read = hci_scene(tmp_path)
     assert read.disparity == pytest.approx(true)
     assert read.disparity_of(read.distance_m) == pytest.approx(true, rel=1e-6)
     assert disparity > 0.3
-    ours = light_field_disparity(compose(found.images), 9).pixels_per_view[16:-16, 16:-16]
+    ours = light_field_disparity(compose(found.all_views().pixels), 9).pixels_per_view[
+        16:-16, 16:-16
+    ]
     assert np.median(ours) == pytest.approx(disparity, rel=0.02)
     (tmp_path / "input_Cam080.png").unlink()
     with pytest.raises(InputError, match=r"80 views input_CamNNN\.png"):
-        read_source(tmp_path)
+        recognise(tmp_path)
 
 
 def test_quilt(flower: np.ndarray, tmp_path: Path) -> None:

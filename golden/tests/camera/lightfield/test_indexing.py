@@ -14,11 +14,11 @@ from plenofir.camera.lightfield import (
     light_field_index,
     raw_image,
     raw_index,
-    read_views,
     sub_aperture,
     views,
     write_views,
 )
+from plenofir.camera.recognise import Hints, recognise
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
 
@@ -91,9 +91,10 @@ def test_names(tmp_path: Path, name: str) -> None:
             write_png(
                 tmp_path / (name.format(v=v + 2, u=u + 2, n=m * v + u) + ".png"), images[v, u]
             )
-    assert np.array_equal(read_views(tmp_path), images)
+    assert np.array_equal(recognise(tmp_path).all_views().pixels, images)
     if "{v" in name:
-        assert np.array_equal(read_views(tmp_path, order="columns"), images.swapaxes(0, 1))
+        found = recognise(tmp_path, Hints(order="columns")).all_views().pixels
+        assert np.array_equal(found, images.swapaxes(0, 1))
 
 
 def test_views_by_files(tmp_path: Path) -> None:
@@ -101,30 +102,28 @@ def test_views_by_files(tmp_path: Path) -> None:
     steps = []
     paths = write_views(raw, 3, tmp_path)
     assert [p.name for p in paths[:2]] == ["view_00_00.png", "view_00_01.png"]
-    found = read_views(tmp_path, progress=lambda done, total: steps.append((done, total)))
-    assert np.array_equal(compose(found), raw)
+    found = recognise(tmp_path).all_views(lambda done, total: steps.append((done, total)))
+    assert np.array_equal(compose(found.pixels), raw)
     assert steps[-1] == (9, 9)
 
 
 def test_bad_folders(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such folder"):
-        read_views(tmp_path / "none")
+    with pytest.raises(InputError, match="no such file or folder"):
+        recognise(tmp_path / "none")
     with pytest.raises(InputError, match="no image files"):
-        read_views(tmp_path)
+        recognise(tmp_path).all_views()
     for n in range(4):
         write_png(tmp_path / f"view{n}_{n}.png", np.zeros((4, 4), np.uint8))
-    with pytest.raises(InputError, match="order"):
-        read_views(tmp_path, order="diagonal")
     write_png(tmp_path / "view4_4.png", np.zeros((4, 4), np.uint8))
     with pytest.raises(InputError, match="5 files"):
-        read_views(tmp_path)
+        recognise(tmp_path).all_views()
     (tmp_path / "view4_4.png").rename(tmp_path / "white.png")
     with pytest.raises(InputError, match="more numbers than others"):
-        read_views(tmp_path)
+        recognise(tmp_path).all_views()
     (tmp_path / "white.png").unlink()
     write_png(tmp_path / "view3_3.png", np.zeros((4, 5), np.uint8))
     with pytest.raises(InputError, match="view3_3"):
-        read_views(tmp_path)
+        recognise(tmp_path).all_views()
 
 
 def test_bad_light_fields() -> None:

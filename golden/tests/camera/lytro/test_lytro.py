@@ -33,12 +33,12 @@ from lytro_writer import (
 
 from plenofir.camera.calibration import decode
 from plenofir.camera.lightfield import views
-from plenofir.camera.lightfield.sources import read_mat
+from plenofir.camera.recognise.matlab import read_mat
 from plenofir.camera.lytro import develop, frame_metadata, read_container, read_frame, read_lytro
 from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.patterns.match import match_capture
-from plenofir.camera.recognise.files import recognise
+from plenofir.camera.recognise import recognise
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image
 
@@ -316,7 +316,7 @@ def test_recognised(written: Written, file: Path) -> None:
     assert recognise(file.parent).kind == "folder of Lytro files"
     alone = file.parent / "alone.json"
     alone.write_text(json.dumps(written.metadata))
-    evidence = dict(recognise(alone).evidence)
+    evidence = dict(recognise(alone).lines)
     assert evidence["evidence"] == "metadata alone: pixels are in alone.raw"
     assert f"pitch {written.known.pitch_px:.4f} pixels" in evidence["micro lenses"]
 
@@ -335,7 +335,7 @@ def test_what_lytro_desktop_made(tmp_path: Path, kind: str, text: str) -> None:
     )
     found = recognise(path)
     assert found.kind == "Lytro file without a raw frame"
-    assert f"1 sections; {text}" in dict(found.evidence)["evidence"]
+    assert f"1 sections; {text}" in dict(found.lines)["evidence"]
 
 
 @BOTH_IN_FULL

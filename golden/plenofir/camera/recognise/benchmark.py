@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes of the HCI 4D Light Field Benchmark: ``input_Cam000.png`` and so on, with true depth."""
+
+import configparser
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isqrt
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.recognise.source import Finding
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
+
+Floats32 = npt.NDArray[np.float32]
+
+_HCI_VIEW = re.compile(r"input_Cam(\d{3})\.png")
+
+
+@dataclass(frozen=True, eq=False)
+class HciScene:
+    """Data of a scene of the HCI benchmark besides its views."""
+
+    parameters: Mapping[str, str]  # numbers and texts of ``parameters.cfg``
+    # Ground truth of the central view in pixels per view, positive for what is nearer than the
+    # plane of disparity 0 (as `plenofir.camera.lightfield.Disparity` counts).
+    disparity: Floats32 | None
+    distance_m: Floats32 | None  # ground truth of depth
+
+    def number(self, name: str) -> float | None:
+        """One of the parameters."""
+        try:
+            return float(self.parameters[name])
+        except (KeyError, ValueError):
+            return None
+
+    def disparity_of(self, distance_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Disparity of distances in metres, by the parameters of the camera.
+
+        d = b f R / s (1 / Z - 1 / D), with the baseline b, focal length f, resolution R, sensor
+        size s, focus distance D and the lens formula's D / (D - f).
+        """
+        wanted = ("baseline_mm", "focal_length_mm", "sensor_size_mm", "focus_distance_m")
+        sides = ("image_resolution_x_px", "image_resolution_y_px")
+        numbers = {name: self.number(name) for name in (*wanted, *sides)}
+        missing = [name for name, value in numbers.items() if value is None]
+        if missing:
+            raise InputError(f"{missing[0]} is missing, or no number", where="parameters.cfg")
+        b, f, s, focus_m, *size = (float(value or 0.0) for value in numbers.values())
+        focus = 1000 * focus_m
+        scale = b * f * max(size) / (s * (focus - f))
+        return np.asarray(scale * (focus / (1000 * np.asarray(distance_m)) - 1))
+
+
+def hci_views(folder: Path) -> list[Path]:
+    """Views of the HCI benchmark, by their names."""
+    return sorted(path for path in folder.iterdir() if _HCI_VIEW.fullmatch(path.name))
+
+
+def hci_files(folder: Path) -> dict[tuple[int, ...], Path]:
+    """Views of a scene by row and column; other pictures of the folder are left alone."""
+    paths = hci_views(folder)
+    m = isqrt(len(paths))
+    numbers = [int(path.name[9:12]) for path in paths]
+    if m * m != len(paths) or numbers != list(range(m * m)):
+        raise InputError(
+            f"has {len(paths)} views input_CamNNN.png; there must be a square number, "
+            "from 000 on without gaps",
+            where=str(folder),
+        )
+    return {divmod(n, m): path for n, path in enumerate(paths)}
+
+
+def hci_findings(folder: Path) -> tuple[Finding, ...]:
+    """Camera and ground truth of a scene, for people."""
+    m = isqrt(len(hci_views(folder)))
+    scene = hci_scene(folder)
+    truth = "with" if scene.disparity is not None else "without"
+    lines = [
+        Finding("views", f"{m} x {m} of the HCI benchmark, {truth} true disparity", "told"),
+    ]
+    words = [
+        f"{label} {scene.parameters[name]} {unit}"
+        for name, label, unit in (
+            ("baseline_mm", "baseline", "mm"),
+            ("focal_length_mm", "focal length", "mm"),
+            ("focus_distance_m", "focus at", "m"),
+        )
+        if name in scene.parameters
+    ]
+    if words:
+        lines.append(Finding("camera", ", ".join(words), "told"))
+    if scene.disparity is not None:
+        low, high = np.nanmin(scene.disparity), np.nanmax(scene.disparity)
+        lines.append(Finding("true disparity", f"{low:.3f} to {high:.3f} pixels per view", "told"))
+    return tuple(lines)
+
+
+def hci_scene(folder: Path) -> HciScene:
+    """Read the data of a scene of the HCI benchmark besides its views."""
+    parameters: dict[str, str] = {}
+    config = folder / "parameters.cfg"
+    if config.is_file():
+        parser = configparser.ConfigParser(interpolation=None)
+        try:
+            parser.read_string(input_file(config).read_text("utf-8"))
+        except (OSError, UnicodeDecodeError, configparser.Error) as error:
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(
+                f"cannot be read ({reason}); it must have sections of numbers", where=str(config)
+            ) from None
+        for section in parser.sections():
+            parameters.update(parser[section])
+    maps = []
+    for name in ("gt_disp_lowres.pfm", "gt_depth_lowres.pfm"):
+        file = folder / name
+        maps.append(read_pfm(file) if file.is_file() else None)
+    return HciScene(parameters, maps[0], maps[1])
+
+
+def read_pfm(path: Path) -> Floats32:
+    """Map of numbers in a .pfm file without colours, top line first, shape (rows, columns)."""
+    from netpbmfile import NetpbmFile
+
+    where = str(path)
+    try:
+        data = input_file(path).read_bytes()
+        with NetpbmFile(io.BytesIO(data)) as file:
+            image = np.asarray(file.asarray())
+    except Exception as error:  # As for pictures.
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(
+            f"is damaged ({reason}); it must be a whole .pfm file with one channel", where=where
+        ) from None
+    if image.ndim != 2 or image.dtype.kind != "f":
+        raise InputError(
+            f"has shape {image.shape}; it must be a .pfm file with one channel", where=where
+        )
+    # Its lines come from the bottom up, and netpbmfile leaves them so.
+    return np.asarray(image[::-1], np.float32)

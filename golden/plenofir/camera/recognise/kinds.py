@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Kinds: what stored pixels are, by hints, names and the pixels themselves.
+
+`CLASSIFIERS` has a row for each kind of evidence: the axes that it looks at, and what decides. The
+first that gives an answer is right.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.indexing import views as views_of
+from plenofir.camera.patterns.rasters import find_mosaic, find_raster
+from plenofir.camera.recognise.axes import find_axes
+from plenofir.camera.recognise.captures import capture_source
+from plenofir.camera.recognise.expected import doubt
+from plenofir.camera.recognise.picture import is_mosaic, recognise_picture
+from plenofir.camera.recognise.source import (
+    Field,
+    Finding,
+    Hints,
+    Kind,
+    LightFieldSource,
+    Progress,
+)
+from plenofir.camera.recognise.stored import Stored
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Image, Picture
+from plenofir.refocus import check_raw
+
+ESLF = 14
+
+Classifier = Callable[[Stored, Hints], LightFieldSource | None]
+
+
+def _is_jpeg(stored: Stored) -> bool:
+    return stored.path.suffix.lower() in (".jpg", ".jpeg")
+
+
+def views_source(
+    kind: Kind,
+    stored: Stored,
+    hints: Hints,
+    counts: tuple[int, int],
+    findings: tuple[Finding, ...] = (),
+    advice: tuple[str, ...] = (),
+    *,
+    view: Callable[[int, int], Picture] | None = None,
+    load: Callable[[Progress], Picture] | None = None,
+) -> LightFieldSource:
+    """The answer for views of any origin, their axes put right.
+
+    `counts`: rows and columns as stored. `view`: one of them, by row and column; `load`: all of
+    them, shape (v, u, t, s[, 3]); by default those of `stored`, whose axes are "vuyx".
+    """
+    at = view or (lambda v, u: stored.at((v, u)))
+    axes = find_axes(at, counts, hints)
+    loaded = load or stored.load
+    rows, columns = axes.counts(counts)
+    return LightFieldSource(
+        kind,
+        (*stored.findings, *findings, *axes.findings()),
+        advice,
+        rows if rows == columns else None,
+        counts=(rows, columns),
+        where=stored.where,
+        views=lambda progress: axes.put_right(loaded(progress)),
+    )
+
+
+# Pictures.
+
+
+def _calibrated(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A picture for which a calibration is named."""
+    if hints.calib is None and hints.white is None:
+        return None
+    return capture_source(stored.load(), stored.where, hints)
+
+
+def _told_layout(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A picture whose layout is told, by a person or by its name."""
+    layout, m = hints.layout, hints.micro_image
+    if layout == "auto" and "eslf" in stored.path.stem.lower():
+        layout, m = "raster", m or ESLF
+    if layout == "auto":
+        return None
+    picture = stored.load()
+    if m is None:
+        levels = grey(picture.pixels)
+        if layout == "mosaic":
+            mosaic = find_mosaic(levels)
+            m = mosaic.rows if mosaic and mosaic.rows == mosaic.columns else None
+        else:
+            raster = find_raster(levels, is_jpeg=_is_jpeg(stored))
+            m = raster.micro_image_size if raster else None
+    if m is None:
+        raise InputError(
+            f"it is not clear how many views {stored.where} has; give the number along a side",
+            where="micro_image",
+        )
+    rows, columns = picture.pixels.shape[:2]
+    if m > min(rows, columns):
+        raise InputError(
+            f"{m} is more than the picture has pixels; use at most {min(rows, columns)}",
+            where="micro_image",
+        )
+    if layout == "mosaic":
+        return mosaic_source(stored, hints, (m, m))
+    text = f"{m} x {m} pixels for each of {columns // m} x {rows // m} lenses"
+    return raster_source(stored, hints, m, Finding("raster", text, "told"))
+
+
+def mosaic_source(
+    stored: Stored,
+    hints: Hints,
+    counts: tuple[int, int],
+    findings: tuple[Finding, ...] = (),
+    advice: tuple[str, ...] = (),
+) -> LightFieldSource:
+    """Views side by side in one picture, rows and columns of them."""
+    picture = stored.load()
+    rows, columns = picture.pixels.shape[:2]
+    down, right = counts
+    if rows % down or columns % right:
+        raise InputError(
+            f"{columns} x {rows} pixels are no multiple of {right if rows % down == 0 else down}, "
+            f"as {right} x {down} views would be",
+            where=stored.where,
+        )
+    tiles = picture.pixels.reshape(
+        down, rows // down, right, columns // right, *picture.pixels.shape[2:]
+    )
+    images = np.moveaxis(tiles, 2, 1)
+    text = f"{right} x {down} views of {columns // right} x {rows // down} pixels"
+    return views_source(
+        "mosaic of views",
+        stored,
+        hints,
+        counts,
+        (*findings, Finding("mosaic", text)),
+        advice,
+        view=lambda v, u: picture._replace(pixels=images[v, u]),
+        load=lambda progress: picture._replace(pixels=images),
+    )
+
+
+def raster_source(
+    stored: Stored, hints: Hints, m: int, *findings: Finding, advice: tuple[str, ...] = ()
+) -> LightFieldSource:
+    """Micro images of M x M pixels, their axes put right."""
+    picture = stored.load()
+    raw = check_raw(picture.pixels, m, where=stored.where)
+    images: Image = views_of(raw, m)
+    axes = find_axes(lambda v, u: picture._replace(pixels=images[v, u]), (m, m), hints)
+
+    def field(progress: Progress) -> Field:
+        if axes.as_stored():
+            return Field(picture.like(raw), m)
+        return Field(picture.like(axes.raster(raw, m)), m)
+
+    return LightFieldSource(
+        "aligned raster",
+        (*stored.findings, *findings, *axes.findings()),
+        advice,
+        m,
+        counts=(m, m),
+        where=stored.where,
+        raster=field,
+    )
+
+
+def _given_size(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A picture whose M is told: micro images, unless its pixels contradict."""
+    m = hints.micro_image
+    if m is None:
+        return None
+    picture = stored.load()
+    check_raw(picture.pixels, m, where=stored.where)
+    mosaic = is_mosaic(picture.pixels, m, is_jpeg=_is_jpeg(stored))
+    if mosaic is not None:
+        return mosaic_source(stored, hints, mosaic)
+    against = doubt(picture, m, stored.where, is_jpeg=_is_jpeg(stored))
+    if against is not None and against.certain:
+        raise InputError(against.text, where=stored.where)
+    source = raster_source(
+        stored, hints, m, Finding("raster", f"taken as aligned, M = {m} as given", "told")
+    )
+    return replace(source, warnings=() if against is None else (against.text,))
+
+
+def _by_pixels(stored: Stored, hints: Hints) -> LightFieldSource:
+    """A picture of which nothing is told."""
+    picture = stored.load()
+    seen = recognise_picture(picture, stored.where, is_jpeg=_is_jpeg(stored))
+    if seen.kind == "aligned raster" and seen.micro_image_size is not None:
+        told = Finding("raster", f"taken as aligned, M = {seen.micro_image_size} by its joints")
+        return raster_source(
+            stored, hints, seen.micro_image_size, *seen.findings, told, advice=seen.advice
+        )
+    if seen.kind == "mosaic of views" and seen.counts is not None:
+        return mosaic_source(stored, hints, seen.counts, seen.findings, seen.advice)
+    return replace(seen, where=stored.where)
+
+
+# Views by row and column.
+
+
+def _views(stored: Stored, hints: Hints) -> LightFieldSource:
+    """Views whose rows and columns are known by their names or their array."""
+    rows, columns = stored.counts
+    if hints.micro_image not in (None, rows) and hints.micro_image != columns:
+        raise InputError(
+            f"{hints.micro_image} is not right: there are {columns} x {rows} views",
+            where="micro_image",
+        )
+    shape = stored.at((0, 0)).pixels.shape
+    text = f"{columns} x {rows} views of {shape[1]} x {shape[0]} pixels"
+    kind: Kind = "folder of views" if stored.path.is_dir() else "light field in a MATLAB file"
+    advice = f"plenofir develop {stored.path}"
+    return views_source(
+        kind, stored, hints, (rows, columns), (Finding("evidence", text),), (advice,)
+    )
+
+
+# Series.
+
+
+def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """Pictures that are captures or rasters themselves: frames of a camera."""
+    if not stored.path.is_dir():
+        return None
+    first = recognise_picture(stored.at((0,)), stored.name_at((0,)), is_jpeg=_is_jpeg(stored))
+    if first.kind not in ("aligned raster", "raw capture", "white image"):
+        return None
+    name = Path(stored.name_at((0,)))
+    text = f"{stored.counts[0]} pictures; the first of them, {name.name}: {first.kind}"
+    pattern = f"'{stored.path / ('*' + name.suffix)}'"
+    go_on = f"plenofir batch {pattern} -M {first.micro_image_size} -a 0"
+    if first.micro_image_size is None:
+        go_on = f"plenofir inspect {name}; its captures have to be decoded one by one"
+    return LightFieldSource(
+        "folder of pictures",
+        (Finding("evidence", text), *first.findings[1:]),
+        (go_on,),
+        first.micro_image_size,
+        first.pitch_px,
+        where=stored.where,
+    )
+
+
+def _film_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """Frames that are views, line by line."""
+    from plenofir.camera.recognise.readers import square
+
+    if stored.path.is_dir():
+        return None
+    count = stored.counts[0]
+    m = square(count, stored.where, "frames")
+    shape = stored.at((0,)).pixels.shape
+    text = f"{count} frames: {m} x {m} views of {shape[1]} x {shape[0]} pixels"
+    advice = f"plenofir develop {stored.path}"
+
+    def load(progress: Progress) -> Picture:
+        whole = stored.load(progress)
+        return whole._replace(pixels=whole.pixels.reshape(m, m, *whole.pixels.shape[1:]))
+
+    return views_source(
+        "video of views",
+        stored,
+        hints,
+        (m, m),
+        (Finding("video", text),),
+        (advice,),
+        view=lambda v, u: stored.at((v * m + u,)),
+        load=load,
+    )
+
+
+def _unknown_series(stored: Stored, hints: Hints) -> LightFieldSource:
+    """Pictures that nothing is known of."""
+    reasons = "; ".join(finding.text for finding in stored.findings)
+    text = f"pictures, but no light field: {reasons}"
+    return LightFieldSource(
+        "can't tell", (Finding("evidence", text, "unknown"),), where=stored.where
+    )
+
+
+CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
+    "yx": (_calibrated, _told_layout, _given_size, _by_pixels),
+    "vuyx": (_views,),
+    "nyx": (_frames, _film_of_views, _unknown_series),
+}
+"""What decides, by the axes of what is stored."""
+
+
+def classify(stored: Stored, hints: Hints) -> LightFieldSource:
+    """What stored pixels are."""
+    for name, value in (("white", hints.white), ("calib", hints.calib)):
+        if value is not None and stored.axes != "yx":
+            raise InputError(f"is not used for {stored.where}", where=name)
+    if hints.dark is not None and (stored.axes != "yx" or not (hints.white or hints.calib)):
+        raise InputError(f"is not used for {stored.where}", where="dark")
+    for decide in CLASSIFIERS[stored.axes]:
+        source = decide(stored, hints)
+        if source is not None:
+            return source
+    raise AssertionError(f"no classifier for {stored.axes}")

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Readers: what a file, folder or film holds, as arrays with named axes.
+
+`READERS` has a row for each format: whether a path is one (by its first bytes or its ending), and
+what reads it. The first row that takes a path reads it. A reader gives `Stored` pixels, whose kind
+`plenofir.camera.recognise.kinds` finds out, or the whole answer where pixels need not be looked at.
+"""
+
+from collections.abc import Callable
+from math import isqrt
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from plenofir.camera.calibration.record import load_calibration
+from plenofir.camera.lytro.container import file_bytes, read_json
+from plenofir.camera.lytro.frames import is_lytro
+from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
+from plenofir.camera.recognise.benchmark import hci_files, hci_findings, hci_views
+from plenofir.camera.recognise.captures import lytro_source
+from plenofir.camera.recognise.matlab import read_mat
+from plenofir.camera.recognise.names import arrange, image_paths
+from plenofir.camera.recognise.source import Finding, Hints, LightFieldSource
+from plenofir.camera.recognise.stored import Stored, of_array, of_files
+from plenofir.ground.errors import InputError
+from plenofir.ground.films import VIDEOS, read_video
+from plenofir.ground.images import SCREEN_GAMMA, Picture, bare, read_picture
+
+_MOST_FRAMES = 33**2
+
+
+class Reader(NamedTuple):
+    """A format."""
+
+    name: str
+    takes: Callable[[Path], bool]
+    read: Callable[[Path, Hints], Stored | LightFieldSource | None]  # None: the next row reads it
+
+
+def _ends_in(*suffixes: str) -> Callable[[Path], bool]:
+    return lambda path: path.suffix.lower() in suffixes
+
+
+def _lytro_folder(path: Path, hints: Hints) -> LightFieldSource | None:
+    """A folder of files of a Lytro camera."""
+    count = sum(is_lytro(file) for file in sorted(path.iterdir())[:1000])
+    if not count:
+        return None
+    advice = (
+        f"plenofir inspect {path}/FILE",
+        f"plenofir decode CAPTURE.lfp --white {path}, if they are white images",
+    )
+    findings = (Finding("evidence", f"{count} files of a Lytro camera"),)
+    return LightFieldSource("folder of Lytro files", findings, advice)
+
+
+def _hci(path: Path, hints: Hints) -> Stored | None:
+    """A scene of the HCI benchmark."""
+    if not hci_views(path):
+        return None
+    return of_files(path, "vuyx", hci_files(path), hci_findings(path))
+
+
+def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
+    """A folder of pictures: views by their names, or a series."""
+    files = image_paths(path)
+    if not files:
+        return LightFieldSource(
+            "can't tell", (Finding("evidence", "no image files in the folder", "unknown"),)
+        )
+    try:
+        places = arrange(files, str(path))
+    except InputError as error:
+        series = of_files(path, "nyx", {(n,): file for n, file in enumerate(files)})
+        return Stored(
+            *(series.path, series.axes, series.counts, series.at, series.name_at),
+            (Finding("evidence", f"{error.problem} ({error.where})", "unknown"),),
+        )
+    return of_files(path, "vuyx", {place: file for place, file in places.items()})
+
+
+def _mat(path: Path, hints: Hints) -> Stored:
+    """An array of views of MATLAB."""
+    return of_array(path, "vuyx", bare(read_mat(path)))
+
+
+def _film(path: Path, hints: Hints) -> Stored:
+    """Frames of a video, in time or view by view."""
+    frames = np.stack(read_video(path, _MOST_FRAMES))
+    return of_array(path, "nyx", Picture(frames, 255, SCREEN_GAMMA))
+
+
+def _metadata(path: Path, hints: Hints) -> LightFieldSource | None:
+    """Metadata of a Lytro's frame in a file of their own."""
+    found: FrameMetadata
+    try:
+        found = frame_metadata(read_json(file_bytes(path, "a file"), str(path)), str(path))
+    except InputError:
+        return None
+    raw = path.with_suffix(".raw").name
+    findings = (*found.described(), ("evidence", f"metadata alone: pixels are in {raw}"))
+    advice = f"plenofir inspect {raw}, with {path.name} beside it"
+    return LightFieldSource(
+        "Lytro file without a raw frame", tuple(Finding(*one) for one in findings), (advice,)
+    )
+
+
+def _calibration(path: Path, hints: Hints) -> LightFieldSource:
+    """A calibration."""
+    grid = load_calibration(path).grid
+    text = f"{grid.layout}, pitch {grid.lens_pitch:.4f} pixels, as plenofir calibrate writes it"
+    advice = f"plenofir decode RAW --calib {path} --out aligned.png"
+    return LightFieldSource(
+        "calibration", (Finding("evidence", text, "told"),), (advice,), pitch_px=grid.lens_pitch
+    )
+
+
+def _picture(path: Path, hints: Hints) -> Stored:
+    """One picture."""
+    return of_array(path, "yx", read_picture(path, drop_alpha=True))
+
+
+READERS: tuple[Reader, ...] = (
+    Reader("folder of Lytro files", Path.is_dir, _lytro_folder),
+    Reader("HCI benchmark", Path.is_dir, _hci),
+    Reader("folder of pictures", Path.is_dir, _folder),
+    Reader(
+        "Lytro file", lambda path: is_lytro(path) or _ends_in(".lfp", ".lfr")(path), lytro_source
+    ),
+    Reader("MATLAB file", _ends_in(".mat"), _mat),
+    Reader("film", _ends_in(*VIDEOS), _film),
+    Reader("metadata of a Lytro's frame", _ends_in(".json", ".txt"), _metadata),
+    Reader("calibration", _ends_in(".json"), _calibration),
+    Reader("picture", lambda path: True, _picture),
+)
+
+
+def read(path: Path, hints: Hints) -> Stored | LightFieldSource:
+    """What a path holds, by the first reader that takes it."""
+    for reader in READERS:
+        if reader.takes(path):
+            held = reader.read(path, hints)
+            if held is not None:
+                return held
+    raise AssertionError("the last reader takes anything")
+
+
+def square(count: int, where: str, of: str) -> int:
+    """Side of a square number of views."""
+    m = isqrt(count)
+    if m * m != count or m < 2:
+        raise InputError(
+            f"has {count} {of}, which is not a square number of views (M x M, 4 or more)",
+            where=where,
+        )
+    return m

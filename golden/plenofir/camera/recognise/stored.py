@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays with named axes, as readers find them: pictures, views by row and column, series.
+
+Axes are named by letters, slowest first: v, u rows and columns of views; n a series whose meaning
+is not known yet (frames, pages, elemental images); y, x rows and columns of pixels. Channels follow
+without a letter.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.camera.recognise.source import Finding, Progress, quiet
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Picture, read_picture
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """Pixels that are read when they are asked for."""
+
+    path: Path
+    axes: str  # "yx", "nyx" or "vuyx"
+    counts: tuple[int, ...]  # lengths of the axes before y
+    # The picture at a place of the axes before y.
+    at: Callable[[tuple[int, ...]], Picture]
+    name_at: Callable[[tuple[int, ...]], str]
+    findings: tuple[Finding, ...] = ()
+    kind: str = ""  # what a reader knows of its kind
+    whole: Picture | None = None  # all pixels, where they are in memory already
+
+    @property
+    def where(self) -> str:
+        """The path, for messages."""
+        return str(self.path)
+
+    def places(self) -> Iterator[tuple[int, ...]]:
+        """Places of all pictures, in their order."""
+        return np.ndindex(*self.counts)
+
+    def load(self, progress: Progress = quiet) -> Picture:
+        """All pixels, shape (counts, y, x[, 3]); pictures of one size, type and white."""
+        if self.whole is not None:
+            return self.whole
+        first: Picture | None = None
+        for done, place in enumerate(self.places(), 1):
+            picture = self.at(place)
+            image = picture.pixels
+            if first is None:
+                result = np.empty((*self.counts, *image.shape), dtype=image.dtype)
+                first = picture
+            if image.shape != first.pixels.shape or image.dtype != result.dtype:
+                raise InputError(
+                    f"has shape {image.shape} and type {image.dtype}; the first view has "
+                    f"{first.pixels.shape} and {result.dtype}",
+                    where=self.name_at(place),
+                )
+            if picture.full_scale != first.full_scale:
+                raise InputError(
+                    f"counts {picture.full_scale} as white, the first view {first.full_scale}",
+                    where=self.name_at(place),
+                )
+            result[place] = image
+            progress(done, prod(self.counts))
+        if first is None:
+            raise InputError("has no pictures", where=self.where)
+        return first.like(result)
+
+
+def of_array(path: Path, axes: str, picture: Picture, findings: tuple[Finding, ...] = ()) -> Stored:
+    """An array that is in memory; `picture` has its pixels and their meaning."""
+    counts = picture.pixels.shape[: len(axes) - 2]
+    return Stored(
+        path,
+        axes,
+        counts,
+        lambda place: picture._replace(pixels=picture.pixels[place]),
+        lambda place: f"{path} {place}",
+        findings,
+        whole=picture,
+    )
+
+
+def of_files(
+    path: Path, axes: str, files: dict[tuple[int, ...], Path], findings: tuple[Finding, ...] = ()
+) -> Stored:
+    """Pictures in files by their places, which fill the axes before y."""
+    counts = tuple(max(place[axis] for place in files) + 1 for axis in range(len(axes) - 2))
+    return Stored(
+        path,
+        axes,
+        counts,
+        lambda place: read_picture(files[place], drop_alpha=True),
+        lambda place: str(files[place]),
+        findings,
+    )
