@@ -16,9 +16,9 @@ from scipy import ndimage
 from skimage import data
 
 from plenofir.camera.lightfield import compose
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.benchmark import hci_scene
-from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic.render import (
     TexturedPlane,
     field_of_view,

@@ -10,7 +10,6 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
 from plenofir.commands.rasters import recognised
-from plenofir.ground.errors import InputError
 from plenofir.fpga.names import (
     DEFAULT_BOARD,
     DEFAULT_ENGINE,
@@ -24,7 +23,7 @@ from plenofir.fpga.names import (
     SimulatorName,
     engines_with,
 )
-from plenofir.ground.errors import EXIT_MISMATCH
+from plenofir.ground.errors import EXIT_MISMATCH, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

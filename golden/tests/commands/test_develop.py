@@ -13,8 +13,8 @@ from PIL import Image as Pillow
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield import named_views
-from plenofir.camera.recognise import recognise
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.recognise import recognise
 from plenofir.commands.app import run
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import read_video, write_webm
@@ -183,7 +183,7 @@ def test_bad_batches(tmp_path: Path, words, message) -> None:
     [
         (
             (),
-            "can.t tell: too small.*; give --white or --calib for a raw capture, or -M for an aligned raw",
+            "can.t tell: too small.*; give --white or --calib for a raw capture, or -M for",
         ),
         (("-M", "5", "--focus", "900"), "--focus requires --camera"),
         (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),

@@ -1,22 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Order and direction of the axes of views, by the motion of what they show."""
+"""Order and direction of the axes of views, by the motion of what they show.
+
+In every light field, what is seen moves vertically from row to row of views and horizontally from
+column to column, by the same disparity in both. Blocks of the central view are matched with its
+neighbours under each assumption about the axes; the true one leaves the smallest differences. A
+disparity of the other sign fits as well if both axes are reversed, so which of them is reversed, or
+whether both are, follows from what hides what alone: where two surfaces meet in a view, the nearer
+one is seen.
+"""
 
 from collections.abc import Callable
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.lightfield.indexing import raw_image
-from plenofir.camera.recognise.source import Confidence, Finding, Hints, Order
+from plenofir.camera.lightfield.indexing import raw_image, views
+from plenofir.camera.recognise.source import Finding, Hints
 from plenofir.ground.images import Image, Picture
 
-_FEWEST_VIEWS, _SMALLEST_VIEW, _WINDOW, _FAR = 3, 24, 15, 2
-# The direction is clear if the displacement in it is this many times that in the other.
-_CLEAR = 1.3
-
+Image32 = npt.NDArray[np.float32]
 View = Callable[[int, int], Picture]
+_Place = tuple[int, int]
+
+_SMALLEST_VIEW, _LARGEST_SIDE, _BLOCK = 24, 384, 8
+# Coarse structures (in standard deviations, pixels) are left out: vignetting, shading.
+_COARSE = 3.0
+# Largest disparity that is tried: a share of the side, and limits in pixels.
+_REACH, _LEAST_REACH, _MOST_REACH = 0.05, 2, 16
+# An assumption is ruled out if it leaves this many times the differences, by so many standard
+# errors of the mean over blocks.
+_WORSE, _CERTAIN = 1.02, 6.0
+# What hides what counts for this window, least clearness of a disparity, least step of disparity
+# and of brightness between two surfaces, least number of places and share of them.
+_WINDOW, _CLEAR, _STEP, _CONTRAST, _FEWEST, _MOST = 5, 2.0, 0.75, 4.0, 40, 0.4
 
 
 class Axes(NamedTuple):
@@ -30,14 +50,13 @@ class Axes(NamedTuple):
     swapped: bool = False
     rows_reversed: bool = False
     columns_reversed: bool = False
-    text: str = ""
-    confidence: Confidence = "assumed"
+    finding: Finding | None = None
 
     def as_stored(self) -> bool:
         """Whether nothing has to be changed."""
         return not any(self[:4])
 
-    def counts(self, stored: tuple[int, int]) -> tuple[int, int]:
+    def counts(self, stored: _Place) -> _Place:
         """Rows and columns of views, once put right."""
         return stored[::-1] if self.swapped else stored
 
@@ -52,63 +71,269 @@ class Axes(NamedTuple):
             images = images[::-1]
         return images[:, ::-1] if self.columns_reversed else images
 
+    def place(self, v: int, u: int, stored: _Place) -> _Place:
+        """Where the view in row v and column u is stored."""
+        rows, columns = self.counts(stored)
+        v = rows - 1 - v if self.rows_reversed else v
+        u = columns - 1 - u if self.columns_reversed else u
+        first, second = (u, v) if self.swapped else (v, u)
+        return first, stored[1] - 1 - second if self.serpentine and first % 2 else second
+
     def put_right(self, picture: Picture) -> Picture:
         """`arranged` views of a picture of shape (v, u, t, s[, 3])."""
         return picture._replace(pixels=self.arranged(picture.pixels))
 
     def raster(self, raw: Image, m: int) -> Image:
         """An aligned raw image in its right order."""
-        from plenofir.camera.lightfield.indexing import views
-
         return raw_image(np.moveaxis(self.arranged(views(raw, m)), (0, 1), (2, 3)))
 
     def findings(self) -> tuple[Finding, ...]:
         """What was found, for people."""
-        return (Finding("axes", self.text, self.confidence),) if self.text else ()
+        return () if self.finding is None else (self.finding,)
 
 
-def find_axes(view: View, counts: tuple[int, int], hints: Hints) -> Axes:
-    """Order and direction of stored views, as told or by their motion."""
-    rows, columns = hints.flip in ("rows", "both"), hints.flip in ("columns", "both")
-    order, confidence = hints.order, "told"
-    if order is None and min(counts) >= _FEWEST_VIEWS:
-        order, confidence = _first_counts(view, counts), "measured"
-    if order != "columns":
-        return Axes(False, False, rows, columns)
-    text = "the first number counts columns"
-    if confidence == "measured":
-        text += ": what is seen moves sideways with it"
-    return Axes(False, True, rows, columns, text, "told" if hints.order else "measured")
+class _Motion(NamedTuple):
+    """What the motion says; None where it does not tell."""
+
+    serpentine: bool = False
+    swapped: bool | None = None
+    mirrored: bool | None = None  # whether rows or columns are reversed, but not both
 
 
-def _first_counts(view: View, counts: tuple[int, int]) -> Order | None:
-    """Whether the first number of views counts rows or columns, by how the content moves.
+def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -> Axes:
+    """Order and direction of stored views, by hints or else by their motion.
 
-    Content moves vertically between views above each other, horizontally between views side by
-    side; None if that is unclear.
+    `view`: the stored view of a first and second number. `named`: whether the order comes from
+    names or from a convention, so that people are told if the views do not show it.
+    """
+    motion = _motion(view, counts)
+    swapped = bool(motion.swapped) if hints.order is None else hints.order == "columns"
+    axes = Axes(motion.serpentine, swapped)
+
+    def nearer(of: Axes) -> float:
+        """Whether what is nearer hides what is farther, -1 to 1; 0 if that is not seen."""
+        return _hiding(lambda v, u: view(*of.place(v, u, counts)), of.counts(counts))
+
+    sure = True
+    if hints.flip is not None:
+        rows, columns = hints.flip in ("rows", "both"), hints.flip in ("columns", "both")
+        axes = axes._replace(rows_reversed=rows, columns_reversed=columns)
+    elif motion.mirrored:
+        axes = axes._replace(rows_reversed=True)
+        seen = nearer(axes)
+        sure = seen != 0.0
+        if seen < 0:
+            axes = axes._replace(rows_reversed=False, columns_reversed=True)
+    against = motion.swapped not in (None, swapped) or motion.mirrored not in (
+        None,
+        axes.rows_reversed != axes.columns_reversed,
+    )
+    if against:
+        text = "the motion of what is seen contradicts the order and direction that are told"
+        return axes._replace(finding=Finding("axes", text, "told", notable=True))
+    words = ", ".join(
+        word
+        for word, change in zip(
+            (
+                "every second row of views runs back",
+                "the first number counts columns",
+                "rows count from below",
+                "columns count from the right",
+            ),
+            axes,
+            strict=False,
+        )
+        if change
+    )
+    if hints.order is not None and hints.flip is not None:
+        return axes._replace(finding=Finding("axes", f"as told: {words or 'as stored'}", "told"))
+    if words:
+        text = f"{words}: put right, by the motion of what is seen"
+        if not sure:
+            text += "; if near is far, --flip columns"
+        return axes._replace(finding=Finding("axes", text, notable=True))
+    if motion.swapped is None or (motion.mirrored is None and min(counts) > 1):
+        text = (
+            "what is seen does not tell the order and direction of rows and columns; taken as "
+            "stored (--order, --flip)"
+        )
+        return axes._replace(finding=Finding("axes", text, "unknown", notable=named))
+    text = "rows from above, columns from the left, as the motion of what is seen says"
+    finding = Finding("axes", text)
+    if named and hints.flip is None and nearer(axes) < 0:
+        text = "what is nearer seems to be hidden by what is farther: --flip both exchanges them"
+        finding = Finding("axes", text, notable=True)
+    return axes._replace(finding=finding)
+
+
+def _levels(picture: Picture) -> Image32:
+    """Fine structures of a view, made smaller if it is large."""
+    levels = grey(picture.pixels).astype(np.float32)
+    scale = -(-max(levels.shape) // _LARGEST_SIDE)
+    rows, columns = (n // scale for n in levels.shape)
+    levels = levels[: rows * scale, : columns * scale]
+    levels = levels.reshape(rows, scale, columns, scale).mean(axis=(1, 3))
+    return np.asarray(levels - ndimage.gaussian_filter(levels, _COARSE), np.float32)
+
+
+def _steps(shape: _Place) -> tuple[npt.NDArray[np.float64], int]:
+    """Disparities to be tried, symmetric, and a margin for them."""
+    reach = int(np.clip(_REACH * min(shape), _LEAST_REACH, _MOST_REACH))
+    far = np.arange(2.5, reach + 0.01, 0.5)
+    return np.concatenate([-far[::-1], np.arange(-2, 2.01, 0.25), far]), reach + 1
+
+
+def _differences(
+    one: Image32, other: Image32, axis: int, sign: int, tried: npt.NDArray[np.float64], margin: int
+) -> Image32:
+    """Mean differences of blocks from another view, for each disparity along an axis."""
+    inner = one[margin:-margin, margin:-margin]
+    rows, columns = (n // _BLOCK for n in inner.shape)
+    inner = inner[: rows * _BLOCK, : columns * _BLOCK]
+    between = [
+        other * (1 - part) + np.roll(other, -1, axis) * part for part in (0.0, 0.25, 0.5, 0.75)
+    ]
+    result = np.empty((len(tried), rows, columns), np.float32)
+    for number, disparity in enumerate(tried):
+        whole, part = divmod(-disparity * sign, 1.0)
+        start = [margin, margin]
+        start[axis] += int(whole)
+        moved = between[int(4 * part)][
+            start[0] : start[0] + inner.shape[0], start[1] : start[1] + inner.shape[1]
+        ]
+        blocks = np.abs(moved - inner).reshape(rows, _BLOCK, columns, _BLOCK)
+        result[number] = blocks.mean(axis=(1, 3))
+    return result
+
+
+def _is_worse(left: Image32, least: Image32) -> bool:
+    """Whether an assumption leaves clearly more differences than another."""
+    more = (left - least).ravel()
+    error = float(more.std()) / max(len(more), 1) ** 0.5
+    worse = float(left.sum()) > _WORSE * float(least.sum()) > 0
+    return worse and float(more.mean()) > _CERTAIN * error
+
+
+def _motion(view: View, counts: _Place) -> _Motion:
+    """What the motion of the views about the central one says."""
+    middle = counts[0] // 2, counts[1] // 2
+    size = view(*middle).pixels.shape
+    if max(counts) < 2 or min(size[:2]) < _SMALLEST_VIEW:
+        return _Motion()
+    serpentine = min(counts) > 1 and _is_serpentine(view, counts)
+
+    def at(first: int, second: int) -> Image32:
+        place = Axes(serpentine).place(first, second, counts)
+        picture = view(*place)
+        return _levels(picture if picture.pixels.shape == size else view(*middle))
+
+    central = at(*middle)
+    tried, margin = _steps(central.shape)
+    # By the number that counts views, and the axis of motion.
+    left: dict[tuple[int, int], Image32] = {}
+    for number in (0, 1):
+        far = min(2, middle[number])
+        for sign in (-1, 1):
+            place = list(middle)
+            place[number] = min(middle[number] + sign * far, counts[number] - 1)
+            if place[number] == middle[number]:
+                continue
+            other = at(*place)
+            for axis in (0, 1):
+                part = _differences(central, other, axis, sign, tried, margin)
+                left[number, axis] = left.get((number, axis), 0.0) + part
+    if not left[max(left)[0], 0].size:
+        return _Motion()
+    if min(counts) == 1:
+        number = int(counts[0] == 1)
+        straight, across = left[number, number].min(axis=0), left[number, 1 - number].min(axis=0)
+        if _is_worse(across, straight):
+            return _Motion(swapped=False)
+        return _Motion(swapped=True if _is_worse(straight, across) else None)
+    assumed = {
+        (swapped, mirrored): (
+            left[0, int(swapped)] + left[1, 1 - int(swapped)][:: -1 if mirrored else 1]
+        ).min(axis=0)
+        for swapped, mirrored in product((False, True), repeat=2)
+    }
+    best = min(assumed, key=lambda one: float(assumed[one].sum()))
+    swapped, mirrored = best
+    order = all(_is_worse(assumed[not swapped, one], assumed[best]) for one in (False, True))
+    sense = order and _is_worse(assumed[swapped, not mirrored], assumed[best])
+    return _Motion(serpentine, swapped if order else None, mirrored if sense else None)
+
+
+def _is_serpentine(view: View, counts: _Place) -> bool:
+    """Whether every second row of views runs back.
+
+    The view below the first one of a row is then the last one of the next row.
+    """
+    row = counts[0] // 2 - 1
+    one, under, last = (
+        _levels(view(*place)) for place in ((row, 0), (row + 1, 0), (row + 1, counts[1] - 1))
+    )
+    if not one.shape == under.shape == last.shape:
+        return False
+    tried, margin = _steps(one.shape)
+    straight, back = (
+        np.minimum(
+            *(_differences(one, other, axis, 1, tried, margin).min(axis=0) for axis in (0, 1))
+        )
+        for other in (under, last)
+    )
+    return straight.size > 0 and _is_worse(straight, back)
+
+
+def _hiding(view: View, counts: _Place) -> float:
+    """Whether surfaces of larger disparity hide others (1) or are hidden (-1); 0 if not seen.
+
+    Pixels of the central view are moved to the views at the corners and sides; where two of
+    different disparities meet, the view shows one of them.
     """
     middle = counts[0] // 2, counts[1] // 2
-    centre = grey(view(*middle).pixels)
-    if min(centre.shape) < _SMALLEST_VIEW:
-        return None
-    down, right = np.gradient(ndimage.gaussian_filter(centre, 1.0))
-    sums = [[down * down, down * right], [down * right, right * right]]
-    matrix = np.array([[ndimage.uniform_filter(part, _WINDOW) for part in line] for line in sums])
-    matrix += 1e-3 * float(np.trace(matrix.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
-    upright = sideways = 0.0
-    for axis in (0, 1):
-        far = max(1, min(_FAR, middle[axis], counts[axis] - 1 - middle[axis]))
-        steps = (far, 0) if axis == 0 else (0, far)
-        one = grey(view(middle[0] + steps[0], middle[1] + steps[1]).pixels)
-        other = grey(view(middle[0] - steps[0], middle[1] - steps[1]).pixels)
-        change = ndimage.gaussian_filter(one - other, 1.0)
-        known = np.array([ndimage.uniform_filter(g * change, _WINDOW) for g in (down, right)])
-        moves = np.linalg.solve(
-            np.moveaxis(matrix, (0, 1), (2, 3)), np.moveaxis(known, 0, 2)[..., None]
+    central = _levels(view(*middle))
+    if max(counts) < 2 or min(central.shape) < _SMALLEST_VIEW:
+        return 0.0
+    tried, _ = _steps(central.shape)
+    far = 1 if max(counts) < 5 else 2
+    left = np.zeros((len(tried), *central.shape), np.float32)
+    for axis, sign in product((0, 1), (-1, 1)):
+        place = list(middle)
+        place[axis] += sign * far
+        if not 0 <= place[axis] < counts[axis]:
+            continue
+        other = _levels(view(*place))
+        for number, disparity in enumerate(tried):
+            whole, part = divmod(-disparity * sign, 1.0)
+            moved = np.roll(other, -int(whole), axis)
+            moved = moved * (1 - part) + np.roll(moved, -1, axis) * part
+            left[number] += ndimage.uniform_filter(np.abs(moved - central), _WINDOW)
+    disparity = tried[left.argmin(axis=0)] / far
+    even = ndimage.maximum_filter(disparity, 3) - ndimage.minimum_filter(disparity, 3) < _STEP
+    clear = np.median(left, axis=0) > _CLEAR * left.min(axis=0)
+    y, x = np.nonzero(even & clear)
+    order = np.argsort(disparity[y, x])
+    y, x = y[order], x[order]
+    moves, values = disparity[y, x], central[y, x]
+    votes = []
+    for v, u in product(*({0, middle[axis], counts[axis] - 1} for axis in (0, 1))):
+        if (v, u) == middle:
+            continue
+        shown = _levels(view(v, u))
+        down = np.rint(y - moves * (v - middle[0])).astype(int)
+        right = np.rint(x - moves * (u - middle[1])).astype(int)
+        inside = np.flatnonzero(
+            (down >= 0) & (right >= 0) & (down < shown.shape[0]) & (right < shown.shape[1])
         )
-        up, side = np.abs(moves[..., 0]).reshape(-1, 2).mean(axis=0)
-        upright += up if axis == 0 else side
-        sideways += side if axis == 0 else up
-    if max(upright, sideways) < _CLEAR * min(upright, sideways):
-        return None
-    return "rows" if upright > sideways else "columns"
+        # The last one written stays: of the largest disparity, and of the smallest.
+        ends = []
+        for some in (inside, inside[::-1]):
+            both = np.full((2, *shown.shape), np.nan, np.float32)
+            both[:, down[some], right[some]] = values[some], moves[some]
+            ends.append(both)
+        (near, most), (behind, least) = ends
+        meet = (most - least > _STEP) & (np.abs(near - behind) > _CONTRAST)
+        votes.append(np.sign(np.abs(shown - behind) - np.abs(shown - near))[meet])
+    cast = np.concatenate(votes) if votes else np.zeros(0)
+    mean = float(cast.mean()) if len(cast) >= _FEWEST else 0.0
+    return mean if abs(mean) > _MOST and abs(mean) * len(cast) ** 0.5 > _CERTAIN / 2 else 0.0

@@ -155,7 +155,7 @@ def raster_source(
     picture = stored.load()
     raw = check_raw(picture.pixels, m, where=stored.where)
     images: Image = views_of(raw, m)
-    axes = find_axes(lambda v, u: picture._replace(pixels=images[v, u]), (m, m), hints)
+    axes = find_axes(lambda v, u: picture._replace(pixels=images[v, u]), (m, m), hints, named=False)
 
     def field(progress: Progress) -> Field:
         if axes.as_stored():

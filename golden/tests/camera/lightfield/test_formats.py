@@ -28,10 +28,10 @@ from plenofir.camera.lightfield.exports import (
     quilt_tiles,
 )
 from plenofir.camera.lightfield.indexing import central
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import Hints, recognise
 from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
 from plenofir.camera.recognise.matlab import read_mat
-from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png

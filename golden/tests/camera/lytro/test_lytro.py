@@ -33,12 +33,12 @@ from lytro_writer import (
 
 from plenofir.camera.calibration import decode
 from plenofir.camera.lightfield import views
-from plenofir.camera.recognise.matlab import read_mat
 from plenofir.camera.lytro import develop, frame_metadata, read_container, read_frame, read_lytro
 from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.patterns.match import match_capture
 from plenofir.camera.recognise import recognise
+from plenofir.camera.recognise.matlab import read_mat
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image
 
