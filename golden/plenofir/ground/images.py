@@ -40,6 +40,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
+_TAG_ORIENTATION = 274
 # Approximate gamma of screens, sRGB and JPEG.
 SCREEN_GAMMA = 2.2
 
@@ -51,6 +52,8 @@ class Picture(NamedTuple):
     white, 4095 for a camera's 12 bit capture in words of 16. `gamma`: light is value^gamma; 1 for a
     camera's linear data, 2.2 for pictures made for screens, None if the file does not tell.
     `profile`: ICC profile of the colours. `xmp`: packet of other metadata, only written.
+    `orientation`: how the picture is to be turned to be looked at, as of EXIF (`upright`). `alpha`:
+    whether a transparency that is not opaque everywhere was left out.
     """
 
     pixels: Image
@@ -58,6 +61,8 @@ class Picture(NamedTuple):
     gamma: float | None = None
     profile: bytes | None = None
     xmp: bytes | None = None
+    orientation: int = 1
+    alpha: bool = False
 
     def like(self, pixels: Image) -> "Picture":
         """Other pixels with the same meaning; values raised above white by sharpening are cut."""
@@ -73,6 +78,18 @@ def bare(pixels: Image) -> Picture:
     return Picture(pixels, int(np.iinfo(pixels.dtype).max))
 
 
+def upright(picture: Picture) -> Picture:
+    """A picture turned as its orientation says."""
+    pixels, orientation = picture.pixels, picture.orientation
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return picture._replace(pixels=pixels, orientation=1)
+
+
 class _DamagedError(ValueError):
     """A damaged or incomplete file."""
 
@@ -81,7 +98,7 @@ def _png(data: bytes) -> Picture:
     from imagecodecs import png_decode
 
     place, kind = len(_PNG), b""
-    full_scale, gamma, profile = 0, None, None
+    full_scale, gamma, profile, orientation = 0, None, None, 1
     while kind != b"IEND":
         head = data[place : place + 8]
         length, kind = int.from_bytes(head[:4], "big"), head[4:]
@@ -100,9 +117,23 @@ def _png(data: bytes) -> Picture:
             # After its name and the kind of compression.
             packed = body.partition(b"\0")[2][1:]
             profile = zlib.decompressobj().decompress(packed, _LARGEST_PROFILE)
+        elif kind == b"eXIf":
+            orientation = _orientation(body)
         elif kind == b"tEXt" and body.startswith(_WHITE_LEVEL + b"\0"):
             full_scale = int(body[len(_WHITE_LEVEL) + 1 :])
-    return Picture(png_decode(data), full_scale, gamma, profile)
+    return Picture(png_decode(data), full_scale, gamma, profile, orientation=orientation)
+
+
+def _orientation(exif: bytes) -> int:
+    """Orientation in EXIF metadata; 1, as stored, if they do not tell or are damaged."""
+    from PIL.Image import Exif
+
+    content = Exif()
+    try:
+        content.load(exif)
+        return int(content.get(_TAG_ORIENTATION, 1))
+    except Exception:  # As for pictures; metadata are no reason to refuse one.
+        return 1
 
 
 def _tiff(data: bytes) -> Picture:
@@ -136,7 +167,9 @@ def _tiff(data: bytes) -> Picture:
 
         full_scale = int(np.max(told(_TAG_WHITE_LEVEL) or (1 << page.bitspersample) - 1))
         above, below = told(_TAG_GAMMA) or (0, 0)
-        return Picture(image, full_scale, above / below if below else None, told(_TAG_PROFILE))
+        gamma = above / below if below else None
+        turned = int(told(_TAG_ORIENTATION) or 1)
+        return Picture(image, full_scale, gamma, told(_TAG_PROFILE), orientation=turned)
 
 
 def _netpbm(data: bytes) -> Picture:
@@ -155,7 +188,9 @@ def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
         image.load()
         if image.mode not in ("L", "RGB"):
             raise InputError(f"has pixels of mode {image.mode}; {_ADVICE}", where="")
-        return Picture(np.asarray(image), 255, gamma, image.info.get("icc_profile"))
+        turned = _orientation(image.info.get("exif", b""))
+        profile = image.info.get("icc_profile")
+        return Picture(np.asarray(image), 255, gamma, profile, orientation=turned)
 
 
 _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
@@ -173,7 +208,8 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
 def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
     """Read an image as it is stored, with the meaning of its values.
 
-    `drop_alpha`: leave out a fourth channel instead of refusing it. Raises `InputError` if the file
+    An alpha channel is left out if it is opaque; `drop_alpha`: another one too, instead of refusing
+    it. Raises `InputError` if the file
     cannot be read, is damaged, holds several images, or its depth or number of channels is not
     supported.
     """
@@ -213,8 +249,15 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
             f"pixels of {full_scale.bit_length()} bit" if few else f"pixels of type {image.dtype}"
         )
         raise InputError(f"{what}; {_ADVICE}", where=where)
-    if drop_alpha and image.ndim == 3 and image.shape[2] == 4:
-        image = image[:, :, :3]
+    alpha = False
+    if image.ndim == 3 and image.shape[2] in (2, 4):
+        alpha = bool((image[:, :, -1] < (full_scale or np.iinfo(image.dtype).max)).any())
+        if alpha and not drop_alpha:
+            raise InputError(
+                "has an alpha channel that is not opaque; save it without transparency",
+                where=where,
+            )
+        image = image[:, :, :-1]
     image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
@@ -227,7 +270,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(
             f"counts {full_scale} as white, but its pixels hold at most {most}", where=where
         )
-    return found._replace(pixels=image, full_scale=full_scale or most)
+    return found._replace(pixels=image, full_scale=full_scale or most, alpha=alpha)
 
 
 def read_image(path: Path) -> Image:

@@ -18,6 +18,7 @@ from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.picture import recognise_picture
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir.camera.synthetic.render import with_pitch
+from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_image, write_png
 from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
@@ -120,12 +121,13 @@ def test_folders_and_other_files(tmp_path: Path) -> None:
     found = recognise(views)
     assert (found.kind, found.micro_image_size) == ("folder of views", 3)
     write_png(views / "view_2_2.png", np.zeros((5, 6), np.uint8))
-    assert "shape (5, 6) and type uint8" in recognise(views).findings[0][1]
+    with pytest.raises(InputError, match=r"view_2_2\.png: has shape \(5, 6\) and type uint8"):
+        recognise(views).all_views()
     hci = tmp_path / "hci"
     hci.mkdir()
     write_png(hci / "input_Cam000.png", np.zeros((4, 4), np.uint8))
     (hci / "gt_disp_lowres.pfm").write_bytes(encode_pfm(np.zeros((4, 4))))
-    assert "HCI benchmark names them, with true" in recognise(hci).findings[0][1]
+    assert recognise(hci).lines[0] == ("views", "1 x 1 of the HCI benchmark, with true disparity")
     grid = regular_grid((90, 90), 9.0)
     calibration_of_grid(grid, (90, 90)).save(tmp_path / "calib.json")
     assert recognise(tmp_path / "calib.json").kind == "calibration"
@@ -141,8 +143,10 @@ def test_which_number_counts_columns(name: str, tmp_path: Path) -> None:
             first, second = (v, u) if order == "rows" else (u, v)
             write_png(folder / f"a_{first}_{second}.png", np.ascontiguousarray(images[v, u]))
         found = recognise(folder)
-        assert ("--order columns" in found.advice[0]) == (order == "columns")
-        assert "cannot be told" not in found.findings[0][1]
+        text, confidence, _ = found.findings[-1][1:]
+        assert confidence == "measured"
+        assert ("first number counts columns" in text) == (order == "columns")
+        assert np.array_equal(found.all_views().pixels, images)
 
 
 @pytest.mark.drawn(1)

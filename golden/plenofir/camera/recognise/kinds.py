@@ -7,6 +7,7 @@ first that gives an answer is right.
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from plenofir.camera.recognise.source import (
     LightFieldSource,
     Progress,
 )
-from plenofir.camera.recognise.stored import Stored
+from plenofir.camera.recognise.stored import Stored, picture_findings
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 from plenofir.refocus import check_raw
@@ -217,13 +218,17 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
             f"{hints.micro_image} is not right: there are {columns} x {rows} views",
             where="micro_image",
         )
-    shape = stored.at((0, 0)).pixels.shape
+    first = stored.at((0, 0))
+    shape = first.pixels.shape
     text = f"{columns} x {rows} views of {shape[1]} x {shape[0]} pixels"
     kind: Kind = "folder of views" if stored.path.is_dir() else "light field in a MATLAB file"
     advice = f"plenofir develop {stored.path}"
-    return views_source(
-        kind, stored, hints, (rows, columns), (Finding("evidence", text),), (advice,)
-    )
+    findings = (Finding("evidence", text), *picture_findings(first))
+    source = views_source(kind, stored, hints, (rows, columns), findings, (advice,))
+    if any(finding.confidence == "unknown" for finding in source.findings):
+        # Numbered frames of a camera are as many as views by chance.
+        return _frames(stored, hints) or source
+    return source
 
 
 # Series.
@@ -233,11 +238,12 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """Pictures that are captures or rasters themselves: frames of a camera."""
     if not stored.path.is_dir():
         return None
-    first = recognise_picture(stored.at((0,)), stored.name_at((0,)), is_jpeg=_is_jpeg(stored))
+    start = next(iter(stored.places()))
+    first = recognise_picture(stored.at(start), stored.name_at(start), is_jpeg=_is_jpeg(stored))
     if first.kind not in ("aligned raster", "raw capture", "white image"):
         return None
-    name = Path(stored.name_at((0,)))
-    text = f"{stored.counts[0]} pictures; the first of them, {name.name}: {first.kind}"
+    name = Path(stored.name_at(start))
+    text = f"{prod(stored.counts)} pictures; the first of them, {name.name}: {first.kind}"
     pattern = f"'{stored.path / ('*' + name.suffix)}'"
     go_on = f"plenofir batch {pattern} -M {first.micro_image_size} -a 0"
     if first.micro_image_size is None:

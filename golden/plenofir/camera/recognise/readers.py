@@ -22,7 +22,7 @@ from plenofir.camera.recognise.captures import lytro_source
 from plenofir.camera.recognise.matlab import read_mat
 from plenofir.camera.recognise.names import arrange, image_paths
 from plenofir.camera.recognise.source import Finding, Hints, LightFieldSource
-from plenofir.camera.recognise.stored import Stored, of_array, of_files
+from plenofir.camera.recognise.stored import Stored, of_array, of_files, picture_findings
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import VIDEOS, read_video
 from plenofir.ground.images import SCREEN_GAMMA, Picture, bare, read_picture
@@ -118,7 +118,8 @@ def _calibration(path: Path, hints: Hints) -> LightFieldSource:
 
 def _picture(path: Path, hints: Hints) -> Stored:
     """One picture."""
-    return of_array(path, "yx", read_picture(path, drop_alpha=True))
+    picture = read_picture(path, drop_alpha=True)
+    return of_array(path, "yx", picture, picture_findings(picture))
 
 
 READERS: tuple[Reader, ...] = (

@@ -15,7 +15,7 @@ import numpy as np
 
 from plenofir.camera.recognise.source import Finding, Progress, quiet
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import Picture, read_picture
+from plenofir.ground.images import Picture, read_picture, upright
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +70,14 @@ class Stored:
         return first.like(result)
 
 
+def picture_findings(picture: Picture) -> tuple[Finding, ...]:
+    """What a picture's file has that is not used, for people."""
+    if not picture.alpha:
+        return ()
+    text = "transparency, which is not opaque everywhere, is left out"
+    return (Finding("alpha", text, "told", notable=True),)
+
+
 def of_array(path: Path, axes: str, picture: Picture, findings: tuple[Finding, ...] = ()) -> Stored:
     """An array that is in memory; `picture` has its pixels and their meaning."""
     counts = picture.pixels.shape[: len(axes) - 2]
@@ -93,7 +101,7 @@ def of_files(
         path,
         axes,
         counts,
-        lambda place: read_picture(files[place], drop_alpha=True),
+        lambda place: upright(read_picture(files[place], drop_alpha=True)),
         lambda place: str(files[place]),
         findings,
     )
