@@ -13,6 +13,7 @@ from plenofir.commands.console import print_json, progress_bar
 from plenofir.commands.results import publish
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import check_folder
+from plenofir.ground.shell import command
 
 if TYPE_CHECKING:
     from plenofir.camera.calibration.inspection import WhiteInspection
@@ -80,7 +81,7 @@ def inspect(
         else:
             known = found.white if found is not None else None
             content, lines, pictures = _white(files[0], dark, collimator, camera, focus, known)
-            lines.append(("next", f"plenofir calibrate {files[0]} --out calib.json"))
+            lines.append(("next", command("calibrate", Path(files[0]), "--out", "calib.json")))
     if out is not None:
         publish(pictures, Path(out))
         lines.append(("pictures", f"{out}/: {', '.join(pictures)}"))

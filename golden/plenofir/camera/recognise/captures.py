@@ -13,6 +13,7 @@ from plenofir.camera.lytro.sensor import FULL_SCALE, balanced, grey_mosaic
 from plenofir.camera.recognise.source import Field, Finding, Hints, LightFieldSource, Progress
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture, read_image, read_picture
+from plenofir.ground.shell import command
 
 _NO_FRAME = {
     "stack": (
@@ -114,7 +115,7 @@ def lytro_source(path: Path, hints: Hints) -> LightFieldSource:
             text, advice = no_capture
             if container.contents == "storage":
                 text = "files that a camera stores: white images and calibration"
-                advice = f"plenofir decode CAPTURE.lfp --white {name}"
+                advice = command("decode", "CAPTURE.lfp", "--white", path)
             else:
                 text, advice = _NO_FRAME.get(container.contents, no_capture)
             evidence = Finding("evidence", f"{len(container.sections)} sections; {text}", "told")
@@ -126,7 +127,7 @@ def lytro_source(path: Path, hints: Hints) -> LightFieldSource:
     return LightFieldSource(
         "Lytro capture",
         tuple(Finding(*line) for line in lines),
-        (f"plenofir decode {name} --out aligned.png",),
+        (command("decode", path, "--out", "aligned.png"),),
         pitch_px=metadata.pitch_px,
         raster=lambda progress: read_lytro_capture(path, hints).decoded(
             hints.micro_image, name, progress

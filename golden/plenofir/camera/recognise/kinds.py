@@ -7,6 +7,7 @@ first that gives an answer is right.
 
 from collections.abc import Callable
 from dataclasses import replace
+from glob import escape
 from math import prod
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from plenofir.camera.recognise.source import (
 from plenofir.camera.recognise.stored import Stored, picture_findings
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
+from plenofir.ground.shell import command
 from plenofir.refocus import check_raw
 
 ESLF = 14
@@ -222,7 +224,7 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
     shape = first.pixels.shape
     text = f"{columns} x {rows} views of {shape[1]} x {shape[0]} pixels"
     kind: Kind = "folder of views" if stored.path.is_dir() else "light field in a MATLAB file"
-    advice = f"plenofir develop {stored.path}"
+    advice = command("develop", stored.path)
     findings = (Finding("evidence", text), *picture_findings(first))
     source = views_source(kind, stored, hints, (rows, columns), findings, (advice,))
     if any(finding.confidence == "unknown" for finding in source.findings):
@@ -244,10 +246,11 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
         return None
     name = Path(stored.name_at(start))
     text = f"{prod(stored.counts)} pictures; the first of them, {name.name}: {first.kind}"
-    pattern = f"'{stored.path / ('*' + name.suffix)}'"
-    go_on = f"plenofir batch {pattern} -M {first.micro_image_size} -a 0"
+    pattern = Path(escape(str(stored.path))) / f"*{name.suffix}"
+    go_on = command("batch", pattern, "-M", str(first.micro_image_size), "-a", 0)
     if first.micro_image_size is None:
-        go_on = f"plenofir inspect {name}; its captures have to be decoded one by one"
+        go_on = command("inspect", name)
+        text += ", to be decoded one by one"
     return LightFieldSource(
         "folder of pictures",
         (Finding("evidence", text), *first.findings[1:]),
@@ -268,7 +271,7 @@ def _film_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
     m = square(count, stored.where, "frames")
     shape = stored.at((0,)).pixels.shape
     text = f"{count} frames: {m} x {m} views of {shape[1]} x {shape[0]} pixels"
-    advice = f"plenofir develop {stored.path}"
+    advice = command("develop", stored.path)
 
     def load(progress: Progress) -> Picture:
         whole = stored.load(progress)

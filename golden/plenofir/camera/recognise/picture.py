@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
 
+from pathlib import Path
+
 import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
@@ -19,6 +21,7 @@ from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.camera.recognise.source import Finding, LightFieldSource
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
+from plenofir.ground.shell import command
 from plenofir.refocus.operator import Image
 
 LARGEST_SIDE = 8192
@@ -110,7 +113,9 @@ def _mosaic(levels: Image32, whole: bool, size: Finding, name: str) -> LightFiel
     m = mosaic.rows if mosaic.rows == mosaic.columns else None
     advice = "not as many rows of views as columns: cut it to a square of views"
     if m is not None:
-        advice = f"plenofir compose {name} --layout mosaic -M {m} --out aligned.png"
+        advice = command(
+            "compose", Path(name), "--layout", "mosaic", "-M", m, "--out", "aligned.png"
+        )
     return LightFieldSource(
         "mosaic of views",
         (size, Finding("evidence", text)),
@@ -157,8 +162,8 @@ def _raster(
         f"({min(clarity):.0f} times what chance gives): {columns} x {rows} micro images"
     )
     advice = (
-        f"plenofir refocus {name} -M {m} -a 0",
-        f"plenofir stack {name} -M {m} -a -1:1 --all-in-focus",
+        command("refocus", Path(name), "-M", m, "-a", 0),
+        command("stack", Path(name), "-M", m, "-a", "-1:1", "--all-in-focus"),
     )
     return LightFieldSource("aligned raster", (size, Finding("evidence", text)), advice, m)
 
@@ -171,7 +176,7 @@ def _white(picture: Picture, name: str, size: Finding) -> LightFieldSource | Non
         return None
     pitch = found.calibration.grid.lens_pitch
     text = f"a regular grid, evenly lit: lenses differ by {100 * found.unevenness:.1f} %"
-    advice = f"plenofir calibrate {name} --out calib.json"
+    advice = command("calibrate", Path(name), "--out", "calib.json")
     evidence = (size, Finding("evidence", text))
     return LightFieldSource("white image", evidence, (advice,), pitch_px=pitch, white=found)
 
@@ -185,8 +190,8 @@ def _capture(found: Lenslets, size: Finding, name: str) -> LightFieldSource:
     )
     m = max(3, odd_size_within(found.pitch))
     advice = (
-        "plenofir calibrate WHITE_IMAGE --out calib.json",
-        f"plenofir decode {name} --calib calib.json -M {m} --out aligned.png",
+        command("calibrate", "WHITE_IMAGE", "--out", "calib.json"),
+        command(*("decode", Path(name), "--calib", "calib.json", "-M", m, "--out", "aligned.png")),
     )
     return LightFieldSource(
         "raw capture", (size, Finding("evidence", text)), advice, pitch_px=found.pitch
@@ -205,7 +210,7 @@ def _focused(
         text += f" (agreement with one grid {agreement:.2f})"
     advice = (
         "its micro images are small pictures: refocusing by views does not suit it; with a white "
-        f"image, plenofir calibrate and plenofir decode {name} still give its micro images",
+        "image, plenofir calibrate and plenofir decode still give its micro images",
     )
     return LightFieldSource(
         "raw capture of a focused (2.0) camera", (size, Finding("evidence", text)), advice

@@ -26,6 +26,7 @@ from plenofir.camera.recognise.stored import Stored, of_array, of_files, picture
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import VIDEOS, read_video
 from plenofir.ground.images import SCREEN_GAMMA, Picture, bare, read_picture
+from plenofir.ground.shell import command
 
 _MOST_FRAMES = 33**2
 
@@ -44,14 +45,12 @@ def _ends_in(*suffixes: str) -> Callable[[Path], bool]:
 
 def _lytro_folder(path: Path, hints: Hints) -> LightFieldSource | None:
     """A folder of files of a Lytro camera."""
-    count = sum(is_lytro(file) for file in sorted(path.iterdir())[:1000])
-    if not count:
+    files = [file for file in sorted(path.iterdir())[:1000] if is_lytro(file)]
+    if not files:
         return None
-    advice = (
-        f"plenofir inspect {path}/FILE",
-        f"plenofir decode CAPTURE.lfp --white {path}, if they are white images",
-    )
-    findings = (Finding("evidence", f"{count} files of a Lytro camera"),)
+    advice = command("inspect", files[0]), command("decode", "CAPTURE.lfp", "--white", path)
+    text = f"{len(files)} files of a Lytro camera: captures, or white images of one"
+    findings = (Finding("evidence", text),)
     return LightFieldSource("folder of Lytro files", findings, advice)
 
 
@@ -98,9 +97,10 @@ def _metadata(path: Path, hints: Hints) -> LightFieldSource | None:
         found = frame_metadata(read_json(file_bytes(path, "a file"), str(path)), str(path))
     except InputError:
         return None
-    raw = path.with_suffix(".raw").name
-    findings = (*found.described(), ("evidence", f"metadata alone: pixels are in {raw}"))
-    advice = f"plenofir inspect {raw}, with {path.name} beside it"
+    raw = path.with_suffix(".raw")
+    text = f"metadata alone: pixels are in {raw.name}"
+    findings = (*found.described(), ("evidence", text))
+    advice = command("inspect", raw)
     return LightFieldSource(
         "Lytro file without a raw frame", tuple(Finding(*one) for one in findings), (advice,)
     )
@@ -110,7 +110,7 @@ def _calibration(path: Path, hints: Hints) -> LightFieldSource:
     """A calibration."""
     grid = load_calibration(path).grid
     text = f"{grid.layout}, pitch {grid.lens_pitch:.4f} pixels, as plenofir calibrate writes it"
-    advice = f"plenofir decode RAW --calib {path} --out aligned.png"
+    advice = command("decode", "RAW", "--calib", path, "--out", "aligned.png")
     return LightFieldSource(
         "calibration", (Finding("evidence", text, "told"),), (advice,), pitch_px=grid.lens_pitch
     )
