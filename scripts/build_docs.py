@@ -20,6 +20,7 @@ from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.fpga import hdl
+from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.hdmi import status
 from plenofir.ground import project
@@ -201,6 +202,29 @@ def core_page(text: str) -> str:
     return between_marks(text, "core ports", "\n".join([*tables[0], "", *tables[1]]))
 
 
+# Tools whose constraints the page of clock crossings shows.
+CROSSING_TOOLS: dict[Language, str] = {
+    "xdc": "Vivado, XDC",
+    "quartus-sdc": "Quartus, SDC",
+    "radiant-pdc": "Radiant, PDC",
+    "lpf": "Diamond, LPF",
+    "gowin-sdc": "Gowin EDA, SDC",
+    "ucf": "ISE, UCF",
+}
+
+
+def with_crossings(text: str) -> str:
+    """The constraints of `csi_receiver` for each tool, and those of `bus_crossing`."""
+    sources = hdl.all_sources()
+    needed = needed_sources("use work.csi_receiver; use work.bus_crossing;", "", sources)
+    constraints = Constraints({"byte_clk": 125, "clk": 100}, crossings_of(needed))
+    blocks = (
+        f"{title}:\n\n```text\n{constraints.text(language)}```"
+        for language, title in CROSSING_TOOLS.items()
+    )
+    return between_marks(text, "crossings", "\n\n".join(blocks))
+
+
 def clock_table(text: str) -> str:
     """Put broadcast nets, and the clock counts of the text's example, between their marks."""
     text = between_marks(text, "nets", "\n".join(systolic.summary()))
@@ -252,6 +276,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "fir-array.md": clock_table,
         DOCS / "resampling.md": sensor_table,
         DOCS / "flows.md": flow_figures,
+        DOCS / "clock-crossings.md": with_crossings,
         DOCS / "resources.md": resource_tables,
         HDL / "README.md": instance_list,
     }

@@ -73,6 +73,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("csi/[ds]*", ("tb/csi/test_csi_receiver.py -k {}",)),
     ("csi/*", (CSI,)),
     ("common/crossing*", (CSI,)),
+    ("common/gray*", (f"{TMDS} -k elastic_buffer", CSI)),
     ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),

@@ -4,8 +4,11 @@
 -- Each side sees the other side's pointer late, so it takes the buffer to be fuller, or emptier, than it is, which is
 -- safe. There is no reset: the reading side can drop the content, even while either clock stands still.
 --
+-- For a stream of which no word may be lost, between any two clocks. elastic_buffer is smaller and without handshake,
+-- but for clocks of one frequency; bus_crossing for values of which the latest one counts.
+--
 -- Latency: a word is offered 4 to 5 clocks of read_clk after it was written. Throughput: one word each clock.
--- Equation: the n-th word out is the n-th word in.
+-- Equation: the n-th word out is the n-th word in. Cost: a memory, WIDTH flip-flops and 12 for each bit of a pointer.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -28,7 +31,7 @@ entity crossing_fifo is
     write_word   : in    std_logic_vector(WIDTH - 1 downto 0);
     full         : out   std_logic;
     nearly_full  : out   std_logic;
-    -- Words out; all that are in the buffer are dropped.
+    -- Words out; all that are in the buffer are dropped, a word each clock.
     read_clk   : in    std_logic;
     read_drop  : in    std_logic;
     read_valid : out   std_logic;
@@ -46,48 +49,16 @@ architecture rtl of crossing_fifo is
   -- One bit more than an address: equal pointers mean empty.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
-  subtype gray_t is std_logic_vector(ADDRESS_BITS downto 0);
-
-  -- Neighbouring numbers differ in one bit, so a pointer taken in the other clock is never far off.
-  function to_gray (
-    value : pointer_t
-  ) return gray_t is
-  begin
-
-    return std_logic_vector(value xor shift_right(value, 1));
-
-  end function to_gray;
-
-  function from_gray (
-    gray : gray_t
-  ) return pointer_t is
-
-    variable value : pointer_t;
-
-  begin
-
-    value(ADDRESS_BITS) := gray(ADDRESS_BITS);
-
-    for i in ADDRESS_BITS - 1 downto 0 loop
-
-      value(i) := value(i + 1) xor gray(i);
-
-    end loop;
-
-    return value;
-
-  end function from_gray;
-
-  -- Each side has its pointer, the same as Gray code for the other side, and the other side's as it
-  -- was when it arrived.
-  signal memory        : memory_t  := (others => (others => '0'));
+  -- Words on their way, and the one that is read; the constraints match these names. Memory and register may become
+  -- a block RAM.
+  signal crossing_memory : memory_t                             := (others => (others => '0'));
+  signal crossing_word   : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+  -- Each side has its pointer, and the other side's as it was when it arrived.
   signal write_pointer : pointer_t := (others => '0');
-  signal write_gray    : gray_t    := (others => '0');
-  signal write_arrived : gray_t;
+  signal write_arrived : pointer_t;
   signal written       : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
-  signal read_gray     : gray_t    := (others => '0');
-  signal read_arrived  : gray_t;
+  signal read_arrived  : pointer_t;
   signal taken         : pointer_t := (others => '0');
   signal used          : pointer_t;
   -- No free place; at most one free place.
@@ -95,6 +66,10 @@ architecture rtl of crossing_fifo is
   signal one_place : std_logic := '0';
   signal on_offer  : std_logic := '0';
   signal free      : std_logic;
+  -- Words up to this place are dropped; the next word is behind them.
+  signal drop_to   : pointer_t := (others => '0');
+  signal dropping  : std_logic := '0';
+  signal drop_ends : std_logic;
 
 begin
 
@@ -110,14 +85,11 @@ begin
 
     if rising_edge(write_clk) then
       if write_enable = '1' and no_place = '0' then
-        memory(to_integer(write_pointer(ADDRESS_BITS - 1 downto 0))) <= write_word;
+        crossing_memory(to_integer(write_pointer(ADDRESS_BITS - 1 downto 0))) <= write_word;
 
         write_pointer <= write_pointer + 1;
       end if;
-      -- The word is written a clock before the pointer that announces it leaves, so it is at rest
-      -- when the other side reads it.
-      write_gray <= to_gray(write_pointer);
-      taken      <= from_gray(read_arrived);
+      taken <= read_arrived;
 
       -- State after this clock: with the word that is written now, or without.
       no_place  <= to_logic(used >= WORDS) or (write_enable and to_logic(used >= WORDS - 1));
@@ -126,53 +98,64 @@ begin
 
   end process write;
 
-  forward : entity work.synchroniser
+  -- The word is written a clock before the pointer that announces it leaves, so it is at rest when the other side reads
+  -- it.
+  forward : entity work.gray_crossing
     generic map (
       WIDTH => ADDRESS_BITS + 1
     )
     port map (
-      clk         => read_clk,
-      level       => write_gray,
-      synchronous => write_arrived
+      clk_in    => write_clk,
+      count_in  => write_pointer,
+      clk_out   => read_clk,
+      count_out => write_arrived
     );
 
   --------------------------------------------------------------------------------------------------
   -- Out.
 
   read_valid <= on_offer;
+  read_word  <= crossing_word;
   free       <= read_ready or not on_offer;
+  -- What is dropped is passed over a word each clock: the other side must not see the place jump, as a Gray code is
+  -- safe for single steps only.
+  drop_ends <= to_logic(read_pointer = drop_to) or not dropping;
 
   read : process (read_clk) is
   begin
 
     if rising_edge(read_clk) then
-      written <= from_gray(write_arrived);
+      written <= write_arrived;
       if free = '1' then
         -- Read ahead: the register takes the next word as soon as it is free.
-        read_word <= memory(to_integer(read_pointer(ADDRESS_BITS - 1 downto 0)));
-        on_offer  <= to_logic(written /= read_pointer);
+        crossing_word <= crossing_memory(to_integer(read_pointer(ADDRESS_BITS - 1 downto 0)));
+        on_offer      <= to_logic(written /= read_pointer) and drop_ends;
         if written /= read_pointer then
           read_pointer <= read_pointer + 1;
         end if;
       end if;
-      read_gray <= to_gray(read_pointer);
+      if drop_ends = '1' then
+        dropping <= '0';
+      end if;
       if read_drop = '1' then
         -- To the place that the other side is known to have written up to.
-        read_pointer <= written;
-        on_offer     <= '0';
+        drop_to  <= written;
+        dropping <= '1';
+        on_offer <= '0';
       end if;
     end if;
 
   end process read;
 
-  backward : entity work.synchroniser
+  backward : entity work.gray_crossing
     generic map (
       WIDTH => ADDRESS_BITS + 1
     )
     port map (
-      clk         => write_clk,
-      level       => read_gray,
-      synchronous => read_arrived
+      clk_in    => read_clk,
+      count_in  => read_pointer,
+      clk_out   => write_clk,
+      count_out => read_arrived
     );
 
 end architecture rtl;

@@ -4,8 +4,11 @@
 -- A small memory with two clocks, written and read each clock and kept half full. If a disturbed clock lets it run
 -- empty or full, reading starts again at half full.
 --
+-- For a stream that never pauses, as video does. crossing_fifo takes clocks of any frequency and words that wait.
+--
 -- Latency: half the depth, and 2 to 3 clocks. Throughput: one word each clock.
--- Equation: read_word(t) = write_word(t - latency) while flowing.
+-- Equation: read_word(t) = write_word(t - latency) while flowing. Cost: a memory, WIDTH
+-- flip-flops and 5 for each bit of ADDRESS_BITS.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -40,48 +43,20 @@ architecture rtl of elastic_buffer is
 
   constant HALF : pointer_t := to_unsigned(2 ** (ADDRESS_BITS - 1), ADDRESS_BITS);
 
-  -- Neighbouring numbers differ in one bit, so a pointer taken in the other clock is never far off.
-  function to_gray (
-    value : unsigned
-  ) return std_logic_vector is
-  begin
-
-    return std_logic_vector(value xor shift_right(value, 1));
-
-  end function to_gray;
-
-  function from_gray (
-    gray : std_logic_vector
-  ) return unsigned is
-
-    variable value : unsigned(gray'range);
-
-  begin
-
-    value(gray'left) := gray(gray'left);
-
-    for i in gray'left - 1 downto 0 loop
-
-      value(i) := value(i + 1) xor gray(i);
-
-    end loop;
-
-    return value;
-
-  end function from_gray;
-
   -- Two clocks of one frequency move both pointers at the same rate, so their distance only drifts if a clock is
   -- disturbed.
-  signal memory        : memory_t                                    := (others => (others => '0'));
-  signal write_pointer : pointer_t                                   := (others => '0');
-  signal write_gray    : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
-  signal gray_arrived  : std_logic_vector(ADDRESS_BITS - 1 downto 0);
-  signal read_pointer  : pointer_t                                   := (others => '0');
-  signal reading       : std_logic                                   := '0';
+  signal write_pointer : pointer_t := (others => '0');
+  signal arrived       : pointer_t;
+  signal read_pointer  : pointer_t := (others => '0');
+  signal reading       : std_logic := '0';
+  -- Words on their way, and the one that is read; the constraints match these names.
+  signal crossing_memory : memory_t                             := (others => (others => '0'));
+  signal crossing_word   : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
 begin
 
-  flowing <= reading;
+  flowing   <= reading;
+  read_word <= crossing_word;
 
   write : process (write_clk) is
   begin
@@ -89,26 +64,25 @@ begin
     if rising_edge(write_clk) then
       -- The memory is read by the other clock: a word is read half the depth later, when it has
       -- long been at rest.
-      memory(to_integer(write_pointer)) <= write_word;
+      crossing_memory(to_integer(write_pointer)) <= write_word;
 
-      write_pointer <= write_pointer + 1;
-      write_gray    <= to_gray(write_pointer);
-      if write_reset = '1' then
-        write_pointer <= (others => '0');
-        write_gray    <= (others => '0');
+      -- The place moves by one or not at all, also in a reset, as its Gray code must not jump.
+      if write_reset = '0' then
+        write_pointer <= write_pointer + 1;
       end if;
     end if;
 
   end process write;
 
-  crossing : entity work.synchroniser
+  crossing : entity work.gray_crossing
     generic map (
       WIDTH => ADDRESS_BITS
     )
     port map (
-      clk         => read_clk,
-      level       => write_gray,
-      synchronous => gray_arrived
+      clk_in    => write_clk,
+      count_in  => write_pointer,
+      clk_out   => read_clk,
+      count_out => arrived
     );
 
   read : process (read_clk) is
@@ -120,8 +94,8 @@ begin
     if rising_edge(read_clk) then
       -- The other side's place is known late, so the level is a little lower than it is; half the
       -- depth leaves room for that to either side.
-      level     := from_gray(gray_arrived) - read_pointer;
-      read_word <= memory(to_integer(read_pointer));
+      level         := arrived - read_pointer;
+      crossing_word <= crossing_memory(to_integer(read_pointer));
       if reading = '1' then
         read_pointer <= read_pointer + 1;
         -- A level near 0 or near the depth means that the sides have slipped: the next word could be one that is just
@@ -131,7 +105,7 @@ begin
         end if;
       else
         -- Wait at the place that is half the depth behind what is being written.
-        read_pointer <= from_gray(gray_arrived) - HALF;
+        read_pointer <= arrived - HALF;
         if level = HALF or level = HALF + 1 then
           reading      <= '1';
           read_pointer <= read_pointer + 1;

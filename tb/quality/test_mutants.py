@@ -69,6 +69,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "camera_pkg.vhd",
         "clock_input.vhd",
         "colour_pkg.vhd",
+        "crossing_pkg.vhd",
         "edid_pkg.vhd",
         "gearbox_5_to_10.vhd",
         "marks_pkg.vhd",

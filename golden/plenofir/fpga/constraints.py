@@ -1,36 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constraints of a design (clock, crossings, pins), written in the language of each tool.
 
-Crossings from one clock to another are registers whose names in the VHDL begin with ``crossing_``
-(`CROSSINGS`). Tools keep these names and append a suffix of their own.
+Registers on both sides of a crossing have names in the VHDL that begin with ``crossing_``; a file
+beside each entity, ``ENTITY.toml``, names its paths and how they are limited. Tools keep these
+names and append a suffix of their own.
 """
 
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
+
+from plenofir.ground.project import root
 
 Language = Literal[
     "xdc", "quartus-sdc", "gowin-sdc", "radiant-pdc", "ucf", "lpf", "ccf", "cst", "pdc"
 ]
 """Vivado, Quartus, Gowin EDA, Radiant, ISE, Diamond; with pins alone GateMate, Gowin, Nexus."""
 
+Limit = Literal["none", "reset", "skew", "delay", "memory"]
+"""Of a path between clocks.
+
+``none``: not timed. ``reset``: not timed, to asynchronous pins. ``skew``: bits of a Gray code, less
+than a clock apart. ``delay``: at most a clock. ``memory``: the same, out of a memory of LUTs; there
+is no such path if the memory is a block RAM.
+"""
+
 
 @dataclass(frozen=True)
 class Crossing:
-    """Registers between two clocks, with paths to or from them that are not timed."""
+    """A path between two clocks: to registers, from registers or from anywhere."""
 
-    register: str
-    end: Literal["to", "from"]
+    to: str
+    limit: Limit
+    source: str | None = None
+
+    def __str__(self) -> str:
+        """Both ends in words."""
+        return f"{self.source or 'any'} to {self.to}"
 
 
-CROSSINGS: Mapping[str, Crossing] = {
-    # Levels and resets may be sampled at any time; data are stable while they are sampled.
-    "synchroniser": Crossing("crossing_first", "to"),
-    "reset_bridge": Crossing("crossing_reset", "to"),
-    "bus_crossing": Crossing("crossing_data", "from"),
-}
-"""By the entity that has them."""
+@cache
+def described_crossings() -> Mapping[str, tuple[Crossing, ...]]:
+    """Crossings by the entity that has them, from the files beside the VHDL."""
+    found = {}
+    for file in sorted((root() / "hdl").rglob("*.toml")):
+        paths = tomllib.loads(file.read_text()).get("path", ())
+        if paths:
+            found[file.stem] = tuple(Crossing(p["to"], p["limit"], p.get("from")) for p in paths)
+    return found
 
 
 @dataclass(frozen=True)
@@ -47,8 +67,12 @@ class Constraints:
     def _lines(self, language: Language) -> Iterator[str]:
         for port, mhz in self.clocks.items():
             yield from _clock(language, port, mhz)
+        # A limit of the shortest period holds for each pair of clocks.
+        period = f"{1000 / max(self.clocks.values()):.3f}" if self.clocks else None
         for crossing in self.crossings:
-            yield from _crossing(language, crossing)
+            if period is None and crossing.limit not in ("none", "reset"):
+                raise ValueError(f"{crossing} needs a clock")
+            yield from _crossing(language, crossing, period)
         for port, pin in self.pins.items():
             yield _PINS[language].format(port=port, pin=pin)
 
@@ -56,7 +80,10 @@ class Constraints:
 def crossings_of(sources: Iterable[Path]) -> tuple[Crossing, ...]:
     """Crossings in a design with these sources, each named as its entity."""
     names = {source.stem for source in sources}
-    return tuple(crossing for entity, crossing in CROSSINGS.items() if entity in names)
+    paths = (
+        path for name, paths in described_crossings().items() for path in paths * (name in names)
+    )
+    return tuple(dict.fromkeys(paths))
 
 
 _PINS: Mapping[Language, str] = {
@@ -68,12 +95,84 @@ _PINS: Mapping[Language, str] = {
     "ccf": 'NET "{port}" Loc = "{pin}";',
     "lpf": 'LOCATE COMP "{port}" SITE "{pin}";',
 }
-# Pattern by which each tool finds registers; Vivado's names end with _reg.
-_REGISTERS: Mapping[Language, str] = {
-    "xdc": "[get_cells -hierarchical -filter {{NAME =~ *{name}_reg*}}]",
-    "quartus-sdc": "[get_registers {{*{name}*}}]",
-    "gowin-sdc": "[get_regs {{*{name}*}}]",
-    "radiant-pdc": "[get_cells -hierarchical *{name}*]",
+
+# Lines for each limit, with the names of both ends and the shortest period in ns. Vivado's names of
+# registers end with _reg. `-quiet` and `-nowarn`: a memory in a block RAM leaves nothing to match.
+_CELLS = "[get_cells -hierarchical -filter {{NAME =~ *{%s}_reg*}}]"
+_VIVADO = f"-datapath_only -from {_CELLS % 'source'} -to {_CELLS % 'to'} {{period}}"
+_QUIET = _VIVADO.replace("get_cells", "get_cells -quiet")
+# Quartus takes the period from the clocks; it must not judge setup and hold of paths whose length
+# is limited.
+_ENDS = "-from [get_keepers -nowarn {{*{source}*}}] -to [get_keepers -nowarn {{*{to}*}}]"
+_SKEW = "-get_skew_value_from_clock_period min_clock_period -skew_value_multiplier 0.8"
+_NET = "-max -get_value_from_clock_period min_clock_period -value_multiplier 0.8"
+_QUARTUS = (
+    f"set_net_delay {_ENDS} {_NET}",
+    f"set_max_delay {_ENDS} 100",
+    f"set_min_delay {_ENDS} -100",
+)
+_GOWIN = "set_max_delay -from [get_regs {{*{source}*}}] -to [get_regs {{*{to}*}}] {period}"
+_RADIANT = (
+    "set_max_delay -datapath_only -from [get_cells -hierarchical *{source}*] "
+    "-to [get_cells -hierarchical *{to}*] {period}"
+)
+_ISE_TO = 'INST "*{to}*" TNM = FFS "{to}";'
+_ISE_BOTH = 'TIMESPEC "TS_{to}" = FROM "{source}" TO "{to}" {period} ns DATAPATHONLY;'
+_ISE = ('INST "*{source}*" TNM = FFS "{source}";', _ISE_TO, _ISE_BOTH)
+_DIAMOND = 'MAXDELAY FROM CELL "*{source}*" TO CELL "*{to}*" {period} ns DATAPATH_ONLY;'
+_LINES: Mapping[Language, Mapping[Limit, tuple[str, ...]]] = {
+    "xdc": {
+        "none": (f"set_false_path -to {_CELLS % 'to'}",),
+        "reset": (
+            "set_false_path -to [get_pins -hierarchical -filter {{NAME =~ *{to}_reg*/PRE}}]",
+        ),
+        "skew": (
+            f"set_max_delay {_VIVADO}",
+            f"set_bus_skew {_VIVADO.removeprefix('-datapath_only ')}",
+        ),
+        "delay": (f"set_max_delay {_VIVADO}",),
+        "memory": (f"set_max_delay -quiet {_QUIET}",),
+    },
+    "quartus-sdc": {
+        "none": ("set_false_path -to [get_registers {{*{to}*}}]",),
+        "reset": (
+            "set_false_path -to [get_pins -compatibility_mode -nowarn {{*{to}*|clrn}}]",
+            "set_false_path -to [get_pins -compatibility_mode -nowarn {{*{to}*|aclr}}]",
+        ),
+        "skew": (f"set_max_skew {_ENDS} {_SKEW}", *_QUARTUS),
+        "delay": _QUARTUS,
+        "memory": _QUARTUS,
+    },
+    "gowin-sdc": {
+        "none": ("set_false_path -to [get_regs {{*{to}*}}]",),
+        "reset": ("set_false_path -to [get_regs {{*{to}*}}]",),
+        "skew": (_GOWIN,),
+        "delay": (_GOWIN,),
+        # The memory is no register, and has no name to match.
+        "memory": ("set_max_delay -to [get_regs {{*{to}*}}] {period}",),
+    },
+    "radiant-pdc": {
+        "none": ("set_false_path -to [get_cells -hierarchical *{to}*]",),
+        "reset": ("set_false_path -to [get_cells -hierarchical *{to}*]",),
+        "skew": (_RADIANT,),
+        "delay": (_RADIANT,),
+        "memory": (_RADIANT,),
+    },
+    "ucf": {
+        "none": (_ISE_TO, 'TIMESPEC "TS_{to}" = TO "{to}" TIG;'),
+        "reset": (_ISE_TO, 'TIMESPEC "TS_{to}" = TO "{to}" TIG;'),
+        "skew": _ISE,
+        "delay": _ISE,
+        "memory": ('INST "*{source}*" TNM = RAMS "{source}";', _ISE_TO, _ISE_BOTH),
+    },
+    "lpf": {
+        "none": ('BLOCK PATH TO CELL "*{to}*";',),
+        "reset": ('BLOCK PATH TO CELL "*{to}*";',),
+        "skew": (_DIAMOND,),
+        "delay": (_DIAMOND,),
+        "memory": (_DIAMOND,),
+    },
+    "ccf": dict.fromkeys(get_args(Limit), ("# {both}: the file has no words for it.",)),
 }
 
 
@@ -86,22 +185,14 @@ def _clock(language: Language, port: str, mhz: float) -> Iterator[str]:
         yield f'FREQUENCY PORT "{port}" {mhz:g} MHZ;'
     elif language == "ccf":
         yield f"# {port} has {mhz:g} MHz; the file has no words for it, p_r tells what it reaches."
-    elif language in _REGISTERS:
+    elif language in _LINES:
         yield f"create_clock -name {port} -period {period} [get_ports {port}]"
     else:
         raise ValueError(f"{language} has no clocks")
 
 
-def _crossing(language: Language, crossing: Crossing) -> Iterator[str]:
-    name, end = crossing.register, crossing.end
-    if language == "ucf":
-        yield f'INST "*{name}*" TNM = FFS "{name}";'
-        yield f'TIMESPEC "TS_{name}" = {end.upper()} "{name}" TIG;'
-    elif language == "ccf":
-        yield f"# Paths {end} {name} need no time."
-    elif language == "lpf":
-        yield f'BLOCK PATH {end.upper()} CELL "*{name}*";'
-    elif language in _REGISTERS:
-        yield f"set_false_path -{end} {_REGISTERS[language].format(name=name)}"
-    else:
+def _crossing(language: Language, crossing: Crossing, period: str | None) -> Iterator[str]:
+    if language not in _LINES:
         raise ValueError(f"{language} has no paths")
+    for line in _LINES[language][crossing.limit]:
+        yield line.format(source=crossing.source, to=crossing.to, period=period, both=crossing)

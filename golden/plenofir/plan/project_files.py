@@ -179,7 +179,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
 
 
 def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
-    crossings = ", ".join(crossing.register for crossing in constraints.crossings)
+    crossings = ", ".join(map(str, constraints.crossings)) or "none; there is one clock"
     about = (
         "its streams are ports. Join them to your design, or give them\n"
         "pins: without pins it is placed and timed, but some tools write no bitstream."
@@ -201,6 +201,6 @@ def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Con
         f"Build: {tool.run.replace('NAME', top)}\n"
         f"Top level: {top}; {about}\n"
         f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n"
-        f"Between clocks, and so without a time: {crossings or 'nothing; there is one clock'}.\n\n"
+        f"Paths between clocks, with limits of their own: {crossings}.\n\n"
         "Sources in order of analysis:\n" + "".join(f"  {name}\n" for name in files)
     )

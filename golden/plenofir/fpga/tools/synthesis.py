@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga.tools.primitives import component_package, with_primitives
@@ -174,6 +174,40 @@ def _verilog_value(vhdl: str) -> str:
     return name if high is None else f"{name}[{high}{f':{low}' if low else ''}]"
 
 
+_ATTRIBUTE = re.compile(r"attribute (\w+) of ([\w, ]+?)\s*: signal is ([^;]+);")
+# A register with an initial value, in GHDL's Verilog: its signal is a copy of a variable.
+_COPIED = re.compile(
+    r"^ */\*[^*]*\*/\n *always @\*\n *(crossing_\w+) = (n\d+_q); // \(isignal\)\n"
+    r" *initial\n *\1 <= [^;]+;\n",
+    re.M,
+)
+_COPIED_ITSELF = re.compile(_COPIED.pattern.replace(r"(n\d+_q)", r"\1"), re.M)
+
+
+def with_crossings(verilog: str, sources: Iterable[Path]) -> str:
+    """GHDL's Verilog with the names and attributes that registers between clocks have in VHDL.
+
+    GHDL 2.0 names a register anew and leaves its attributes out, so no constraint would match it,
+    and a tool could merge it with another.
+    """
+    attributes: dict[str, list[str]] = {}
+    for source in sources:
+        for key, names, value in _ATTRIBUTE.findall(source.read_text()):
+            for name in names.split(", "):
+                told = f"{key} = {'1' if value == 'true' else value}"
+                attributes.setdefault(name, []).append(told)
+
+    def named(module: str) -> str:
+        for name, register in _COPIED.findall(module):
+            module = re.sub(rf"^ *reg [^;\n]*\b{register};\n", "", module, flags=re.M)
+            module = re.sub(rf"\b{register}\b", name, module)
+            told = f"(* {', '.join(attributes[name])} *)\n" if name in attributes else ""
+            module = re.sub(rf"^( *reg [^;\n]*\b{name};)", rf"  {told}\1", module, flags=re.M)
+        return _COPIED_ITSELF.sub("", module)
+
+    return "".join(named(module) for module in re.split(r"(?<=\nendmodule\n)", verilog))
+
+
 def write_verilog(
     sources: Sequence[Path],
     top: str,
@@ -228,7 +262,7 @@ def write_verilog(
         # The library of components is no longer needed.
         for name in (f"{primitives}-obj93.cf", f"{components.stem}.o"):
             (directory / name).unlink(missing_ok=True)
-    verilog.write_text(plain_verilog(text))
+    verilog.write_text(with_crossings(plain_verilog(text), sources))
     if contents_in_files:
         move_contents(verilog)
     return verilog

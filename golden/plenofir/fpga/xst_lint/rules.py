@@ -102,8 +102,8 @@ def long_loops(source: Source) -> Places:
 
 def computed_attributes(source: Source) -> Places:
     """Attributes whose value is not a literal."""
-    for found in re.finditer(r"\battribute (\w+) of \w+\s*: \w+ is ([^;]+);", source.text):
-        if not re.fullmatch(r'"[^"]*"', found[2].strip()):
+    for found in re.finditer(r"\battribute (\w+) of [\w, ]+: \w+ is ([^;]+);", source.text):
+        if not re.fullmatch(r'"[^"]*"|true|false|\d+', found[2].strip()):
             yield found.start(), f"the value of {found[1]} is computed: {found[2]}"
 
 
