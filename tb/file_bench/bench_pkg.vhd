@@ -33,6 +33,14 @@ package bench_pkg is
     stall_percent   : in natural
   );
 
+  -- The share of a side in a clock: for 256 clocks the sink stalls in so many of a hundred clocks and the source in a
+  -- third of them, then the other way round, so that FIFOs run full and empty in turn.
+  function stall_share (
+    stall_percent : natural;
+    clock         : natural;
+    of_sink       : boolean
+  ) return natural;
+
   -- A line "name value".
 
   procedure write_count (
@@ -94,6 +102,21 @@ package body bench_pkg is
     random := drawn;
 
   end procedure draw;
+
+  function stall_share (
+    stall_percent : natural;
+    clock         : natural;
+    of_sink       : boolean
+  ) return natural is
+  begin
+
+    if ((clock / 256) mod 2 = 0) = of_sink then
+      return stall_percent;
+    end if;
+
+    return stall_percent / 3;
+
+  end function stall_share;
 
   procedure write_count (
     file counts : text;

@@ -9,8 +9,8 @@
 -- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of the set is used.
 -- "slice" lines in clocks.txt tell the slice of each frame that came out.
 --
--- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED): in that share of clocks no new pixel is offered,
--- or none is taken.
+-- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED): in that share of clocks, or a third of it, no new
+-- pixel is offered, or none is taken (stall_share in bench_pkg).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -236,7 +236,7 @@ begin
       end if;
 
       -- Only one token is on offer: the next is drawn when it was taken.
-      draw(random, stall, STALL_PERCENT);
+      draw(random, stall, stall_share(STALL_PERCENT, clock, false));
       if offered = accepted and offered < TOKENS and not stall then
         read_values(input_file, PIXEL_BITS, s_axis_tdata);
         s_axis_tvalid <= '1';
@@ -278,7 +278,7 @@ begin
       end if;
 
       -- Drawn anew for the sink, so that both sides stall apart from each other.
-      draw(random, stall, STALL_PERCENT);
+      draw(random, stall, stall_share(STALL_PERCENT, clock, true));
       if stall then
         m_axis_tready <= '0';
       else

@@ -23,9 +23,11 @@ class Stalls {
    public:
     Stalls(uint32_t seed, uint32_t percent) : state(seed % 65536), percent(percent) {}
 
-    bool draw() {
+    // The share is that of stall_share in bench_pkg.vhd.
+    bool draw(uint64_t clock, bool of_sink) {
         state = (state * 25173 + 13849) % 65536;
-        return state / 64 * 100 < percent * 1024;
+        const uint32_t share = (clock / 256 % 2 == 0) == of_sink ? percent : percent / 3;
+        return state / 64 * 100 < share * 1024;
     }
 
    private:
@@ -121,7 +123,7 @@ int main(int argc, char** argv) {
             idle = 0;
             core.s_axis_tvalid = 0;
         }
-        if (!stalls.draw() && loaded == loads && offered == accepted && offered < pixels) {
+        if (!stalls.draw(clock, false) && loaded == loads && offered == accepted && offered < pixels) {
             uint64_t data = 0;
             for (uint64_t c = 0; c < in_channels; c++)
                 data |= uint64_t{words[offered * in_channels + c]} << (c * bits);
@@ -131,7 +133,7 @@ int main(int argc, char** argv) {
             core.s_axis_tuser = offered % frame == 0;
             offered++;
         }
-        core.m_axis_tready = !stalls.draw();
+        core.m_axis_tready = !stalls.draw(clock, true);
         settle();
     }
     counts << "accepted " << accepted << "\nreceived " << received << "\nrefused " << refused

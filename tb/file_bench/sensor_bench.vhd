@@ -179,7 +179,7 @@ begin
         end if;
       end if;
 
-      draw(random, stall, STALL_PERCENT);
+      draw(random, stall, stall_share(STALL_PERCENT, clock, false));
       -- Only one pixel is on offer: the next is drawn when it was taken.
       if loaded = LOADS and offered = accepted and offered < PIXELS and not stall then
         read_values(input_file, PIXEL_BITS, s_axis_tdata);
@@ -203,7 +203,7 @@ begin
       end if;
 
       -- Drawn anew for the sink, so that both sides stall apart from each other.
-      draw(random, stall, STALL_PERCENT);
+      draw(random, stall, stall_share(STALL_PERCENT, clock, true));
       if stall then
         m_axis_tready <= '0';
       else

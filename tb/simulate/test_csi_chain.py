@@ -37,12 +37,13 @@ def capture(bits: int) -> np.ndarray:
 
 @pytest.mark.drawn(2, "chain runs")
 def test_small_capture_over_two_lanes(tmp_path: Path) -> None:
-    arguments = "-a", "1/4", "--engine", "moving_sum", "--lanes", "2"
+    arguments = "-a", "1/4", "--engine", "moving_sum", "--lanes", "2", "--waves", "1"
     assert sim(tmp_path, capture(8), *arguments) == (0, "")
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["mismatches"] == report["sensor"]["mismatches"] == report["faults"] == 0
     assert (report["chain"], report["lanes"], report["format"]) == ("csi", 2, "RAW8")
     assert report["packets"] == SHAPE[0] + 2
+    assert {"aligned.fst", "aligned.gtkw", "refocused.fst", "refocused.gtkw"} < {*report["files"]}
     aligned = read_image(tmp_path / "out" / "aligned.png")
     assert (read_image(tmp_path / "out" / "refocused.png") == refocus(aligned, 4, "1/4")).all()
 
@@ -68,7 +69,6 @@ def test_more_bits_and_lanes(tmp_path: Path, bits: int, arguments: tuple[str, ..
     [
         (np.zeros((*SHAPE, 3), np.uint8), (), "has colours; a sensor"),
         (np.full(SHAPE, 65535, np.uint16), (), "RAW8, RAW10 and RAW12 have"),
-        (np.zeros(SHAPE, np.uint8), ("--waves",), "--waves cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--simulator", "verilator"), "--chain cannot be combined"),
         (np.zeros(SHAPE, np.uint8), ("--lanes", "3"), "'3'"),
         (np.zeros(SHAPE, np.uint8), ("--raw-bits", "9"), "'9'"),

@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import sys
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -15,7 +16,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate.file_bench import run_bench, wave_signals
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.ground.errors import EXIT_MISMATCH
+from plenofir.ground.errors import EXIT_MISMATCH, EXIT_TOOL_FAILED
 from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir_tb.faults import plant
@@ -173,7 +174,7 @@ def test_waves(tmp_path: Path) -> None:
     write_png(tmp_path / "raw.png", random_image((12, 12)))
     done = sim(
         *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "0", "--out", str(tmp_path)),
-        "--waves",
+        *("--waves", "1"),
     )
     assert done.returncode == 0, done.stderr
     names = {var.full_name for var in pywellen.Waveform(str(tmp_path / "refocused.fst")).all_vars()}
@@ -181,7 +182,44 @@ def test_waves(tmp_path: Path) -> None:
     saved = (tmp_path / "refocused.gtkw").read_text().splitlines()
     shown = {line.partition("[")[0] for line in saved if line[0] not in "[@-*"}
     assert shown <= names
-    assert len(shown) == len(wave_signals(FirEngine()))
+    core = CoreConfiguration(micro_image_size=3, shifts=(0,), max_columns=12)
+    assert len(shown) == len(wave_signals(core))
+    # The frame with stalls has a waveform of its own.
+    assert (tmp_path / "stalled.gtkw").read_text().splitlines()[1:] == saved[1:]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("axis_fifo.vhd", "s_axis_tready <= can_write;", "s_axis_tready <= '1';"),
+        ("axis_fifo.vhd", "read_enable   => word_free,", "read_enable   => has_words,"),
+    ],
+)
+def test_words_lost_under_stalls_are_found(tmp_path, monkeypatch, capsys, file, old, new) -> None:
+    """By a run without options, which tells the seed that repeats it, and leaves the waveform."""
+    from plenofir.commands import app as cli
+    from plenofir.fpga.simulate import file_bench
+
+    sources = plant(tmp_path / "hdl", file_bench.core_sources(), file, old, new)
+    monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
+    write_png(tmp_path / "raw.png", random_image((20, 24)))
+    arguments = ["plenofir", "sim", "--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3"]
+    arguments += ["--out", str(tmp_path / "out"), "--simulator", simulator_name()]
+
+    def run(*more: str) -> tuple[int | str | None, str]:
+        monkeypatch.setattr(sys, "argv", [*arguments, *more])
+        with pytest.raises(SystemExit) as exit_:
+            cli.main()
+        printed = capsys.readouterr()
+        return exit_.value.code, printed.out + printed.err
+
+    assert run("--stalls", "0")[0] == 0
+    code, told = run("--waves", "1")
+    assert code in (EXIT_MISMATCH, EXIT_TOOL_FAILED)
+    seed = re.search(r"seed (\d+)", told)
+    assert seed is not None
+    assert run("--stalls", seed[1])[0] == code
+    assert (tmp_path / "out" / "stalled.gtkw").exists()
 
 
 @pytest.mark.parametrize(

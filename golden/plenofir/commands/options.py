@@ -58,6 +58,8 @@ VARIABLES = {
     "DEVICE": "device",
     "BEYOND_DATA_SHEET": "beyond_data_sheet",
     "WAVES": "waves",
+    "WAVES_DEPTH": "waves_depth",
+    "STALLS": "stalls",
     "SCENE": "scene",
     "OUT": "out",
     "ISE": "ise",
@@ -100,8 +102,8 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("any_rows", "chain", ("core", "csi")),
     ("pixels", "chain", ("core",)),
     ("chain", "simulator", VHDL_SIMULATORS),
-    ("waves", "engine", SLICE_ENGINE_NAMES),
     ("waves", "simulator", VHDL_SIMULATORS),
+    ("waves_depth", "waves", ("all",)),
 )
 
 MAX_SETTINGS = 1000

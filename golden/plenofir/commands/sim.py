@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sim``: a raw image through the VHDL, compared with the golden model."""
 
+import random
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,12 +16,14 @@ from plenofir.fpga.names import (
     DEFAULT_ENGINE,
     DEFAULT_SIMULATOR,
     ENGINE_ROWS,
+    MAX_SEED,
     Chain,
     EngineName,
     HdmiBoardName,
     Lanes,
     RawBits,
     SimulatorName,
+    WaveChoice,
     engines_with,
 )
 from plenofir.ground.errors import EXIT_MISMATCH, InputError
@@ -126,8 +129,29 @@ def sim(
         ),
     ] = None,
     waves: Annotated[
-        bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
-    ] = False,
+        WaveChoice,
+        typer.Option(
+            help="Write a waveform: 1 of the signals that explain the picture, with a GTKWave save "
+            "file; all: of all signals."
+        ),
+    ] = "0",
+    waves_depth: Annotated[
+        int,
+        typer.Option(
+            help="Write the signals of so many levels of instances (waves all); 0: of all levels.",
+            min=0,
+        ),
+    ] = 0,
+    stalls: Annotated[
+        int | None,
+        typer.Option(
+            help="Seed with which a part of the picture passes the core once more, source and sink "
+            "stalling at random; by default drawn, 0: none. With calib, the resampler takes the "
+            "capture again, too, if a seed is given.",
+            min=0,
+            max=MAX_SEED,
+        ),
+    ] = None,
     out: options.OutFolder = "build/sim",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model.
@@ -148,17 +172,21 @@ def sim(
     given = context.get_parameter_source("engine")
     if pixels != "1" and not (given is not None and given.name == "COMMANDLINE"):
         (engine, *_) = engines_with("pixels_per_clock")
-    decided = {"arith": arith, "chain": chain, "simulator": simulator}
+    decided = {"arith": arith, "chain": chain, "simulator": simulator, "waves": waves}
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
     options.require("bayer", "calib", calib is None and bayer is not None)
     options.require("calib", "raw", raw is None and calib is not None)
     options.require("chain", "calib", chain == "csi" and calib is None)
     if scene is not None and calib is not None:
         options.refuse_both("calib", options.typed("scene"))
+    if stalls and chain == "hdmi" and calib is None:
+        options.refuse_both("stalls", options.typed("chain", chain), "video cannot wait")
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.request import DEFAULT_RAW, Run
+
+    seed = random.SystemRandom().randint(1, MAX_SEED) if stalls is None else stalls
 
     def core_for(path: Path) -> "CoreConfiguration":
         from plenofir.fpga.simulate.request import core_for_image
@@ -191,6 +219,8 @@ def sim(
             out=folder,
             simulator=simulator,
             waves=waves,
+            waves_depth=waves_depth,
+            stalls=seed,
             chain=chain,
             board=board,
             screen=screen or Screen(),
@@ -201,11 +231,10 @@ def sim(
 
         bits = None if raw_bits is None else int(raw_bits)
         sensor = load_sensor(raw, calib, micro_image, bayer, bits=bits)
-        if waves and chain != "core":
-            options.refuse_both("waves", options.typed("chain", chain), "leave one of them out")
         _run_raw(
             *(sensor, lambda path, folder: run_of(path, core_for(path), folder)),
             *(Path(out), int(lanes)),
+            stalls=stalls or 0,
         )
         return
     if raw is not None and scene is None:
@@ -236,8 +265,10 @@ def _run_raw(
     make_run: "Callable[[Path, Path], Run]",
     out: Path,
     lanes: int,
+    *,
+    stalls: int,
 ) -> None:
-    """Resample a capture in the VHDL, and refocus what comes out."""
+    """Resample a capture in the VHDL, with stalls too if they have a seed, and refocus it."""
     from plenofir.fpga.simulate.report import report_summary
     from plenofir.ground.images import write_png
     from plenofir.plan.sensor.sensor_run import ALIGNED, run_raw, sensor_summary
@@ -255,10 +286,11 @@ def _run_raw(
         elif what.chain == "csi":
             frame = sensor.csi_frame(lanes)
     with kept_bars() as show:
-        report, aligned = run_raw(sensor, golden, make_run, out, what.simulator, frame, show)
+        how = what.model_copy(update={"stalls": stalls})
+        report, aligned = run_raw(sensor, golden, make_run, out, how, frame, show)
     for name, value in [*sensor_summary(sensor, aligned), *report_summary(what.core, report)]:
         print_line(name, f"{out}/{value}, {ALIGNED}" if name == "files" else value)
-    if report.mismatches or aligned.mismatches:
+    if not (report.agrees and aligned.agrees):
         raise typer.Exit(EXIT_MISMATCH)
 
 
@@ -310,5 +342,5 @@ def _run(what: "Run") -> None:
         report = run(what, show)
     for name, value in report_summary(what.core, report):
         print_line(name, f"{what.out}/{value}" if name == "files" else value)
-    if report.mismatches:
+    if not report.agrees:
         raise typer.Exit(EXIT_MISMATCH)

@@ -35,6 +35,10 @@ VHDL_SIMULATORS: tuple[SimulatorName, ...] = ("ghdl", "nvc")
 """Those that read VHDL; others simulate cores alone, from Verilog, and write no waveforms."""
 Chain = Literal["core", "hdmi", "csi"]
 """The core alone, a board from serial bits to serial bits, a camera from its lanes' bytes on."""
+WaveChoice = Literal["0", "1", "all"]
+"""No waveform, one of the named signals, or one of all signals, records included."""
+MAX_SEED = 65535
+"""Largest seed of the file benches' stalls."""
 Lanes = Literal["1", "2", "4"]
 RawBits = Literal["8", "10", "12"]
 

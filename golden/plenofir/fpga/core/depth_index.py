@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.core.engine import Generics, PixelsPerClock
+from plenofir.fpga.core.engine import Generics, PixelsPerClock, Scope, within
 from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -57,6 +57,28 @@ class DepthIndexConfiguration(BaseModel):
             waits = 1 + max(waits, _FRACTION_CLOCKS)
         several = self.pixels_per_clock > 1
         return 11 + several + self.radius + self.slices + waits
+
+    @property
+    def waves(self) -> tuple[Scope, ...]:
+        """Signals that a waveform shows."""
+        found: list[Scope] = [("bit", "place_token/", "inside_now")]
+        for number in range(self.slices):
+            found += [
+                ("downto", f"slice({number})/", "sum"),
+                ("downto", f"slice({number})/judge/", "laplacian row_sum total"),
+            ]
+        return within(
+            "find",
+            (
+                *found,
+                ("bit", "", "complete_live complete_start scan_on"),
+                ("downto", "", "energies best most least"),
+                ("bit", "", "final_write final_kept"),
+                ("downto", "", "final_lens final_index"),
+                ("bit", "", "index_write"),
+                ("downto", "", "index_lens index"),
+            ),
+        )
 
     @property
     def lens_bits(self) -> int:

@@ -2,7 +2,7 @@
 """The common part of the cores of all engines, and the interface of an engine."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -17,7 +17,14 @@ from plenofir.refocus.switches import FilterLayout
 
 SignalKind = Literal["bit", "downto", "to"]
 Scope = tuple[SignalKind, str, str]
-"""Signals in a waveform: kind, instance below the core, names."""
+"""Signals in a waveform: kind, instance with a slash behind it, names."""
+
+
+def within(instance: str, scopes: Iterable[Scope]) -> tuple[Scope, ...]:
+    """The same signals, their instances within another one."""
+    return tuple((kind, f"{instance}/{scope}", names) for kind, scope, names in scopes)
+
+
 Generics = dict[str, int | bool | str]
 
 # The column filter's read-modify-write loop takes this many clocks (refocus_pkg.PARTIAL_SUM_LOOP).
@@ -148,12 +155,10 @@ class Engine(BaseModel, ABC):
     ENTITY: ClassVar[str] = "raster_refocuser"
     CLOCK_SHARE: ClassVar[float] = 1
     """Share of the clock that a device's cores keep (`Device.clocks_mhz`) which this one keeps."""
-    WAVES: ClassVar[tuple[Scope, ...]] = ()
 
-    @property
-    def waves(self) -> tuple[Scope, ...]:
-        """Signals of the engine that a waveform shows."""
-        return self.WAVES
+    @abstractmethod
+    def waves(self, raster: Raster) -> tuple[Scope, ...]:
+        """Signals of the engine that a waveform shows: no records, which GHDL 2 leaves out."""
 
     @property
     def rows_at_once(self) -> int:

@@ -12,6 +12,7 @@ from plenofir.fpga.core.engine import (
     Raster,
     Scope,
     SliceEngine,
+    within,
 )
 from plenofir.fpga.core.memory import Memory, rom_luts
 from plenofir.ground.errors import InputError
@@ -19,9 +20,12 @@ from plenofir.refocus.switches import FilterLayout
 
 MAX_TAPS = 512
 
-_ARRAY = "core/fir_engine/filters/"
-_ROW_CONTROL = f"{_ARRAY}row_pass(0)/stage/control/"
-_COLUMN_CONTROL = f"{_ARRAY}column_pass(0)/stage/control/"
+_STAGE_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "strobe_d1"),
+    ("downto", "control/", "phase"),
+    ("to", "control/", "closed"),
+    ("bit", "control/", "restart"),
+)
 
 
 class FirEngine(SliceEngine):
@@ -38,21 +42,25 @@ class FirEngine(SliceEngine):
     UNIT: ClassVar[str] = "taps"
     PARTS: ClassVar[dict[str, str]] = {"fir_stage": "stages", "switched_fir": "filters"}
     LARGEST: ClassVar[dict[str, int]] = {"taps": MAX_TAPS}
-    WAVES: ClassVar[tuple[Scope, ...]] = (
-        ("bit", f"{_ARRAY}row_pass(0)/stage/", "strobe_d1"),
-        ("downto", _ROW_CONTROL, "phase"),
-        ("to", _ROW_CONTROL, "closed"),
-        ("bit", _ROW_CONTROL, "restart"),
-        ("downto", _ARRAY, "skewed_data"),
-        ("downto", _COLUMN_CONTROL, "phase"),
-        ("to", _COLUMN_CONTROL, "closed"),
-        ("bit", _COLUMN_CONTROL, "restart"),
-        ("downto", f"{_ARRAY}back_to_rows/", "row_sums"),
-    )
 
     @property
     def rows_at_once(self) -> int:
         return self.parallel_rows
+
+    def waves(self, raster: Raster) -> tuple[Scope, ...]:
+        def stages(dimension: str) -> Iterator[Scope]:
+            for number in range(raster.passes):
+                yield from within(f"{dimension}_pass({number})/stage", _STAGE_WAVES)
+
+        return within(
+            "fir_engine/filters",
+            (
+                *stages("row"),
+                ("downto", "", "skewed_data"),
+                *stages("column"),
+                ("downto", "back_to_rows/", "row_sums"),
+            ),
+        )
 
     def layout(self, raster: Raster, number: int = 0) -> FilterLayout:
         """Taps and switches of a stage; interpolating stages do not hold outputs."""

@@ -12,6 +12,7 @@ from plenofir.fpga.core.engine import (
     Scope,
     SliceEngine,
     check_lane_delay,
+    within,
 )
 from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
 from plenofir.ground.errors import InputError
@@ -19,21 +20,29 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 _STAGE_CLOCKS = 10
-_STAGES = "core/moving_sum_engine/sums/every_stage"
-_STAGE_WAVES: tuple[Scope, ...] = (
-    ("bit", "", "step_1 take_1 moves_3"),
+ADDER_WAVES: tuple[Scope, ...] = (("downto", "adder/", "first_sums running results"),)
+"""Of ``moving_sum_adder``, as the next two of its control and of the stages around it."""
+CONTROL_WAVES: tuple[Scope, ...] = (
+    ("bit", "control/", "step_now own_first own_live due_first same"),
+    ("bit", "control/", "initial_2 update_2 clear_2"),
+)
+STAGE_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "step first live"),
+    ("to", "", "step_at active_at"),
+    *CONTROL_WAVES,
     ("downto", "", "entering leaving"),
-    ("downto", "adder/", "first_sums running results"),
+    *ADDER_WAVES,
+    ("downto", "", "sums"),
 )
-_LANE_STAGES = "core/lanes_engine/sums/every_stage"
-_LANE_WAVES: tuple[Scope, ...] = (
-    *(
-        (kind, f"{_LANE_STAGES}(0)/columns/stage/{scope}", names)
-        for kind, scope, names in _STAGE_WAVES
-    ),
-    ("bit", f"{_LANE_STAGES}(1)/rows/stage/", "write_1 take_1"),
-    ("downto", f"{_LANE_STAGES}(1)/rows/stage/", "differences ahead out_data"),
+LANE_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "first"),
+    ("bit", "control/", "step_now own_first own_live due_first same"),
+    ("downto", "banks/", "write_row_1 read_row_1 end_row_1 writes_2 enters_3 leaves_3"),
+    ("downto", "", "differences"),
+    ("to", "", "active_at take_at"),
+    ("downto", "", "ahead held"),
 )
+"""Of ``lane_stage``."""
 
 
 class MovingSumEngine(SliceEngine):
@@ -51,11 +60,6 @@ class MovingSumEngine(SliceEngine):
         "moving_sum_stage": "moving sums",
         "lane_stage": "moving sums",
     }
-    WAVES: ClassVar[tuple[Scope, ...]] = tuple(
-        (kind, f"{_STAGES}({stage})/stage/{scope}", names)
-        for stage in (0, 1)
-        for kind, scope, names in _STAGE_WAVES
-    )
     # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
@@ -65,9 +69,14 @@ class MovingSumEngine(SliceEngine):
     def summary(self, raster: Raster) -> str:
         return "moving sums"
 
-    @property
-    def waves(self) -> tuple[Scope, ...]:
-        return self.WAVES if self.pixels_per_clock == 1 else _LANE_WAVES
+    def waves(self, raster: Raster) -> tuple[Scope, ...]:
+        found: list[Scope] = []
+        for stage in range(2 * raster.passes):
+            rows = stage not in self._column_stages(raster)
+            lanes = self.pixels_per_clock > 1 and rows
+            place = f"every_stage({stage})/pixel{'s' * lanes}_stage/stage"
+            found += within(f"moving_sum_engine/sums/{place}", LANE_WAVES if lanes else STAGE_WAVES)
+        return (*found, ("downto", "moving_sum_engine/sums/", "last_sums"))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:

@@ -6,12 +6,33 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from plenofir.fpga.core.engine import Engine, Generics, PixelsPerClock, Raster, check_lane_delay
+from plenofir.fpga.core.engine import (
+    Engine,
+    Generics,
+    PixelsPerClock,
+    Raster,
+    Scope,
+    check_lane_delay,
+    within,
+)
+from plenofir.fpga.core.moving_sum_engine import (
+    ADDER_WAVES,
+    CONTROL_WAVES,
+    LANE_WAVES,
+    STAGE_WAVES,
+)
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
+_COLUMN_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "step first live"),
+    *CONTROL_WAVES,
+    ("downto", "", "own_4 entering_4 leaving_4"),
+    *ADDER_WAVES,
+    ("downto", "", "sum"),
+)
 # stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), and a row stage of one pixel a clock.
 _COLUMN_CLOCKS = 7
 _ROW_CLOCKS = 10
@@ -35,6 +56,15 @@ class StackEngine(Engine):
 
     def summary(self, raster: Raster) -> str:
         return "moving sums, all slices in one pass"
+
+    def waves(self, raster: Raster) -> tuple[Scope, ...]:
+        several = self.pixels_per_clock > 1
+        rows = f"pixel{'s' * several}_stage/rows"
+        found: list[Scope] = [("bit", "columns/", "active step")]
+        for number in range(len(raster.shifts)):
+            found += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
+            found += within(f"slice({number})/{rows}", LANE_WAVES if several else STAGE_WAVES)
+        return within("stack", (*found, ("downto", "", "column_data sums pixels")))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:

@@ -11,7 +11,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS, Board
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.engine import SignalKind
+from plenofir.fpga.core.engine import Scope, within
 from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
@@ -19,8 +19,8 @@ from plenofir.fpga.names import DEFAULT_BOARD
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.screen.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.file_bench import BenchResult
-from plenofir.fpga.simulate.waves import WaveSignal
-from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.simulate.waves import wave_signals_of
+from plenofir.fpga.tools.simulators import SimulationError, Simulator, Waves
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -39,20 +39,17 @@ _LETTER_US = 1
 # Lines after the last frame: the latency of the link, and the beginning of the next frame.
 LINES_BEHIND = 3
 
-_BIT: SignalKind = "bit"
-_DOWNTO: SignalKind = "downto"
-WAVE_SIGNALS = tuple(
-    WaveSignal(f"/{TOP}/board/top/{name}", kind)
-    for kind, names in (
-        (_BIT, "clk run path/reset path/link_locked path/link_error"),
-        (_DOWNTO, "path/link_aligned"),
-        (_BIT, "path/video_active path/video_h_sync path/video_v_sync"),
-        (_DOWNTO, "path/video_pixel control/settings_to_pixels/pixel_together"),
-        (_BIT, "path/following path/shown_active path/shown_h_sync path/shown_v_sync"),
-        (_DOWNTO, "path/shown_pixel path/video_errors"),
-    )
-    for name in names.split()
+_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "clk run"),
+    ("bit", "path/", "reset link_locked link_error"),
+    ("downto", "path/", "link_aligned"),
+    ("bit", "path/", "video_active video_h_sync video_v_sync"),
+    ("downto", "path/", "video_pixel"),
+    ("downto", "control/settings_to_pixels/", "pixel_together"),
+    ("bit", "path/", "following shown_active shown_h_sync shown_v_sync"),
+    ("downto", "path/", "shown_pixel video_errors"),
 )
+WAVE_SIGNALS = wave_signals_of(TOP, within("board/top", _WAVES))
 
 
 def mode_for(columns: int, rows: int) -> VideoMode:
@@ -171,7 +168,7 @@ class BoardRun:
     progress: Callable[[float], None]  # called with the finished share
 
     def run(
-        self, simulator: Simulator, directory: Path, waves: Path | None = None
+        self, simulator: Simulator, directory: Path, waves: Waves | None = None
     ) -> tuple[list[ReceivedFrame], int, int, float]:
         """Frames at the output, words sent, clocks from input to output, and seconds.
 
@@ -206,7 +203,6 @@ class BoardRun:
             directory,
             models=hdl.model_sources(board.library),
             waves=waves,
-            wave_signals=[signal.path for signal in WAVE_SIGNALS],
             poll=poll,
         )
         taken = np.fromfile(output, "<u4")
@@ -235,7 +231,7 @@ def run_chain(
     configuration: CoreConfiguration,
     raw: Image,
     directory: Path,
-    waves: Path | None = None,
+    waves: Waves | None = None,
     progress: Callable[[int], None] | None = None,
     board: str = DEFAULT_BOARD,
     screen: Screen | None = None,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames through a core of any engine by way of files (``tb/file_bench``)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,12 +11,12 @@ import numpy.typing as npt
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.engine import Engine, Generics, Scope
+from plenofir.fpga.core.engine import Generics, Scope, within
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.names import VHDL_SIMULATORS
 from plenofir.fpga.simulate import verilator
-from plenofir.fpga.simulate.waves import WaveSignal
-from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.simulate.waves import WaveSignal, wave_signals_of
+from plenofir.fpga.tools.simulators import SimulationError, Simulator, Waves
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
@@ -27,28 +27,55 @@ CORE = "bench_core"
 """Entity of a core of any engine; a stack has a depth index behind it. Synthesisable."""
 
 
-def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
-    """Signals in a waveform of whole frames: streams, tokens, the engine's signals."""
-    scopes: tuple[Scope, ...] = (
-        ("bit", "", "clk reset s_axis_tvalid s_axis_tready"),
-        ("downto", "", "s_axis_tdata s_axis_tuser"),
-        ("bit", "", "s_axis_tlast"),
-        # GHDL writes no records, so the signals that a token is made of stand for it.
-        ("bit", "core/shell/sequencer/", "take starts_frame line_ends"),
-        ("downto", "core/shell/sequencer/", "column row slice_held"),
-        ("downto", "core/shell/", "token_rows token_data"),
-        *engine.waves,
-        ("downto", "core/", "result_data"),
-        ("downto", "core/shell/scatter/", "on_offer"),
-        ("bit", "", "m_axis_tvalid m_axis_tready"),
-        ("downto", "", "m_axis_tdata m_axis_tuser m_axis_tid"),
-        ("bit", "", "m_axis_tlast"),
-        ("downto", "", "error_flags"),
+def stream_waves(prefix: str, more: str = "") -> tuple[Scope, ...]:
+    """The signals of a stream; `more` are the names of vectors beside its data."""
+    return (
+        ("bit", "", f"{prefix}_tvalid {prefix}_tready"),
+        ("downto", "", f"{prefix}_tdata {prefix}_tuser {more}"),
+        ("bit", "", f"{prefix}_tlast"),
     )
-    return tuple(
-        WaveSignal(f"/{TOP}/{'design/raster/' if scope else ''}{scope}{name}", kind)
-        for kind, scope, names in scopes
-        for name in names.split()
+
+
+def _engine_waves(engine: Iterable[Scope]) -> tuple[Scope, ...]:
+    """An engine in its shell, which makes tokens of its stream."""
+    return (
+        # GHDL writes no records, so the signals that a token is made of stand for it.
+        ("bit", "shell/sequencer/", "take starts_frame line_ends"),
+        ("downto", "shell/sequencer/", "column row slice_held"),
+        ("downto", "shell/", "token_rows token_data"),
+        *engine,
+        ("downto", "shell/scatter/", "on_offer"),
+    )
+
+
+def core_waves(
+    core: CoreConfiguration, index: DepthIndexConfiguration | None = None
+) -> tuple[Scope, ...]:
+    """Signals of the entity `CORE` that a waveform shows."""
+    engine = _engine_waves((*core.engine.waves(core), ("downto", "", "result_data")))
+    if index is None:
+        return within("raster/core", engine)
+    return within(
+        "stack_and_index",
+        (*within("core", engine), *within("index", _engine_waves(index.waves))),
+    )
+
+
+def wave_signals(
+    core: CoreConfiguration, index: DepthIndexConfiguration | None = None
+) -> tuple[WaveSignal, ...]:
+    """Signals in a waveform of whole frames: streams, tokens, the engine's signals."""
+    stack = index is not None
+    return wave_signals_of(
+        TOP,
+        (
+            ("bit", "", "clk reset"),
+            *stream_waves("s_axis"),
+            *within("design", core_waves(core, index)),
+            *(stream_waves("slices") if stack else ()),
+            *stream_waves("m_axis", "m_axis_index m_axis_depth" if stack else "m_axis_tid"),
+            ("downto", "", "error_flags"),
+        ),
     )
 
 
@@ -97,8 +124,7 @@ class FileBench:
         built: bool = False,
         verilog: Sequence[Path] | None = None,
         toggles: bool = False,
-        waves: Path | None = None,
-        wave_signals: Sequence[str] = (),
+        waves: Waves | None = None,
         poll: Callable[[], None] | None = None,
     ) -> tuple[list[tuple[str, int]], float]:
         """Run it in a folder with its input: lines of ``clocks.txt``, and seconds of the run.
@@ -107,13 +133,15 @@ class FileBench:
         as arguments. `pixels` go in; the others are as in `run_bench`.
         """
         if simulator.name not in VHDL_SIMULATORS:
-            files = verilog or [write_verilog(self.core_sources, self.core, generics, directory)]
-            program = verilator.build_bench(
-                *(simulator, files, self.core, directory),
-                pixels=pixels,
-                toggles=toggles,
-                bench=self.top,
-            )
+            program = directory / verilator.PROGRAM
+            if not built:
+                written = (self.core_sources, self.core, generics, directory)
+                verilator.build_bench(
+                    *(simulator, verilog or [write_verilog(*written)], self.core, directory),
+                    pixels=pixels,
+                    toggles=toggles,
+                    bench=self.top,
+                )
             numbers = map(str, (*widths, *sizes.values()))
             seconds = simulator.timed_run([str(program), *numbers], directory, poll)
         else:
@@ -126,7 +154,6 @@ class FileBench:
                 ),
                 built=built,
                 waves=waves,
-                wave_signals=wave_signals,
                 poll=poll,
             )
         lines = (directory / "clocks.txt").read_text().splitlines()
@@ -181,7 +208,7 @@ def run_bench(
     sweep_frames: int = 0,
     stall_percent: int = 0,
     seed: int = 1,
-    waves: Path | None = None,
+    waves: Waves | None = None,
     built: bool = False,
     verilog: Sequence[Path] | None = None,
     toggles: bool = False,
@@ -190,7 +217,7 @@ def run_bench(
     """Move frames (frames, rows, columns[, channels]) through a core, back to back.
 
     `index` is the depth index behind a stack. A sweep has `sweep_frames` for each slice; with 0
-    the first slice is used throughout. `stall_percent` of the clocks each side stalls at random,
+    the first slice is used throughout. In up to `stall_percent` of the clocks a side stalls at random,
     `seed` is 1 to 65535. `built`: the directory has the library already, from an earlier run.
     `verilog` and `toggles` are for Verilator: the entity `CORE` in Verilog, if not what GHDL makes
     of its sources, and whether to count changes for `plenofir.fpga.simulate.toggles.read_toggles`.
@@ -235,7 +262,6 @@ def run_bench(
         verilog=verilog,
         toggles=toggles,
         waves=waves,
-        wave_signals=[signal.path for signal in wave_signals(core.engine)],
         poll=output_poll(output, words, progress),
     )
     counts = dict(pairs)

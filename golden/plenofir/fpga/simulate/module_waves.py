@@ -19,7 +19,7 @@ import wavedrom
 
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.dumps import Dump, Value
-from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.simulators import Waves, find_simulator
 from plenofir.ground import project
 from plenofir.refocus.operator import gather_sums
 from plenofir.refocus.switches import FilterLayout
@@ -98,7 +98,7 @@ class RowBench:
             "PIXELS": len(pixels),
             "CLOCK_PERIOD_NS": CLOCK_PERIOD_NS,
         }
-        command = self._simulator.run_command(TOP, generics, waves=waves)
+        command = self._simulator.run_command(TOP, generics, waves=Waves(waves))
         self._simulator.run(command, self._directory)
         dump = Dump(waves)
         named = {signal.canonical.removeprefix(f"{TOP}."): signal for signal in dump.signals}

@@ -27,6 +27,29 @@ class SliceReport(BaseModel):
     rms_error: float
 
 
+class StallReport(BaseModel):
+    """What ``report.json`` holds of the run with stalls; docs/simulation.md explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    seed: int
+    percent: int
+    pixels_compared: int
+    mismatches: int
+    first_mismatch: str | None
+
+    @property
+    def summary(self) -> str:
+        """The line that is printed."""
+        agree = f"all {self.pixels_compared} pixels equal the golden model"
+        if self.mismatches:
+            agree = (
+                f"{self.mismatches} of {self.pixels_compared} pixels differ; "
+                f"first: {self.first_mismatch}"
+            )
+        return f"seed {self.seed}, up to {self.percent} % of the clocks: {agree}"
+
+
 class Report(BaseModel):
     """What ``report.json`` holds; docs/simulation.md explains the fields."""
 
@@ -57,6 +80,12 @@ class Report(BaseModel):
     error_bound: float
     taps: int
     line_buffer_bits: int
+    stalls: StallReport | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all pixels equal the golden model, with stalls too."""
+        return not self.mismatches and not (self.stalls and self.stalls.mismatches)
 
 
 class ScreenReport(Report):
@@ -120,6 +149,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
             else []
         ),
         ("result", agree),
+        *([] if report.stalls is None else [("stalls", report.stalls.summary)]),
         (
             "error",
             f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",

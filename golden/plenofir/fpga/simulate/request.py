@@ -10,7 +10,14 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
-from plenofir.fpga.names import DEFAULT_BOARD, DEFAULT_SIMULATOR, BoardName, Chain
+from plenofir.fpga.names import (
+    DEFAULT_BOARD,
+    DEFAULT_SIMULATOR,
+    MAX_SEED,
+    BoardName,
+    Chain,
+    WaveChoice,
+)
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.first_light import FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.ground import project
@@ -39,7 +46,10 @@ class Run(BaseModel):
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
     out: Path  # folder for the results
     simulator: str = DEFAULT_SIMULATOR
-    waves: bool = False
+    waves: WaveChoice = "0"
+    waves_depth: Annotated[int, Field(ge=0)] = 0  # of "all" signals, see `Waves`
+    # Seed of the stalls with which a part of the picture is simulated once more; 0: it is not.
+    stalls: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
     # "core" alone; "hdmi": the whole board from serial TMDS bits to serial TMDS bits; "csi": from
     # the bytes of a D-PHY's lanes to the core's pixels.
     chain: Chain = "core"

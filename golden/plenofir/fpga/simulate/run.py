@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A raw image through the VHDL, beside the golden model, with a report."""
 
+import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,9 +15,9 @@ from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.report import REPORT, Report, SliceReport
 from plenofir.fpga.simulate.request import Progress, Run, read_raw
 from plenofir.fpga.simulate.simulations import Place, Simulation, simulation_of
-from plenofir.fpga.simulate.waves import write_save_file
-from plenofir.fpga.tools.simulators import Simulator, find_simulator
-from plenofir.ground.files import as_text, check_folder, publish_run
+from plenofir.fpga.simulate.waves import WaveSignal, finish_waves, named_waves
+from plenofir.fpga.tools.simulators import SimulationError, Simulator, Waves, find_simulator
+from plenofir.ground.files import as_text, check_folder, publish_files, publish_run
 from plenofir.ground.images import Picture, bare, write_png
 from plenofir.refocus import error_against_operator, shift_to_text
 from plenofir.refocus.operator import Image
@@ -55,21 +57,59 @@ def run(
         tell("golden model", 0, 1)
         golden = what.core.golden(raw)
         tell("golden model", 1, 1)
-        waves = results / "refocused.fst" if what.waves else None
+
+        def place(name: str) -> Place:
+            waves = waves_in(results / name, what, simulator, simulation.wave_signals)
+            return Place(simulator, work / "bench", waves, lambda done: tell(step, done, pixels))
+
         tell(step, 0, pixels)
-        place = Place(simulator, work / "bench", waves, lambda done: tell(step, done, pixels))
-        result = simulation.run(place)
+        at = place("refocused")
+        with watched(at.waves, simulation.wave_signals, what.out):
+            result = simulation.run(at)
         tell(step, pixels, pixels)
         refocused = simulation.slices(result)
         slices = _slices(what, picture, refocused, golden, pictures, results) if pictures else ()
         report = _report(what, raw, simulator, result, slices, pixels)
         report = simulation.complete(report, result, golden, results)
+        if what.stalls:
+            at = place("stalled")._replace(progress=lambda _: None)
+            with watched(at.waves, simulation.wave_signals, what.out):
+                stalls = simulation.stalled(at, what.stalls)
+            report = report.model_copy(update={"stalls": stalls})
         (results / REPORT).write_text(report.model_dump_json(indent=2) + "\n")
-        if waves is not None:
-            write_save_file(results / "refocused.gtkw", waves, simulation.wave_signals)
-            waves.with_suffix(".opt").unlink(missing_ok=True)
         publish_run(results, what.out, REPORT)
     return report
+
+
+def waves_in(
+    path: Path, what: Run, simulator: Simulator, signals: Sequence[WaveSignal]
+) -> Waves | None:
+    """The waveform that a run writes: `path` with the suffix for it, or none."""
+    if what.waves == "0":
+        return None
+    if what.waves == "1":
+        return named_waves(path.with_suffix(".fst"), signals)
+    # Of GHDL's files only these hold records, arrays, and integers of more than a bit.
+    suffix = ".ghw" if simulator.name == "ghdl" else ".fst"
+    return Waves(path.with_suffix(suffix), depth=what.waves_depth)
+
+
+@contextmanager
+def watched(waves: Waves | None, signals: Sequence[WaveSignal], out: Path) -> Iterator[None]:
+    """Finish the waveform that a simulation writes; one that fails leaves its own in `out`."""
+    try:
+        yield
+    except SimulationError as error:
+        if waves is None or not waves.path.is_file():
+            raise
+        finish_waves(waves, signals)
+        with tempfile.TemporaryDirectory(prefix="plenofir-") as name:
+            for file in waves.path.parent.glob(f"{waves.path.stem}.*"):
+                shutil.copy(file, name)
+            publish_files(Path(name), out)
+        raise SimulationError(f"{error}; its waveform is {out / waves.path.name}") from None
+    if waves is not None and waves.path.is_file():
+        finish_waves(waves, signals)
 
 
 def _slices(

@@ -22,10 +22,11 @@ from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.shown import bare_slices, shown_frames, shown_names, write_shown
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
-from plenofir.fpga.simulate.report import Report, ScreenReport, StackReport
+from plenofir.fpga.simulate.report import Report, ScreenReport, StackReport, StallReport
 from plenofir.fpga.simulate.request import Run, picture_names
+from plenofir.fpga.simulate.stalls import run_stalled, stalled_part
 from plenofir.fpga.simulate.waves import WaveSignal
-from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.tools.simulators import SimulationError, Simulator, Waves
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, write_png
 from plenofir.refocus.operator import Image
@@ -62,7 +63,7 @@ class Place(NamedTuple):
 
     simulator: Simulator
     directory: Path  # made if missing
-    waves: Path | None  # waveform to write
+    waves: Waves | None  # waveform to write
     progress: Callable[[int], None]  # called with pixels that came out
 
 
@@ -106,6 +107,11 @@ class Simulation(ABC):
             raise SimulationError(f"the core swept through the slices {result.slices}")
         return result.frames
 
+    def stalled(self, place: Place, seed: int) -> StallReport | None:
+        """Simulate a part after `run`, in its folder, with stalls; None: nothing can wait."""
+        del place, seed
+        return None
+
     def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
         """Compare and write results other than the slices, and add them to the report."""
         del result, golden, folder
@@ -117,16 +123,29 @@ class RasterSimulation(Simulation):
 
     def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
-        self.wave_signals = wave_signals(what.core.engine)
+        self.wave_signals = wave_signals(what.core)
 
     def run(self, place: Place) -> BenchResult:
         """Pass one frame for each slice through the core."""
-        frames = np.stack([self.raw] * self.frames)
-        sweep = 1 if len(frames) > 1 else 0
+        return self._bench(place, self.raw)
+
+    def stalled(self, place: Place, seed: int) -> StallReport:
+        part = stalled_part(self.raw, self.core.micro_image_size)
+        return run_stalled(
+            seed,
+            lambda percent, seed: self._bench(place, part, percent, seed),
+            lambda result: [(self.slices(result), self.core.golden(part))],
+        )
+
+    def _bench(self, place: Place, raw: Image, percent: int = 0, seed: int = 1) -> BenchResult:
+        frames = np.stack([raw] * self.frames)
         return run_bench(
             *(place.simulator, self.core, frames, place.directory),
-            sweep_frames=sweep,
+            sweep_frames=1 if len(frames) > 1 else 0,
+            stall_percent=percent,
+            seed=seed,
             waves=place.waves,
+            built=percent > 0,
             progress=place.progress,
         )
 
@@ -151,6 +170,7 @@ class StackSimulation(Simulation):
             self.more_files = (ALL_IN_FOCUS, *self.more_files)
         if self.depth.shifts:
             self.more_files += (DEPTH, CONFIDENCE)
+        self.wave_signals = wave_signals(core, self.depth)
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
@@ -158,20 +178,47 @@ class StackSimulation(Simulation):
         m = self.core.micro_image_size
         return [picture_names(shift, m, 2)[:1] for shift in self.core.shifts]
 
-    def check(self) -> None:
-        """Refuse waveforms, and cores without a depth index."""
-        if self.what.waves:
-            raise InputError(
-                f"a focal stack has no waveform; use engine {_ONE_SLICE}", where="waves"
-            )
-
     def run(self, place: Place) -> BenchResult:
         """Pass one frame through the stack."""
+        return self._bench(place, self.raw)
+
+    def stalled(self, place: Place, seed: int) -> StallReport:
+        part = stalled_part(self.raw, self.core.micro_image_size)
+        golden = self.core.golden(part)
+        return run_stalled(
+            seed,
+            lambda percent, seed: self._bench(place, part, percent, seed),
+            lambda result: [(self.slices(result), golden), *self._judged(result, golden)],
+        )
+
+    def _bench(self, place: Place, raw: Image, percent: int = 0, seed: int = 1) -> BenchResult:
         return run_bench(
-            *(place.simulator, self.core, self.raw[np.newaxis], place.directory),
+            *(place.simulator, self.core, raw[np.newaxis], place.directory),
             index=self.depth,
+            stall_percent=percent,
+            seed=seed,
+            waves=place.waves,
+            built=percent > 0,
             progress=place.progress,
         )
+
+    def _judged(self, result: BenchResult, golden: Image) -> list[tuple[Image, Image]]:
+        """What the depth index gave, and what it has to give: frames of one picture each."""
+        assert result.index is not None
+        m, want = self.core.micro_image_size, self.depth.golden(golden)
+        rows, columns = golden.shape[1:3]
+
+        def of_pixels(lenses: Image) -> Image:
+            return lenses.repeat(m, 0).repeat(m, 1)[np.newaxis, :rows, :columns]
+
+        pairs: list[tuple[Image, Image]] = [(result.index, of_pixels(want.index))]
+        if self.depth.picture:
+            pairs.append((result.frames, want.image[np.newaxis]))
+        if want.fraction is not None and want.confidence is not None:
+            assert result.depth is not None
+            between = want.confidence.astype(np.uint16) << FRACTION_BITS | want.fraction
+            pairs.append((result.depth, of_pixels(between)))
+        return pairs
 
     def slices(self, result: BenchResult) -> Image:
         assert result.stacks is not None
@@ -183,24 +230,17 @@ class StackSimulation(Simulation):
         assert isinstance(self.core.engine, StackEngine)
         assert result.index is not None
         image, index, m, depth = result.frames[0], result.index[0], report.M, self.depth
-        want = depth.golden(golden)
-        want_index = want.index.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
-        pairs: list[tuple[Image, Image]] = [(index, want_index)]
         if depth.picture:
-            pairs.append((image, want.image))
             write_png(folder / ALL_IN_FOCUS, self.picture.like(image))
         write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
-        if want.fraction is not None and want.confidence is not None:
+        if depth.shifts:
             assert result.depth is not None
-            between = want.confidence.astype(np.uint16) << FRACTION_BITS | want.fraction
-            wanted = between.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
-            pairs.append((result.depth[0], wanted))
             sure, fraction = (
                 part.astype(np.uint8) for part in np.divmod(result.depth[0], 1 << FRACTION_BITS)
             )
             write_png(folder / DEPTH, depth_between_picture(index, fraction, depth.slices))
             write_png(folder / CONFIDENCE, sure)
-        found = [compare_frames(got[np.newaxis], wanted[np.newaxis]) for got, wanted in pairs]
+        found = [compare_frames(*pair) for pair in self._judged(result, golden)]
         waiting, judged = depth.memory_bits
         counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
         more = {

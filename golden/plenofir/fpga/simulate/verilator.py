@@ -11,6 +11,8 @@ from plenofir.ground import project
 
 # Compiling a fast program takes some seconds more.
 _PIXELS_TO_OPTIMISE_FOR = 100_000
+PROGRAM = Path("model/bench")
+"""What `build_bench` makes, in its folder."""
 
 
 def build_bench(
@@ -22,8 +24,8 @@ def build_bench(
     pixels: int,
     toggles: bool = False,
     bench: str = "file_bench",
-) -> Path:
-    """Translate a core in Verilog, or its netlist, and compile it with the file bench.
+) -> None:
+    """Translate a core in Verilog, or its netlist, and compile it with the file bench: `PROGRAM`.
 
     For many `pixels` the compiler optimises, which takes longer. With `toggles` the program writes
     how often each bit of a signal changes to ``toggles.dat``. `bench` is the name of the file
@@ -40,10 +42,9 @@ def build_bench(
             *(("--coverage-toggle", "--coverage-underscore") if toggles else ()),
             # The package does not set the first, compiles for size, and expects a command "python".
             *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation} {python}"),
-            *("--top-module", top, "--Mdir", "model", "-o", "bench"),
+            *("--top-module", top, "--Mdir", str(PROGRAM.parent), "-o", PROGRAM.name),
             *(str(file.resolve()) for file in verilog),
             str(project.root() / "tb" / "file_bench" / f"{bench}.cpp"),
         ],
         directory,
     )
-    return directory / "model" / "bench"

@@ -10,7 +10,7 @@ import subprocess
 import time
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -34,6 +34,17 @@ _POLL_SECONDS = 0.1
 
 class SimulationError(ToolError):
     """The simulator failed: a fault of the design or of the tools, not of the input."""
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A waveform to write."""
+
+    path: Path  # its name ends in .fst, .vcd, or for GHDL .ghw
+    signals: tuple[str, ...] = ()  # hierarchical names (``/top/instance/signal``); none: all
+    # Of all signals, those of so many levels of instances and generate regions, the top-level
+    # entity's own being the first; 0: of all levels.
+    depth: int = 0
 
 
 @dataclass(frozen=True)
@@ -89,32 +100,28 @@ class Simulator:
         generics: Mapping[str, int | bool | str],
         *,
         board: bool = False,
-        waves: Path | None = None,
-        wave_signals: Sequence[str] = (),
+        waves: Waves | None = None,
     ) -> list[str]:
-        """Command that runs a built design.
-
-        `waves` is a waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``),
-        `wave_signals` the hierarchical names (``/top/instance/signal``) in it, passed in a file
-        beside it; none: all.
-        """
+        """Command that runs a built design; GHDL gets the names of `waves` in a file beside it."""
         overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
         if self.name == "nvc":
             options = []
             if waves is not None:
-                names = [signal.strip("/").replace("/", ":") for signal in wave_signals]
-                options = [f"--wave={waves}", f"--format={waves.suffix[1:]}"]
-                options += [f"--include=:{name}" for name in names]
+                names = [signal.strip("/").replace("/", ":") for signal in waves.signals]
+                options = [f"--wave={waves.path}", f"--format={waves.path.suffix[1:]}"]
+                options += [f"--include=:{name}" for name in names] or ["--dump-arrays"]
+                if waves.depth:
+                    options.append("--exclude=" + ":*" * (waves.depth + 2))
             standard = self.global_options(board=board)
             covered = coverage_options(self.name)
             return ["nvc", *standard, "-e", *covered, *overrides, top, "-r", *options]
         options = [*(_GHDL_BOARD_OPTIONS if board else GHDL_RUN_OPTIONS)]
         if waves is not None:
-            options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
-            if wave_signals:
-                selection = waves.with_suffix(".opt")
+            options.append(f"--{_GHDL_WAVE_OPTIONS[waves.path.suffix]}={waves.path}")
+            if waves.signals:
+                selection = waves.path.with_suffix(".opt")
                 # GHDL's name of a generate region has no index.
-                names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
+                names = [re.sub(r"\(\d+\)", "", signal) for signal in waves.signals]
                 selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
         return ["ghdl", "-r", *self.global_options(board=board), top, *overrides, *options]
@@ -128,8 +135,7 @@ class Simulator:
         *,
         models: Sequence[Path] = (),
         built: bool = False,
-        waves: Path | None = None,
-        wave_signals: Sequence[str] = (),
+        waves: Waves | None = None,
         poll: Callable[[], None] | None = None,
     ) -> float:
         """Build a design in a folder (unless it is `built`) and run it; returns the run's seconds.
@@ -138,13 +144,19 @@ class Simulator:
         """
         for command in [] if built else self.build_commands(sources, top, models=models):
             self.run(command, directory)
-        return self.timed_run(
-            self.run_command(
-                top, generics, board=bool(models), waves=waves, wave_signals=wave_signals
-            ),
-            directory,
-            poll,
-        )
+        board = bool(models)
+        if waves is not None and waves.depth and self.name == "ghdl":
+            # GHDL selects by name alone, and writes the names of a design that it begins to run.
+            names = directory / "names.opt"
+            first = Waves(directory / "names.fst")
+            command = self.run_command(top, generics, board=board, waves=first)
+            self.run([*command, f"--write-wave-opt={names}", "--stop-time=1fs"], directory)
+            signals = (line for line in names.read_text().splitlines() if line.startswith("/"))
+            within = tuple(name for name in signals if name.count("/") <= waves.depth + 1)
+            names.unlink()
+            waves = replace(waves, signals=within)
+        command = self.run_command(top, generics, board=board, waves=waves)
+        return self.timed_run(command, directory, poll)
 
     def timed_run(
         self, command: Sequence[str], directory: Path, poll: Callable[[], None] | None = None

@@ -8,14 +8,62 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.fpga import hdl
-from plenofir.fpga.core.engine import Generics
-from plenofir.fpga.simulate.file_bench import BenchResult, FileBench, check_counts, output_poll
-from plenofir.fpga.tools.simulators import Simulator
+from plenofir.fpga.core.engine import Generics, Scope, within
+from plenofir.fpga.simulate.file_bench import (
+    BenchResult,
+    FileBench,
+    check_counts,
+    output_poll,
+    stream_waves,
+)
+from plenofir.fpga.simulate.waves import WaveSignal, wave_signals_of
+from plenofir.fpga.tools.simulators import Simulator, Waves
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 from plenofir.refocus.operator import Image
 
+TOP = "sensor_bench"
 CORE = "sensor_raster"
 _HALF = (1 << 20) - 1
+
+
+WAVES: tuple[Scope, ...] = (
+    *stream_waves("raw"),
+    *within(
+        "lenses_out",
+        (
+            ("bit", "sequencer/", "take starts_frame line_ends"),
+            ("downto", "sequencer/", "column row"),
+            ("downto", "", "token_data"),
+            ("downto", "writer/", "line_number column frame_first done"),
+            ("bit", "writer/", "waits room_this room_next"),
+            ("bit", "", "line_valid line_taken"),
+            ("downto", "lines_of_lenses/", "y x row_index top bottom needed kept"),
+            ("bit", "walk/", "active lens_ends line_ends take"),
+            ("downto", "walk/", "y x lens_now"),
+            ("downto", "samples/", "moved_y moved_x pixel_00 pixel_01 pixel_10 pixel_11"),
+            ("downto", "samples/", "weight_y weight_x gain"),
+            ("downto", "samples/channel(0)/", "sample value"),
+            ("bit", "", "have_credit value_valid"),
+            ("downto", "", "credits values word out_word"),
+            ("bit", "", "out_valid out_ready"),
+        ),
+    ),
+)
+"""Signals of the entity `CORE` that a waveform shows."""
+
+
+def wave_signals() -> tuple[WaveSignal, ...]:
+    """Signals in a waveform of raw frames through the resampler."""
+    return wave_signals_of(
+        TOP,
+        (
+            ("bit", "", "clk reset"),
+            *stream_waves("s_axis"),
+            *within("design", WAVES),
+            *stream_waves("m_axis"),
+            ("downto", "", "error_flags"),
+        ),
+    )
 
 
 def load_words(loads: Sequence[Load]) -> npt.NDArray[np.int32]:
@@ -39,6 +87,8 @@ def run_sensor(
     red_place: tuple[int, int] | None = None,
     stall_percent: int = 0,
     seed: int = 1,
+    waves: Waves | None = None,
+    built: bool = False,
     verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> BenchResult:
@@ -57,7 +107,7 @@ def run_sensor(
     words = load_words(loads)
     words.tofile(directory / "loads.bin")
     in_channels = 1 if red_place is not None else core.channels
-    pairs, seconds = FileBench("sensor_bench", CORE, hdl.hdl_sources()).run(
+    pairs, seconds = FileBench(TOP, CORE, hdl.hdl_sources()).run(
         simulator,
         sensor_generics(core, mosaic=red_place is not None),
         {
@@ -74,7 +124,9 @@ def run_sensor(
         directory,
         widths=(in_channels, core.channels, core.pixel_bits),
         pixels=frames.size,
+        built=built,
         verilog=verilog,
+        waves=waves,
         poll=output_poll(output, core.channels, progress),
     )
     counts = dict(pairs)

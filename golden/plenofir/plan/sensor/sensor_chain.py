@@ -61,6 +61,7 @@ class SensorBoardSimulation(Simulation):
     """Simulation in which the frame is repeated; its refocused raster is shown in the middle."""
 
     name = "board"
+    wave_signals = chain.WAVE_SIGNALS
 
     def __init__(self, what: Run, raw: Picture, frame: SensorFrame) -> None:
         """Keep the frame, with its raster by the model as the raw image."""
@@ -105,7 +106,7 @@ class SensorBoardSimulation(Simulation):
             delay_pixels=delay * mode.h_total,
             behind=behind,
             progress=chain.in_pixels(place.progress, slices * raster[0] * raster[1]),
-        ).run(place.simulator, place.directory)
+        ).run(place.simulator, place.directory, place.waves)
         return BenchResult(
             frames=np.stack([_middle(part.pixels, raster) for part in shown]),
             clocks=words.size,

@@ -7,22 +7,27 @@ from pathlib import Path
 
 import numpy as np
 
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.engine import Scope, within
 from plenofir.fpga.csi import LANES, RAW_BITS, frame_packets, lane_clocks
 from plenofir.fpga.simulate.file_bench import (
     BenchResult,
     bench_sources,
     core_generics,
     core_sources,
+    core_waves,
     output_poll,
+    stream_waves,
 )
 from plenofir.fpga.simulate.report import CsiReport, Report
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Place, Simulation
+from plenofir.fpga.simulate.waves import WaveSignal, wave_signals_of
 from plenofir.fpga.tools.simulators import SimulationError
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
-from plenofir.plan.sensor.sensor_bench import load_words
+from plenofir.plan.sensor.sensor_bench import WAVES, load_words
 from plenofir.refocus.operator import Image
 
 TOP = "csi_bench"
@@ -39,12 +44,46 @@ _CLOCKS_PER_PIXEL = 2
 _GAP = 24
 _BLANK_LINES = 16
 # Generics that have other names in the bench, where the core has them too.
+_RECEIVER_WAVES: tuple[Scope, ...] = (
+    ("bit", "merge/", "active"),
+    ("bit", "", "word_first"),
+    ("downto", "", "word_live word_data"),
+    ("bit", "parser/", "header_full known known_bad busy is_line frame_open crc_wrong"),
+    ("downto", "parser/", "header facts left"),
+    ("downto", "", "payload_data pixels_data"),
+    ("bit", "", "write_enable full"),
+    ("downto", "", "write_data"),
+    ("bit", "", "read_valid read_ready"),
+    ("downto", "", "read_word"),
+    ("bit", "stream/", "running"),
+    ("downto", "stream/", "pixels lines"),
+)
 _RENAMED = {
     "PIXEL_BITS": "RAW_BITS",
     "MAX_COLUMNS": "RAW_COLUMNS",
     "FRACTION_BITS": "RAW_FRACTION_BITS",
     "GUARD_BITS": "RAW_GUARD_BITS",
 }
+
+
+def wave_signals(core: CoreConfiguration) -> tuple[WaveSignal, ...]:
+    """Signals in a waveform of a camera's lanes, receiver, resampler and core."""
+    return wave_signals_of(
+        TOP,
+        (
+            ("bit", "", "byte_clk clk reset"),
+            ("downto", "", "lane_valid lane_sync lane_data"),
+            *within("receiver", _RECEIVER_WAVES),
+            *stream_waves("raw"),
+            *within("sensor", WAVES),
+            *stream_waves("raster"),
+            *within("design", core_waves(core)),
+            ("bit", "", "m_axis_tvalid"),
+            ("downto", "", "m_axis_tdata m_axis_tuser m_axis_tid"),
+            ("bit", "", "m_axis_tlast"),
+            ("downto", "", "fault_counts sensor_flags error_flags"),
+        ),
+    )
 
 
 @dataclass(frozen=True)
@@ -98,6 +137,7 @@ class CsiSimulation(Simulation):
     def __init__(self, what: Run, raw: Picture, frame: CsiFrame) -> None:
         super().__init__(what, raw)
         self.frame = frame
+        self.wave_signals = wave_signals(what.core)
         self.packets = [
             frame_packets(frame.raw, frame.bits, number=number + 1) for number in range(self.frames)
         ]
@@ -133,6 +173,7 @@ class CsiSimulation(Simulation):
                 "SWEEP_FRAMES": 1 if self.frames > 1 else 0,
             },
             directory,
+            waves=place.waves,
             poll=output_poll(output, core.channels, place.progress),
         )
         lines = (directory / "clocks.txt").read_text().splitlines()

@@ -8,14 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict
 
 from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.fpga.compare import compare_frames
-from plenofir.fpga.simulate.report import REPORT, Report
+from plenofir.fpga.simulate.file_bench import BenchResult
+from plenofir.fpga.simulate.report import REPORT, Report, StallReport
 from plenofir.fpga.simulate.request import Progress, Run
-from plenofir.fpga.simulate.run import run
+from plenofir.fpga.simulate.run import run, watched, waves_in
 from plenofir.fpga.simulate.simulations import simulation_of
+from plenofir.fpga.simulate.stalls import run_stalled
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, check_folder, publish_run
@@ -23,7 +26,7 @@ from plenofir.ground.images import Picture, read_picture, write_png
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
-from plenofir.plan.sensor.sensor_bench import run_sensor
+from plenofir.plan.sensor.sensor_bench import run_sensor, wave_signals
 from plenofir.plan.sensor.sensor_chain import SensorFrame
 from plenofir.plan.sensor.sensor_csi import CsiFrame
 from plenofir.refocus.operator import Image
@@ -97,9 +100,10 @@ class Sensor:
         return self.capture.like(pixels)._replace(gamma=self.capture.gamma or 1.0)
 
 
-@dataclass(frozen=True)
-class SensorReport:
+class SensorReport(BaseModel):
     """What ``report.json`` holds of the resampler, as its field ``sensor``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     calib: str
     bayer: str | None
@@ -119,6 +123,12 @@ class SensorReport:
     turn_px: float
     decode_largest: int  # largest difference from the raster of `decode` in grey levels
     decode_rms: float
+    stalls: StallReport | None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all pixels equal the model, with stalls too."""
+        return not self.mismatches and not (self.stalls and self.stalls.mismatches)
 
 
 def scaled_to(capture: Picture, bits: int) -> Picture:
@@ -167,22 +177,23 @@ def run_raw(
     golden: Image,
     make_run: Callable[[Path, Path], Run],
     out: Path,
-    simulator: str,
+    how: Run,
     frame: SensorFrame | CsiFrame | None = None,
     progress: Progress | None = None,
 ) -> tuple[Report, SensorReport]:
     """Resample a capture in VHDL, refocus the raster, and compare both with their models.
 
     `golden` is the raster by the model (`Sensor.golden`); `make_run` makes the request for the
-    refocuser from the raster's file and the folder for results. A `frame` is simulated through a
-    board, or over CSI-2, which resamples it again. `out` gets the results of
+    refocuser from the raster's file and the folder for results, with the simulator, waveforms and
+    stalls of `how`, where a seed lets the resampler take the frame again, with stalls. A `frame` is
+    simulated through a board, or over CSI-2, which resamples it again. `out` gets the results of
     `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))
     chip, raw = sensor.chip, sensor.capture.pixels
-    found = find_simulator(simulator)
+    simulator = find_simulator(how.simulator)
     pixels = golden.shape[0] * golden.shape[1]
-    step = f"VHDL resampler in {found.name.upper()}"
+    step = f"VHDL resampler in {simulator.name.upper()}"
 
     def show(done: int) -> None:
         if progress is not None:
@@ -190,22 +201,40 @@ def run_raw(
 
     with tempfile.TemporaryDirectory(prefix="plenofir-") as name:
         work = Path(name)
+        results = work / "results"
+        results.mkdir()
+
+        def resample_frame(name: str, percent: int = 0, seed: int = 1) -> BenchResult:
+            waves = waves_in(results / name, how, simulator, wave_signals())
+            with watched(waves, wave_signals(), out):
+                return run_sensor(
+                    simulator,
+                    chip.core,
+                    chip.loads(),
+                    raw[np.newaxis],
+                    chip.registers.raster_shape,
+                    work / "bench",
+                    red_place=None if sensor.bayer is None else red_place(sensor.bayer),
+                    stall_percent=percent,
+                    seed=seed,
+                    waves=waves,
+                    built=percent > 0,
+                    progress=None if percent else show,
+                )
+
         show(0)
-        result = run_sensor(
-            found,
-            chip.core,
-            chip.loads(),
-            raw[np.newaxis],
-            chip.registers.raster_shape,
-            work / "bench",
-            red_place=None if sensor.bayer is None else red_place(sensor.bayer),
-            progress=show,
-        )
+        result = resample_frame("aligned")
         show(pixels)
+        stalls = None
+        if how.stalls:
+            stalls = run_stalled(
+                how.stalls,
+                lambda percent, seed: resample_frame("aligned_stalled", percent, seed),
+                lambda result: [(result.frames, golden[np.newaxis])],
+            )
         comparison = compare_frames(result.frames, golden[np.newaxis])
         aligned = work / ALIGNED
         write_png(aligned, sensor.raster(result.frames[0]))
-        results = work / "results"
         what = make_run(aligned, results)
         report = run(what, progress, simulation_of if frame is None else frame.simulation)
         write_png(results / ALIGNED, sensor.raster(result.frames[0]))
@@ -234,10 +263,11 @@ def run_raw(
             turn_px=chip.accuracy.turn_px,
             decode_largest=int(np.abs(apart).max()),
             decode_rms=float(np.sqrt(np.mean(apart**2.0))),
+            stalls=stalls,
         )
         content = json.loads((results / REPORT).read_text())
         content["raw"] = as_text(sensor.raw.name)
-        content["sensor"] = vars(sensor_report)
+        content["sensor"] = sensor_report.model_dump()
         (results / REPORT).write_text(json.dumps(content, indent=2) + "\n")
         publish_run(results, out, REPORT)
     return report, sensor_report
@@ -256,6 +286,7 @@ def sensor_summary(sensor: Sensor, report: SensorReport) -> list[tuple[str, str]
     return [
         ("capture", f"{sensor.raw.name}, {columns} x {rows}{mosaic}, {report.calib}"),
         ("aligned", f"{report.columns} x {report.rows}: {agree}"),
+        *([] if report.stalls is None else [("stalls", report.stalls.summary)]),
         ("ring", f"{report.lines} raw lines, {report.lines_needed} needed"),
         (
             "decode",
