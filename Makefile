@@ -9,7 +9,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist site sim synth pnr mutants mutants-python coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim formal synth pnr mutants mutants-python coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -60,8 +60,12 @@ test-full: venv simulator test-tools libpython lint bitstream-check ## Run the t
 check: venv simulator lint ## Run the quick tests, for the edit loop: style, types, golden model, a small frame through each engine
 	@$(PYTEST) -q -m quick
 
-hunt: venv simulator libpython ## Send random streams, good and broken, into every entity with a stream: MINUTES= SEED= ENTITY= CASE=
-	@$(PYTHON) tb/hunt/hunt.py --jobs $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(ENTITY),--entity "$(ENTITY)") $(if $(CASE),--case $(CASE))
+hunt: venv simulator libpython ## Send random streams, good and broken, into every entity with a stream: MINUTES= SEED= ENTITY= CASE= WAVES=
+	@$(PYTHON) tb/hunt/hunt.py --jobs $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(ENTITY),--entity "$(ENTITY)") $(if $(CASE),--case $(CASE)) $(if $(filter 1,$(WAVES)),--waves)
+
+formal: venv ## Prove the properties in formal/; one that fails leaves a VCD in build/formal: LONG=1 (all of them, an hour) JOBS=
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/prove.py --jobs $(JOBS) $(if $(LONG),--long)
 
 golden: venv ## Run the tests of the Python package (no simulator needed)
 	@$(PYTEST) golden

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make hunt`: random streams into every entity with a stream, for a given time.
 
-make hunt [SEED=n] [MINUTES=n] [ENTITY="name name"] [JOBS=n] [CASE=entity-number]
+make hunt [SEED=n] [MINUTES=n] [ENTITY="name name"] [JOBS=n] [CASE=entity-number] [WAVES=1]
 """
 
 import argparse
@@ -39,7 +39,10 @@ def hunt(names: list[str], seed: int, minutes: float, jobs: int) -> list[Result]
             for future in done:
                 results.append(future.result())
                 if results[-1].fault:
-                    print(f"make hunt CASE={results[-1].name}  # {results[-1].fault}", flush=True)
+                    print(
+                        f"make hunt CASE={results[-1].name} WAVES=1  # {results[-1].fault}",
+                        flush=True,
+                    )
     return results
 
 
@@ -67,19 +70,25 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=20)
     parser.add_argument("--entity", default="", help=", ".join(entities()))
     parser.add_argument("--case", default="", help="repeat one design: entity-number")
+    parser.add_argument("--waves", action="store_true", help="write a waveform of that design")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     names = options.entity.split() or entities()
     entity, _, number = options.case.rpartition("-")
     unknown = sorted({*names, *([entity] if options.case else [])} - set(entities()))
+    if options.waves and not options.case:
+        print("WAVES=1 is for one design: CASE=ENTITY-NUMBER")
+        return 2
     if unknown or (options.case and not number.isdecimal()):
         what = f"no hunt of {', '.join(unknown)}" if unknown else f"CASE={options.case}"
         print(f"{what}; entities are {', '.join(entities())}; a case is ENTITY-NUMBER")
         return 2
     with mock.patch.dict(os.environ, find_simulator(simulator_name(), brief=True).environment):
         if options.case:
-            results = [run_design(entity, int(number))]
+            results = [run_design(entity, int(number), waves=options.waves)]
             print(results[0].fault or f"{results[0].streams} cases passed")
+            if results[0].waves:
+                print(f"waveform: {results[0].waves}")
         else:
             seed = (
                 random.SystemRandom().randrange(1 << 31) if options.seed is None else options.seed

@@ -38,6 +38,7 @@ class Result:
     streams: int = 0
     counts: Counter[str] = field(default_factory=Counter)
     fault: str = ""
+    waves: Path | None = None  # its waveform, if there is one
 
 
 def entities() -> list[str]:
@@ -78,9 +79,14 @@ def started_sources() -> set[Path]:
 
 
 def run_design(
-    entity: str, number: int, *, streams: int = STREAMS, change: Change | None = None
+    entity: str,
+    number: int,
+    *,
+    streams: int = STREAMS,
+    change: Change | None = None,
+    waves: bool = False,
 ) -> Result:
-    """Run the design and the streams of a number.
+    """Run the design and the streams of a number, and write a waveform of all signals if asked to.
 
     `change` copies the sources into a folder, changed.
     """
@@ -111,7 +117,9 @@ def run_design(
         if share:
             keep = getattr(module, "KEEP", ())
             used = with_start_values(sources, scratch / "started", rng, share=share, keep=keep)
-        log = _simulate(module.ENTITY, design["generics"], used, order, scratch)
+        dump = scratch / f"waves.{'ghw' if simulator_name() == 'ghdl' else 'fst'}"
+        result.waves = dump if waves else None
+        log = _simulate(module.ENTITY, design["generics"], used, order, scratch, result.waves)
         if verdicts.exists() or not re.search("bound check failure|out of bounds|outside of", log):
             break
     result.counts[f"designs: {share:.0%} of the start values drawn"] += 1
@@ -124,7 +132,7 @@ def run_design(
     if not result.fault and result.streams < streams:
         told = [line for line in log.splitlines() if "rror" in line][:3] or log.splitlines()[-5:]
         result.fault = f"stream {result.streams}: the simulation ended: {' | '.join(told)}"
-    if not result.fault:
+    if not result.fault and not waves:
         shutil.rmtree(scratch)
     return result
 
@@ -135,6 +143,7 @@ def _simulate(
     sources: Sequence[Path],
     order: dict[str, Any],
     scratch: Path,
+    waves: Path | None,
 ) -> str:
     """Analyse and run; result: output of the tools."""
     name = simulator_name()
@@ -143,6 +152,9 @@ def _simulate(
     simulator = find_simulator(name, brief=True)
     runner = get_runner(name)
     logs = [scratch / "build.log", scratch / "run.log"]
+    run_options = ["--ieee-asserts=disable", "--max-stack-alloc=0"] if name == "ghdl" else []
+    if waves:
+        run_options.append(f"--wave={waves}")
     try:
         runner.build(
             sources=[*sources, case],
@@ -159,7 +171,7 @@ def _simulate(
             test_dir=scratch / "work",
             elab_args=coverage_options(simulator.name),
             test_args=simulator.global_options() if name == "ghdl" else [],
-            plusargs=["--ieee-asserts=disable", "--max-stack-alloc=0"] if name == "ghdl" else [],
+            plusargs=run_options,
             seed=1,
             extra_env={
                 VARIABLE: json.dumps(order),

@@ -6,6 +6,7 @@ import os
 import random
 import re
 import sys
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from unittest import mock
@@ -16,6 +17,7 @@ from hunt.hunt import main
 from hunt.simulate import entities, run_design
 from hunt.start_values import with_start_values
 from plenofir.fpga import hdl
+from plenofir.fpga.simulate.dumps import Dump
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
@@ -83,6 +85,26 @@ def test_the_command_names_the_case_that_failed(
     code, text = hunt("--minutes 0.001 --seed 1 --jobs 1 --entity parallel_to_stream")
     assert code == 0
     assert "parallel_to_stream: 12 cases on 1 designs, 0 failed" in text
+    code, text = hunt("--waves")
+    assert code == 2
+    assert "CASE=" in text
+
+    # The printed line, as a command, repeats the case and writes its waveform.
+    _, file, old, new, _ = next(fault for fault in FAULTS if fault[0] == "parallel_to_stream")
+    planted = partial(
+        run_design, change=lambda sources, folder: plant(folder, sources, file, old, new)
+    )
+    monkeypatch.setattr("hunt.hunt.run_design", planted)
+    code, text = hunt("--minutes 0.001 --seed 1 --jobs 1 --entity parallel_to_stream")
+    assert code == 1
+    line = re.search(r"make hunt CASE=(\S+) WAVES=1  # (.*)", text)
+    assert line is not None
+    code, text = hunt(f"--case {line[1]} --waves")
+    assert code == 1
+    told, waveform = text.splitlines()
+    assert told == line[2]
+    names = {signal.canonical for signal in Dump(Path(waveform.removeprefix("waveform: "))).signals}
+    assert any(name.endswith("dut.pixel_valid") for name in names), names
 
 
 def test_references_import_numpy_alone() -> None:

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs of row filter, division and stream buffer, and that planted faults are found."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from plenofir.fpga import hdl
+from plenofir.fpga.simulate.dumps import Dump
 from plenofir.fpga.synthesis.formal import (
     LONG_PROOFS,
     PROOFS,
+    TRACE,
     BusProof,
     DivideProof,
     FifoProof,
@@ -16,16 +19,14 @@ from plenofir.fpga.synthesis.formal import (
     HeaderProof,
     LaneProof,
     MergeProof,
+    Proof,
     RingProof,
+    RoundProof,
 )
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground.errors import ToolError
 from plenofir_tb.faults import plant
 from plenofir_tb.tools import or_skip
-
-Proof = (
-    FirProof | LaneProof | DivideProof | FifoProof | BusProof | RingProof | HeaderProof | MergeProof
-)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -54,6 +55,9 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
         (LaneProof(3, 2, 2), "lane_control.vhd", "ended     <= following;", "null;"),
         (DivideProof(3, 4), "divide_weighted.vhd", "if unsigned(weight) = 0", "if false"),
         (DivideProof(3, 4), "divide_weighted.vhd", "if taken = '1' then", "if taken = '0' then"),
+        # Sums of an even M x M that lie between two grey levels.
+        (RoundProof(36), "divide_round.vhd", ":= DIVISOR / 2;", ":= (DIVISOR - 1) / 2;"),
+        (RoundProof(16), "divide_round.vhd", ":= DIVISOR / 2;", ":= (DIVISOR - 1) / 2;"),
         pytest.param(
             RingProof(3, 4),
             "lens_rows.vhd",
@@ -96,5 +100,12 @@ def test_planted_fault_is_found(
     new: str,
 ) -> None:
     sources = plant(tmp_path / "hdl", hdl.hdl_sources(), file, old, new)
-    with pytest.raises(ToolError, match="not proved"):
+    with pytest.raises(ToolError, match=r"not proved; the last step of .* fails") as found:
         proof.prove(tmp_path, sources)
+    # Steps of the failure, and values of its last one.
+    _, *values = str(found.value).splitlines()
+    assert len(Dump(tmp_path / TRACE).signals) > len(values) > 2
+    assert all(re.fullmatch(r"  \S+ = [0-9a-z]+", value) for value in values)
+    if isinstance(proof, RoundProof):
+        assert "  numerator = " in str(found.value)
+        assert "fails at round_properties.sv:" in str(found.value)

@@ -217,10 +217,10 @@ def run_bench(
     """Move frames (frames, rows, columns[, channels]) through a core, back to back.
 
     `index` is the depth index behind a stack. A sweep has `sweep_frames` for each slice; with 0
-    the first slice is used throughout. In up to `stall_percent` of the clocks a side stalls at random,
-    `seed` is 1 to 65535. `built`: the directory has the library already, from an earlier run.
-    `verilog` and `toggles` are for Verilator: the entity `CORE` in Verilog, if not what GHDL makes
-    of its sources, and whether to count changes for `plenofir.fpga.simulate.toggles.read_toggles`.
+    the first slice is used throughout. In up to `stall_percent` of the clocks a side stalls at
+    random, `seed` is 1 to 65535. `built`: the directory has the library already, from an earlier
+    run. `verilog` and `toggles` are for Verilator: the entity `CORE` in Verilog, if not what GHDL
+    makes of its sources, and whether to count changes for `simulate.toggles.read_toggles`.
     `progress` is called with the number of pixels that came out so far.
 
     SimulationError if the simulator fails, or pixels are missing, too many or wrongly framed.

@@ -2,6 +2,7 @@
 """Proofs with Yosys' SAT solver and with ABC: see docs/verification.md."""
 
 import importlib.util
+import re
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga import hdl
+from plenofir.fpga.simulate.dumps import Dump
 from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
 from plenofir.ground import project
@@ -23,6 +25,8 @@ _RING_SIGNALS = (
     *("state", "y", "row_index", "line_index", "gap", "stride", "top", "bottom", "oldest"),
     *("last_kept", "needed", "kept"),
 )
+TRACE = "failure.vcd"
+"""Steps up to the one in which a property fails, in the folder of the proof."""
 # Yosys takes no negative parameters.
 _BIAS = 64
 
@@ -142,6 +146,29 @@ class DivideProof:
 
 
 @dataclass(frozen=True)
+class RoundProof:
+    """The division by a constant rounds to the nearest, halves up, for every value."""
+
+    divisor: int  # the square of M
+    quotient_bits: int = 4  # width of a pixel
+
+    @property
+    def name(self) -> str:
+        return f"division of sums by {self.divisor}, rounded to {self.quotient_bits} bit"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        largest = self.divisor * ((1 << self.quotient_bits) - 1)
+        sizes = {
+            "DIVISOR": self.divisor,
+            "VALUE_MAX": largest,
+            "QUOTIENT_BITS": self.quotient_bits,
+        }
+        parameters = {**sizes, "VALUE_BITS": largest.bit_length()}
+        _prepare("divide_round", "round_properties", sizes, parameters, directory, sources)
+        _check(directory, self.name, "bmc3 -F 6", "No output asserted in")
+
+
+@dataclass(frozen=True)
 class FifoProof:
     """The stream buffer keeps order and number of words, for all inputs and for ever."""
 
@@ -244,14 +271,28 @@ class RingProof:
                     f"chparam {values} {properties}",
                     f"prep -top {properties}; flatten; memory_map; opt -full; async2sync",
                     "chformal -lower; opt -full",
-                    "sat -verify -prove-asserts -set-assumes -tempinduct -maxsteps 1",
+                    "sat -verify -prove-asserts -set-assumes -tempinduct -maxsteps 1"
+                    f" -show-public -dump_vcd {TRACE}",
                 ],
                 log,
             )
         except ToolError as error:
-            raise ToolError(f"{self.name}: not proved:\n{error}") from None
+            raise _not_proved(directory, self.name, str(error)) from None
         if "Induction step proven" not in log.read_text():
-            raise ToolError(f"{self.name}: not proved:\n{log.read_text()[-500:]}")
+            raise _not_proved(directory, self.name, log.read_text()[-500:])
+
+
+Proof = (
+    FirProof
+    | LaneProof
+    | DivideProof
+    | RoundProof
+    | FifoProof
+    | BusProof
+    | HeaderProof
+    | MergeProof
+    | RingProof
+)
 
 
 def abc_program() -> Path:
@@ -265,11 +306,12 @@ def abc_program() -> Path:
 
 def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
     """Let ABC check the properties of ``proof.aig``."""
+    witness = directory / "failure.aiw"
     done = subprocess.run(
         [
             str(abc_program()),
             "-c",
-            f"read_aiger proof.aig; fold; strash; {commands}",
+            f"read_aiger proof.aig; fold; strash; {commands}; write_cex -a {witness.name}",
         ],
         cwd=directory,
         capture_output=True,
@@ -278,7 +320,44 @@ def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
     )
     (directory / "proof.log").write_text(done.stdout + done.stderr)
     if wanted not in done.stdout:
-        raise ToolError(f"{name}: not proved:\n{done.stdout[-500:]}")
+        if witness.exists():
+            _replay(directory, witness)
+        raise _not_proved(directory, name, done.stdout[-500:])
+
+
+def _replay(directory: Path, witness: Path) -> None:
+    """Simulate the inputs with which a property fails, and write `TRACE`."""
+    # Registers that ABC has left out start at 0 as well.
+    with (directory / "proof.aig").open("rb") as file:
+        registers = int(file.readline().split()[3])
+    _, *steps = witness.read_text().splitlines()
+    witness.write_text("\n".join(["0" * registers, *steps, ""]))
+    run_yosys(
+        [
+            "read_rtlil proof.il",
+            f"sim -r {witness.name} -map proof.aim -clock clk -zinit -timescale 1ns -vcd {TRACE}",
+        ],
+        directory / "replay.log",
+    )
+
+
+def _not_proved(directory: Path, name: str, told: str) -> ToolError:
+    """The error, with the signals of the properties in the step that fails where there is one."""
+    trace, replay = directory / TRACE, directory / "replay.log"
+    if not trace.exists():
+        return ToolError(f"{name}: not proved:\n{told}")
+    told = replay.read_text() if replay.exists() else ""
+    broken = re.findall(r"Failed assertion \S+ at\s+(\S+)", told)
+    place = f" at {Path(broken[-1]).name}" if broken else ""
+    dump = Dump(trace)
+    values = []
+    for signal in dump.signals:
+        scope, _, plain = signal.canonical.rpartition(".")
+        changes = dump.changes(signal).values
+        if "." not in scope and changes and plain != "clk" and "$" not in plain:
+            values.append(f"  {plain} = {changes[-1]}")
+    lines = [f"{name}: not proved; the last step of {trace} fails{place}:", *sorted(values)]
+    return ToolError("\n".join(lines))
 
 
 def _prepare(
@@ -309,7 +388,7 @@ def _prepare(
             "setundef -undriven -anyseq; setundef -init -zero",
             "techmap; opt -full; dffunmap; setundef -init -zero; zinit -all",
             "dfflegalize -cell $_DFF_P_ 01; aigmap; opt_clean; stat",
-            "write_aiger -zinit proof.aig",
+            "write_aiger -zinit -map proof.aim proof.aig; write_rtlil proof.il",
         ],
         directory / "prepare.log",
     )
@@ -322,6 +401,9 @@ PROOFS = (
     FirProof(3, 2),
     LaneProof(3, 2, 2),
     DivideProof(4, 4),
+    RoundProof(16),
+    RoundProof(25),
+    RoundProof(36),
     FifoProof(2),
     BusProof(4),
     HeaderProof(),
