@@ -17,7 +17,7 @@ from hunt.hunt import main
 from hunt.simulate import entities, run_design
 from hunt.start_values import with_start_values
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.dumps import Dump
+from plenofir.fpga.tools.dumps import Dump
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name

@@ -21,10 +21,10 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps
-from plenofir.fpga.simulate.dumps import Dump
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Place
 from plenofir.fpga.simulate.waves import WaveSignal, finish_waves, named_waves
+from plenofir.fpga.tools.dumps import Dump
 from plenofir.fpga.tools.simulators import Simulator, Waves, find_simulator
 from plenofir.ground import project
 from plenofir.ground.errors import InputError

@@ -24,7 +24,7 @@ _SHOWN_DIFFERENCES = 8
 def _content(value: Any) -> Any:
     """What JSON holds in place of a value: times as text."""
     if isinstance(value, Fraction):
-        from plenofir.fpga.simulate.dumps import time_text
+        from plenofir.fpga.tools.dumps import time_text
 
         return time_text(value)
     if isinstance(value, dict):

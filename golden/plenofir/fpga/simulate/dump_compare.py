@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Comparing two waveform files cycle by cycle.
 
-**Which signals.** Signals are matched by `plenofir.fpga.simulate.dumps.canonical_name`, without the
+**Which signals.** Signals are matched by `plenofir.fpga.tools.dumps.canonical_name`, without the
 outer levels of the hierarchy that all signals of a file share, as far as that matches more.
 
 **When.** Just before each rising edge of a clock: the values that the edge takes over. Cycle n is
@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.fpga.simulate.dumps import (
+from plenofir.fpga.tools.dumps import (
     TIME_UNITS,
     Changes,
     Dump,

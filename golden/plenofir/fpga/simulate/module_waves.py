@@ -18,7 +18,7 @@ import numpy as np
 import wavedrom
 
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.dumps import Dump, Value
+from plenofir.fpga.tools.dumps import Dump, Value
 from plenofir.fpga.tools.simulators import Waves, find_simulator
 from plenofir.ground import project
 from plenofir.refocus.operator import gather_sums

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from plenofir.fpga.core.engine import Scope, SignalKind
-from plenofir.fpga.simulate.dumps import Dump, canonical_name
+from plenofir.fpga.tools.dumps import Dump, canonical_name
 from plenofir.fpga.tools.simulators import Waves
 from plenofir.ground.errors import InputError
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.dumps import Dump
 from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
+from plenofir.fpga.tools.dumps import Dump
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
 from plenofir.ground import project
 from plenofir.ground.errors import ToolError

@@ -10,7 +10,7 @@ from in_process import plenofir
 from vcd import Vcd, counter
 
 from plenofir.fpga.simulate.dump_compare import compare_dumps
-from plenofir.fpga.simulate.dumps import Dump
+from plenofir.fpga.tools.dumps import Dump
 from plenofir.ground.errors import InputError
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vcd import COUNT, Vcd, bits, counter
 
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps, parse_bound
-from plenofir.fpga.simulate.dumps import canonical_name, time_text
+from plenofir.fpga.tools.dumps import canonical_name, time_text
 from plenofir.ground.errors import InputError
 
 
