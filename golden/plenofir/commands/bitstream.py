@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from plenofir.commands import options
-from plenofir.commands.console import print_line, steps_bar, told_steps
+from plenofir.commands.console import print_line, steps_bar
 from plenofir.fpga.names import DEFAULT_BOARD, DEFAULT_ENGINE, BoardName
 from plenofir.ground.errors import InputError
 
@@ -220,7 +220,7 @@ def build(
     target, part = chosen_board(board, device, plan)
     generics = board_generics(given) if plan is None else scene_generics(plan)
     if target.flow != "ise":
-        with told_steps("bitstream") as show:
+        with steps_bar("bitstream", 0.0) as show:
             if plan is not None:
                 built = build_scene(plan, Path(out), show, beyond=beyond_data_sheet)
             else:

@@ -2,13 +2,16 @@
 """What commands print: lines, tables, JSON and progress bars."""
 
 import json
-import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import typer
+
+# Commands that end earlier say nothing of their steps where no terminal shows them.
+QUIET_SECONDS = 5.0
 
 
 def print_line(name: str, text: object) -> None:
@@ -57,39 +60,58 @@ def progress_bar(description: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def steps_bar(description: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Progress bar on standard error that shows one named step after the other."""
+def steps_bar(
+    description: str, quiet_seconds: float = QUIET_SECONDS
+) -> Iterator[Callable[[str, int, int], None]]:
+    """Progress on standard error, of one named step after the other.
+
+    A bar on a terminal, otherwise a line for each step once `quiet_seconds` have passed.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     console = Console(stderr=True)
+    if not console.file.isatty():
+        lines = _StepLines(description, quiet_seconds)
+        try:
+            yield lines.show
+        finally:
+            lines.timer.cancel()
+        return
     columns = (TextColumn("{task.description:<20}"), BarColumn(), TimeRemainingColumn())
-    with Progress(
-        *columns, transient=True, console=console, disable=not console.file.isatty()
-    ) as bars:
+    with Progress(*columns, transient=True, console=console) as bars:
         task = bars.add_task(description, total=None)
         yield lambda step, done, total: bars.update(
             task, description=step, completed=done, total=total
         )
 
 
-@contextmanager
-def told_steps(description: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Steps of something that takes minutes: `steps_bar`, or a line each without a terminal."""
-    begin, last = time.monotonic(), ""
-    with steps_bar(description) as show:
+class _StepLines:
+    """A line for each step of something that takes long."""
 
-        def tell(step: str, done: int, total: int) -> None:
-            nonlocal last
-            show(step, done, total)
-            if step != last and not sys.stderr.isatty():
-                last = step
-                seconds = time.monotonic() - begin
-                typer.echo(
-                    f"{seconds:5.0f} s  {step} ({min(done + 1, total)} of {total})", err=True
-                )
+    def __init__(self, description: str, quiet_seconds: float) -> None:
+        self.begin, self.quiet_seconds = time.monotonic(), quiet_seconds
+        self.now, self.told = (description, 0, 0), ""
+        self.lock = threading.Lock()
+        self.timer = threading.Timer(quiet_seconds, self.tell)
+        self.timer.daemon = True
+        self.timer.start()
 
-        yield tell
+    def show(self, step: str, done: int, total: int) -> None:
+        """Take note of a step, and tell it unless it is too early."""
+        self.now = step, done, total
+        if time.monotonic() - self.begin >= self.quiet_seconds:
+            self.tell()
+
+    def tell(self) -> None:
+        """The line of the present step, once."""
+        with self.lock:
+            step, done, total = self.now
+            if step == self.told:
+                return
+            self.told = step
+            share = f" ({min(done + 1, total)} of {total})" if total else ""
+            typer.echo(f"{time.monotonic() - self.begin:5.0f} s  {step}{share}", err=True)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
-from plenofir.commands.rasters import read_field
+from plenofir.commands.rasters import doubt_of_depth, read_field
 from plenofir.commands.results import save
 from plenofir.ground.files import Results, as_text, checksum, publish_run
 
@@ -178,14 +178,14 @@ class _Pictures:
         lines = [
             f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
             "pictures",
-            self.depth(found.disparity),
+            *self.depth(found.disparity),
         ]
         if not self.films:
             lines.append("no WebM: OpenCV writes it: pip install opencv-python-headless")
         return lines
 
-    def depth(self, disparity: "Disparity") -> str:
-        """The map of depths: in mm where the camera is known."""
+    def depth(self, disparity: "Disparity") -> list[str]:
+        """The map of depths, in mm where the camera is known; lines for the summary."""
         import numpy as np
 
         from plenofir.camera.lightfield.disparity import sure_distances
@@ -201,7 +201,9 @@ class _Pictures:
             save(self.results, "distance_mm.npy", values)
             caption = "Distance from the micro lenses"
         self.add("depth.png", depth_picture(values, in_mm=self.model is not None), caption)
-        return f"depth: known of {100 * sure.mean():.0f} % of the micro lenses"
+        share = float(sure.mean())
+        text = f"depth: known of {100 * share:.0f} % of the micro lenses"
+        return [line for line in (text, doubt_of_depth(share, self.field)) if line]
 
     def viewer(self, title: str) -> None:
         """The viewer with the light field in it, one file."""

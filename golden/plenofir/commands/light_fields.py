@@ -11,7 +11,13 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_lines, progress_bar
-from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
+from plenofir.commands.rasters import (
+    doubt_of_depth,
+    model_of,
+    read_field,
+    recognised,
+    warn_of_camera,
+)
 from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
@@ -409,7 +415,8 @@ def depth_map(
         options.require(option, "camera", given and camera is None)
     options.require("focus", "camera", focus != inf and camera is None)
     check_folder(Path(out), out)
-    picture, m, *_ = read_field(raster, hints)
+    field = read_field(raster, hints)
+    picture, m, *_ = field
     raw = picture.pixels
     model = model_of(camera, focus, m)
     with progress_bar("matching") as show:
@@ -459,6 +466,7 @@ def depth_map(
         f"{out}: {'disparities' if model is None else 'distances'} of {known.size} of {depth.size}"
         f" pixels ({100 * known.size / depth.size:.1f} %){spread}"
     )
+    print_lines(doubt_of_depth(known.size / depth.size, field))
     for share, end, option in zip(found.at_ends, found.search, ("far", "near"), strict=True):
         if share > MANY:
             typer.echo(

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 
 _LARGEST_M = 10_000
+# Least share of the picture whose depth is known in a result that is taken for good.
+_KNOWN = 0.5
 
 
 def recognised(path: str | Path, hints: "Hints") -> "LightFieldSource":
@@ -48,6 +50,21 @@ def read_field(
     if notes:
         tell(*source.findings, *field.lines)
     return field._replace(lines=(*source.findings, *field.lines))
+
+
+def doubt_of_depth(share: float, field: "Field") -> str:
+    """What is likely wrong where depth is known of a small share of the picture; else empty."""
+    if share >= _KNOWN:
+        return ""
+    lost = any(one.heading == "axes" and one.confidence == "unknown" for one in field.lines)
+    reason = (
+        "neighbouring views do not show one scene that moves: wrong -M, a capture that is not "
+        "decoded, or no texture"
+        if lost
+        else "little texture, much noise, a colour mosaic (--bayer), or a calibration that does "
+        "not fit"
+    )
+    return f"warning: depth is known of {100 * share:.0f} % only, which is no good result: {reason}"
 
 
 def tell(*findings: "Finding") -> None:

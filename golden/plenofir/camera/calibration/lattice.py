@@ -8,10 +8,11 @@ versions, so that in one of them the pitch is a few pixels.
 """
 
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from math import hypot
 
 import numpy as np
+import numpy.typing as npt
 from scipy import fft, ndimage
 
 from plenofir.camera.calibration.centroids import Image32
@@ -31,6 +32,8 @@ _SMALL_SCALE, _LARGE_SCALE = 0.5, 6.0
 _PEAKS = 14
 _LEAST_OVERLAP = 0.2
 _WEAKEST = 0.04
+# Pitches from here on are seen without the version that is twice as fine.
+_COARSE = 6.0
 _RINGS = 2
 # Lattices whose vectors differ by less than this share are the same.
 _SAME = 0.12
@@ -38,6 +41,22 @@ _SAME = 0.12
 _UNUSUAL_LAYOUT = 0.15
 # A finer lattice is preferred if it scores at least this share of its sublattice's score.
 _OF_THE_WHOLE = 0.5
+
+
+def _fractions() -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Points of a lattice, and those half and a third of a step off it, where each set ends."""
+    steps = range(-_RINGS, _RINGS + 1)
+    sets = [[(float(m), float(n)) for m, n in product(steps, steps) if (m, n) != (0, 0)]]
+    for divisor in (2, 3):
+        for m, n in product(range(divisor), repeat=2):
+            if (m, n) != (0, 0):
+                around = product((-1, 0), repeat=2)
+                sets.append([(j + m / divisor, k + n / divisor) for j, k in around])
+    ends = np.cumsum([0, *map(len, sets)])
+    return np.array([place for one in sets for place in one]), ends
+
+
+_FRACTIONS, _SET_ENDS = _fractions()
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,39 +145,34 @@ def reduced(a: Floats, b: Floats) -> tuple[Floats, Floats]:
 def _score(splines: Floats, overlap: Floats, vectors: Floats) -> float:
     """How much higher the autocorrelation is on a lattice than half or a third of a step off it."""
     middle = np.array(splines.shape) // 2
-
-    def mean(fractions: list[tuple[float, float]]) -> float:
-        places = np.array(fractions) @ vectors + middle
-        inside = ((places >= 0) & (places <= 2 * middle)).all(axis=1)
-        if not inside.any():
-            return -1.0
-        values = ndimage.map_coordinates(splines, places[inside].T, order=3, prefilter=False)
-        weights = ndimage.map_coordinates(overlap, places[inside].T, order=1)
-        return float((values * weights).sum() / max(weights.sum(), 1e-9))
-
-    steps = range(-_RINGS, _RINGS + 1)
-    on = [(float(m), float(n)) for m, n in product(steps, steps) if (m, n) != (0, 0)]
-    between = []
-    for divisor in (2, 3):
-        for m, n in product(range(divisor), repeat=2):
-            if (m, n) == (0, 0):
-                continue
-            shifted = [(j + m / divisor, k + n / divisor) for j, k in product((-1, 0), repeat=2)]
-            between.append(mean(shifted))
-    return mean(on) - max(0.0, *between)
+    places = _FRACTIONS @ vectors + middle
+    inside = ((places >= 0) & (places <= 2 * middle)).all(axis=1)
+    at = places[inside].T
+    values = ndimage.map_coordinates(splines, at, order=3, prefilter=False)
+    weights = ndimage.map_coordinates(overlap, at, order=1)
+    ends = np.concatenate([[0], np.cumsum(inside)])[_SET_ENDS]
+    means = []
+    for start, end in pairwise(ends):
+        part = slice(start, end)
+        total = max(weights[part].sum(), 1e-9)
+        means.append(float((values * weights)[part].sum() / total) if end > start else -1.0)
+    return means[0] - max(0.0, *means[1:])
 
 
-def lattices(image: Image32, layout: Layout | None = None) -> list[Lattice]:
-    """Candidate lattices of an image, best score first."""
+def lattices(
+    image: Image32, layout: Layout | None = None, *, smallest_pitch: float = 0.0
+) -> list[Lattice]:
+    """Candidate lattices of an image, best score first; of `smallest_pitch` or more."""
     starts = [max(0, (n - _CROP) // 2) for n in image.shape]
     work = image[tuple(slice(b, b + _CROP) for b in starts)].astype(np.float32)
     found: list[Lattice] = []
     # The first version is twice as fine, for pitches of a few pixels.
     starts = [max(0, (n - _CROP // 2) // 2) for n in work.shape]
     work_fine = work[tuple(slice(b, b + _CROP // 2) for b in starts)]
-    versions = [
-        (0.5, np.asarray(ndimage.zoom(work_fine, 2, order=3, grid_mode=True, mode="nearest")))
-    ]
+    versions = []
+    if smallest_pitch < _COARSE:
+        fine = ndimage.zoom(work_fine, 2, order=3, grid_mode=True, mode="nearest")
+        versions.append((0.5, np.asarray(fine)))
     zoom = 1.0
     while min(work.shape) >= _LEAST_SIDE:
         versions.append((zoom, work))

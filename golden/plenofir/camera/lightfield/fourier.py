@@ -7,6 +7,8 @@ lie between the samples of a discrete spectrum; a Kaiser-Bessel window interpola
 shape is divided out beforehand.
 """
 
+from fractions import Fraction
+
 import numpy as np
 import numpy.typing as npt
 from scipy import fft
@@ -17,8 +19,10 @@ from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
+from plenofir.refocus.shifts import parse_focus
 
 Floats = npt.NDArray[np.float64]
+FocusSetting = float | str | Fraction
 
 
 def kaiser_bessel(x: Floats, width: float, beta: float) -> Floats:
@@ -59,31 +63,36 @@ def _slicing(
 
 
 def fourier_slice(
-    raw: Image, micro_image_size: int, a: float, *, width: float = 3.5, oversampling: float = 2.0
+    raw: Image,
+    micro_image_size: int,
+    a: FocusSetting,
+    *,
+    width: float = 3.5,
+    oversampling: float = 2.0,
 ) -> Floats:
     """Refocus by slicing the 4-D spectrum (Eq. 2.17).
 
-    `a`: focus setting, any number. `width`: width of the Kaiser-Bessel window in samples; the
-    thesis takes 3.5. `oversampling`: samples of the spectrum for each of the pixels of a micro
-    image, 1 or more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[,
-    3]). Raises `InputError` if the oversampling is below 1.
+    `a`: focus setting, any number, or text such as "3/9". `width`: width of the Kaiser-Bessel
+    window in samples; the thesis takes 3.5. `oversampling`: samples of the spectrum for each of the
+    pixels of a micro image, 1 or more. Result: mean of the shifted views, a sample for each micro
+    lens, shape (t, s[, 3]). Raises `InputError` if the oversampling is below 1.
     """
     if not oversampling >= 1:
         raise InputError(f"oversampling of {oversampling} is too small; use 1 or more")
-    return _in_frequency(raw, micro_image_size, a, (width, oversampling))
+    return _in_frequency(raw, micro_image_size, _number(a), (width, oversampling))
 
 
 def shifted_views(
-    raw: Image, micro_image_size: int, a: float, weights: Floats | None = None
+    raw: Image, micro_image_size: int, a: FocusSetting, weights: Floats | None = None
 ) -> Floats:
     """Refocus by shifting each view by a (u - c) micro lenses (Eq. 3.50), band-limited.
 
-    `a`: focus setting, any number. `weights`: of the views (v, u), shape (M, M), such as those of
-    `aperture_weights` (Eq. 2.9); all alike if None. Result: the views' weighted mean, shape
-    (t, s[, 3]); without weights what `fourier_slice` approximates. Raises `InputError` if the
-    weights have another shape, one is negative, or all are zero.
+    `a`: focus setting, any number, or text such as "3/9". `weights`: of the views (v, u), shape
+    (M, M), such as those of `aperture_weights` (Eq. 2.9); all alike if None. Result: the views'
+    weighted mean, shape (t, s[, 3]); without weights what `fourier_slice` approximates. Raises
+    `InputError` if the weights have another shape, one is negative, or all are zero.
     """
-    return _in_frequency(raw, micro_image_size, a, None, weights)
+    return _in_frequency(raw, micro_image_size, _number(a), None, weights)
 
 
 def aperture_weights(model: RayModel, diameter_mm: float | None = None) -> Floats:
@@ -105,6 +114,11 @@ def aperture_weights(model: RayModel, diameter_mm: float | None = None) -> Float
         raise InputError(f"no view lies in an aperture of {diameter:g} mm; use a wider one")
     cosine_squared = 1 / (1 + off_axis * model.pixel_slope**2)
     return np.where(inside, cosine_squared**2, 0.0)
+
+
+def _number(a: FocusSetting) -> float:
+    """A focus setting as a number."""
+    return float(parse_focus(a)) if isinstance(a, str) else float(a)
 
 
 def _in_frequency(

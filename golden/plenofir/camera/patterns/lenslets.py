@@ -24,7 +24,7 @@ _LEAST_AGREEMENT, SURE = 0.7, 0.9
 _SMALLEST_PITCH = 2.8
 _FEWEST_LENSES = 5
 # Size of the parts whose pitch of repetition is compared (share of the picture, limit in pixels).
-_PART, _LARGEST_PART = 0.5, 768
+_PART, _SMALLEST_PART, _LARGEST_PART, _PERIODS = 0.5, 256, 768, 32
 _PLACES = ((0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0))
 _REPEATS, _MOST_PARTS = 0.25, 4
 _SAME_PITCH = 0.04
@@ -115,14 +115,23 @@ class Repetition:
         return abs(self.middle / side - 1) < _SAME_PITCH
 
 
-def repetition(grey: Image32) -> Repetition | None:
-    """Look for repetitions in five parts of a picture."""
-    side = [min(int(n * _PART), _LARGEST_PART) for n in grey.shape]
+def repetition(grey: Image32, seen: Lattice | None = None) -> Repetition | None:
+    """Look for repetitions in five parts of a picture.
+
+    `seen`: a lattice of the picture; parts need not have many more than its periods.
+    """
+    largest, smallest_pitch = _LARGEST_PART, 0.0
+    if seen is not None:
+        pitch = float(np.sqrt(abs(np.linalg.det(seen.vectors))))
+        largest = int(np.clip(_PERIODS * pitch, _SMALLEST_PART, _LARGEST_PART))
+        smallest_pitch = pitch / 2
+    side = [min(int(n * _PART), largest) for n in grey.shape]
     found = []
     for down, right in _PLACES:
         top = int((grey.shape[0] - side[0]) * down)
         left = int((grey.shape[1] - side[1]) * right)
-        best = lattices(grey[top : top + side[0], left : left + side[1]])[:1]
+        part = grey[top : top + side[0], left : left + side[1]]
+        best = lattices(part, smallest_pitch=smallest_pitch)[:1]
         # A lens array has several lenses along each side.
         for lattice in best:
             pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))

@@ -87,12 +87,11 @@ def _blocks(image: Image32, grid: Grid, waves: Floats) -> tuple[Floats, Complex,
             )
             y = np.arange(top, top + sides[0]) - origin[0]
             x = np.arange(left, left + sides[1]) - origin[1]
-            found.append(
-                [
-                    np.exp(-2j * np.pi * k[0] * y) @ part @ np.exp(-2j * np.pi * k[1] * x)
-                    for k in waves
-                ]
-            )
+            down = 2 * np.pi * np.outer(waves[:, 0], y)
+            # Real products: complex ones take four times as long.
+            lines = np.cos(down) @ part - 1j * (np.sin(down) @ part)
+            right = np.exp(-2j * np.pi * np.outer(waves[:, 1], x))
+            found.append((lines * right).sum(axis=1))
             middles.append((y.mean(), x.mean()))
             total += level
     return (

@@ -11,10 +11,10 @@ from typing import NamedTuple
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.patterns.lenslets import find_lenslets
 from plenofir.camera.patterns.rasters import COHERENT, coherence, find_raster
-from plenofir.camera.recognise.picture import is_flat, recognise_picture
+from plenofir.camera.recognise.picture import is_flat, middle, recognise_picture
 from plenofir.ground.images import Picture
 
-_SIDE, _LARGEST_SIDE = 1024, 4096
+_LARGEST_SIDE = 4096
 # Least number of lenses along each side for a verdict.
 _FEWEST = 8
 
@@ -40,11 +40,11 @@ def doubt(picture: Picture, micro_image_size: int, name: str, *, is_jpeg: bool) 
             return None
         text = f"its micro images have {found} x {found} pixels, not {m}; give -M {found}"
         return Doubt(text, certain=found % m != 0 and m % found != 0)
-    middle = tuple(slice(max(0, n - _SIDE) // 2, (n + _SIDE + 1) // 2) for n in levels.shape)
-    lenses = find_lenslets(levels[middle])
+    inner = middle(levels.shape)
+    lenses = find_lenslets(levels[inner])
     if lenses is None or coherence(levels, m) > COHERENT:
         return None
-    kind = recognise_picture(picture.like(whole[middle]), name, is_jpeg=is_jpeg)
+    kind = recognise_picture(picture.like(whole[inner]), name, is_jpeg=is_jpeg)
     if kind.kind not in ("raw capture", "white image", "raw capture of a focused (2.0) camera"):
         return None
     text = (

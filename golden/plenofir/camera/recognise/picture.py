@@ -25,6 +25,7 @@ from plenofir.ground.shell import command
 from plenofir.refocus.operator import Image
 
 LARGEST_SIDE = 8192
+_MIDDLE = 768
 _SMALLEST_SIDE = 32
 _LEAST_CONTRAST = 0.01
 # Lattice scores: below the first, repetitions are ignored; from the second on, as in a white image.
@@ -57,17 +58,19 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
     raster = find_raster(levels, is_jpeg=is_jpeg)
     if raster is not None:
         return _raster(part, raster.micro_image_size, raster.by, raster.clarity, size, name)
-    guesses = lattices(levels)
+    # Lenses show everywhere, so the middle is enough for them.
+    inner = levels[middle(levels.shape)]
+    guesses = lattices(inner)
     if not guesses or guesses[0].score < _LEAST_SCORE:
         return _mosaic(levels, part.shape == image.shape, size, name) or _none(size)
-    found = find_lenslets(levels, guesses)
-    few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(part.shape[:2])
-    even = found is None or unevenness_of_neighbours(levels, found.grid) < _EVEN
+    found = find_lenslets(inner, guesses)
+    few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(inner.shape)
+    even = found is None or unevenness_of_neighbours(inner, found.grid) < _EVEN
     if (few or found is not None) and even:
         white = _white(picture, name, size)
         if white is not None:
             return white
-    seen = repetition(levels)
+    seen = repetition(levels, guesses[0])
     if found is not None and found.match.strength > _LEAST_STRENGTH:
         known = found.match.agreement > SURE and seen is not None and seen.of_lenses(found.grid)
         if seen is None or seen.even or not seen.all_over or known:
@@ -87,6 +90,12 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
         )
         return LightFieldSource("can't tell", (size, Finding("evidence", text)))
     return _none(size)
+
+
+def middle(shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """The middle of a picture, where lenses are looked for."""
+    rows, columns = (slice(max(0, n - _MIDDLE) // 2, (n + _MIDDLE + 1) // 2) for n in shape[:2])
+    return rows, columns
 
 
 def _none(size: Finding) -> LightFieldSource:
@@ -170,7 +179,11 @@ def _raster(
 
 def _white(picture: Picture, name: str, size: Finding) -> LightFieldSource | None:
     """A white image, or None."""
+    part = picture.like(picture.pixels[middle(picture.pixels.shape)])
     try:
+        if part.pixels.shape != picture.pixels.shape:
+            # Only what is white there is looked at as a whole, which takes longer.
+            inspect_white(part.pixels, full_scale=picture.full_scale, where=name)
         found = inspect_white(picture.pixels, full_scale=picture.full_scale, where=name)
     except InputError:
         return None

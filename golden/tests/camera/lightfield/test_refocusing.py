@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Focal stacks, sharpness, Fourier slices, disparity."""
 
+from fractions import Fraction
 from typing import get_args
 
 import numpy as np
@@ -64,6 +65,17 @@ def test_fourier_slice_approximates_shifted_views(m, a, seed, colour) -> None:
     for width, bound in ((3.5, 4e-3), (5.0, 2e-4), (6.0, 1e-5)):
         found = fourier_slice(raw, m, a, width=width) / 65535
         assert np.abs(found - want).max() < bound
+
+
+def test_focus_settings_as_text() -> None:
+    """As `refocus` takes them."""
+    raw = np.random.default_rng(7).integers(0, 256, (6 * 9, 7 * 9)).astype(np.uint8)
+    for method in (fourier_slice, shifted_views):
+        want = method(raw, 9, 1 / 3)
+        assert (method(raw, 9, "3/9") == want).all()
+        assert (method(raw, 9, Fraction(3, 9)) == want).all()
+        with pytest.raises(InputError, match="'much' is not a focus setting"):
+            method(raw, 9, "much")
 
 
 def test_shifted_views_at_whole_settings() -> None:
