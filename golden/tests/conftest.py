@@ -5,6 +5,8 @@ import signal
 
 from hypothesis import Phase, settings
 
+from plenofir.commands import console
+
 # Speed is measured by benchmarks, never by tests.
 settings.register_profile("plenofir", deadline=None, print_blob=True)
 # For mutants: the first failure is enough, no simpler one is searched.
@@ -12,6 +14,9 @@ settings.register_profile(
     "first_failure", settings.get_profile("plenofir"), phases=(Phase.explicit, Phase.generate)
 )
 settings.load_profile("plenofir")
+
+# On a slow machine lines of progress would stand beside the messages under test.
+console.QUIET_SECONDS = 1e6
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell starts what runs in the background so; the commands under test would inherit it.

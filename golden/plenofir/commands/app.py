@@ -28,6 +28,7 @@ from plenofir.commands import (
     view,
     waves,
 )
+from plenofir.commands.console import print_notes
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
@@ -149,7 +150,9 @@ def run(arguments: Sequence[str]) -> int:
             options = parameters
         # Not command.main, which ends the program at a broken pipe.
         with inputs_kept(), command.make_context("plenofir", words) as context:
+            print_notes(drop=True)
             command.invoke(context)
+            print_notes()
     except typer.Exit as done:
         return done.exit_code
     except InputError as error:

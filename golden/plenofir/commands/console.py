@@ -25,6 +25,21 @@ def print_lines(*lines: str) -> None:
         typer.echo(line)
 
 
+_notes: list[str] = []
+
+
+def note(text: str) -> None:
+    """Keep a note on the result, for `print_notes`: a command that fails prints its error alone."""
+    _notes.append(text)
+
+
+def print_notes(*, drop: bool = False) -> None:
+    """Print the notes on standard error, or drop them."""
+    for text in () if drop else dict.fromkeys(_notes):
+        typer.echo(f"note: {text}", err=True)
+    _notes.clear()
+
+
 def print_json(content: Any) -> None:
     """Print JSON."""
     typer.echo(json.dumps(content, indent=2, allow_nan=False))
@@ -61,7 +76,7 @@ def progress_bar(description: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def steps_bar(
-    description: str, quiet_seconds: float = QUIET_SECONDS
+    description: str, quiet_seconds: float | None = None
 ) -> Iterator[Callable[[str, int, int], None]]:
     """Progress on standard error, of one named step after the other.
 
@@ -72,7 +87,7 @@ def steps_bar(
 
     console = Console(stderr=True)
     if not console.file.isatty():
-        lines = _StepLines(description, quiet_seconds)
+        lines = _StepLines(description, QUIET_SECONDS if quiet_seconds is None else quiet_seconds)
         try:
             yield lines.show
         finally:
@@ -95,7 +110,8 @@ class _StepLines:
         self.lock = threading.Lock()
         self.timer = threading.Timer(quiet_seconds, self.tell)
         self.timer.daemon = True
-        self.timer.start()
+        if quiet_seconds > 0:
+            self.timer.start()
 
     def show(self, step: str, done: int, total: int) -> None:
         """Take note of a step, and tell it unless it is too early."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from plenofir.commands import options
+from plenofir.commands.console import note
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,10 +69,10 @@ def doubt_of_depth(share: float, field: "Field") -> str:
 
 
 def tell(*findings: "Finding") -> None:
-    """Print, on standard error, what changes the result."""
+    """Note what changes the result."""
     for finding in findings:
         if finding.notable:
-            typer.echo(f"note: {finding.heading}: {finding.text}", err=True)
+            note(f"{finding.heading}: {finding.text}")
 
 
 def model_of(camera: str | None, focus: float, micro_image: int) -> "RayModel | None":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from plenofir.commands import options
-from plenofir.commands.console import progress_bar
+from plenofir.commands.console import print_notes, progress_bar
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
@@ -115,6 +115,7 @@ def view(
             write_file(out, content)
             typer.echo(f"{export}: {len(content) / 1e6:.1f} MB")
             return
+    print_notes()
     serve_page(page, port, browser)
 
 
