@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Lets whole frames into a core or drops them, and reports what goes in and comes out to the counters.
 --
--- A frame goes in if `enable` is high at its first pixel. `dropped` reports transfers that belong to no frame (of a
+-- A frame goes in if `enable` is high at its first pixel; a mark of start that lasts several pixels is one start.
+-- `dropped` reports transfers that belong to no frame (of a
 -- frame that was not let in, of a size that the core does not support, in excess of a line, between two frames),
 -- whether they are dropped here or by frame_sequencer in the core. So every line that is reported to go in also comes
 -- out.
@@ -51,20 +52,24 @@ architecture rtl of frame_gate is
   -- The frame that began last was let in.
   signal let_in    : std_logic := '0';
   signal lets      : std_logic;
+  signal new_start : std_logic;
   signal ready     : std_logic;
   signal transfer  : std_logic;
   signal size_good : std_logic;
 
-  -- A frame is under way; pixels are the excess of a line; place of the next pixel, of 8192 in a line at most.
-  signal frame_open : std_logic             := '0';
-  signal excess     : std_logic             := '0';
-  signal column     : unsigned(13 downto 0) := (others => '0');
-  signal row        : unsigned(15 downto 0) := (others => '0');
+  -- The last pixel had its mark of start, and its line goes on; a frame is under way; pixels are the excess of a line;
+  -- place of the next pixel, of 8192 in a line at most.
+  signal start_lasts : std_logic             := '0';
+  signal frame_open  : std_logic             := '0';
+  signal excess      : std_logic             := '0';
+  signal column      : unsigned(13 downto 0) := (others => '0');
+  signal row         : unsigned(15 downto 0) := (others => '0');
 
 begin
 
   -- Decided with the first pixel, and kept for the frame: switching off in its middle lets it end.
-  lets        <= enable when s_axis_marks.tuser = "1" else
+  new_start   <= s_axis_marks.tuser(0) and not start_lasts;
+  lets        <= enable when new_start = '1' else
                  let_in;
   core_tvalid <= s_axis_marks.tvalid and lets;
   -- Frames that are not let in are taken and dropped; otherwise a source that cannot wait would stall for ever.
@@ -82,6 +87,7 @@ begin
     variable belongs   : boolean;
     variable at_column : unsigned(13 downto 0);
     variable at_row    : unsigned(15 downto 0);
+    variable line_ends : boolean;
 
   begin
 
@@ -94,7 +100,7 @@ begin
       belongs   := frame_open = '1' and excess = '0';
       at_column := column;
       at_row    := row;
-      if s_axis_marks.tuser = "1" then
+      if new_start = '1' then
         belongs   := lets = '1' and size_good = '1';
         at_column := (others => '0');
         at_row    := (others => '0');
@@ -102,7 +108,7 @@ begin
 
       -- A pixel that waits counts once, when it is taken.
       if transfer = '1' then
-        if s_axis_marks.tuser = "1" then
+        if new_start = '1' then
           let_in     <= lets;
           frame_open <= '0';
           excess     <= '0';
@@ -112,16 +118,22 @@ begin
           end if;
         end if;
 
+        column <= at_column + PIXELS_PER_CLOCK;
+        -- The last pixel that the line should have, or the last one that it has.
+        line_ends   := at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_marks.tlast = '1';
+        start_lasts <= s_axis_marks.tuser(0);
+        if line_ends then
+          column      <= (others => '0');
+          start_lasts <= '0';
+        end if;
+
         if belongs then
           if at_column = 0 then
             traffic.line_in <= '1';
           end if;
-          column <= at_column + PIXELS_PER_CLOCK;
-          row    <= at_row;
-          -- The last pixel that the line should have, or the last one that it has.
-          if at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_marks.tlast = '1' then
-            column <= (others => '0');
-            row    <= at_row + 1;
+          row <= at_row;
+          if line_ends then
+            row <= at_row + 1;
             -- Pixels beyond the line's length follow until its mark of the end; the core cuts them
             -- off, too.
             excess <= not s_axis_marks.tlast;
@@ -140,6 +152,7 @@ begin
 
       if reset = '1' then
         let_in           <= '0';
+        start_lasts      <= '0';
         frame_open       <= '0';
         excess           <= '0';
         traffic.frame_in <= '0';

@@ -10,6 +10,9 @@
 -- pushes the last lines out of the column filters and gives no image line. Lines and frames that follow each other
 -- without a gap need neither.
 --
+-- A mark of start that lasts several pixels of a line is one start: behind a width converter it comes with two, from
+-- some sources with the whole first line.
+--
 -- Faults of the stream raise error flags, and the tokens stay well formed. A line that ends early is filled up with
 -- zeros. The excess of a long line is dropped. A frame that starts early ends the one before it at a whole line. Pixels
 -- between frames are dropped and do not hold back the frame before.
@@ -112,10 +115,13 @@ architecture rtl of frame_sequencer is
 
   signal state : state_t := accept;
 
-  -- A frame is under way; the pixel on offer is the excess of a long line, or belongs to no frame.
-  signal frame_open : std_logic := '0';
-  signal excess     : std_logic;
-  signal stray      : std_logic;
+  -- A frame is under way; the pixel before had a mark of start, and its line goes on; the pixel on offer starts a
+  -- frame, is the excess of a long line, or belongs to no frame.
+  signal frame_open  : std_logic := '0';
+  signal start_lasts : std_logic := '0';
+  signal new_start   : std_logic;
+  signal excess      : std_logic;
+  signal stray       : std_logic;
 
   -- Size of the frame: at the ports, as this clock needs it, and as stored. The slice of the frame is stored too, and
   -- whether the line is its last one.
@@ -178,13 +184,15 @@ begin
   band_wait <= '1' when at_first = '1' and steps_due = '1' else
                '0';
 
-  stray <= '1' when (s_axis_tuser = '0' and (frame_open = '0' or excess = '1')) or
-                    (s_axis_tuser = '1' and frame_open = '0' and size_supported = '0') else
+  new_start <= s_axis_tuser and not start_lasts;
+
+  stray <= '1' when (new_start = '0' and (frame_open = '0' or excess = '1')) or
+                    (new_start = '1' and frame_open = '0' and size_supported = '0') else
            '0';
 
   -- The decision: `take` takes the pixel on offer, `send` says which token is sent. A stray pixel is dropped without
   -- delaying a flush.
-  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, stray, credit, drained, bands_due,
+  decide : process (state, frame_open, at_first, s_axis_tvalid, new_start, stray, credit, drained, bands_due,
                     tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band, completes_first) is
   begin
 
@@ -226,7 +234,7 @@ begin
             end if;
           elsif frame_open = '1' then
             -- A start of frame inside a frame waits for the end of the broken one.
-            if s_axis_tuser = '0' then
+            if new_start = '0' then
               if band_wait = '1' and completes_band = '1' then
                 send <= empty;
               else
@@ -293,7 +301,7 @@ begin
                 '0';
 
   -- A start of frame inside a frame: nothing is sent, as the decision waits for the end of the broken frame.
-  frame_broken <= credit and s_axis_tvalid and s_axis_tuser and frame_open when state = accept else
+  frame_broken <= credit and s_axis_tvalid and new_start and frame_open when state = accept else
                   '0';
 
   --------------------------------------------------------------------------------------------------
@@ -373,9 +381,13 @@ begin
           row <= (others => '0');
         end if;
       end if;
+      if takes_pixel = '1' then
+        start_lasts <= s_axis_tuser and not s_axis_tlast and not line_ends;
+      end if;
       if reset = '1' then
-        frame_open <= '0';
-        row        <= (others => '0');
+        frame_open  <= '0';
+        start_lasts <= '0';
+        row         <= (others => '0');
       end if;
     end if;
 
@@ -451,7 +463,7 @@ begin
       clk           => clk,
       reset         => reset,
       s_axis_tvalid => s_axis_tvalid,
-      s_axis_tuser  => s_axis_tuser,
+      new_start     => new_start,
       s_axis_tlast  => s_axis_tlast,
       credit        => credit,
       take          => take,

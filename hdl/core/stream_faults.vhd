@@ -14,9 +14,9 @@ entity stream_faults is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What is on offer, and whether anything can be done with it in this clock.
+    -- What is on offer, whether it starts a frame, and whether anything can be done with it in this clock.
     s_axis_tvalid : in    std_logic;
-    s_axis_tuser  : in    std_logic;
+    new_start     : in    std_logic;
     s_axis_tlast  : in    std_logic;
     credit        : in    std_logic;
     -- It is taken; as a pixel of the frame, which is the first one of the frame, the last one of its line.
@@ -43,7 +43,8 @@ architecture rtl of stream_faults is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  -- A frame has begun since the reset. Before, the stream may be in the middle of one, which is no fault.
+  -- A frame was taken last. Behind a reset the stream may be in the middle of one, which is no fault; the rest of one
+  -- that was dropped for its size is told with its start.
   signal synchronised : std_logic := '0';
   signal in_excess    : std_logic := '0';
 
@@ -72,14 +73,15 @@ begin
         end if;
       elsif credit = '1' and s_axis_tvalid = '1' then
         -- A new frame ends the excess as well: a source that lost its tlast would otherwise lose the next frame too.
-        if s_axis_tuser = '1' or s_axis_tlast = '1' then
+        if new_start = '1' or s_axis_tlast = '1' then
           in_excess <= '0';
         end if;
         if frame_broken = '1' then
           error_flags(FRAME_EARLY) <= '1';
         -- The pixel is taken but belongs to no frame. A start of frame does so only if the frame size is not supported.
-        elsif take = '1' and s_axis_tuser = '1' then
+        elsif take = '1' and new_start = '1' then
           error_flags(FRAME_SIZE) <= '1';
+          synchronised            <= '0';
         elsif take = '1' and synchronised = '1' and in_excess = '0' then
           error_flags(FRAME_LATE) <= '1';
         end if;

@@ -9,6 +9,9 @@
 -- room for, so the engine never stalls and needs no clock enable. When nothing follows a frame, empty tokens and lines
 -- push its last lines out.
 --
+-- The slice is chosen in the clock in which a frame's first pixel is taken, and goes with it through the input FIFO. In
+-- a sweep a mark of start that lasts several pixels of a line counts once.
+--
 -- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
 -- Throughput: one token each clock.
 -- Equation: the n-th result of an image line out is the n-th in; for tokens see frame_sequencer.
@@ -55,7 +58,7 @@ entity stream_shell is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size and slice of the next frame.
+    -- Size and slice of the next frame; the size is that of all frames inside.
     order : in    frame_order_t;
     -- The stream in.
     s_axis_marks  : in    marks_t;
@@ -84,33 +87,37 @@ end entity stream_shell;
 
 architecture rtl of stream_shell is
 
-  constant STREAM_BITS : positive := IN_BITS + 2;
-  constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
+  constant SLICE_BITS : natural := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
+  -- A pixel with its marks and the slice of the port, which counts with a frame's first pixel alone.
+  constant STREAM_BITS : positive := IN_BITS + 2 + SLICE_BITS;
 
   -- Sequencer 2, gather, engine.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 2, 0) + ENGINE_LATENCY;
 
-  signal input_word     : std_logic_vector(STREAM_BITS - 1 downto 0);
-  signal stream_word    : std_logic_vector(STREAM_BITS - 1 downto 0);
-  signal stream_valid   : std_logic;
-  signal stream_ready   : std_logic;
-  signal frame_start    : std_logic;
-  signal slice_selected : slice_t;
-  signal line_token     : token_t;
-  signal line_row       : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal line_data      : std_logic_vector(IN_BITS - 1 downto 0);
-  signal credit         : std_logic;
-  signal drained        : std_logic;
+  signal input_word   : std_logic_vector(STREAM_BITS - 1 downto 0);
+  signal stream_word  : std_logic_vector(STREAM_BITS - 1 downto 0);
+  signal stream_valid : std_logic;
+  signal stream_ready : std_logic;
+  signal taken        : std_logic;
+  signal frame_start  : std_logic;
+  signal frame_slice  : slice_t;
+  signal line_token   : token_t;
+  signal line_row     : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+  signal line_data    : std_logic_vector(IN_BITS - 1 downto 0);
+  signal credit       : std_logic;
+  signal drained      : std_logic;
 
 begin
 
-  input_word <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
+  input_word(IN_BITS + 1 downto 0) <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
+
+  s_axis_tready <= taken;
 
   -- A stage behind another core needs no FIFO of its own: that one's output waits as well.
   no_fifo : if INPUT_PIXELS = 0 generate
-    stream_word   <= input_word;
-    stream_valid  <= s_axis_marks.tvalid;
-    s_axis_tready <= stream_ready;
+    stream_word  <= input_word;
+    stream_valid <= s_axis_marks.tvalid;
+    taken        <= stream_ready;
   end generate no_fifo;
 
   fifo : if INPUT_PIXELS > 0 generate
@@ -124,7 +131,7 @@ begin
         clk           => clk,
         reset         => reset,
         s_axis_tvalid => s_axis_marks.tvalid,
-        s_axis_tready => s_axis_tready,
+        s_axis_tready => taken,
         s_axis_tdata  => input_word,
         m_axis_tvalid => stream_valid,
         m_axis_tready => stream_ready,
@@ -134,14 +141,36 @@ begin
   end generate fifo;
 
   no_slices : if SLICES = 0 generate
-    slice_selected <= (others => '0');
+    frame_slice <= (others => '0');
   end generate no_slices;
 
   set_of_slices : if SLICES > 0 generate
 
-    signal selected : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
+    signal starts         : std_logic;
+    signal start_lasts    : std_logic := '0';
+    signal slice_selected : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
 
   begin
+
+    input_word(STREAM_BITS - 1 downto IN_BITS + 2) <= std_logic_vector(slice_selected);
+
+    frame_slice <= resize(unsigned(stream_word(STREAM_BITS - 1 downto IN_BITS + 2)), slice_t'length);
+
+    starts <= s_axis_marks.tvalid and taken and s_axis_marks.tuser(0) and not start_lasts;
+
+    follow_start : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if s_axis_marks.tvalid = '1' and taken = '1' then
+          start_lasts <= s_axis_marks.tuser(0) and not s_axis_marks.tlast;
+        end if;
+        if reset = '1' then
+          start_lasts <= '0';
+        end if;
+      end if;
+
+    end process follow_start;
 
     choose_slice : entity work.slice_select
       generic map (
@@ -151,14 +180,12 @@ begin
       port map (
         clk          => clk,
         reset        => reset,
-        frame_start  => frame_start,
+        frame_start  => starts,
         slice        => order.slice,
         sweep        => order.sweep,
         sweep_frames => order.sweep_frames,
-        selected     => selected
+        selected     => slice_selected
       );
-
-    slice_selected <= resize(selected, slice_t'length);
 
   end generate set_of_slices;
 
@@ -180,7 +207,7 @@ begin
       reset         => reset,
       columns       => order.columns,
       rows          => order.rows,
-      slice         => slice_selected,
+      slice         => frame_slice,
       frame_start   => frame_start,
       s_axis_tvalid => stream_valid,
       s_axis_tready => stream_ready,

@@ -51,7 +51,9 @@ entity focal_stack is
     -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
     FLUSH : boolean := true;
     -- As raster_refocuser's, for each slice; with one pixel a clock.
-    BORDER_NORMALISED : boolean := false
+    BORDER_NORMALISED : boolean := false;
+    -- Whether each frame has a chosen slice, whose number goes beside all slices to a depth_index with CHOSEN_TOO.
+    CHOSEN_TOO : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -59,6 +61,10 @@ entity focal_stack is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
+    -- As raster_refocuser's; with CHOSEN_TOO alone.
+    slice        : in    std_logic_vector(7 downto 0) := x"00";
+    sweep        : in    std_logic                    := '0';
+    sweep_frames : in    std_logic_vector(7 downto 0) := x"00";
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
     -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
     s_axis_tvalid : in    std_logic;
@@ -66,11 +72,13 @@ entity focal_stack is
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tdata: the slices of a pixel, the first in the low bits, then those of the next pixel.
+    -- The same; tdata: the slices of a pixel, the first in the low bits, then those of the next pixel; tid: with
+    -- CHOSEN_TOO the chosen slice of the frame.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
     -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
     -- pixels without a start of frame, 4 frame size that the core does not support.
@@ -116,8 +124,7 @@ architecture rtl of focal_stack is
 
 begin
 
-  -- A stack has all of its slices at once: there is none to choose.
-  order   <= (columns, rows, x"00", '0', x"00");
+  order   <= (columns, rows, slice, sweep, sweep_frames);
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 
   m_axis_tvalid <= m_marks.tvalid;
@@ -130,6 +137,7 @@ begin
       PIXELS_PER_CLOCK => P,
       IN_BITS          => IN_BITS,
       OUT_BITS         => OUT_BITS,
+      SLICES           => choose(CHOSEN_TOO, GEOMETRY.slices, 0),
       -- Pixels that arrive meanwhile, and 3 words of the FIFO's own latency.
       INPUT_PIXELS   => INPUT_LINES * TOKENS + 1,
       ROW_DELAY      => ROW_DELAY,
@@ -150,6 +158,7 @@ begin
       m_axis_marks  => m_marks,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
+      m_axis_tid    => m_axis_tid,
       error_flags   => error_flags,
       error_clear   => error_clear,
       token         => token,

@@ -55,7 +55,7 @@ entity raster_refocuser is
     -- Neighbouring pixels of a line at each clock: 1, 2, 4, 8, 16 or 32. Above 1 for moving sums with exact arithmetic
     -- only.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
-    -- Longest line in pixels; line buffers and input FIFO are as long.
+    -- Longest line in pixels, 2 or more with moving sums; line buffers and input FIFO are as long.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
@@ -88,7 +88,8 @@ entity raster_refocuser is
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Slice of the next frame, as a number in the set from 0; numbers beyond the set mean its last slice. With sweep
-    -- all slices in turn, each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
+    -- all slices in turn, each for sweep_frames frames (0 counts as 1). Read in the clock in which the first
+    -- pixel of a frame is taken.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic                    := '0';
     sweep_frames : in    std_logic_vector(7 downto 0) := x"00";

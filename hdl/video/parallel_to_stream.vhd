@@ -41,10 +41,10 @@ architecture rtl of parallel_to_stream is
   signal pixel_valid : std_logic                            := '0';
   signal pixel       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal pixel_first : std_logic                            := '0';
-  signal first       : std_logic;
+  signal first       : std_logic                            := '0';
   signal waiting     : std_logic                            := '0';
   signal held        : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  signal held_first  : std_logic;
+  signal held_first  : std_logic                            := '0';
   signal valid       : std_logic                            := '0';
 
 begin

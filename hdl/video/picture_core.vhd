@@ -208,6 +208,7 @@ begin
     signal stack_ready  : std_logic;
     signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
     signal stack_user   : std_logic_vector(0 downto 0);
+    signal stack_id     : std_logic_vector(7 downto 0);
     signal stack_last   : std_logic;
     signal found_valid  : std_logic;
     signal found_shade  : unsigned(COLOUR_BITS - 1 downto 0);
@@ -230,13 +231,17 @@ begin
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => 3,
         INPUT_LINES      => MICRO_IMAGE_SIZE,
-        FLUSH            => false
+        FLUSH            => false,
+        CHOSEN_TOO       => true
       )
       port map (
         clk           => clk,
         reset         => reset,
         columns       => columns,
         rows          => rows,
+        slice         => choice.slice,
+        sweep         => choice.sweep,
+        sweep_frames  => choice.sweep_frames,
         s_axis_tvalid => s_axis.tvalid,
         s_axis_tready => s_axis_tready,
         s_axis_tdata  => s_axis.tdata,
@@ -246,6 +251,7 @@ begin
         m_axis_tready => stack_ready,
         m_axis_tdata  => stack_data,
         m_axis_tuser  => stack_user,
+        m_axis_tid    => stack_id,
         m_axis_tlast  => stack_last,
         error_flags   => stack_errors,
         error_clear   => error_clear
@@ -272,9 +278,9 @@ begin
         columns       => columns,
         rows          => rows,
         picture_rows  => picture_rows,
-        slice         => choice.slice,
-        sweep         => choice.sweep,
-        sweep_frames  => choice.sweep_frames,
+        slice         => stack_id,
+        sweep         => '0',
+        sweep_frames  => x"00",
         s_axis_tvalid => stack_valid,
         s_axis_tready => stack_ready,
         s_axis_tdata  => stack_data,

@@ -41,6 +41,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "INPUT_LINES": rng.choice([1, m]),
         "FLUSH": rng.random() < 0.8,
         "BORDER_NORMALISED": rng.random() < 0.3,
+        "CHOSEN_TOO": rng.random() < 0.5,
     }
     pixels = 1 if generics["BORDER_NORMALISED"] else rng.choice([1, 1, 2, 4, 8])
     generics["PIXELS_PER_CLOCK"] = pixels
@@ -77,7 +78,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         channels=g["CHANNELS"],
         bits=g["PIXEL_BITS"],
         pixels=g["PIXELS_PER_CLOCK"],
-        slices=0,
+        slices=len(g["SHIFTS"].split()) if g["CHOSEN_TOO"] else 0,
         limit=limit,
         held=held,
         flush=g["FLUSH"],

@@ -100,6 +100,8 @@ class SensorHunt:
         # Clocks at which frames had come out.
         self.ends: list[int] = []
         self.sent = 0
+        # Flags that may or may not be set.
+        self.loose = 0
         # Number of the first frame that is refused because of its size or grid.
         self.refused_from = 1 << 30
         self.rasters: dict[tuple[int, int, int], tuple[int, int, list[Beat]]] = {}
@@ -289,10 +291,10 @@ class SensorHunt:
             frames.flags |= GRID_FLAG
         elif refused:
             # Cut short, perhaps before the first impossible line.
-            frames.loose |= GRID_FLAG
+            self.loose |= GRID_FLAG
         want = frames.flags
         flags = bench.number("error_flags")
-        if (flags ^ want) & ~frames.loose:
+        if (flags ^ want) & ~self.loose:
             raise FaultError(f"flags {flags:06b}, want {want:06b}")
         if frames.frames and not frames.is_open:
             last = len(frames.frames) - 1
@@ -308,7 +310,7 @@ class SensorHunt:
             bench.set(error_clear=1)
             await bench.clocks()
             bench.set(error_clear=0)
-            frames.flags = frames.loose = self.loader.incomplete = 0
+            frames.flags = self.loose = self.loader.incomplete = 0
             self.refused_from = len(frames.frames)
             await bench.clocks(2)
             if bench.number("error_flags"):

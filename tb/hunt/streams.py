@@ -52,6 +52,8 @@ class Source:
         self.signals = {**signals, "tlast": getattr(dut, f"{name}_tlast", None)}
         self.shown: dict[str, int] = {}
         self.stalls: Iterator[bool] = iter(())
+        # Called with each beat in the clock in which it is taken.
+        self.on_taken: Callable[[Beat], None] = lambda beat: None
         self.restart()
 
     def restart(self) -> None:
@@ -60,8 +62,6 @@ class Source:
         self.offered: Beat | None = None
         self.silence = 0
         self.taken = 0
-        # Clocks at which starts of frames were taken.
-        self.starts: list[int] = []
         self._show(tvalid=0, tdata=0, tuser=0, tlast=0)
 
     def send(self, items: Iterable[Beat | int]) -> None:
@@ -89,8 +89,7 @@ class Source:
             if ready == "0":
                 return
             self.taken += 1
-            if self.offered.start:
-                self.starts.append(clock)
+            self.on_taken(self.offered)
             self.offered = None
         if self.silence:
             self.silence -= 1
@@ -219,6 +218,11 @@ def _extra_start(beats: list[Beat], at: int, tokens: int, rng: random.Random) ->
     return [*beats[:at], replace(beats[at], start=True), *beats[at + 1 :]]
 
 
+def _lasting_start(beats: list[Beat], at: int, tokens: int, rng: random.Random) -> list[Beat]:
+    count = rng.choice([2, 2, 4, tokens])
+    return [*(replace(b, start=True) for b in beats[:count]), *beats[count:]]
+
+
 def _noise(beats: list[Beat], at: int, tokens: int, rng: random.Random) -> list[Beat]:
     share = rng.choice([0.02, 0.1, 0.3])
     beats = _marks(beats, share, rng, lambda b: replace(b, last=not b.last))
@@ -244,6 +248,7 @@ DAMAGE: dict[str, Callable[[list[Beat], int, int, random.Random], list[Beat]]] =
     "missing tuser": _missing_start,
     "extra tlast": _extra_last,
     "extra tuser": _extra_start,
+    "lasting tuser": _lasting_start,
     "noise": _noise,
     "stray beats": _stray,
 }

@@ -3,6 +3,7 @@
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -55,6 +56,9 @@ def damaged(beats: Sequence[Beat], tokens: int, rng: random.Random) -> list[Beat
         broken = [Beat(b.data, False, b.end_of_line) for b in broken]
     else:
         broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
+    # A start that lasts into the next frame would be that one's.
+    if broken:
+        broken[-1] = replace(broken[-1], start_of_frame=False)
     return broken
 
 
@@ -70,7 +74,7 @@ def repaired_frames(
     faults: set[str] = set()
     lines: list[list[int]] | None = None
     line: list[int] = []
-    dropping = False
+    dropping = lasting = False
 
     def end_line() -> None:
         nonlocal lines, line
@@ -81,7 +85,9 @@ def repaired_frames(
             lines = None
 
     for beat in beats:
-        if beat.start_of_frame:
+        # A mark of start that lasts several pixels of a line is one start.
+        again, lasting = lasting, False
+        if beat.start_of_frame and not again:
             dropping = False
             if lines is not None:
                 faults.add("frame early")
@@ -105,4 +111,6 @@ def repaired_frames(
         elif beat.end_of_line:
             faults.add("line early")
             end_line()
+        else:
+            lasting = beat.start_of_frame
     return frames, faults
