@@ -4,8 +4,8 @@
 // Each request is taken once and answered once, in order, with OKAY or SLVERR; an answer stays as it is until
 // it is taken; nothing is answered that was not asked. A write's address and data are taken each by itself, at
 // once unless the write before still has its own. A write reaches the registers once, when both are there and no
-// answer waits, with the address, data and strobes that were on offer, and never between two words; a read
-// answers with what the registers hold then.
+// answer waits, with the word's address, the data and strobes that were on offer; without any strobe it reaches
+// nothing and the answer is OKAY. A read answers with what the registers hold then.
 
 module axi_lite_properties #(
     parameter ADDRESS_BITS = 4
@@ -101,7 +101,7 @@ module axi_lite_properties #(
       has_address <= 0;
       has_data <= 0;
       write_due <= 1;
-      write_answer <= write_refused || address[1:0] != 0 ? 2'b10 : 2'b00;
+      write_answer <= write_refused && strobes != 0 ? 2'b10 : 2'b00;
     end
     if (awvalid && awready) begin
       has_address <= 1;
@@ -117,8 +117,8 @@ module axi_lite_properties #(
     if (reads) begin
       has_read <= 0;
       read_due <= 1;
-      read_answer <= read_refused || read_address[1:0] != 0 ? 2'b10 : 2'b00;
-      read_word <= read_refused || read_address[1:0] != 0 ? 0 : read_data;
+      read_answer <= read_refused ? 2'b10 : 2'b00;
+      read_word <= read_refused ? 0 : read_data;
     end
     if (arvalid && arready) begin
       has_read <= 1;
@@ -158,7 +158,7 @@ module axi_lite_properties #(
       assert (!b_waits || (bvalid && bresp == bresp_was));
       assert (!r_waits || (rvalid && rresp == rresp_was && rdata == r_was));
       // What reaches the registers.
-      assert (write == (writes && address[1:0] == 0));
+      assert (write == (writes && strobes != 0));
       assert (!write || (write_place == address[ADDRESS_BITS-1:2]));
       assert (!write || (write_data == data && write_bytes == strobes));
       assert (!reads || read_place == read_address[ADDRESS_BITS-1:2]);

@@ -2,7 +2,9 @@
 -- AXI4-Lite with words of 32 bits: one write and one read at a time, each as a single clock on the side of the words.
 --
 -- A write's address and data are taken in any order, because some masters offer the second only when the first is
--- taken. An address between two words is answered with an error, and nothing is written.
+-- taken. Addresses are those of bytes, as of a processor's store of a byte: their low two bits are of no account, as
+-- the strobes say which bytes are meant. A write without any strobe, as a width converter makes of half a word of 64
+-- bits, is answered with OKAY and writes nothing.
 --
 -- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 2 clocks.
 -- Equation: each request that is taken is answered once, in order, with OKAY or SLVERR; an answer stays until it is
@@ -58,18 +60,18 @@ architecture rtl of axi_lite_slave is
   constant SLVERR : std_logic_vector(1 downto 0) := "10";
 
   -- Address and data of a write are there; its answer is on offer.
-  signal has_address   : std_logic                                   := '0';
-  signal has_data      : std_logic                                   := '0';
+  signal has_address   : std_logic                           := '0';
+  signal has_data      : std_logic                           := '0';
   signal takes_write   : std_logic;
-  signal answers_write : std_logic                                   := '0';
-  signal write_address : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
-  signal write_aligned : std_logic;
+  signal answers_write : std_logic                           := '0';
+  signal write_address : unsigned(ADDRESS_BITS - 3 downto 0) := (others => '0');
+  signal strobes       : std_logic_vector(3 downto 0)        := (others => '0');
+  signal writes_bytes  : std_logic;
   -- The address of a read is there; its answer is on offer.
-  signal has_read       : std_logic                                   := '0';
-  signal takes_read     : std_logic;
-  signal answers_read   : std_logic                                   := '0';
-  signal read_address   : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
-  signal read_unaligned : std_logic;
+  signal has_read     : std_logic                           := '0';
+  signal takes_read   : std_logic;
+  signal answers_read : std_logic                           := '0';
+  signal read_address : unsigned(ADDRESS_BITS - 3 downto 0) := (others => '0');
 
 begin
 
@@ -81,18 +83,17 @@ begin
   s_axi_arready <= not has_read;
   s_axi_rvalid  <= answers_read;
 
-  write_aligned <= '1' when write_address(1 downto 0) = "00" else
-                   '0';
+  writes_bytes <= '0' when strobes = "0000" else
+                  '1';
   -- The next write waits until the answer to the one before is taken: there is one place for an
   -- answer.
   takes_write <= has_address and has_data and not answers_write;
-  write       <= takes_write and write_aligned;
-  write_place <= unsigned(write_address(ADDRESS_BITS - 1 downto 2));
+  write       <= takes_write and writes_bytes;
+  write_place <= write_address;
+  write_bytes <= strobes;
 
-  read_unaligned <= '0' when read_address(1 downto 0) = "00" else
-                    '1';
-  takes_read     <= has_read and not answers_read;
-  read_place     <= unsigned(read_address(ADDRESS_BITS - 1 downto 2));
+  takes_read <= has_read and not answers_read;
+  read_place <= read_address;
 
   follow_writes : process (clk) is
   begin
@@ -101,12 +102,12 @@ begin
       -- Taken when there is room, whether the other part has come or not.
       if has_address = '0' then
         has_address   <= s_axi_awvalid;
-        write_address <= s_axi_awaddr;
+        write_address <= unsigned(s_axi_awaddr(ADDRESS_BITS - 1 downto 2));
       end if;
       if has_data = '0' then
-        has_data    <= s_axi_wvalid;
-        write_bytes <= s_axi_wstrb;
-        write_data  <= s_axi_wdata;
+        has_data   <= s_axi_wvalid;
+        strobes    <= s_axi_wstrb;
+        write_data <= s_axi_wdata;
       end if;
 
       -- Both parts are there: the registers see them in this clock, and their places are free in
@@ -116,7 +117,7 @@ begin
         has_data      <= '0';
         answers_write <= '1';
         s_axi_bresp   <= OKAY;
-        if write_refused = '1' or write_aligned = '0' then
+        if write_refused = '1' and writes_bytes = '1' then
           s_axi_bresp <= SLVERR;
         end if;
       elsif s_axi_bready = '1' then
@@ -138,7 +139,7 @@ begin
     if rising_edge(clk) then
       if has_read = '0' then
         has_read     <= s_axi_arvalid;
-        read_address <= s_axi_araddr;
+        read_address <= unsigned(s_axi_araddr(ADDRESS_BITS - 1 downto 2));
       end if;
 
       if takes_read = '1' then
@@ -147,7 +148,7 @@ begin
         -- Read at the clock of the answer, so that software sees what happened until then.
         s_axi_rdata <= read_data;
         s_axi_rresp <= OKAY;
-        if read_refused = '1' or read_unaligned = '1' then
+        if read_refused = '1' then
           -- A refused read tells nothing, not even of a register that is only written.
           s_axi_rdata <= (others => '0');
           s_axi_rresp <= SLVERR;

@@ -82,6 +82,11 @@ package axi_pkg is
     modes : registers_t
   ) return registers_t;
 
+  -- Those registers, and those that share 8 bytes with one of them.
+  function in_pairs (
+    registers : registers_t
+  ) return registers_t;
+
   -- Bits of a stream's data: whole bytes, as AXI4-Stream has it.
   function stream_bits (
     bits : positive
@@ -195,6 +200,32 @@ package body axi_pkg is
     return found;
 
   end function present_registers;
+
+  function in_pairs (
+    registers : registers_t
+  ) return registers_t is
+
+    variable pairs : registers_t;
+
+  begin
+
+    pairs := registers;
+
+    for i in 0 to REGISTERS_TOTAL - 1 loop
+
+      for j in 0 to REGISTERS_TOTAL - 1 loop
+
+        if i / 2 = j / 2 and registers(j) = '1' then
+          pairs(i) := '1';
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return pairs;
+
+  end function in_pairs;
 
   function stream_bits (
     bits : positive

@@ -3,8 +3,9 @@
 -- frames in.
 --
 -- registers.toml beside this file is the map; docs/registers.md has it as a table. SLVERR, without any effect, answers
--- accesses to registers of parts that are not built (PARTS), to addresses beyond the map or between two words, writes
--- to read-only registers and reads of write-only ones. A frame size that cannot be taken is reported in `errors`
+-- accesses to registers of parts that are not built (PARTS), to addresses beyond the map, writes to read-only registers
+-- and reads of write-only ones. Such a read is answered with 0 beside a register that can be read, in the same 8 bytes:
+-- a bus of 64 bits reads both. A frame size that cannot be taken is reported in `errors`
 -- instead, because SLVERR may stop a processor.
 --
 -- Latency: a written register is at the ports 2 clocks after its address and data are there, load words 3.
@@ -79,6 +80,7 @@ architecture rtl of refocuser_registers is
   end function to_word;
 
   constant READS  : registers_t := present_registers(PARTS, READABLE);
+  constant PAIRED : registers_t := in_pairs(READS);
   constant WRITES : registers_t := present_registers(PARTS, WRITABLE);
 
   -- The value of slice_shift, for each slice.
@@ -246,9 +248,11 @@ begin
         written(i)    <= write;
       end if;
 
-      if read_place = i and READS(i) = '1' then
+      if read_place = i and PAIRED(i) = '1' then
         read_refused <= '0';
-        read_data    <= words(i);
+        if READS(i) = '1' then
+          read_data <= words(i);
+        end if;
       end if;
 
     end loop;

@@ -69,17 +69,25 @@ class Model:
         self.present = {register.address: register for register in present}
         self.kept = {r.name: 0 for r in self.present.values() if r.mode == "r_w"}
 
-    def writable(self, address: int) -> bool:
-        """Whether a write is answered with OKAY."""
-        return address in self.present and self.present[address].mode != "r"
+    def writable(self, address: int, strobes: int = 15) -> bool:
+        """Whether a write to a byte's address is answered with OKAY: without strobes any is."""
+        word = address & ~3
+        return not strobes or (word in self.present and self.present[word].mode != "r")
 
     def readable(self, address: int) -> bool:
-        """Whether a read is answered with OKAY."""
-        return address in self.present and self.present[address].mode != "wpulse"
+        """Whether a read of a byte's address is answered with OKAY.
+
+        Beside a word that can be read, in the same 8 bytes, any is: a bus of 64 bits reads both.
+        """
+        return any(self.reads(word) for word in (address & ~3, address & ~3 ^ 4))
+
+    def reads(self, word: int) -> bool:
+        """Whether a word is that of a register that can be read."""
+        return word in self.present and self.present[word].mode != "wpulse"
 
     def write(self, address: int, word: int, strobes: int) -> None:
         """Write the bytes of a word that have a strobe; `frame_size` is not known here."""
-        register = self.present.get(address)
+        register = self.present.get(address & ~3)
         if register is not None and register.name in self.kept and register.name != "frame_size":
             mask = sum(0xFF << 8 * i for i in range(4) if strobes >> i & 1)
             old = self.kept[register.name]

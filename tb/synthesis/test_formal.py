@@ -13,6 +13,7 @@ from plenofir.fpga.synthesis.formal import (
     TRACE,
     BusProof,
     DivideProof,
+    EventProof,
     FifoProof,
     FirProof,
     HeaderProof,
@@ -77,7 +78,19 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
         (MergeProof(2, 1), "lane_merge.vhd", "place := place + taps(i);", "place := place;"),
         (FifoProof(2), "axis_fifo.vhd", "elsif word_moves = '1'", "elsif m_axis_tready = '1'"),
         (BusProof(4), "axi_lite_slave.vhd", "has_read and not answers_read", "has_read"),
-        (BusProof(4), "axi_lite_slave.vhd", "<= takes_write and write_aligned", "<= takes_write"),
+        (BusProof(4), "axi_lite_slave.vhd", "<= takes_write and writes_bytes", "<= takes_write"),
+        (
+            EventProof(),
+            "event_registers.vhd",
+            "(held_happened and not clear_happened) or new_happened",
+            "(held_happened or new_happened) and not clear_happened",
+        ),
+        (
+            EventProof(),
+            "event_registers.vhd",
+            "(held_errors and not clear_errors) or new_errors",
+            "(held_errors or new_errors) and not clear_errors",
+        ),
         (
             BusProof(4, "wishbone_bridge"),
             "wishbone_bridge.vhd",

@@ -207,6 +207,22 @@ class BusProof:
 
 
 @dataclass(frozen=True)
+class EventProof:
+    """No fault and no event is lost, in the clock in which software clears its bit too."""
+
+    counters: int = 1  # events that are counted
+
+    @property
+    def name(self) -> str:
+        return "events that are kept until they are cleared, no bound"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        generics: Generics = {"COUNTERS": self.counters}
+        _prepare("event_registers", "event_properties", generics, {}, directory, sources)
+        _check(directory, self.name, "pdr -T 300", "Property proved")
+
+
+@dataclass(frozen=True)
 class HeaderProof:
     """One wrong bit of a CSI-2 header is corrected, two are found, for all headers."""
 
@@ -289,6 +305,7 @@ Proof = (
     | RoundProof
     | FifoProof
     | BusProof
+    | EventProof
     | HeaderProof
     | MergeProof
     | RingProof
@@ -406,6 +423,7 @@ PROOFS = (
     RoundProof(36),
     FifoProof(2),
     BusProof(4),
+    EventProof(),
     HeaderProof(),
     MergeProof(2, 1),
     BusProof(4, "wishbone_bridge"),
