@@ -19,6 +19,7 @@ from device_tables import device_shares, device_sources, scenes_on
 from entity_pages import declaration_table, entity_pages, instance_tree
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.recognise.uses import table as kinds_by_commands
 from plenofir.fpga import hdl
 from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.core import clock_counts
@@ -263,9 +264,17 @@ def ray_model(text: str) -> str:
     return between_marks(text, "stability", "\n".join(summary(all_outcomes())))
 
 
+def kind_table(text: str) -> str:
+    """Put what commands do with each kind of file between its marks in a page."""
+    return between_marks(text, "kinds", "\n".join(kinds_by_commands()))
+
+
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     written = {
+        DOCS / "files.md": lambda text: between_marks(
+            text, "kinds", "\n".join(kinds_by_commands())
+        ),
         DOCS / "boards.md": lambda text: lens_pitches(status_table(text)),
         DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": ray_model,

@@ -13,6 +13,7 @@ from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
 from plenofir.commands.rasters import recognised
 from plenofir.ground.errors import InputError
+from plenofir.ground.shell import command
 
 if TYPE_CHECKING:
     from plenofir.camera.recognise import Hints
@@ -33,6 +34,11 @@ def _check_first(frame: Path, hints: "Hints") -> None:
     source = recognised(frame, hints)
     if source.raster is None:
         raise source.refusal()
+    turned = [one for one in source.findings if one.heading == "axes" and one.notable]
+    if turned or hints.order or hints.flip not in (None, "none"):
+        reason = turned[0].text.partition(":")[0] if turned else "frames are refocused as they lie"
+        go_on = command("compose", frame, "-M", hints.micro_image or 1, "--out", "aligned.png")
+        raise InputError(f"{reason}; {go_on} puts one right", where=str(frame))
 
 
 def _develop_frame(source: Path, job: "Job", folder: Path) -> str:

@@ -255,7 +255,11 @@ def _warn(raw: Path, micro_image: int) -> None:
 
     read_picture(raw)
     try:
-        recognised(raw, Hints(micro_image))
+        source = recognised(raw, Hints(micro_image))
+        for finding in source.findings:
+            if finding.heading == "axes" and finding.notable:
+                text = finding.text.partition(":")[0]
+                typer.echo(f"warning: {raw}: {text}; simulated as stored", err=True)
     except InputError as error:
         typer.echo(f"warning: {error}", err=True)
 

@@ -14,6 +14,7 @@ from plenofir.camera.lightfield import light_field_disparity
 from plenofir.camera.lightfield.indexing import compose
 from plenofir.camera.recognise import Hints, LightFieldSource, recognise
 from plenofir.commands.app import run
+from plenofir.ground.errors import InputError
 from plenofir.ground.films import write_webm
 from plenofir.ground.images import encode_png, read_image, write_png
 from plenofir.ground.project import DATA
@@ -180,6 +181,16 @@ def test_alpha(tmp_path: Path) -> None:
     source = recognise(tmp_path / "holes.png")
     assert source.micro_image_size == 5
     assert [one.notable for one in source.findings if one.heading == "alpha"] == [True]
+
+
+def test_batch_does_not_turn(tmp_path: Path) -> None:
+    """Frames are refocused as they lie: one that lies otherwise is refused."""
+    write_png(tmp_path / "raster.png", compose(VIEWS[::-1]))
+    words = ["batch", str(tmp_path / "raster.png"), "-M", "5", "-a", "0", "--out", str(tmp_path)]
+    with pytest.raises(InputError, match=r"rows count from below; plenofir compose .* puts one"):
+        run(words)
+    with pytest.raises(InputError, match="refocused as they lie"):
+        run([*words, "--order", "rows", "--flip", "rows"])
 
 
 @pytest.mark.parametrize("order", ["columns_first", "rows_from_below"])

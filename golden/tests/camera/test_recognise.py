@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of inspect for pictures of known kind."""
 
+import re
 from math import inf
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -16,6 +18,8 @@ from plenofir.camera.lightfield.exports import encode_pfm, mosaic
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.picture import recognise_picture
+from plenofir.camera.recognise.source import Kind
+from plenofir.camera.recognise.uses import USES, table
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir.camera.synthetic.render import with_pitch
 from plenofir.ground.errors import InputError
@@ -158,6 +162,23 @@ def test_microscopes_whose_lenses_are_slow(name: str, m: int) -> None:
     assert raw.pitch_px == pytest.approx({"antleg": 27.53, "seaurchin": 17.20}[name], rel=0.025)
     assert f"-M {m}" in raw.advice[1]
     assert recognise(DATA / name / "white.png").kind == "white image"
+
+
+def test_every_kind_has_a_row_of_what_commands_do() -> None:
+    assert set(get_args(Kind)) <= USES.keys()
+    assert len(table()) == len(get_args(Kind)) + 2
+
+
+@pytest.mark.parametrize(
+    "name", ["flower_detail_5x5.png", "microscope/raw.png", "microscope/dark.png"]
+)
+def test_what_commands_do_is_so(name: str) -> None:
+    source = recognise(DATA / name)
+    if USES[source.kind].is_light_field:
+        assert source.field().micro_image_size == source.micro_image_size
+        return
+    with pytest.raises(InputError, match=re.escape(source.kind)):
+        source.field()
 
 
 def test_folders_of_frames(tmp_path: Path) -> None:
