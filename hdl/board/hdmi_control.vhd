@@ -92,6 +92,8 @@ architecture rtl of hdmi_control is
 
   -- Time that a line of the display data channel must be stable, in 10 ns.
   constant LINE_FILTER : positive := 20;
+  -- And how much longer, so that it is seen behind a change of the clock line at the same time (i2c_lines).
+  constant LINE_HOLD : positive := 32;
   -- A source that says nothing for that long in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
   constant LINE_LET_GO : positive := 3000000;
 
@@ -256,6 +258,7 @@ begin
   edid : entity work.i2c_rom_slave
     generic map (
       FILTER      => clocks_of(LINE_FILTER),
+      HOLD        => clocks_of(LINE_HOLD),
       LET_GO      => clocks_of(LINE_LET_GO),
       MAX_COLUMNS => MAX_COLUMNS,
       CLOCK_RANGE => CLOCK_RANGE

@@ -21,7 +21,8 @@ entity i2c_reader is
   generic (
     -- Address of the device.
     DEVICE : std_logic_vector(6 downto 0) := "1010000";
-    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz. A level takes 3 clocks to come in.
+    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz, which keeps the times of I2C's standard mode.
+    -- Levels that last for less than a fiftieth of a quarter count as spikes.
     QUARTER : positive range 3 to 65535 := 500;
     -- Clocks that the clock line may stay low after it was let go.
     STRETCH : positive := 3000000
@@ -68,8 +69,6 @@ architecture rtl of i2c_reader is
   type phase_t is (hold, setup, rise, high, high_end);
 
   -- The lines as they are in this clock.
-  signal lines   : std_logic_vector(1 downto 0);
-  signal arrived : std_logic_vector(1 downto 0);
   signal scl_now : std_logic;
   signal sda_now : std_logic;
   -- What is on the lines, the part of the bit, its clocks, bits of a byte that are over, and the byte with its
@@ -99,20 +98,17 @@ architecture rtl of i2c_reader is
 
 begin
 
-  lines <= scl & sda;
-
-  crossing : entity work.synchroniser
+  lines : entity work.i2c_lines
     generic map (
-      WIDTH => 2
+      SPIKE => larger(QUARTER / 50, 1)
     )
     port map (
-      clk         => clk,
-      level       => lines,
-      synchronous => arrived
+      clk       => clk,
+      scl       => scl,
+      sda       => sda,
+      scl_level => scl_now,
+      sda_level => sda_now
     );
-
-  scl_now <= arrived(1);
-  sda_now <= arrived(0);
 
   data     <= shift(8 downto 1);
   complete <= all_in;

@@ -1,14 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The EDID memory that sources read over the display data channel: an I2C slave at 0x50.
 --
--- A write sets the address, and reads continue from it, one byte after the other. Beyond the EDID_BYTES of the EDID
--- reads give 0xFF. Both lines are taken only after FILTER equal samples. A start condition begins anew from any state,
--- so an interrupted transfer blocks nothing. A source that goes away while the data line is held low would block it:
--- the line is therefore released when the clock line has stood still for LET_GO clocks.
+-- A write sets the address, and reads continue from it, one byte after the other; without a write they go on from the
+-- last read, from 0 on behind a reset. The address wraps at the size, EDID_BYTES, as that of a 24LCS21 does. Both
+-- lines are taken only after FILTER equal samples, and the data line with a hold time (i2c_lines): a source may
+-- change both at once. A start condition begins anew from any state, so an interrupted transfer blocks nothing. A
+-- source that goes away while the data line is held low would block it: the line is therefore released when the clock
+-- line has stood still for LET_GO clocks.
 --
--- Latency: FILTER + 3 clocks from a falling edge of the clock line to the data line. Throughput: I2C
---   up to 400 kHz, with clk of 100 MHz.
--- Equation: the n-th byte of a read = EDID(address + n).
+-- Latency: FILTER + HOLD + 3 clocks from a falling edge of the clock line to the data line, a hold time for the other
+--   side. Throughput: I2C up to 400 kHz, with clk of 100 MHz.
+-- Equation: the n-th byte of a read = EDID((address + n) mod EDID_BYTES).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -22,6 +24,9 @@ entity i2c_rom_slave is
   generic (
     -- Equal samples that make a level; 20 are 200 ns of 100 MHz.
     FILTER : positive := 20;
+    -- Clocks of hold time: UM10204 asks a device for 300 ns. With FILTER they are less than the clock line's shortest
+    -- high level, 600 ns.
+    HOLD : positive := 30;
     -- Clocks without an edge of the clock line after which the data line is let go: more than the longest bit.
     LET_GO : positive := 3000000;
     -- Longest line in pixels: longer modes are not offered.
@@ -45,6 +50,8 @@ end entity i2c_rom_slave;
 architecture rtl of i2c_rom_slave is
 
   constant DEVICE : std_logic_vector(6 downto 0) := "1010000";
+  -- The size is a power of two, so the address wraps by itself.
+  constant ADDRESS_BITS : positive := bits_for(EDID_BYTES - 1);
 
   type rom_t is array (0 to EDID_BYTES - 1) of std_logic_vector(7 downto 0);
 
@@ -89,24 +96,22 @@ architecture rtl of i2c_rom_slave is
   -- acknowledge: the slave's bit; send: a byte going out; acknowledged: the master's bit.
   type state_t is (idle, device_byte, address_byte, discard, acknowledge, send, acknowledged);
 
-  signal lines   : std_logic_vector(1 downto 0);
-  signal arrived : std_logic_vector(1 downto 0);
-  -- Samples that differ from the level that holds, and the levels, now and a clock before.
-  signal scl_count  : natural range 0 to FILTER := 0;
-  signal sda_count  : natural range 0 to FILTER := 0;
-  signal scl_now    : std_logic                 := '1';
-  signal sda_now    : std_logic                 := '1';
-  signal scl_before : std_logic                 := '1';
-  signal sda_before : std_logic                 := '1';
-  signal state      : state_t                   := idle;
+  -- The levels of the lines, now and a clock before.
+  signal scl_now    : std_logic;
+  signal sda_now    : std_logic;
+  signal scl_before : std_logic := '1';
+  signal sda_before : std_logic := '1';
+  signal state      : state_t   := idle;
   -- What follows the slave's acknowledge bit.
-  signal after_ack : state_t                      := idle;
-  signal shift     : std_logic_vector(7 downto 0) := (others => '0');
-  signal bits      : natural range 0 to 8         := 0;
-  signal address   : unsigned(7 downto 0)         := (others => '0');
-  signal rom_byte  : std_logic_vector(7 downto 0) := (others => '0');
-  -- Clocks since the last edge of the clock line while the data line is held low.
+  signal after_ack : state_t                             := idle;
+  signal shift     : std_logic_vector(7 downto 0)        := (others => '0');
+  signal bits      : natural range 0 to 8                := 0;
+  signal address   : unsigned(ADDRESS_BITS - 1 downto 0) := (others => '0');
+  signal rom_byte  : std_logic_vector(7 downto 0)        := (others => '0');
+  -- The data line is to be low, and is, some clocks later; clocks since the last edge of the clock line meanwhile.
   signal holds     : std_logic                 := '0';
+  signal pulls     : std_logic                 := '0';
+  signal waited    : natural range 0 to HOLD   := 0;
   signal held_long : natural range 0 to LET_GO := 0;
   -- The master has not acknowledged: it wants no more bytes.
   signal refused : std_logic := '0';
@@ -122,46 +127,51 @@ architecture rtl of i2c_rom_slave is
 
 begin
 
-  lines   <= scl & sda;
-  sda_low <= holds;
+  sda_low <= pulls;
 
-  crossing : entity work.synchroniser
+  lines : entity work.i2c_lines
     generic map (
-      WIDTH => 2
+      SPIKE => FILTER,
+      HOLD  => HOLD
     )
     port map (
-      clk         => clk,
-      level       => lines,
-      synchronous => arrived
+      clk       => clk,
+      scl       => scl,
+      sda       => sda,
+      scl_level => scl_now,
+      sda_level => sda_now
     );
 
-  -- A level holds until FILTER samples in a row differ from it: a spike on a long cable, and the
-  -- slow slope of a line with a pull-up resistor, make no edges.
-  filter_lines : process (clk) is
+  -- The data line changes HOLD clocks behind the clock line's fall, as the other side may see that late.
+  drive_line : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if arrived(1) = scl_now then
-        scl_count <= 0;
-      elsif scl_count = FILTER - 1 then
-        scl_now   <= arrived(1);
-        scl_count <= 0;
+      if holds = pulls then
+        waited <= 0;
+      elsif waited = HOLD - 1 then
+        waited <= 0;
+        pulls  <= holds;
       else
-        scl_count <= scl_count + 1;
+        waited <= waited + 1;
       end if;
-      if arrived(0) = sda_now then
-        sda_count <= 0;
-      elsif sda_count = FILTER - 1 then
-        sda_now   <= arrived(0);
-        sda_count <= 0;
-      else
-        sda_count <= sda_count + 1;
+      if reset = '1' then
+        pulls <= '0';
       end if;
+    end if;
+
+  end process drive_line;
+
+  -- For the edges.
+  remember_levels : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       scl_before <= scl_now;
       sda_before <= sda_now;
     end if;
 
-  end process filter_lines;
+  end process remember_levels;
 
   -- A register behind the ROM: it is read a clock after the address, and the next byte is wanted
   -- bits later.
@@ -169,10 +179,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      rom_byte <= x"FF";
-      if address < EDID_BYTES then
-        rom_byte <= EDID(to_integer(address));
-      end if;
+      rom_byte <= EDID(to_integer(address));
     end if;
 
   end process look_up;
@@ -214,12 +221,13 @@ begin
       if falls = '1' and state = address_byte and full = '1' then
         -- The address counts on by itself from the last one, as that of an EEPROM does: a source
         -- may read without writing it.
-        address <= unsigned(shift);
+        address <= unsigned(shift(ADDRESS_BITS - 1 downto 0));
       elsif fetches = '1' then
         address <= address + 1;
       end if;
       if reset = '1' then
-        bits <= 0;
+        bits    <= 0;
+        address <= (others => '0');
       end if;
     end if;
 

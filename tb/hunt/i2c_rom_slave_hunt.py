@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hunt of `i2c_rom_slave`: masters that disappear, glitches, noise, other devices, resets."""
+"""Hunt of `i2c_rom_slave`: data that change with the clock, glitches, noise, lost masters."""
 
 import random
 from typing import Any
@@ -10,18 +10,20 @@ from plenofir_tb.i2c import I2cMaster
 
 ENTITY = "i2c_rom_slave"
 FAULTS = [
-    ("i2c_rom_slave.vhd", "elsif scl_count = FILTER - 1 then", "else"),
+    ("i2c_lines.vhd", "scl_count >= SPIKE - 1", "scl_count >= 0"),
+    ("i2c_rom_slave.vhd", "      HOLD  => HOLD\n", "      HOLD  => 0\n"),
     ("i2c_rom_slave.vhd", "if refused = '1' then", "if false then"),
 ]  # fmt: skip
 # The shortest lines of an offered mode: with any pixel clock, and with those of a range.
 LEAST_COLUMNS = (640, 1280)
 # Random start values of these counters could overflow in simulation.
-KEEP = ("i2c_rom_slave.vhd",)
+KEEP = ("i2c_rom_slave.vhd", "i2c_lines.vhd")
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
     generics = {
         "FILTER": rng.choice([1, 2, 3, 4]),
+        "HOLD": rng.choice([3, 6, 12]),
         "MAX_COLUMNS": rng.choice([64, 640, 800, 1279, 1280, 4000]),
         "CLOCK_RANGE": rng.randrange(5),
     }
@@ -34,8 +36,8 @@ class Lines:
     The slave may change the data line only while the clock line is low, or after a start or stop.
     """
 
-    def __init__(self, dut: Any, filter_: int) -> None:
-        self.dut, self.filter = dut, filter_
+    def __init__(self, dut: Any, filter_: int, hold: int) -> None:
+        self.dut, self.filter, self.hold = dut, filter_, hold
         self.rng: random.Random | None = None
         self.scl = self.sda = 1
         self.shown: dict[str, int] = {}
@@ -61,7 +63,7 @@ class Lines:
         self.high_for = self.high_for + 1 if self.scl else 0
         self.still_for = 0 if self.sda != self.before[1] else self.still_for + 1
         self.before = (self.scl, self.sda)
-        late = 4 * self.filter + 12
+        late = 4 * self.filter + 2 * self.hold + 12
         if slave != self.slave and self.high_for > late and self.still_for > late:
             raise FaultError("the data line moves while the clock line is high")
         self.slave = slave
@@ -85,7 +87,10 @@ class Master(I2cMaster):
 
     def __init__(self, bench: Any, rng: random.Random) -> None:
         self.bench, self.rng, self.lines = bench, rng, bench.ports[0]
-        self.quarter = 4 * self.lines.filter + rng.choice([7, 8, 11])
+        self.quarter = 4 * self.lines.filter + 2 * self.lines.hold + rng.choice([7, 8, 11])
+        # The data line changes with the falling clock line, up to the hold time before or behind
+        # it: UM10204 lets it, and edges of a long cable do it.
+        self.at_once = rng.random() < 0.5
 
     async def wait(self) -> None:
         await self.bench.clocks(self.quarter * (1 if self.rng.random() < 0.97 else 3))
@@ -96,6 +101,26 @@ class Master(I2cMaster):
 
     async def data(self, level: int) -> None:
         self.lines.sda = level
+        await self.wait()
+
+    async def write(self, byte: int) -> bool:
+        if not self.at_once:
+            return await super().write(byte)
+        for i in range(7, -1, -1):
+            await self.bit_at_once(byte >> i & 1, byte >> max(i - 1, 0) & 1 if i else 1)
+        return not await self.bit(1)
+
+    async def bit_at_once(self, level: int, following: int) -> None:
+        """Send a bit, and the next one's level around the clock line's fall."""
+        rng, lines = self.rng, self.lines
+        await self.data(level)
+        await self.clock(1)
+        assert self.seen() == level, "the slave pulls the line while the master sends"
+        skew = rng.randint(-lines.hold + 1, lines.hold - 1)
+        first, second = (("sda", following), ("scl", 0))[:: 1 if skew < 0 else -1]
+        setattr(lines, *first)
+        await self.bench.clocks(abs(skew))
+        setattr(lines, *second)
         await self.wait()
 
     def seen(self) -> int:
@@ -121,11 +146,10 @@ class Hunt:
         self.master = Master(bench, rng)
         self.memory: list[int] = bench.design.setdefault("memory", [])
         # The address at which a read continues, if known.
-        self.pointer: int | None = None
+        self.pointer: int | None = 0
 
     def byte(self, address: int) -> int:
-        address %= 256
-        return self.memory[address] if address < 128 else 0xFF
+        return self.memory[address % 128]
 
     async def check(self, *acks: bool) -> None:
         if not all(acks):
@@ -151,7 +175,7 @@ class Hunt:
         if m.lines.reads - before != count:
             raise FaultError(f"{m.lines.reads - before} bytes were told, {count} were read")
         assert self.pointer is not None
-        begin, self.pointer = self.pointer, (self.pointer + count) % 256
+        begin, self.pointer = self.pointer, (self.pointer + count) % 128
         want = [self.byte(begin + n) for n in range(count)] if self.memory else got
         if got != want:
             raise FaultError(f"from {begin}: got {got}, want {want}")
@@ -189,6 +213,7 @@ class Hunt:
         elif kind == "reset":
             await self.broken_off(vanish=False)
             await self.bench.reset(1)
+            self.pointer = 0
             await self.bench.clocks(2)
             if m.lines.slave:
                 raise FaultError("a reset leaves the data line low")
@@ -223,7 +248,8 @@ async def stream(bench: Any, rng: random.Random) -> None:
     if not bench.ports:
         bench.set(scl=1, sda=1)
         await bench.clocks(2)
-        bench.add(Lines(bench.dut, bench.design["generics"]["FILTER"]))
+        generics = bench.design["generics"]
+        bench.add(Lines(bench.dut, generics["FILTER"], generics["HOLD"]))
         # Start values of the filters are no start condition.
         await bench.reset(12)
     lines = bench.ports[0]
@@ -235,7 +261,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     await hunt.master.stop()
     if not hunt.memory:
         # Without glitches a quarter may be shorter.
-        slow, hunt.master.quarter = hunt.master.quarter, lines.filter + 6
+        slow, hunt.master.quarter = hunt.master.quarter, lines.filter + 2 * lines.hold + 6
         block = await hunt.block(0, 128)
         hunt.master.quarter = slow
         hunt.memory += block
