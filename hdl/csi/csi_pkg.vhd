@@ -17,6 +17,9 @@ package csi_pkg is
   constant FRAME_START_KIND : kind_t := "000000";
   constant FRAME_END_KIND   : kind_t := "000001";
   constant LONG_KINDS       : kind_t := "010000";
+  -- Short packets that are for the user; long ones with pixels, or with what a user defines.
+  constant GENERIC_KINDS : kind_t := "001000";
+  constant PIXEL_KINDS   : kind_t := "011000";
 
   -- What is told of a stream. What crosses to the core's clock has FRAME_ENDED in the place of WRONG_SIZE, which is
   -- found there.
@@ -29,8 +32,20 @@ package csi_pkg is
   constant WRONG_SIZE       : natural := 6;
   constant FRAME_ENDED      : natural := 6;
   constant PIXELS_LOST      : natural := 7;
+  -- Those above are faults. Behind them is what was received and is not shown.
+  constant FAULT_KINDS   : natural := 8;
+  constant OTHER_TYPE    : natural := 8;
+  constant OTHER_CHANNEL : natural := 9;
+  constant NO_LINES      : natural := 10;
+  constant NO_PIXELS     : natural := 11;
 
-  subtype events_t is std_logic_vector(7 downto 0);
+  constant EVENT_KINDS : positive := 12;
+  constant LEFT_KINDS  : positive := EVENT_KINDS - FAULT_KINDS;
+
+  subtype events_t is std_logic_vector(EVENT_KINDS - 1 downto 0);
+
+  -- Data identifier of a packet: virtual channel, type.
+  subtype identifier_t is std_logic_vector(7 downto 0);
 
   -- Bytes of a line that go on to be unpacked: whether there are any, and how many; the line has
   -- ended, with these bytes or without any.
@@ -48,10 +63,11 @@ package csi_pkg is
     ends  : std_logic;
   end record unpacked_t;
 
-  -- What crosses to the core's clock with a word: what is told; whether there are pixels, the first
-  -- ones of a frame, the last ones of a line; the last one's number.
+  -- What crosses to the core's clock with a word: what is told; the identifier of the last packet of pixels that was
+  -- left out; whether there are pixels, the first ones of a frame, the last ones of a line; the last one's number.
   type crossing_t is record
     events     : events_t;
+    identifier : identifier_t;
     has_pixels : std_logic;
     first      : std_logic;
     ends       : std_logic;

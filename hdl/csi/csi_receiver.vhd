@@ -9,7 +9,8 @@
 --   behind them.
 -- - A line that is cut short ends early, a lost one is missing, and one that is sent twice comes out twice. The cores
 --   fill in and cut off what does not fit (frame_sequencer).
--- - Lines between a frame's end and the next one's start are left out.
+-- - Lines between a frame's end and the next one's start are left out, and so are packets of other types and channels:
+--   all of them are counted, and the last one with pixels is named.
 -- - Pixels that are not taken in time end their frame.
 --
 -- There is no reset in byte_clk. If the camera stops it between packets, data under way stay until it continues. A
@@ -47,7 +48,9 @@ entity csi_receiver is
   );
   port (
     -- Of the D-PHY, all in byte_clk: for each lane high from a burst's first byte behind the sync sequence to its end;
-    -- high with that first byte; the bytes, lane 0 in the low bits. Between bursts lanes are low for 2 clocks or more.
+    -- high with that first byte; the bytes, lane 0 in the low bits. Between bursts lanes are low for a clock or more. A
+    -- burst that a lane begins too late, or not at all, may cost its successor if this one's syncs come within MAX_SKEW
+    -- clocks of any of its own; a D-PHY takes longer for the way from one burst to the next.
     byte_clk   : in    std_logic;
     lane_valid : in    std_logic_vector(LANES - 1 downto 0);
     lane_sync  : in    std_logic_vector(LANES - 1 downto 0);
@@ -71,7 +74,13 @@ entity csi_receiver is
     -- frames and lines without a frame's start, and starts without an end, 6 lines and frames of another size, 7 frames
     -- cut because their pixels were not taken.
     fault_counts : out   std_logic_vector(8 * COUNT_BITS - 1 downto 0);
-    -- All counts begin anew.
+    -- The same of what is received and not shown, no faults: packets of pixels (types of 18 hexadecimal and above) 0 of
+    -- another type, 1 of another virtual channel, 2 frames without lines (they are of another size, too), 3 packets
+    -- without pixels (embedded data, blanking, short ones for the user, all others of other channels).
+    left_counts : out   std_logic_vector(4 * COUNT_BITS - 1 downto 0);
+    -- Data identifier of the last packet of pixels that was left out: virtual channel in bits 7 and 6, type; 0: none.
+    left_identifier : out   std_logic_vector(7 downto 0);
+    -- All counts begin anew, and the identifier.
     fault_clear : in    std_logic
   );
 end entity csi_receiver;
@@ -85,11 +94,12 @@ architecture rtl of csi_receiver is
                                            "csi_receiver: PIXELS_PER_CLOCK is not 1, 2, 4 or 8");
 
   -- Pixels between the clocks, then the fields of a word there: the last pixel's number, the
-  -- pixels, and beside both the events and three marks (eleven bits).
+  -- pixels, and beside both the events, the identifier and three marks.
   constant PIXELS    : positive := pixels_of_word(LANES, PIXEL_BITS, PIXELS_PER_CLOCK);
   constant LAST_BITS : positive := bits_for(PIXELS - 1);
   constant DATA_BITS : positive := PIXELS * PIXEL_BITS;
-  constant WORD_BITS : positive := DATA_BITS + LAST_BITS + 11;
+  constant MARKS     : positive := EVENT_KINDS + identifier_t'length;
+  constant WORD_BITS : positive := DATA_BITS + LAST_BITS + MARKS + 3;
   -- Clocks in which the last word of a line gets through raw_unpacker.
   constant UNPACK_CLOCKS : positive := 4;
 
@@ -103,9 +113,10 @@ architecture rtl of csi_receiver is
   signal payload_data : std_logic_vector(8 * LANES - 1 downto 0);
   signal frame_starts : std_logic;
   signal events       : events_t;
-  signal told         : std_logic_vector(8 downto 0);
-  signal told_late    : std_logic_vector(8 downto 0);
-  signal tolds        : std_logic_vector(delay_bits(9, UNPACK_CLOCKS) - 1 downto 0) := (others => '0');
+  signal identifier   : identifier_t;
+  signal told         : std_logic_vector(EVENT_KINDS downto 0);
+  signal told_late    : std_logic_vector(EVENT_KINDS downto 0);
+  signal tolds        : std_logic_vector(delay_bits(EVENT_KINDS + 1, UNPACK_CLOCKS) - 1 downto 0) := (others => '0');
   signal pixels_word  : unpacked_t;
   signal pixels_data  : std_logic_vector(DATA_BITS - 1 downto 0);
   signal full         : std_logic;
@@ -120,7 +131,7 @@ architecture rtl of csi_receiver is
   signal read_word  : std_logic_vector(WORD_BITS - 1 downto 0);
   signal read_mark  : crossing_t;
   signal faults     : events_t;
-  signal counts     : std_logic_vector(fault_counts'range) := (others => '0');
+  signal counts     : std_logic_vector(EVENT_KINDS * COUNT_BITS - 1 downto 0) := (others => '0');
 
 begin
 
@@ -168,7 +179,8 @@ begin
       payload         => payload,
       payload_data    => payload_data,
       frame_starts    => frame_starts,
-      events          => events
+      events          => events,
+      left_identifier => identifier
     );
 
   unpacker : entity work.raw_unpacker
@@ -187,7 +199,7 @@ begin
 
   -- All that is told has one bus. A missing lane is found in front of the parser, which has no use
   -- for it; its place among the events is free.
-  told <= events(7 downto LANE_MISSING + 1) & missing & events(LANE_MISSING - 1 downto 0) & frame_starts;
+  told <= events(events'high downto LANE_MISSING + 1) & missing & events(LANE_MISSING - 1 downto 0) & frame_starts;
 
   -- Marks and faults wait as long as the line's last word takes through the unpacker: what belongs
   -- behind a line must not pass it.
@@ -208,20 +220,21 @@ begin
       DATA_BITS   => DATA_BITS
     )
     port map (
-      clk          => byte_clk,
-      word         => pixels_word,
-      word_data    => pixels_data,
-      frame_starts => told_late(0),
-      events       => told_late(8 downto 1),
-      full         => full,
-      nearly_full  => nearly_full,
-      write_enable => write_enable,
-      write_word   => write_word,
-      write_data   => write_data
+      clk             => byte_clk,
+      word            => pixels_word,
+      word_data       => pixels_data,
+      frame_starts    => told_late(0),
+      events          => told_late(EVENT_KINDS downto 1),
+      left_identifier => identifier,
+      full            => full,
+      nearly_full     => nearly_full,
+      write_enable    => write_enable,
+      write_word      => write_word,
+      write_data      => write_data
     );
 
   write_bits <= write_data & std_logic_vector(to_unsigned(write_word.last, LAST_BITS)) & write_word.ends &
-                write_word.first & write_word.has_pixels & write_word.events;
+                write_word.first & write_word.has_pixels & write_word.identifier & write_word.events;
 
   --------------------------------------------------------------------------------------------------
   -- Into the core's clock.
@@ -248,11 +261,12 @@ begin
 
   read_mark <=
   (
-    read_word(7 downto 0),
-    read_word(8),
-    read_word(9),
-    read_word(10),
-    to_integer(unsigned(read_word(LAST_BITS + 10 downto 11)))
+    read_word(EVENT_KINDS - 1 downto 0),
+    read_word(MARKS - 1 downto EVENT_KINDS),
+    read_word(MARKS),
+    read_word(MARKS + 1),
+    read_word(MARKS + 2),
+    to_integer(unsigned(read_word(LAST_BITS + MARKS + 2 downto MARKS + 3)))
   );
 
   stream : entity work.pixel_stream
@@ -278,7 +292,8 @@ begin
       faults        => faults
     );
 
-  fault_counts <= counts;
+  fault_counts <= counts(fault_counts'range);
+  left_counts  <= counts(counts'high downto FAULT_KINDS * COUNT_BITS);
 
   -- A count each, in the core's clock: events crossed in their words, so none is lost however far
   -- the clocks are apart.
@@ -287,6 +302,13 @@ begin
 
     if rising_edge(clk) then
       counts <= each_counted(counts, faults, fault_clear);
+      -- Words that tell of other things carry the identifier, too, also behind a clearing.
+      if fault_clear = '1' then
+        left_identifier <= (others => '0');
+      elsif read_valid = '1' and read_ready = '1' and
+            (read_mark.events(OTHER_TYPE) = '1' or read_mark.events(OTHER_CHANNEL) = '1') then
+        left_identifier <= read_mark.identifier;
+      end if;
     end if;
 
   end process count_faults;

@@ -2,8 +2,12 @@
 -- Aligns the bytes of a burst that arrive on several lanes, each lane late by its own number of clocks.
 --
 -- The last bytes of each lane are stored. At the clock at which the last lane has seen its sync, the place of each
--- lane's sync among its bytes shows by how much it is early; this holds for the burst. Nothing else of a burst is
--- remembered, so the next one begins anew, whatever happened to this one.
+-- lane's oldest sync among its bytes shows by how much it is early; this holds for the burst. Syncs of bursts that
+-- follow at once wait for their turn. A sync that MAX_SKEW clocks have not completed is dropped and told.
+--
+-- So bursts may follow each other at any distance as long as each lane sees each sync in time. A burst of which a sync
+-- is missing or late costs no other one if the syncs of the next one come more than MAX_SKEW clocks behind all of its
+-- own.
 --
 -- Latency: 2 clocks behind the last lane. Throughput: a byte of each lane each clock.
 -- Equation: word(n) = the n-th bytes of all lanes behind their syncs, if these come within MAX_SKEW clocks.
@@ -11,6 +15,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
 
 entity lane_merge is
   generic (
@@ -29,7 +36,8 @@ entity lane_merge is
     word_first : out   std_logic;
     word_live  : out   std_logic_vector(LANES - 1 downto 0);
     word_data  : out   std_logic_vector(8 * LANES - 1 downto 0);
-    -- A lane saw a sync, and not all others did within MAX_SKEW clocks.
+    -- A burst that not all lanes began within MAX_SKEW clocks, once for each. Of such bursts with less than REST clocks
+    -- of rest between them, those that fail in different lanes may count as one.
     lane_missing : out   std_logic
   );
 end entity lane_merge;
@@ -44,66 +52,68 @@ architecture rtl of lane_merge is
 
   type taps_t is array (natural range 0 to LANES - 1) of natural range 0 to MAX_SKEW;
 
+  -- Clocks without bytes behind which a burst is over, with its late lanes.
+  constant REST : positive := 15;
+
   signal valid : std_logic_vector(PLACES - 1 downto 0) := (others => '0');
   signal sync  : std_logic_vector(PLACES - 1 downto 0) := (others => '0');
   signal bytes : bytes_t                               := (others => (others => '0'));
-  -- All lanes are in step from this clock on.
-  -- A lane has just seen its sync, and all others have it among their bytes: all lanes are in step
-  -- from this clock on.
+  -- Each lane has a sync among its bytes: all lanes are in step from this clock on.
   signal starts : std_logic;
-  -- How early each lane is: now, and in this burst.
+  -- The oldest sync of each lane, which leaves when all are in step.
+  signal oldest : std_logic_vector(PLACES - 1 downto 0);
+  -- How early each lane is: now, and in this burst; lanes that have not ended yet.
   signal taps_now : taps_t;
-  signal taps     : taps_t    := (others => 0);
-  signal active   : std_logic := '0';
+  signal taps     : taps_t                               := (others => 0);
+  signal active   : std_logic_vector(LANES - 1 downto 0) := (others => '0');
+  -- Lanes whose sync was dropped in the burst that was told last; clocks without bytes.
+  signal dropped : std_logic_vector(LANES - 1 downto 0) := (others => '0');
+  signal quiet   : natural range 0 to REST              := 0;
 
 begin
 
   find_syncs : process (sync, taps) is
 
-    variable newest : std_logic;
-    variable all_in : std_logic;
-    variable found  : std_logic;
+    variable all_in  : std_logic;
+    variable present : std_logic;
 
   begin
 
-    newest   := '0';
     all_in   := '1';
     taps_now <= taps;
+    oldest   <= (others => '0');
 
     for i in 0 to LANES - 1 loop
 
-      newest := newest or sync(i * DEPTH);
-      found  := '0';
+      present := '0';
 
-      -- From the oldest to the newest: if two syncs are among a lane's bytes, the newer one begins
-      -- this burst.
+      -- From the oldest to the newest, so that bursts leave in their order.
       for d in DEPTH - 1 downto 0 loop
 
-        if sync(i * DEPTH + d) = '1' then
-          found       := '1';
-          taps_now(i) <= d;
+        if sync(i * DEPTH + d) = '1' and present = '0' then
+          present               := '1';
+          taps_now(i)           <= d;
+          oldest(i * DEPTH + d) <= '1';
         end if;
 
       end loop;
 
-      all_in := all_in and found;
+      all_in := all_in and present;
 
     end loop;
 
-    starts <= newest and all_in;
+    starts <= all_in;
 
   end process find_syncs;
 
   keep_bytes : process (clk) is
 
-    variable place   : natural range 0 to 31;
-    variable missing : std_logic;
-    variable live    : std_logic;
+    variable place : natural range 0 to 31;
+    variable live  : std_logic;
 
   begin
 
     if rising_edge(clk) then
-      missing := '0';
 
       for i in 0 to LANES - 1 loop
 
@@ -112,22 +122,16 @@ begin
         sync(i * DEPTH)  <= lane_valid(i) and lane_sync(i);
         bytes(i * DEPTH) <= lane_data(8 * i + 7 downto 8 * i);
 
-        -- A sync counts for one burst: it is deleted from the places behind as soon as all lanes
-        -- are in step.
+        -- A sync counts for one burst: it is deleted as soon as all lanes are in step.
         for d in 1 to DEPTH - 1 loop
 
           valid(i * DEPTH + d) <= valid(i * DEPTH + d - 1);
-          sync(i * DEPTH + d)  <= sync(i * DEPTH + d - 1) and not starts;
+          sync(i * DEPTH + d)  <= sync(i * DEPTH + d - 1) and not (starts and oldest(i * DEPTH + d - 1));
           bytes(i * DEPTH + d) <= bytes(i * DEPTH + d - 1);
 
         end loop;
 
-        -- A sync that falls out at the end was never met by the others'.
-        missing := missing or (sync(i * DEPTH + DEPTH - 1) and not starts);
-
       end loop;
-
-      lane_missing <= missing;
 
       -- With the first word the places just found hold already: those in the register are the last
       -- burst's.
@@ -141,17 +145,13 @@ begin
           place := place + taps(i);
         end if;
 
-        -- Bytes of lanes that never were in step do not leave.
-        live         := valid(place) and (starts or active);
+        -- Bytes of lanes that never were in step do not leave, and none behind a lane's end, as the next burst may be
+        -- there already.
+        live         := valid(place) and (starts or active(i));
         word_live(i) <= live;
+        active(i)    <= live;
 
         word_data(8 * i + 7 downto 8 * i) <= bytes(place);
-
-        -- The burst lasts as long as the first lane's bytes do: every packet begins and ends with
-        -- it, as bytes are dealt out from lane 0 on.
-        if i = 0 then
-          active <= live;
-        end if;
 
       end loop;
 
@@ -159,5 +159,38 @@ begin
     end if;
 
   end process keep_bytes;
+
+  tell_missing : process (clk) is
+
+    variable drops : std_logic_vector(LANES - 1 downto 0);
+    variable known : std_logic_vector(LANES - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      -- A sync that falls out at the end was never met by the others'.
+      for i in 0 to LANES - 1 loop
+
+        drops(i) := sync(i * DEPTH + DEPTH - 1) and not starts;
+
+      end loop;
+
+      -- A late lane's sync is dropped behind the others', and belongs to the burst that was told. A lane has one sync
+      -- in a burst.
+      known := dropped;
+      if starts = '1' or quiet = REST or (drops and dropped) /= (LANES - 1 downto 0 => '0') then
+        known := (others => '0');
+      end if;
+      lane_missing <= to_logic(known = (LANES - 1 downto 0 => '0') and drops /= (LANES - 1 downto 0 => '0'));
+      dropped      <= known or drops;
+
+      if valid /= (PLACES - 1 downto 0 => '0') then
+        quiet <= 0;
+      elsif quiet /= REST then
+        quiet <= quiet + 1;
+      end if;
+    end if;
+
+  end process tell_missing;
 
 end architecture rtl;

@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Finds packets in bursts, and in them frames and lines of raw pixels.
 --
--- A burst begins with the header of a packet; what follows the packet is filler. Bit errors of the header are corrected
--- or detected, and payloads are checked, those of other types and virtual channels too. Bytes of lines leave as they
--- arrive, so it is known only afterwards whether a line was sound. Lines count between a frame's start and its end.
+-- A burst begins with the header of a packet; what follows the packet is filler. Bit errors of the header are
+-- corrected or detected, and payloads are checked, those of other types and virtual channels too. Bytes of lines
+-- leave as they arrive, so it is known only afterwards whether a line was sound. Lines count between a frame's start
+-- and its end.
 --
--- The outputs of one clock have this order: a line ends, a frame ends, a frame starts. A byte comes before or after all
--- of these, as a clock has either bytes or the start of a frame.
+-- The outputs of one clock have this order: a line ends, a frame ends, a frame starts. A byte comes before or after
+-- all of these, as a clock has either bytes or the start of a frame.
 --
 -- Latency: 5 clocks. Throughput: LANES bytes each clock.
 -- Equation: payload(n) = burst(4 + n), n < word count, of packets of type raw_kind(PIXEL_BITS) on the virtual channel.
@@ -36,9 +37,12 @@ entity packet_parser is
     -- Bytes of a line, and how many; the line has ended, with this clock's bytes if there are any.
     payload      : out   payload_t;
     payload_data : out   std_logic_vector(8 * LANES - 1 downto 0);
-    -- A frame starts, and what is told: a frame ended, faults; PIXELS_LOST is not among them.
+    -- A frame starts, and what is told: a frame ended, faults, packets that are left out; PIXELS_LOST is not among
+    -- them.
     frame_starts : out   std_logic;
-    events       : out   events_t
+    events       : out   events_t;
+    -- The last packet of pixels that was left out.
+    left_identifier : out   identifier_t
   );
 end entity packet_parser;
 
@@ -77,6 +81,8 @@ architecture rtl of packet_parser is
 
   -- Between a frame's start and its end on the virtual channel.
   signal frame_open : std_logic := '0';
+  -- A packet of this frame was a line.
+  signal has_lines : std_logic := '0';
 
   -- To the checksum.
   signal crc_restart : std_logic                                := '0';
@@ -153,6 +159,7 @@ begin
     variable cut    : std_logic;
     variable ends   : std_logic;
     variable kind   : kind_t;
+    variable ours   : std_logic;
 
   begin
 
@@ -216,6 +223,7 @@ begin
         told(CORRECTED_HEADER) <= mended;
         told(DAMAGED_HEADER)   <= known_bad;
         kind                   := facts(5 downto 0);
+        ours                   := to_logic(facts(7 downto 6) = virtual_channel);
         -- A damaged header says nothing for certain, its length included: all up to the next burst is filler.
         if known_bad = '0' then
           -- Payload and checksum. Packets of other types are followed, too: a wrong checksum tells of the link.
@@ -226,17 +234,30 @@ begin
             crc_restart <= '1';
           end if;
           is_line <= '0';
-          if facts(7 downto 6) = virtual_channel then
+          -- What does not belong to the frames is counted, and pixels are named.
+          if kind >= PIXEL_KINDS then
+            if ours = '0' or kind /= raw_kind(PIXEL_BITS) then
+              left_identifier <= facts(7 downto 0);
+            end if;
+            told(OTHER_CHANNEL) <= not ours;
+            told(OTHER_TYPE)    <= ours and to_logic(kind /= raw_kind(PIXEL_BITS));
+          else
+            told(NO_PIXELS) <= not ours or to_logic(kind >= GENERIC_KINDS);
+          end if;
+          if ours = '1' then
             if kind = FRAME_START_KIND then
               frame_starts       <= '1';
               frame_open         <= '1';
+              has_lines          <= '0';
               told(OUT_OF_ORDER) <= frame_open;
             elsif kind = FRAME_END_KIND then
               frame_open         <= '0';
               told(FRAME_ENDED)  <= frame_open;
+              told(NO_LINES)     <= frame_open and not has_lines;
               told(OUT_OF_ORDER) <= not frame_open;
             elsif kind = raw_kind(PIXEL_BITS) then
               is_line            <= frame_open;
+              has_lines          <= '1';
               told(OUT_OF_ORDER) <= not frame_open;
             end if;
           end if;

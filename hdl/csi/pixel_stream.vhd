@@ -127,9 +127,9 @@ begin
       if done = '1' then
         faults <= word.events;
         -- Where frames end the number of lines shows. Before the first whole frame there is nothing
-        -- to compare.
+        -- to compare, but a frame to which no line belongs is wrong in any case.
         if word.events(FRAME_ENDED) = '1' then
-          wrong := running and to_logic(lines /= unsigned(rows));
+          wrong := (running and to_logic(lines /= unsigned(rows))) or word.events(NO_LINES);
           lines <= (others => '0');
         end if;
         if passes = '1' then

@@ -26,9 +26,10 @@ entity word_sender is
     -- Words, as raw_unpacker gives them.
     word      : in    unpacked_t;
     word_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    -- A frame starts with the next word; what is told.
-    frame_starts : in    std_logic;
-    events       : in    events_t;
+    -- A frame starts with the next word; what is told, and with it the last packet of pixels that was left out.
+    frame_starts    : in    std_logic;
+    events          : in    events_t;
+    left_identifier : in    identifier_t;
     -- To the buffer; it has no place, or one.
     full         : in    std_logic;
     nearly_full  : in    std_logic;
@@ -66,10 +67,11 @@ begin
   news  <= untold or events;
   -- News without pixels wait until there is more than one place: the last one belongs to the end of
   -- the line under way.
-  tells <= to_logic(news /= (7 downto 0 => '0')) and not nearly_full;
+  tells <= to_logic(news /= (events_t'range => '0')) and not nearly_full;
 
   write_enable          <= fits or tells;
   write_word.events     <= news;
+  write_word.identifier <= left_identifier;
   write_word.has_pixels <= fits;
   write_word.first      <= held_first;
   -- In the last place the line ends, whether the camera has ended it or not.

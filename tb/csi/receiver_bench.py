@@ -10,7 +10,15 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge
 
 from csi.transmitter import Lanes, TransmitterOnPins
-from plenofir.fpga.csi import Kind, checksum, frame_packets, header, long_packet, raw_kind
+from plenofir.fpga.csi import (
+    Kind,
+    checksum,
+    frame_packets,
+    header,
+    lane_clocks,
+    long_packet,
+    raw_kind,
+)
 from plenofir_tb.case import read_case
 
 CASE = read_case()
@@ -31,16 +39,17 @@ class Bench:
         self.pixels = np.random.default_rng(cocotb.RANDOM_SEED)
         self.frames: list[list[list[int]]] = []
 
-    async def begin(self, channel: int = 0) -> None:
-        """Start clocks and lanes, reset, take what comes."""
+    async def begin(self, channel: int = 0, lanes: Lanes | None = None) -> None:
+        """Start clocks and lanes, if they do not run yet, reset, take what comes."""
         dut = self.dut
-        Clock(dut.clk, CLOCK_PS, "ps").start()
+        if lanes is None:
+            Clock(dut.clk, CLOCK_PS, "ps").start()
         for name in ("lane_valid", "lane_sync", "lane_data", "fault_clear"):
             getattr(dut, name).value = 0
         dut.m_axis_tready.value, dut.reset.value = 1, 1
         dut.columns.value, dut.rows.value = self.columns, self.rows
         dut.virtual_channel.value = channel
-        self.lanes = Lanes(dut, LANES, BYTE_PS)
+        self.lanes = lanes or Lanes(dut, LANES, BYTE_PS)
         await ClockCycles(dut.clk, 20)
         dut.fault_clear.value = 1
         await ClockCycles(dut.clk, 2)
@@ -74,6 +83,13 @@ class Bench:
         values = [int(text[n * width : (n + 1) * width][::-1], 2) for n in range(len(COUNTS))]
         return {name: value for name, value in zip(COUNTS, values, strict=True) if value}
 
+    def left_out(self) -> tuple[list[int], int]:
+        """Counts of packets that are left out, and the last one's data identifier."""
+        value = int(self.dut.left_counts.value)
+        width = len(self.dut.left_counts) // 4
+        counts = [value >> n * width & (1 << width) - 1 for n in range(4)]
+        return counts, int(self.dut.left_identifier.value)
+
     def check(self, pictures: list[np.ndarray]) -> None:
         """Compare the frames that came, and forget them."""
         assert len(self.frames) == len(pictures)
@@ -89,10 +105,12 @@ class Bench:
 @cocotb.test()
 async def frames_of_any_width(dut: Any) -> None:
     """Lines of any number of pixel groups, skewed lanes, other packets in between: all pixels."""
+    lanes = None
     for number, units in enumerate(range(1, 12)):
         bench = Bench(dut, UNIT * units, 3)
         channel = number % 4
-        await bench.begin(channel)
+        await bench.begin(channel, lanes)
+        lanes = bench.lanes
         pictures = [bench.picture() for _ in range(2)]
         for frame, picture in enumerate(pictures):
             packets = frame_packets(picture, BITS, channel=channel, number=frame)
@@ -111,6 +129,50 @@ async def frames_of_any_width(dut: Any) -> None:
         assert bench.counts() == {}
         if number >= CASE["widths"]:
             break
+
+
+@cocotb.test()
+async def frames_that_are_not_shown(dut: Any) -> None:
+    """Lines of another type and channel, frames without any, are counted and named."""
+    bench = Bench(dut, UNIT * 2, 3)
+    await bench.begin(1)
+    other = 8 if BITS != 8 else 12
+    picture = bench.picture() & 0xFF
+    bench.lanes.send(frame_packets(picture, other, channel=1))
+    await bench.lanes.sent()
+    assert bench.left_out() == ([3, 0, 1, 0], 1 << 6 | raw_kind(other))
+    assert bench.counts() == {"size": 1}
+    bench.lanes.send(frame_packets(picture, BITS, channel=2))
+    await bench.lanes.sent()
+    # The start and the end of another channel's frame have no pixels.
+    assert bench.left_out() == ([3, 3, 1, 2], 2 << 6 | raw_kind(BITS))
+    bench.lanes.send([long_packet(1, Kind.EMBEDDED, bytes(7)), header(1, 0x08, 77)])
+    await bench.lanes.sent()
+    assert bench.left_out() == ([3, 3, 1, 4], 2 << 6 | raw_kind(BITS))
+    assert bench.counts() == {"size": 1}
+    bench.check([])
+
+
+@cocotb.test()
+async def bursts_that_follow_at_once(dut: Any) -> None:
+    """A clock of rest on each lane is enough, with any skew; a dead lane is counted by bursts."""
+    bench = Bench(dut, UNIT * 2, 2)
+    await bench.begin()
+    pictures = [bench.picture() for _ in range(8)]
+    for number, picture in enumerate(pictures):
+        packets = [header(0, Kind.LINE_START, number), *frame_packets(picture, BITS)]
+        for packet in packets:
+            # `lane_clocks` lets all lanes end; this leaves the clock that the latest one needs.
+            skews = bench.skews()
+            bench.lanes.send([packet], skews=skews, gap=1)
+    await bench.lanes.sent()
+    bench.check(pictures)
+    assert bench.counts() == {}
+    if LANES > 1:
+        for entries in lane_clocks(frame_packets(pictures[0], BITS), LANES, gap=2).tolist():
+            bench.lanes.clock([entries[0], *[0] * (LANES - 1)])
+        await bench.lanes.sent()
+        assert bench.counts() == {"lanes": 4}
 
 
 @cocotb.test()

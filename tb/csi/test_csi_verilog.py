@@ -16,4 +16,4 @@ def test_receiver_in_verilator(tmp_path: Path, lanes: int, bits: int, pixels: in
     case = {"lanes": lanes, "bits": bits, "pixels": pixels, "widths": 11}
     step = ("1ps", "1ps")
     ran = run_in_verilator("csi_receiver", generics, "csi.alone_bench", case, tmp_path, step)
-    assert len(ran) == 4
+    assert len(ran) == 6

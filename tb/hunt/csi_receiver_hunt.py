@@ -26,6 +26,7 @@ FAULTS = [
 # Pointers between the clocks have no reset, so random start values would be invalid.
 KEEP = ("crossing_fifo.vhd", "word_sender.vhd", "raw_unpacker.vhd", "packet_parser.vhd")
 NAMES = ("corrected", "damaged", "payload", "cut", "lanes", "order", "size", "lost")
+LEFT = ("type", "channel", "no lines", "no pixels")
 UNITS = {8: 1, 10: 4, 12: 2}
 CLOCK_PS = 10_000
 COUNT_BITS = 8
@@ -95,9 +96,9 @@ class Hunt:
         """A packet that does not belong to the frame."""
         rng = self.rng
         if rng.random() < 0.4:
-            return packet(self.channel, rng.choice([2, 3, 8, 15]), rng.getrandbits(16))
+            return packet(self.channel, rng.randint(2, 15), rng.getrandbits(16))
         payload = [rng.getrandbits(8) for _ in range(rng.randint(0, 9))]
-        kind = rng.choice([0x10, 0x11, 0x12, 0x1E, 0x30])
+        kind = rng.choice([k for k in range(16, 64) if k != KINDS[self.bits]])
         channel = self.channel
         if rng.random() < 0.4:
             kind = rng.choice([kind, 0, 1, KINDS[self.bits]])
@@ -149,6 +150,23 @@ class Hunt:
             found.append((data, kind))
         return found
 
+    def others(self) -> list[list[int]]:
+        """Frames that another setting of the sensor sends: none of their lines is shown."""
+        rng = self.rng
+        kind = rng.choice(["type", "channel", "no lines", "no frames"])
+        self.bench.counts[f"frames: {kind}"] += 1
+        channel, sent = self.channel, KINDS[self.bits]
+        if kind == "channel":
+            channel = (channel + rng.randint(1, 3)) % 4
+        elif kind == "type":
+            sent = rng.choice([k for k in range(0x18, 0x40) if k != sent])
+        lines = [] if kind == "no lines" else range(self.rows)
+        payload = [rng.getrandbits(8) for _ in range(rng.randint(1, 40))]
+        body = [packet(channel, sent, len(payload), payload) for _ in lines]
+        if kind == "no frames":
+            return body
+        return [packet(channel, 0, 1), *body, packet(channel, 1, 1)]
+
     def send(self, lanes: Lanes, bursts: list[tuple[list[int], str]]) -> None:
         """Send bursts to the lanes and to the model."""
         rng, count = self.rng, self.lanes
@@ -164,27 +182,36 @@ class Hunt:
                 missing = rng.randrange(count)
                 others = [s for n, s in enumerate(skews) if n != missing]
                 skews[missing] = min(others) + self.skew + rng.randint(1, 3)
-            # Lanes end together, unless they are cut.
+            faulty = count > 1 and (missing >= 0 or max(skews) - min(skews) > self.skew)
+            # A D-PHY's trail; each lane ends when its own is over.
             fill = [] if kind == "cut" else [rng.getrandbits(8)] * (-len(data) % count)
             data_sent = [*data, *fill, *trail]
             clocks = max(skews) + -(-len(data_sent) // count)
             rows = [[0, 0, rng.getrandbits(8 * count)] for _ in range(clocks)]
-            syncs = set()
+            syncs = 0
             for lane in range(count):
                 for n, byte in enumerate(data_sent[lane::count]):
                     row = rows[skews[lane] + n]
                     row[0] |= 1 << lane
                     if n == 0 and (lane != missing or kind == "late"):
                         row[1] |= 1 << lane
-                        syncs.add(skews[lane])
+                        syncs += 1
                     row[2] = row[2] & ~(255 << 8 * lane) | byte << 8 * lane
-            if missing >= 0:
-                self.model.told["lanes"] += len(syncs)
-            else:
+            if syncs == count and not faulty:
                 self.model.burst(data_sent)
+            else:
+                self.model.told["lanes"] += syncs > 0
+            # Each lane rests for a clock or more, and longer behind a burst that fails: then it
+            # costs no other one.
+            ends = [skew + len(data_sent[lane::count]) for lane, skew in enumerate(skews)]
+            rest = max(ends) + 1 + (rng.randint(16, 20) + self.skew if faulty else self.gap())
+            rows += [[0, 0, rng.getrandbits(8 * count)] for _ in range(rest - len(rows))]
             lanes.queue.extend((r[0], r[1], r[2]) for r in rows)
-            lanes.queue.extend([(0, 0, rng.getrandbits(8 * count))] * rng.randint(2, 20))
             lanes.queue.append(number)
+
+    def gap(self) -> int:
+        """Clocks of rest on all lanes beyond the one that each needs."""
+        return self.rng.choice([0, 0, 1, self.rng.randint(0, 20)])
 
     def beats(self, frames: list[list[list[int]]]) -> list[tuple[Beat, int]]:
         """Beats of frames, each with a mask of the bits to compare."""
@@ -205,8 +232,9 @@ class Hunt:
 
     def told(self) -> Counter[str]:
         value = self.bench.number("fault_counts")
+        value |= self.bench.number("left_counts") << COUNT_BITS * len(NAMES)
         return +Counter(
-            {n: value >> COUNT_BITS * i & (1 << COUNT_BITS) - 1 for i, n in enumerate(NAMES)}
+            {n: value >> COUNT_BITS * i & (1 << COUNT_BITS) - 1 for i, n in enumerate(NAMES + LEFT)}
         )
 
 
@@ -238,9 +266,12 @@ async def stream(bench: Any, rng: random.Random) -> None:
     await bench.clocks(2)
     bench.set(fault_clear=0)
     hunt.model.told.clear()
+    hunt.model.identifier = 0
     kind = rng.choice(["clean", "damaged", "damaged", "damaged", "reset", "stalls"])
     bench.counts[f"stream: {kind}"] += 1
     packets = [p for _ in range(rng.randint(1, 4)) for p in hunt.frame(rng.choice([0, 0.3]))]
+    for _ in range(rng.choice([0, 0, 1, 3])):
+        packets += hunt.others()
     bursts = hunt.damage(packets) if kind == "damaged" else [(p, "") for p in packets]
     model = hunt.model
     if kind in ("clean", "damaged"):
@@ -251,6 +282,8 @@ async def stream(bench: Any, rng: random.Random) -> None:
         fault = same(sink.received, hunt.beats(model.frames))
         if not fault and hunt.told() != +model.told:
             fault = f"told {dict(hunt.told())}, expected {dict(+model.told)}"
+        if not fault and bench.number("left_identifier") != model.identifier:
+            fault = f"left_identifier is {bench.number('left_identifier')}, not {model.identifier}"
         if not fault and [len(line) for line in model.frames[-1]] != [hunt.columns] * hunt.rows:
             fault = "the last frame is not whole"
         if fault:

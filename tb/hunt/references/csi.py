@@ -88,7 +88,8 @@ class Receiver:
     def __init__(self, lanes: int, bits: int, channel: int, columns: int, rows: int) -> None:
         self.lanes, self.bits, self.channel = lanes, bits, channel
         self.columns, self.rows = columns, rows
-        self.open = self.running = self.starts = False
+        self.open = self.running = self.starts = self.has_lines = False
+        self.identifier = 0
         self.lines = 0
         self.frames: list[list[list[int]]] = []
         self.told: Counter[str] = Counter()
@@ -105,14 +106,18 @@ class Receiver:
             return
         kind, value = head & 63, head >> 8
         ours = head >> 6 & 3 == self.channel
+        self._left_out(kind, ours=ours, identifier=head & 255)
         if kind < 16:
             if ours and kind == 0:
                 self.told["order"] += self.open
                 self.open = self.starts = True
+                self.has_lines = False
             elif ours and kind == 1:
                 self.told["order"] += not self.open
-                if self.open and self.running:
-                    self.told["size"] += self.lines != self.rows
+                if self.open:
+                    self.told["no lines"] += not self.has_lines
+                    wrong = self.running and self.lines != self.rows
+                    self.told["size"] += wrong or not self.has_lines
                     self.lines = 0
                 self.open = False
             return
@@ -126,8 +131,18 @@ class Receiver:
             self.told["payload"] += 1
         if ours and kind == KINDS[self.bits]:
             self.told["order"] += not self.open
+            self.has_lines = True
             if self.open:
                 self._line(unpacked(body[:value], self.bits))
+
+    def _left_out(self, kind: int, *, ours: bool, identifier: int) -> None:
+        """Count a packet that does not belong to the frames; pixels are named."""
+        pixels = kind >= 0x18
+        if not pixels:
+            self.told["no pixels"] += not ours or kind >= 8
+        elif not ours or kind != KINDS[self.bits]:
+            self.told["type" if ours else "channel"] += 1
+            self.identifier = identifier
 
     def _line(self, pixels: list[int]) -> None:
         if not pixels:

@@ -243,14 +243,17 @@ class MergeProof:
 
     lanes: int
     skew: int  # the largest, in clocks
+    bits: int = 1  # of each byte that are compared
 
     @property
     def name(self) -> str:
-        return f"merge of {self.lanes} lanes, {self.skew} clocks of skew, no bound"
+        size = f"{self.lanes} lanes, {self.skew} clocks of skew, {self.bits} bit of a byte"
+        return f"merge of {size}, no bound"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
         sizes = {"LANES": self.lanes, "MAX_SKEW": self.skew}
-        _prepare("lane_merge", "merge_properties", sizes, sizes, directory, sources)
+        parameters = {**sizes, "BITS": self.bits}
+        _prepare("lane_merge", "merge_properties", sizes, parameters, directory, sources)
         _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
 
 
@@ -447,8 +450,8 @@ LONG_PROOFS = (
     FifoProof(2, width=2),
     FifoProof(3),
     BusProof(12),
+    MergeProof(2, 1, bits=8),
     MergeProof(2, 2),
-    MergeProof(4, 1),
     BusProof(12, "wishbone_bridge"),
     RingProof(3, 4),
     RingProof(5, 16, fraction_bits=16),
