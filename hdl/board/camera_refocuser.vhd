@@ -4,7 +4,8 @@
 -- The sensor is set up over I2C and its CSI-2 is received. If sensor_pkg has a sensor, mosaic and lenses are resampled
 -- to a raster of micro images; else frames are that raster, grey. The raster is refocused. camera_pkg describes what
 -- the lanes bring. The calibration of the lenses is built in (sensor_pkg) or arrives over the serial port, as on a
--- board with HDMI. Without a calibration no frame comes out.
+-- board with HDMI. Without a calibration no frame comes out. The serial port also tells what came of the set-up and
+-- over the lanes, shown or not, and sets the sensor up again (camera_report).
 --
 -- No frame is stored. The camera does not wait; the sink may, as long as the ring of raw lines and the buffers last.
 --
@@ -18,6 +19,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.camera_pkg.all;
+use work.csi_pkg.all;
 use work.math_pkg.all;
 use work.refocuser_pkg.all;
 use work.resample_pkg.all;
@@ -52,7 +54,7 @@ entity camera_refocuser is
     sda     : in    std_logic;
     scl_low : out   std_logic;
     sda_low : out   std_logic;
-    -- Serial port for calibrations, see load_port.
+    -- Serial port for commands and calibrations, see camera_report and load_port.
     uart_rx : in    std_logic;
     uart_tx : out   std_logic;
     -- See slice_select.
@@ -67,8 +69,8 @@ entity camera_refocuser is
     frame_rows    : out   std_logic_vector(15 downto 0);
     -- Lines of the raw frame that have come whole.
     raw_lines : out   std_logic_vector(15 downto 0);
-    -- 0 the sensor is set up, 1 it could not be, 2 changes with each raw frame; since the reset: 3 any fault of the
-    -- lanes, 4 of the raster or the core.
+    -- 0 the sensor is set up, 1 it could not be, 2 changes with each raw frame; since the reset or the command that
+    -- clears: 3 any fault of the lanes, 4 of the raster or the core.
     state : out   std_logic_vector(4 downto 0)
   );
 end entity camera_refocuser;
@@ -78,12 +80,11 @@ architecture rtl of camera_refocuser is
   -- The serial port has 115.2 kBd.
   constant MS         : positive := choose(MILLISECOND = 0, CLOCK_KHZ, MILLISECOND);
   constant BIT_CLOCKS : positive := choose(BIT_TIME = 0, CLOCK_KHZ * 10 / 1152, BIT_TIME);
-  -- A quarter of a bit of the I2C lines at 100 kHz, but at least the clocks that a level takes to
+  -- A quarter of a bit of the I2C lines at 50 kHz, but at least the clocks that a level takes to
   -- come in.
-  constant QUARTER : positive := larger(MS / 400, 4);
-  -- Bits of the receiver's fault counters. Only whether one has counted is looked at, so they are
-  -- short.
-  constant COUNT_BITS : positive := 4;
+  constant QUARTER : positive := larger(MS / 200, 4);
+  -- Bits of the receiver's counters: 255 are as many or more.
+  constant COUNT_BITS : positive := 8;
 
   -- What the receiver delivers. A resampler takes one pixel each clock; several at once only go to
   -- the core directly.
@@ -97,11 +98,32 @@ architecture rtl of camera_refocuser is
 
   constant NO_FAULTS : std_logic_vector(8 * COUNT_BITS - 1 downto 0) := (others => '0');
 
-  -- The start of the sensor's set-up was ordered; it is ordered, under way, done without fault.
-  signal begun      : std_logic := '0';
-  signal start      : std_logic := '0';
-  signal setup_busy : std_logic;
-  signal setup_done : std_logic;
+  -- The sensor's set-up was begun; it is wanted, ordered, under way, done without fault, over without; and why, where.
+  signal begun         : std_logic := '0';
+  signal wish          : std_logic := '0';
+  signal start         : std_logic := '0';
+  signal setup_busy    : std_logic;
+  signal setup_done    : std_logic;
+  signal setup_failed  : std_logic;
+  signal setup_state   : std_logic_vector(1 downto 0);
+  signal setup_fault   : std_logic_vector(1 downto 0);
+  signal setup_entry   : std_logic_vector(11 downto 0);
+  signal setup_retried : std_logic_vector(7 downto 0);
+
+  -- Characters of the serial port, in and out; those of lines for the commands, and their answers.
+  signal rx_valid     : std_logic;
+  signal rx_data      : std_logic_vector(7 downto 0);
+  signal tx_valid     : std_logic;
+  signal tx_ready     : std_logic;
+  signal tx_data      : std_logic_vector(7 downto 0);
+  signal line_valid   : std_logic;
+  signal line_data    : std_logic_vector(7 downto 0);
+  signal answer_valid : std_logic;
+  signal answer_ready : std_logic;
+  signal answer_data  : std_logic_vector(7 downto 0);
+  signal asks_clear   : std_logic;
+  signal asks_set_up  : std_logic;
+  signal clear        : std_logic;
 
   -- Raw frames; then those that the core takes, behind the resampler if there is one.
   signal raw_tvalid : std_logic;
@@ -112,6 +134,8 @@ architecture rtl of camera_refocuser is
   signal raw_tlast  : std_logic;
   -- Counts of the receiver, flags of the raster and of the core: any of them is a fault.
   signal lane_faults : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+  signal lane_left   : std_logic_vector(4 * COUNT_BITS - 1 downto 0);
+  signal left_out    : identifier_t;
   signal lens_tvalid : std_logic;
   signal lens_tready : std_logic;
   signal lens_tdata  : std_logic_vector(PIXELS * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
@@ -122,15 +146,17 @@ architecture rtl of camera_refocuser is
   signal lens_rows    : std_logic_vector(15 downto 0);
   signal lens_flags   : std_logic_vector(5 downto 0);
   signal core_flags   : std_logic_vector(4 downto 0);
-  -- Lines of the raw frame so far, and a level that changes with each frame.
-  signal lines        : unsigned(15 downto 0) := (others => '0');
-  signal frame_toggle : std_logic             := '0';
+  -- Lines of the raw frame so far, and raw frames.
+  signal lines       : unsigned(15 downto 0) := (others => '0');
+  signal frames      : unsigned(15 downto 0) := (others => '0');
+  signal line_count  : std_logic_vector(15 downto 0);
+  signal frame_count : std_logic_vector(15 downto 0);
 
 begin
 
   frame_columns <= lens_columns;
   frame_rows    <= lens_rows;
-  raw_lines     <= std_logic_vector(lines);
+  raw_lines     <= line_count;
 
   set_up : entity work.sensor_setup
     generic map (
@@ -149,7 +175,10 @@ begin
       sda_low => sda_low,
       start   => start,
       busy    => setup_busy,
-      done    => setup_done
+      done    => setup_done,
+      fault   => setup_fault,
+      entry   => setup_entry,
+      retried => setup_retried
     );
 
   receiver : entity work.csi_receiver
@@ -161,27 +190,94 @@ begin
       COUNT_BITS       => COUNT_BITS
     )
     port map (
-      byte_clk      => byte_clk,
-      lane_valid    => lane_valid,
-      lane_sync     => lane_sync,
-      lane_data     => lane_data,
+      byte_clk        => byte_clk,
+      lane_valid      => lane_valid,
+      lane_sync       => lane_sync,
+      lane_data       => lane_data,
+      clk             => clk,
+      reset           => reset,
+      columns         => COLUMNS_PORT,
+      rows            => ROWS_PORT,
+      m_axis_tvalid   => raw_tvalid,
+      m_axis_tready   => raw_tready,
+      m_axis_tdata    => raw_tdata,
+      m_axis_tuser    => raw_tuser,
+      m_axis_tlast    => raw_tlast,
+      fault_counts    => lane_faults,
+      left_counts     => lane_left,
+      left_identifier => left_out,
+      fault_clear     => clear
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- The serial port.
+
+  take_characters : entity work.uart_receiver
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
+    port map (
+      clk   => clk,
+      reset => reset,
+      line  => uart_rx,
+      data  => rx_data,
+      valid => rx_valid
+    );
+
+  give_characters : entity work.uart_transmitter
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
+    port map (
       clk           => clk,
       reset         => reset,
-      columns       => COLUMNS_PORT,
-      rows          => ROWS_PORT,
-      m_axis_tvalid => raw_tvalid,
-      m_axis_tready => raw_tready,
-      m_axis_tdata  => raw_tdata,
-      m_axis_tuser  => raw_tuser,
-      m_axis_tlast  => raw_tlast,
-      fault_counts  => lane_faults,
-      fault_clear   => reset
+      s_axis_tvalid => tx_valid,
+      s_axis_tready => tx_ready,
+      s_axis_tdata  => tx_data,
+      line          => uart_tx
     );
+
+  report_camera : entity work.camera_report
+    generic map (
+      COUNT_BITS => COUNT_BITS
+    )
+    port map (
+      clk             => clk,
+      reset           => reset,
+      s_axis_tvalid   => line_valid,
+      s_axis_tdata    => line_data,
+      m_axis_tvalid   => answer_valid,
+      m_axis_tready   => answer_ready,
+      m_axis_tdata    => answer_data,
+      setup_state     => setup_state,
+      setup_entry     => setup_entry,
+      setup_fault     => setup_fault,
+      setup_retried   => setup_retried,
+      frames          => frame_count,
+      lines           => line_count,
+      fault_counts    => lane_faults,
+      left_counts     => lane_left,
+      left_identifier => left_out,
+      lens_flags      => lens_flags,
+      core_flags      => core_flags,
+      clear           => asks_clear,
+      set_up          => asks_set_up
+    );
+
+  clear        <= reset or asks_clear;
+  setup_failed <= begun and not wish and not start and not setup_busy and not setup_done;
+  setup_state  <= (setup_busy or setup_failed) & (setup_busy or setup_done);
+  line_count   <= std_logic_vector(lines);
+  frame_count  <= std_logic_vector(frames);
 
   -- Without a resampler the raw frame is the raster: its size is that of the camera, and there is
   -- nothing to be loaded.
   direct : if not WITH_SENSOR generate
-    uart_tx      <= '1';
+    line_valid   <= rx_valid;
+    line_data    <= rx_data;
+    tx_valid     <= answer_valid;
+    answer_ready <= tx_ready;
+    tx_data      <= answer_data;
     lens_tvalid  <= raw_tvalid;
     raw_tready   <= lens_tready;
     lens_tdata   <= raw_tdata;
@@ -197,12 +293,6 @@ begin
     -- Corner of the mosaic's red filter, as the port of the raster takes it.
     constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
 
-    -- Characters of the serial port, in and out.
-    signal rx_valid : std_logic;
-    signal rx_data  : std_logic_vector(7 downto 0);
-    signal tx_valid : std_logic;
-    signal tx_ready : std_logic;
-    signal tx_data  : std_logic_vector(7 downto 0);
     -- Words of the calibration: as load_port has them, as they came, and for a clock to the raster.
     signal word_busy : std_logic;
     signal written   : std_logic;
@@ -227,32 +317,6 @@ begin
 
     end process follow_words;
 
-    -- The serial port is here for the calibration alone; lines for a command line go nowhere.
-    take_characters : entity work.uart_receiver
-      generic map (
-        BIT_CLOCKS => BIT_CLOCKS
-      )
-      port map (
-        clk   => clk,
-        reset => reset,
-        line  => uart_rx,
-        data  => rx_data,
-        valid => rx_valid
-      );
-
-    give_characters : entity work.uart_transmitter
-      generic map (
-        BIT_CLOCKS => BIT_CLOCKS
-      )
-      port map (
-        clk           => clk,
-        reset         => reset,
-        s_axis_tvalid => tx_valid,
-        s_axis_tready => tx_ready,
-        s_axis_tdata  => tx_data,
-        line          => uart_tx
-      );
-
     calibrations : entity work.load_port
       generic map (
         DESCRIPTION => RESAMPLER
@@ -262,6 +326,11 @@ begin
         reset         => reset,
         in_valid      => rx_valid,
         in_data       => rx_data,
+        other_valid   => line_valid,
+        other_data    => line_data,
+        s_axis_tvalid => answer_valid,
+        s_axis_tready => answer_ready,
+        s_axis_tdata  => answer_data,
         m_axis_tvalid => tx_valid,
         m_axis_tready => tx_ready,
         m_axis_tdata  => tx_data,
@@ -321,7 +390,8 @@ begin
         m_axis_tlast   => lens_tlast,
         raster_columns => lens_columns,
         raster_rows    => lens_rows,
-        error_flags    => lens_flags
+        error_flags    => lens_flags,
+        error_clear    => clear
       );
 
   end generate sensor;
@@ -358,7 +428,8 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tlast  => m_axis_tlast,
-      error_flags   => core_flags
+      error_flags   => core_flags,
+      error_clear   => clear
     );
 
   -- What the camera has sent is counted where the raster takes it, so a line counts when the raster
@@ -367,14 +438,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Once behind each reset; a sensor that does not answer is asked again when the board is reset.
-      start <= not begun;
-      begun <= '1';
+      -- Behind each reset, and by command.
+      start <= '0';
+      if asks_set_up = '1' then
+        wish <= '1';
+      elsif wish = '1' and setup_busy = '0' and start = '0' then
+        start <= '1';
+        begun <= '1';
+        wish  <= '0';
+      end if;
 
       if raw_tvalid = '1' and raw_tready = '1' then
         if raw_tuser(0) = '1' then
-          lines        <= (others => '0');
-          frame_toggle <= not frame_toggle;
+          lines  <= (others => '0');
+          frames <= frames + 1;
         elsif raw_tlast = '1' then
           lines <= lines + 1;
         end if;
@@ -382,20 +459,25 @@ begin
 
       state(0) <= setup_done;
       -- Asked for, no longer under way, and not done: the sensor did not answer, or kept the lines.
-      state(1) <= begun and not start and not setup_busy and not setup_done;
-      state(2) <= frame_toggle;
+      state(1) <= setup_failed;
+      state(2) <= frames(0);
       if lane_faults /= NO_FAULTS then
         state(3) <= '1';
       end if;
       if lens_flags /= "000000" or core_flags /= "00000" then
         state(4) <= '1';
       end if;
+      if clear = '1' then
+        state(4 downto 3) <= "00";
+      end if;
 
       if reset = '1' then
-        begun <= '0';
-        start <= '0';
-        state <= (others => '0');
-        lines <= (others => '0');
+        begun  <= '0';
+        start  <= '0';
+        wish   <= '1';
+        state  <= (others => '0');
+        lines  <= (others => '0');
+        frames <= (others => '0');
       end if;
     end if;
 

@@ -9,6 +9,10 @@
 --   c     clear the error flags            ?       status
 --   o N   show output N                    h 0|1|2 text: none, at the top, at the bottom
 --
+-- With CAMERA there are c, ? and
+--
+--   i     set the sensor up again
+--
 -- The answer is "ok", "error" (unknown letter, number missing, too large, or not wanted), or the
 -- status: text with numbers in decimal, negative ones with a minus sign.
 --
@@ -28,7 +32,9 @@ entity command_line is
   generic (
     -- The status: each # stands for the next number.
     STATUS : string;
-    FIELDS : positive range 1 to 256
+    FIELDS : positive range 1 to 256;
+    -- The commands are those of a board with a camera.
+    CAMERA : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -44,10 +50,10 @@ entity command_line is
     -- bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- Number of slices, the limit of the command "s".
-    slices : in    unsigned(8 downto 0);
+    slices : in    unsigned(8 downto 0) := (others => '0');
     -- Number of outputs and of places of the text, the limits of the commands "o" and "h".
-    outputs : in    unsigned(2 downto 0);
-    places  : in    unsigned(2 downto 0);
+    outputs : in    unsigned(2 downto 0) := (others => '0');
+    places  : in    unsigned(2 downto 0) := (others => '0');
     -- The command that came.
     command : out   command_t
   );
@@ -158,6 +164,7 @@ architecture rtl of command_line is
   signal to_place  : std_logic;
   signal to_clear  : std_logic;
   signal to_status : std_logic;
+  signal to_set_up : std_logic;
   signal is_known  : std_logic;
 
   -- The character of an answer that comes next; it is the last one, and the answer is over with it.
@@ -216,14 +223,16 @@ begin
   bare     <= right and not given;
 
   to_slice   <= numbered and to_logic(letter = code('s') and number < slices);
-  to_sweep   <= numbered and to_logic(letter = code('w'));
-  to_pass    <= numbered and to_logic(letter = code('p') and number < 2);
-  to_pattern <= numbered and to_logic(letter = code('t') and number < 2);
+  to_sweep   <= numbered and to_logic(letter = code('w') and not CAMERA);
+  to_pass    <= numbered and to_logic(letter = code('p') and number < 2 and not CAMERA);
+  to_pattern <= numbered and to_logic(letter = code('t') and number < 2 and not CAMERA);
   to_output  <= numbered and to_logic(letter = code('o') and number < outputs);
   to_place   <= numbered and to_logic(letter = code('h') and number < places);
   to_clear   <= bare and to_logic(letter = code('c'));
+  to_set_up  <= bare and to_logic(letter = code('i') and CAMERA);
   to_status  <= bare and to_logic(letter = code('?'));
-  is_known   <= to_slice or to_sweep or to_pass or to_pattern or to_output or to_place or to_clear;
+  is_known   <= to_slice or to_sweep or to_pass or to_pattern or to_output or to_place or to_clear or
+                to_set_up;
 
   next_one <= CODES(place);
   is_end   <= to_logic(state = answer and next_one = code(LF)) and not offer;
@@ -282,6 +291,7 @@ begin
       command.set_output   <= to_output;
       command.set_place    <= to_place;
       command.clear_errors <= to_clear;
+      command.set_up       <= to_set_up;
       if reset = '1' then
         -- A command of this very clock would come with the number 0, which the reset has set. For
         -- sweep, pass, pattern and output that is their value after a reset; slice, place and
@@ -289,6 +299,7 @@ begin
         command.set_slice    <= '0';
         command.set_place    <= '0';
         command.clear_errors <= '0';
+        command.set_up       <= '0';
       end if;
     end if;
 

@@ -67,6 +67,8 @@ package hdmi_pkg is
     set_output   : std_logic;
     set_place    : std_logic;
     clear_errors : std_logic;
+    -- Set the camera's sensor up again.
+    set_up : std_logic;
   end record command_t;
 
   -- What the clocks of the video path are; from any clock.

@@ -12,6 +12,11 @@ package hex_pkg is
     text : string
   ) return boolean;
 
+  -- The value of a digit; those above 9 in lower case.
+  function hex_digit (
+    digit : character
+  ) return std_logic_vector;
+
   -- The byte at a place of a text, counted in digits from 0; digits above 9 in lower case.
   function hex_byte (
     text  : string;
@@ -47,7 +52,7 @@ package body hex_pkg is
 
   end function is_hex;
 
-  function nibble (
+  function hex_digit (
     digit : character
   ) return std_logic_vector is
 
@@ -62,7 +67,7 @@ package body hex_pkg is
 
     return std_logic_vector(to_unsigned((CODE + 9) mod 16, 4));
 
-  end function nibble;
+  end function hex_digit;
 
   function hex_byte (
     text  : string;
@@ -71,7 +76,7 @@ package body hex_pkg is
   begin
 
     -- From the text's own left end, wherever its indices begin; the first digit is the high one.
-    return nibble(text(text'left + place)) & nibble(text(text'left + place + 1));
+    return hex_digit(text(text'left + place)) & hex_digit(text(text'left + place + 1));
 
   end function hex_byte;
 

@@ -1,14 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Writes a list of registers into a sensor over I2C, as the only master of its lines.
 --
--- A register has an address of 16 bits and a value of 8, as sensors with CSI-2 have them; each is a transfer of its
--- own.
--- Before the first one, and after one that went wrong, nine clocks and a stop free a data line that the sensor still
--- holds. A transfer that goes wrong is repeated up to RETRIES times, then the list ends with a fault. The sensor may
--- stretch the clock for up to STRETCH clocks.
+-- A register has an address of 16 bits and a value of 8 or 16, as sensors with CSI-2 have them; each is a transfer of
+-- its own. Before the first one, and after one that went wrong, nine clocks and a stop free a data line that the
+-- sensor still holds. A transfer that goes wrong is repeated after RETRY_PAUSE milliseconds, up to RETRIES times, as
+-- a sensor that starts does not answer; then the list ends with a fault. The sensor may stretch the clock for up to
+-- STRETCH clocks.
 --
--- Latency: 48 bits to the first register. Throughput: a register in 38 bits, a bit in 4 * QUARTER clocks and the clock
---   line's time to rise.
+-- A sensor that is reset by a register may not acknowledge its value any more. A reset has a pause behind it, so in
+-- front of a pause a value that is not acknowledged counts as written; what follows is repeated until the sensor
+-- answers.
+--
+-- Latency: 48 bits to the first register. Throughput: a register in 38 or 47 bits, a bit in 4 * QUARTER clocks and the
+--   clock line's time to rise and to be seen.
 -- Equation: the n-th transfer writes the n-th entry of REGISTERS.
 
 library ieee;
@@ -21,19 +25,22 @@ use work.math_pkg.all;
 
 entity sensor_setup is
   generic (
-    -- The list: for each register six hexadecimal digits, address and value, such as "010001"; with address ffff
-    -- nothing is written for that many milliseconds.
+    -- The list: for each register hexadecimal digits, four of its address and two or four of its value; a blank
+    -- between two registers, such as "010001 302a0005". With address ffff and two digits nothing is written for that
+    -- many milliseconds.
     REGISTERS : string;
     -- Address of the sensor.
     DEVICE : std_logic_vector(6 downto 0) := "0010000";
-    -- Clocks in a quarter of a bit; 250 are 100 kHz with clk of 100 MHz. A level takes 3 clocks to come in.
-    QUARTER : positive range 3 to 65535 := 250;
+    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz, which keeps the times of I2C's standard mode.
+    -- Levels that last for less than a fiftieth of a quarter count as spikes.
+    QUARTER : positive range 3 to 65535 := 500;
     -- Clocks that the clock line may stay low after it was let go.
     STRETCH : positive := 3000000;
     -- Clocks in a millisecond.
     MILLISECOND : positive := 100000;
-    -- How often a transfer is repeated.
-    RETRIES : natural range 0 to 15 := 3
+    -- How often a transfer is repeated, and milliseconds in between.
+    RETRIES     : natural range 0 to 15  := 9;
+    RETRY_PAUSE : natural range 0 to 255 := 10
   );
   port (
     clk   : in    std_logic;
@@ -59,29 +66,118 @@ end entity sensor_setup;
 
 architecture rtl of sensor_setup is
 
-  constant WHOLE  : boolean  := takes(REGISTERS'length > 0 and REGISTERS'length mod 6 = 0 and REGISTERS'length < 24576,
-                                      "sensor_setup: REGISTERS has not six digits for each of 1 to 4095 registers");
-  constant DIGITS : boolean  := takes(is_hex(REGISTERS),
-                                      "sensor_setup: REGISTERS has other characters than 0 to 9 and a to f");
-  constant COUNT  : positive := REGISTERS'length / 6;
+  -- Texts between blanks. One more would not be counted by the outputs.
+  function entry_count (
+    text : string
+  ) return positive is
+
+    variable count : positive;
+
+  begin
+
+    count := 1;
+
+    for i in text'range loop
+
+      if text(i) = ' ' then
+        count := count + 1;
+      end if;
+
+    end loop;
+
+    return count;
+
+  end function entry_count;
+
+  constant COUNT : positive := entry_count(REGISTERS);
 
   constant LINE_LOW  : std_logic_vector(1 downto 0) := "01";
   constant REFUSED   : std_logic_vector(1 downto 0) := "10";
   constant DISTURBED : std_logic_vector(1 downto 0) := "11";
 
-  type entries_t is array (natural range 0 to COUNT - 1) of std_logic_vector(23 downto 0);
+  -- A pause follows; the value has 16 bits; address; value, one of 8 bits in the upper ones.
+  constant ENTRY_BITS   : positive := 34;
+  constant BEFORE_PAUSE : positive := 33;
+  constant WIDE         : positive := 32;
+
+  subtype entry_t is std_logic_vector(ENTRY_BITS - 1 downto 0);
+
+  type entries_t is array (natural range 0 to COUNT - 1) of entry_t;
+
+  -- Whether each text between blanks has the digits of a register.
+  function is_list (
+    text : string
+  ) return boolean is
+
+    variable digits : natural;
+
+  begin
+
+    digits := 0;
+
+    for i in text'range loop
+
+      if text(i) /= ' ' then
+        digits := digits + 1;
+        if not is_hex(text(i to i)) then
+          return false;
+        end if;
+      elsif digits /= 6 and digits /= 8 then
+        return false;
+      else
+        digits := 0;
+      end if;
+
+    end loop;
+
+    return digits = 6 or digits = 8;
+
+  end function is_list;
+
+  constant WHOLE : boolean := takes(is_list(REGISTERS) and COUNT < 4096,
+                                    "sensor_setup: REGISTERS is not 1 to 4095 times six or eight digits (0 to f)");
+
+  function is_pause (
+    value : entry_t
+  ) return std_logic is
+  begin
+
+    return to_logic(value(31 downto 16) = x"FFFF") and not value(WIDE);
+
+  end function is_pause;
 
   function all_entries return entries_t is
 
     variable entries : entries_t;
+    variable number  : natural range 0 to COUNT - 1;
+    variable digits  : natural range 0 to 8;
 
   begin
 
-    for i in 0 to 4095 loop
+    entries := (others => (others => '0'));
+    number  := 0;
+    digits  := 0;
 
-      if i < COUNT then
-        entries(i) := hex_byte(REGISTERS, 6 * i) & hex_byte(REGISTERS, 6 * i + 2) & hex_byte(REGISTERS, 6 * i + 4);
+    -- The digits of a register go to their places from the left; a value of 8 bits leaves the last two zero.
+    for i in REGISTERS'range loop
+
+      if REGISTERS(i) = ' ' then
+        number := number + 1;
+        digits := 0;
+      elsif digits < 8 then
+        entries(number)(31 - 4 * digits downto 28 - 4 * digits) := hex_digit(REGISTERS(i));
+
+        if digits = 7 then
+          entries(number)(WIDE) := '1';
+        end if;
+        digits := digits + 1;
       end if;
+
+    end loop;
+
+    for i in 0 to COUNT - 2 loop
+
+      entries(i)(BEFORE_PAUSE) := is_pause(entries(i + 1));
 
     end loop;
 
@@ -91,15 +187,14 @@ architecture rtl of sensor_setup is
 
   constant ENTRIES : entries_t := all_entries;
 
-  -- What is on the lines: nine ones and a stop, start, four bytes, a stop.
-  type step_t is (idle, free, free_stop, fetch, choose_entry, pause, open_transfer, send, close_transfer);
+  -- What is on the lines: nothing, also in a pause of the list and before a repeat; nine ones and a stop, start, four
+  -- or five bytes, a stop.
+  type step_t is (idle, fetch, choose_entry, pause, rest, free, free_stop, open_transfer, send, close_transfer);
 
   -- As in i2c_reader: clock line low with the data line as it was, low with the next bit on it; let go until it is
   -- high; high before and after the middle, in which the data line is read or makes a start or a stop.
   type phase_t is (hold, setup, rise, high, high_end);
 
-  signal lines   : std_logic_vector(1 downto 0);
-  signal arrived : std_logic_vector(1 downto 0);
   signal scl_now : std_logic;
   signal sda_now : std_logic;
 
@@ -109,15 +204,15 @@ architecture rtl of sensor_setup is
   signal phase  : phase_t                       := hold;
   signal clocks : natural range 0 to STRETCH    := 0;
   signal bits   : natural range 0 to 8          := 0;
-  signal bytes  : natural range 0 to 3          := 0;
-  signal shift  : std_logic_vector(35 downto 0) := (others => '1');
+  signal bytes  : natural range 0 to 4          := 0;
+  signal shift  : std_logic_vector(44 downto 0) := (others => '1');
   -- The entry's number, what it holds, and how often it was tried; the transfer has gone wrong;
   -- repeats of the whole list.
-  signal number  : natural range 0 to 4095       := 0;
-  signal now     : std_logic_vector(23 downto 0) := (others => '0');
-  signal tries   : natural range 0 to 15         := 0;
-  signal wrong   : std_logic                     := '0';
-  signal repeats : unsigned(7 downto 0)          := (others => '0');
+  signal number  : natural range 0 to 4095 := 0;
+  signal now     : entry_t                 := (others => '0');
+  signal tries   : natural range 0 to 15   := 0;
+  signal wrong   : std_logic               := '0';
+  signal repeats : unsigned(7 downto 0)    := (others => '0');
   -- Of a pause.
   signal ticks        : natural range 0 to MILLISECOND := 0;
   signal milliseconds : unsigned(7 downto 0)           := (others => '0');
@@ -138,27 +233,24 @@ architecture rtl of sensor_setup is
 
 begin
 
-  lines <= scl & sda;
-
-  take_lines : entity work.synchroniser
+  lines : entity work.i2c_lines
     generic map (
-      WIDTH => 2
+      SPIKE => larger(QUARTER / 50, 1)
     )
     port map (
-      clk         => clk,
-      level       => lines,
-      synchronous => arrived
+      clk       => clk,
+      scl       => scl,
+      sda       => sda,
+      scl_level => scl_now,
+      sda_level => sda_now
     );
-
-  scl_now <= arrived(1);
-  sda_now <= arrived(0);
 
   busy    <= to_logic(step /= idle);
   entry   <= std_logic_vector(to_unsigned(number, 12));
   retried <= std_logic_vector(repeats);
 
   -- While entries are looked up, and in a pause, the lines rest.
-  on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause);
+  on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause or step = rest);
   starts     <= to_logic(step = open_transfer);
   stops      <= to_logic(step = free_stop or step = close_transfer);
   time_up    <= to_logic(clocks = QUARTER - 1);
@@ -190,7 +282,7 @@ begin
             -- The clock line is low but before the first bit of all.
             scl_low <= '1';
             -- Before a start the line is high, before a stop low.
-            sda_low <= stops or (to_logic(step = send) and not shift(35));
+            sda_low <= stops or (to_logic(step = send) and not shift(44));
           end if;
 
         when setup =>
@@ -259,26 +351,28 @@ begin
       end if;
       -- The bit of the start, so all is in place before the first clock of data.
       if step = open_transfer then
-        shift <= DEVICE & '0' & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' & now(7 downto 0) & '1';
+        shift <= DEVICE & '0' & '1' & now(31 downto 24) & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' &
+                 now(7 downto 0) & '1';
         bits  <= 0;
         bytes <= 0;
       elsif step = free or step = send then
         -- The freeing clocks run through the same counter; nothing is sent with them.
         if bit_read = '1' and step = send then
-          -- What is sent must be on the line, and behind each byte a zero from the sensor.
-          if bits = 8 and sda_now = '1' then
+          -- What is sent must be on the line, and behind each byte a zero from the sensor, but for one that the
+          -- register may have reset.
+          if bits = 8 and sda_now = '1' and (now(BEFORE_PAUSE) = '0' or bytes < 3) then
             wrong <= '1';
             fault <= REFUSED;
-          elsif bits /= 8 and sda_now /= shift(35) then
+          elsif bits /= 8 and sda_now /= shift(44) then
             wrong <= '1';
             fault <= DISTURBED;
           end if;
         end if;
         if bit_ends = '1' then
-          shift <= shift(34 downto 0) & '1';
+          shift <= shift(43 downto 0) & '1';
           if bits = 8 then
             bits <= 0;
-            if bytes /= 3 then
+            if bytes /= 4 then
               bytes <= bytes + 1;
             end if;
           else
@@ -314,7 +408,10 @@ begin
       -- keeps the index within the list also behind its end.
       now <= ENTRIES(number mod COUNT);
       if step = choose_entry then
-        milliseconds <= unsigned(now(7 downto 0));
+        milliseconds <= unsigned(now(15 downto 8));
+        ticks        <= 0;
+      elsif fails = '1' then
+        milliseconds <= to_unsigned(RETRY_PAUSE, 8);
         ticks        <= 0;
       elsif ticks = MILLISECOND - 1 then
         -- Runs at all times; only a pause, whose entry has set it, looks at it.
@@ -368,7 +465,7 @@ begin
 
         when choose_entry =>
 
-          if now(23 downto 8) = x"FFFF" then
+          if is_pause(now) = '1' then
             step <= pause;
           else
             step <= open_transfer;
@@ -387,6 +484,13 @@ begin
             end if;
           end if;
 
+        when rest =>
+
+          -- A sensor that starts, or resets itself, does not answer.
+          if milliseconds = 0 then
+            step <= free;
+          end if;
+
         when open_transfer =>
 
           if bit_ends = '1' then
@@ -395,7 +499,7 @@ begin
 
         when send =>
 
-          if bit_ends = '1' and (wrong = '1' or (bits = 8 and bytes = 3)) then
+          if bit_ends = '1' and (wrong = '1' or (bits = 8 and (bytes = 4 or (bytes = 3 and now(WIDE) = '0')))) then
             step <= close_transfer;
           end if;
 
@@ -414,7 +518,7 @@ begin
 
       end case;
 
-      -- Overrides what the step has decided: the same entry again, behind freeing clocks, or the end.
+      -- Overrides what the step has decided: the same entry again, behind a rest and freeing clocks, or the end.
       if fails = '1' then
         done   <= '0';
         number <= number;
@@ -422,7 +526,7 @@ begin
           step <= idle;
         else
           tries <= tries + 1;
-          step  <= free;
+          step  <= rest;
         end if;
       end if;
 

@@ -22,6 +22,7 @@ UNITS = [
         )
         for columns in (64, 640, 1279, 1280, 2000)
     ),
+    unit("camera_report", {"COUNT_BITS": 8}),
     unit("debouncer", {"STABLE": 20}, stable=20),
     *(
         unit(
@@ -54,7 +55,7 @@ UNITS = [
 @pytest.mark.parametrize(
     "cases",
     [UNITS],
-    ids=["i2c_rom_slave-debouncer-demo_control-reset_filter-hot_plug-board_control"],
+    ids=["i2c_rom_slave-camera_report-debouncer-demo_control-reset_filter-hot_plug-board_control"],
 )
 def test_unit(cases: list[Case]) -> None:
     run_cases(cases)

@@ -59,6 +59,10 @@ class I2cMaster(i2c.I2cMaster):
         await self.start()
         assert await self.write(0xA0)
         assert await self.write(address)
+        return await self.read_here(count)
+
+    async def read_here(self, count: int) -> list[int]:
+        """Read bytes without writing an address."""
         await self.start()
         assert await self.write(0xA1)
         block = [await self.read(more=i < count - 1) for i in range(count)]
@@ -80,7 +84,15 @@ async def edid_over_i2c(dut: Any) -> None:
     assert await master.read_block(0, 128) == edid
     at = rng.randrange(100)
     assert await master.read_block(at, 5) == edid[at : at + 5]
-    assert await master.read_block(126, 4) == [*edid[126:], 0xFF, 0xFF]
+    # The address wraps at the size, as that of a 24LCS21 does, with and without being written.
+    assert await master.read_block(126, 4) == [*edid[126:], *edid[:2]]
+    for wanted in (edid[2:], edid[:5]):
+        assert await master.read_here(len(wanted)) == wanted
+    # A reset clears it.
+    dut.reset.value = 1
+    await Timer(100, "ns")
+    dut.reset.value = 0
+    assert await master.read_here(3) == edid[:3]
     # A source disappears while the slave holds the data line low: it releases it after a time-out.
     await master.start()
     assert await master.write(0xA0)
@@ -228,3 +240,57 @@ async def focus_to_and_fro(dut: Any) -> None:
         assert int(dut.slice.value) == slice_, what
         assert int(dut.going.value) == going, what
         assert not int(dut.sweep.value)
+
+
+@for_entity("camera_report")
+async def what_a_camera_tells(dut: Any) -> None:
+    """Each number in its place of the status; commands are obeyed, those of others refused."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    dut.s_axis_tvalid.value, dut.m_axis_tready.value = 0, 1
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 3)
+    dut.reset.value = 0
+    ports = {"setup_state": 2, "setup_entry": 12, "setup_fault": 2, "setup_retried": 8}
+    ports |= {"frames": 15, "lines": 15, "fault_counts": 64, "left_counts": 32}
+    ports |= {"left_identifier": 8, "lens_flags": 6, "core_flags": 5}
+    values = {name: rng.getrandbits(bits) for name, bits in ports.items()}
+    for name, value in values.items():
+        getattr(dut, name).value = value
+    pulses = {"clear": 0, "set_up": 0}
+
+    async def ask(line: str) -> str:
+        answer = ""
+        for character in line + "\n":
+            dut.s_axis_tdata.value, dut.s_axis_tvalid.value = ord(character), 1
+            await FallingEdge(dut.clk)
+        dut.s_axis_tvalid.value = 0
+        while not answer.endswith("\n"):
+            await FallingEdge(dut.clk)
+            for name in pulses:
+                pulses[name] += int(getattr(dut, name).value)
+            if dut.m_axis_tvalid.value == 1:
+                answer += chr(int(dut.m_axis_tdata.value))
+        await ClockCycles(dut.clk, 3)
+        await FallingEdge(dut.clk)
+        return answer.strip()
+
+    def parts(name: str, count: int) -> list[int]:
+        return [values[name] >> 8 * n & 255 for n in range(count)]
+
+    wanted = [values[name] for name in list(ports)[:6]]
+    wanted += parts("fault_counts", 8) + parts("left_counts", 4)
+    wanted += [values["left_identifier"] >> 6, values["left_identifier"] & 63]
+    wanted += [values["lens_flags"], values["core_flags"]]
+    status = await ask("?")
+    names = [field.partition("=")[0] for field in status.split()]
+    assert names[:6] == ["setup", "entry", "fault", "repeated", "frames", "lines"]
+    assert names[14:19] == ["other_type", "other_channel", "no_lines", "no_pixels", "left_out"]
+    numbers = [int(n) for field in status.split() for n in field.partition("=")[2].split("/")]
+    assert numbers == wanted
+    assert await ask("i") == "ok"
+    assert await ask("c") == "ok"
+    assert pulses == {"clear": 1, "set_up": 1}
+    for line in ("i 1", "w 1", "p 1", "t 1", "s 0", "o 0", "h 0", "x"):
+        assert await ask(line) == "error", line
+    assert pulses == {"clear": 1, "set_up": 1}

@@ -2,6 +2,7 @@
 """cocotb tests of sensor_setup: a sensor that acknowledges registers, or does not."""
 
 import random
+from itertools import pairwise
 from typing import Any
 
 import cocotb
@@ -11,8 +12,11 @@ from cocotb.triggers import FallingEdge
 from plenofir_tb.case import read_case
 
 CASE = read_case()
+# Address, value, bytes of the value.
 ENTRIES = [tuple(entry) for entry in CASE["entries"]]
 WRITTEN = [entry for entry in ENTRIES if entry[0] != 0xFFFF]
+# In front of a pause: the sensor may be reset by it.
+RESETS = [one for one, other in pairwise(ENTRIES) if other[0] == 0xFFFF]
 DEVICE = 0x10
 NONE, LINE_LOW, REFUSED, DISTURBED = range(4)
 
@@ -23,11 +27,14 @@ class Sensor:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = random.Random(cocotb.RANDOM_SEED)
-        self.written: list[tuple[int, int]] = []
+        self.written: list[tuple[int, int, int]] = []
         self.starts = self.clocks = 0
         # Faults: transfers without acknowledge; clocks of stretching; lines that stay low; a data
-        # line held for a number of clocks.
+        # line held for a number of clocks; registers that reset the sensor, which does not
+        # acknowledge them and is busy for clocks.
         self.refuses = 0
+        self.resets: dict[tuple[int, int, int], int] = {}
+        self.busy = 0
         self.stretch = 0
         self.scl_low = self.sda_low = False
         self.holds = 0
@@ -46,9 +53,12 @@ class Sensor:
         scl = int(not (low[0] or self.scl_low or self._stretched > 0))
         sda = int(not (low[1] or self.sda_low or self.holds > 0 or self._pulls))
         self._stretched -= self._stretched > 0
+        self.busy -= self.busy > 0
         before, self._before = self._before, (scl, sda)
         if before[0] and scl and before[1] != sda:
-            self._bits = None if sda else []
+            if sda:
+                self._stop()
+            self._bits = None if sda or self.busy else []
             self.starts += not sda
             self._pulls = False
         elif scl and not before[0]:
@@ -68,14 +78,29 @@ class Sensor:
             return
         if len(bits) == 8 and sum(b << 7 - n for n, b in enumerate(bits)) != DEVICE << 1:
             self._bits = None
-        elif len(bits) in (8, 17, 26, 35):
+        elif len(bits) % 9 == 8:
             self._pulls = not (self.refuses and len(bits) == 26)
+            now = self._register([*bits, 1])
+            if len(bits) >= 35 and now in self.resets:
+                # It is reset before it has acknowledged.
+                self.written.append(now)
+                self.busy, self._bits, self._pulls = self.resets[now], None, False
         elif len(bits) == 27 and self.refuses:
             self.refuses -= 1
             self._bits = None
-        elif len(bits) == 36:
-            value = sum(bit << 35 - n for n, bit in enumerate(bits))
-            self.written.append((value >> 11 & 0xFF00 | value >> 10 & 0xFF, value >> 1 & 0xFF))
+
+    def _register(self, bits: list[int]) -> tuple[int, int, int]:
+        """Address, value and bytes of the value in the bits of a transfer."""
+        size = len(bits) // 9
+        octets = [int("".join(map(str, bits[9 * n : 9 * n + 8])), 2) for n in range(size)]
+        value = int.from_bytes(octets[3:])
+        return int.from_bytes(octets[1:3]), value, size - 3
+
+    def _stop(self) -> None:
+        """A transfer counts when it ends with its last acknowledge bit."""
+        bits = self._bits
+        if bits is not None and len(bits) in (37, 46):
+            self.written.append(self._register(bits[:-1]))
 
     async def clocks_pass(self, count: int) -> None:
         for _ in range(count):
@@ -141,6 +166,24 @@ async def transfers_are_repeated(dut: Any) -> None:
     await sensor.start()
     assert sensor.written == WRITTEN
     assert sensor.told() == (1, NONE, 0)
+
+
+@cocotb.test()
+async def a_sensor_that_a_register_resets(dut: Any) -> None:
+    """The value is not acknowledged, and the sensor is busy: what follows waits for it."""
+    sensor = Sensor(dut)
+    # Longer than the list's pause and a repeat, shorter than all repeats.
+    bit = 4 * CASE["quarter"] + 8
+    sensor.resets = {RESETS[0]: CASE["pause"] + 30 * bit}
+    await sensor.begin()
+    assert sensor.written == WRITTEN
+    done, fault, retried = sensor.told()
+    assert (done, fault) == (1, REFUSED)
+    assert 0 < retried <= CASE["retries"]
+    # A register without a pause behind it is no reset.
+    sensor.resets = {WRITTEN[-1]: 0}
+    await sensor.start()
+    assert sensor.told() == (0, REFUSED, CASE["retries"])
 
 
 @cocotb.test()

@@ -3,7 +3,7 @@
 
 import pytest
 
-from plenofir.fpga.sensors import IMX219_MODES, registers_text
+from plenofir.fpga.sensors import IMX219_MODES, PAUSE, WideEntry, registers_text
 from plenofir_tb.runner import Case, run_cases
 
 
@@ -50,10 +50,16 @@ def test_dphy_lane() -> None:
 
 
 def test_sensor_setup() -> None:
-    entries = [(0xFFFF, 2), (0x0100, 0x00), (0x30EB, 0x05), (0xA55A, 0xFF), (0x0100, 0x01)]
-    case = {"entries": entries, "quarter": 4, "retries": 2}
+    entries = [
+        *((PAUSE, 2), (0x0100, 0x00), WideEntry(0x301A, 0x00D9), (PAUSE, 3)),
+        *((0x30EB, 0x05), WideEntry(0xA55A, 0xFF07), (0x0100, 0x01)),
+    ]
+    case = {
+        "entries": [(*entry, 1 + isinstance(entry, WideEntry)) for entry in entries],
+        **{"quarter": 4, "retries": 3, "pause": 60},
+    }
     generics = {
-        **{"REGISTERS": registers_text(entries), "QUARTER": 4, "RETRIES": 2},
-        **{"STRETCH": 200, "MILLISECOND": 20},
+        **{"REGISTERS": registers_text(entries), "QUARTER": 4, "RETRIES": 3},
+        **{"STRETCH": 200, "MILLISECOND": 20, "RETRY_PAUSE": 5},
     }
     run_cases([Case("sensor_setup", "csi.setup_bench", generics, case)])

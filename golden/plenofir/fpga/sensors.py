@@ -13,7 +13,7 @@ had 1640 x 1232.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from plenofir.fpga.csi import word_pixels
 from plenofir.ground.errors import InputError
@@ -21,8 +21,16 @@ from plenofir.ground.errors import InputError
 PAUSE = 0xFFFF
 """Address of an entry that is a pause; its value is milliseconds."""
 
-Entry = tuple[int, int]
-"""Address (16 bits) and value (8 bits) of a register."""
+
+class WideEntry(NamedTuple):
+    """A register whose value has 16 bits, both bytes in one transfer."""
+
+    address: int
+    value: int
+
+
+Entry = WideEntry | tuple[int, int]
+"""Address (16 bits) and value (8 bits, of a `WideEntry` 16) of a register."""
 
 
 @dataclass(frozen=True)
@@ -177,8 +185,11 @@ def imx219(
 
 
 def registers_text(entries: Sequence[Entry]) -> str:
-    """Generic REGISTERS of `sensor_setup`: six hexadecimal digits for each entry."""
-    return "".join(f"{address:04x}{value:02x}" for address, value in entries)
+    """Generic REGISTERS of `sensor_setup`: six or eight hexadecimal digits for each entry."""
+    return " ".join(
+        f"{entry[0]:04x}{entry[1]:0{4 if isinstance(entry, WideEntry) else 2}x}"
+        for entry in entries
+    )
 
 
 @dataclass(frozen=True)
@@ -220,18 +231,17 @@ class KnownSensor:
 
 KNOWN_SENSORS = (
     KnownSensor("IMX219", 3280, 2464, 1.12, 2, 912, 10, 15, True, "Linux' imx219.c"),
-    KnownSensor("OV5640", 2592, 1944, 1.4, 2, 672, 10, 15, True, "Linux' ov5640.c"),
+    KnownSensor("OV5640", 2592, 1944, 1.4, 2, 672, 8, 15, True, "Linux' ov5640.c"),
     KnownSensor("IMX290", 1920, 1080, 2.9, 2, 891, 10, 60, True, "Linux' imx290.c"),
     KnownSensor("IMX290, 4 lanes", 1920, 1080, 2.9, 4, 445.5, 10, 60, True, "Linux' imx290.c"),
     KnownSensor("OV9282", 1280, 800, 3.0, 2, 800, 10, 120, False, "Linux' ov9282.c"),
-    KnownSensor(
-        "AR0234, mono", 1920, 1200, 3.0, 4, 720, 10, 120, False, "360 MHz of Intel's ar0234.c"
-    ),
-    KnownSensor(
-        "IMX477", 4056, 3040, 1.55, 2, 900, 10, 10, True, "450 MHz of Raspberry Pi's imx477.c"
-    ),
+    KnownSensor("AR0234, mono", 1920, 1200, 3.0, 2, 900, 10, 60, False, "Raspberry Pi's ar0234.c"),
+    KnownSensor("IMX477", 4056, 3040, 1.55, 2, 900, 12, 10, True, "Raspberry Pi's imx477.c"),
     KnownSensor(
         "any, 4 x 900 Mb/s", 2592, 1944, 2.2, 4, 900, 10, 65, False, "the most of four such lanes"
     ),
 )
-"""Frame rates are as remembered; lanes and rates as the source has them."""
+"""Lanes, rates and bits as the source has them, and with them the frame rate: IMX219 182.4e6 /
+(3448 * 3526); OV5640 its own limit at 168 million pixels; IMX290 148.5e6 / (2200 * 1125); OV9282
+160e6 / (1456 * 910); AR0234 180e6 / (2448 * 1220); IMX477 the driver's remark. All of them have
+addresses of 16 bits and values of 8, the AR0234 of 16."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.sensors import PAUSE, Entry
+from plenofir.fpga.sensors import PAUSE, Entry, WideEntry
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
 
@@ -29,13 +29,34 @@ class SceneLanes(BaseModel):
 
 
 _MOST = 4095  # that `sensor_setup` takes
-_ENTRY = re.compile(r"(0x[0-9a-f]{1,4}|pause)\s+(0x[0-9a-f]{1,4}|\d{1,5})", re.IGNORECASE)
+_REGISTER = re.compile(r"0x([0-9a-f]{1,4})\s+(?:0x([0-9a-f]{1,2}|[0-9a-f]{4})|(\d{1,3}))", re.I)
+_PAUSE = re.compile(r"pause\s+(\d{1,5})", re.IGNORECASE)
+_LONGEST = 0xFF  # pause of an entry, in ms
+
+
+def _entries(text: str) -> list[Entry]:
+    """Entries of a line; none if it is neither a register nor a pause.
+
+    The digits of a value say how wide it is: one or two 8 bits, four 16.
+    """
+    if pause := _PAUSE.fullmatch(text):
+        whole, rest = divmod(int(pause[1]), _LONGEST)
+        return [(PAUSE, _LONGEST)] * whole + ([(PAUSE, rest)] if rest or not whole else [])
+    found = _REGISTER.fullmatch(text)
+    if found is None:
+        return []
+    address, digits = int(found[1], 16), found[2] or f"{int(found[3]):02x}"
+    value = int(digits, 16)
+    if address == PAUSE or (found[3] and value > 0xFF):
+        return []
+    return [WideEntry(address, value) if len(digits) == 4 else (address, value)]
 
 
 def load_registers(path: Path, *, where: str) -> tuple[Entry, ...]:
-    """Read a list of registers: lines ``0x0100 0x01`` (address, byte) or ``pause 7`` (ms).
+    """Read a list of registers: lines ``0x0100 0x01``, ``0x302a 0x0005`` or ``pause 7`` (ms).
 
-    ``#`` begins a comment. InputError names the line that cannot be read.
+    A value has one byte or, with four digits, two. ``#`` begins a comment. InputError names the
+    line that cannot be read.
     """
     try:
         lines = input_file(path).read_text(encoding="utf-8").splitlines()
@@ -46,17 +67,15 @@ def load_registers(path: Path, *, where: str) -> tuple[Entry, ...]:
         text = line.partition("#")[0].strip()
         if not text:
             continue
-        found = _ENTRY.fullmatch(text)
-        pause = found is not None and found[1].lower() == "pause"
-        address = PAUSE if found is None or pause else int(found[1], 16)
-        value = -1 if found is None else int(found[2], 0 if "x" in found[2].lower() else 10)
-        if not 0 <= value <= 0xFF or (address == PAUSE and not pause):
+        found = _entries(text)
+        if not found:
             raise InputError(
-                f"{path}, line {number}: {text!r} is no register; write an address and a byte "
-                "such as 0x0100 0x01, or pause and up to 255 ms",
+                f"{path}, line {number}: {text!r} is no register; write an address below 0xffff "
+                "and a value of two digits (one byte) or four (two bytes), such as 0x0100 0x01 or "
+                "0x302a 0x0005, or pause and milliseconds",
                 where=where,
             )
-        entries.append((address, value))
+        entries += found
     if not 0 < len(entries) <= _MOST:
         raise InputError(f"{path} has {len(entries)} registers, not 1 to {_MOST}", where=where)
     return tuple(entries)

@@ -14,6 +14,7 @@ from plenofir.fpga.bitstream import nextpnr, nexus
 from plenofir.fpga.bitstream.top_level import top_source
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.sensors import registers_text
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure, scene_generics
@@ -295,8 +296,9 @@ def test_lanes_that_no_board_takes_are_refused(
     [
         ("# nothing", "has 0 registers, not 1 to 4095"),
         ("0x0100 0x01\n" * 4096, "has 4096 registers"),
-        ("0x0100 0x01\n0x0100 0x0100", "line 2: '0x0100 0x0100' is no register"),
-        ("pause 256", "line 1: 'pause 256' is no register"),
+        ("0x0100 0x01\n0x0100 0x100", "line 2: '0x0100 0x100' is no register"),
+        ("0x0100 256", "line 1: '0x0100 256' is no register"),
+        ("pause 0x10", "line 1: 'pause 0x10' is no register"),
         ("0xffff 1", "line 1: '0xffff 1' is no register"),
         ("0100 01", "line 1: '0100 01' is no register"),
     ],
@@ -306,3 +308,16 @@ def test_lists_that_are_no_registers_are_refused(tmp_path: Path, text: str, mess
     file.write_text(text)
     with pytest.raises(InputError, match=message):
         load_registers(file, where="lanes.registers")
+
+
+def test_registers_of_one_and_two_bytes(tmp_path: Path) -> None:
+    """The digits of a value say how wide it is; a pause of any length is one of several entries."""
+    file = tmp_path / "registers.txt"
+    file.write_text("0x301A 0x00d9 # reset\npause 600\n0x302a 0x0005\n0x100 0x1\n0x0101 17\n")
+    entries = load_registers(file, where="lanes.registers")
+    text = registers_text(entries)
+    assert text == "301a00d9 ffffff ffffff ffff5a 302a0005 010001 010111"
+    path = lanes_scene(tmp_path, ("mbits = 900.0", 'mbits = 900.0\nregisters = "registers.txt"'))
+    camera = make_plan(load_scene(path)).camera
+    assert camera is not None
+    assert registers_text(camera.board.registers) == text
