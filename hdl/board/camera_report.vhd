@@ -53,8 +53,8 @@ end entity camera_report;
 architecture rtl of camera_report is
 
   constant STATUS : string   := "setup=# entry=# fault=# repeated=# frames=# lines=# corrected=# damaged=# payload=# " &
-                              "cut=# lanes=# order=# size=# lost=# other_type=# other_channel=# no_lines=# " &
-                              "no_pixels=# left_out=#/# raster=# core=#";
+                                "cut=# lanes=# order=# size=# lost=# other_type=# other_channel=# no_lines=# " &
+                                "no_pixels=# left_out=#/# raster=# core=#";
   constant FIELDS : positive := 22;
 
   signal values  : std_logic_vector(16 * FIELDS - 1 downto 0);
