@@ -100,7 +100,7 @@ architecture rtl of camera_refocuser is
 
   -- The sensor's set-up was begun; it is wanted, ordered, under way, done without fault, over without; and why, where.
   signal begun         : std_logic := '0';
-  signal wish          : std_logic := '0';
+  signal wish          : std_logic := '1';
   signal start         : std_logic := '0';
   signal setup_busy    : std_logic;
   signal setup_done    : std_logic;

@@ -90,6 +90,8 @@ architecture rtl of sensor_setup is
   end function entry_count;
 
   constant COUNT : positive := entry_count(REGISTERS);
+  -- Characters of the longest list.
+  constant LONGEST : positive := 4095 * 9;
 
   constant LINE_LOW  : std_logic_vector(1 downto 0) := "01";
   constant REFUSED   : std_logic_vector(1 downto 0) := "10";
@@ -149,8 +151,9 @@ architecture rtl of sensor_setup is
   function all_entries return entries_t is
 
     variable entries : entries_t;
-    variable number  : natural range 0 to COUNT - 1;
+    variable number  : natural range 0 to 4095;
     variable digits  : natural range 0 to 8;
+    variable symbol  : character;
 
   begin
 
@@ -159,25 +162,31 @@ architecture rtl of sensor_setup is
     digits  := 0;
 
     -- The digits of a register go to their places from the left; a value of 8 bits leaves the last two zero.
-    for i in REGISTERS'range loop
+    for i in 0 to LONGEST - 1 loop
 
-      if REGISTERS(i) = ' ' then
-        number := number + 1;
-        digits := 0;
-      elsif digits < 8 then
-        entries(number)(31 - 4 * digits downto 28 - 4 * digits) := hex_digit(REGISTERS(i));
+      if i < REGISTERS'length then
+        symbol := REGISTERS(REGISTERS'left + i);
 
-        if digits = 7 then
-          entries(number)(WIDE) := '1';
+        if symbol = ' ' then
+          number := number + 1;
+          digits := 0;
+        elsif digits < 8 then
+          entries(number)(31 - 4 * digits downto 28 - 4 * digits) := hex_digit(symbol);
+
+          if digits = 7 then
+            entries(number)(WIDE) := '1';
+          end if;
+          digits := digits + 1;
         end if;
-        digits := digits + 1;
       end if;
 
     end loop;
 
-    for i in 0 to COUNT - 2 loop
+    for i in 1 to 4095 loop
 
-      entries(i)(BEFORE_PAUSE) := is_pause(entries(i + 1));
+      if i < COUNT then
+        entries(i - 1)(BEFORE_PAUSE) := is_pause(entries(i));
+      end if;
 
     end loop;
 
