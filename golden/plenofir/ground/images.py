@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.ground.dng import is_canon_raw, sensor_picture
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file, write_file
 
@@ -53,7 +54,9 @@ class Picture(NamedTuple):
     camera's linear data, 2.2 for pictures made for screens, None if the file does not tell.
     `profile`: ICC profile of the colours. `xmp`: packet of other metadata, only written.
     `orientation`: how the picture is to be turned to be looked at, as of EXIF (`upright`). `alpha`:
-    whether a transparency that is not opaque everywhere was left out.
+    whether a transparency that is not opaque everywhere was left out. Of a sensor's picture (DNG),
+    whose black is subtracted: `mosaic`, colours of the first 2 x 2 pixels ("rggb"); `neutral`, what
+    the sensor sees of white.
     """
 
     pixels: Image
@@ -63,6 +66,8 @@ class Picture(NamedTuple):
     xmp: bytes | None = None
     orientation: int = 1
     alpha: bool = False
+    mosaic: str | None = None
+    neutral: tuple[float, float, float] | None = None
 
     def like(self, pixels: Image) -> "Picture":
         """Other pixels with the same meaning; values raised above white by sharpening are cut."""
@@ -140,7 +145,22 @@ def _tiff(data: bytes) -> Picture:
     from imagecodecs import lzw_decode
     from tifffile import COMPRESSION, PHOTOMETRIC, TiffFile
 
+    if is_canon_raw(data):
+        raise InputError(
+            "is a raw file of a Canon; convert it to DNG (dnglab convert, Adobe DNG Converter)",
+            where="",
+        )
     with TiffFile(io.BytesIO(data)) as file:
+        sensor = sensor_picture(file)
+        if sensor is not None:
+            return Picture(
+                sensor.pixels,
+                sensor.full_scale,
+                1.0,
+                orientation=sensor.orientation,
+                mosaic=sensor.mosaic,
+                neutral=sensor.neutral,
+            )
         page: Any = file.pages[0]
         if len(file.pages) > 1:
             raise InputError(f"has {len(file.pages)} pages; one image is needed", where="")
