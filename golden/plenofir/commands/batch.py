@@ -41,17 +41,17 @@ def _check_first(frame: Path, hints: "Hints") -> None:
         raise InputError(f"{reason}; {go_on} puts one right", where=str(frame))
 
 
-def _develop_frame(source: Path, job: "Job", folder: Path) -> str:
-    """Develop a capture; what is wrong with it, if anything is."""
+def _develop_frame(source: Path, job: "Job", folder: Path) -> tuple[str, tuple[str, ...]]:
+    """Develop a capture: what is wrong with it, if anything is, and what changes its result."""
     from plenofir.commands.developed import develop_capture
 
     try:
-        develop_capture(source, job, folder, lambda *_: None)
+        done = develop_capture(source, job, folder, lambda *_: None)
     except InputError as error:
-        return str(error)
+        return str(error), ()
     except MemoryError:
-        return f"{source}: too large for the memory; use a smaller capture"
-    return ""
+        return f"{source}: too large for the memory; use a smaller capture", ()
+    return "", done.notes
 
 
 def _calibrated(job: "Job", out: Path) -> "Job":
@@ -62,7 +62,7 @@ def _calibrated(job: "Job", out: Path) -> "Job":
     hints = job.hints
     if hints.white is None:
         return job
-    publish({"calib.json": calibration_of(hints.white, hints.dark).text()}, out)
+    publish({"calib.json": calibration_of(hints.white, hints.dark, hints.bayer).text()}, out)
     calib = str((out / "calib.json").absolute())
     return job._replace(hints=hints._replace(white=None, calib=calib))
 
@@ -105,10 +105,13 @@ def _develop_all(
             for one in waiting
         }
         for number, future in enumerate(as_completed(running), 1):
+            notes: tuple[str, ...] = ()
             if future.status == "finished":
-                text = future.result()
+                text, notes = future.result()
             else:
                 text = f"{running[future]}: {failure(future.exception())}"
+            for note in notes:
+                typer.echo(f"note: {running[future]}: {note}", err=True)
             if text:
                 failed.append(text)
             show(kept + number, len(sources))

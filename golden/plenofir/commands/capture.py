@@ -35,6 +35,7 @@ def calibrate(
     white: Annotated[str, typer.Argument(help="White image: an evenly lit, diffuse surface.")],
     out: Annotated[str, typer.Option(help="Calibration file to write.")] = "calib.json",
     dark: Dark = None,
+    bayer: options.BayerIfGiven = None,
     layout: Annotated[
         Literal["auto", "rectangular", "hexagonal-rows", "hexagonal-columns"],
         typer.Option(help="Layout of the micro lenses; auto finds it in the white image."),
@@ -70,8 +71,8 @@ def calibrate(
     """
     import numpy as np
 
-    from plenofir.camera.calibration import calibrate as find
     from plenofir.camera.calibration.inspection import nowhere_dark
+    from plenofir.camera.captures.prepare import calibrated as find
     from plenofir.ground.images import read_picture
 
     options.require("focus", "camera", camera is None and focus != inf)
@@ -82,14 +83,14 @@ def calibrate(
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
     pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
-    image, full_scale, *_ = read_picture(Path(white))
+    picture_of_white = read_picture(Path(white))
     with progress_bar("calibrating"):
         found = find(
-            image,
+            picture_of_white,
             _optional(dark),
+            bayer=bayer,
             layout=None if layout == "auto" else layout,
             order=None if order == "auto" else int(order),
-            full_scale=full_scale,
             where=white,
             dark_where=str(dark or ""),
         )
@@ -98,7 +99,10 @@ def calibrate(
         results.write(path.name, found.text())
         # Both files or none: if the picture cannot be written, the block ends here.
         if picture_path is not None:
-            publish({picture_path.name: _marked(image, found.centres)}, picture_path.parent)
+            publish(
+                {picture_path.name: _marked(picture_of_white.pixels, found.centres)},
+                picture_path.parent,
+            )
     rows, columns = found.lenses
     count = int((~np.isnan(found.centres[..., 0])).sum())
     grid = found.grid
@@ -147,7 +151,7 @@ class _Pupils:
 
     def lines(self, found: "Calibration") -> list[str]:
         """What to print about them."""
-        from plenofir.camera.calibration import calibrate as find
+        from plenofir.camera.captures.prepare import calibrated
         from plenofir.camera.rays import measured_focal_length
         from plenofir.ground.images import read_picture
 
@@ -155,8 +159,7 @@ class _Pupils:
         lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
-            image, full_scale, *_ = read_picture(white)
-            calibration = find(image, full_scale=full_scale, where=str(white))
+            calibration = calibrated(read_picture(white), where=str(white))
             other = self._measured(model, calibration)
             lines.append(f"              entrance {pupil_text(other)}")
             length, error = measured_focal_length(self.model, pupil, model, other)
@@ -237,6 +240,9 @@ def decode(
     devignette: Annotated[
         bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
     ] = True,
+    bayer: options.BayerIfGiven = None,
+    white_balance: options.WhiteBalance = "auto",
+    roi: options.Roi = None,
     colour: Annotated[
         Literal["camera", "balanced", "srgb"],
         typer.Option(
@@ -260,71 +266,71 @@ def decode(
 
     By default M is the largest odd number of pixels that fits into a micro image.
     """
-    from plenofir.camera.calibration import decode as resample
-    from plenofir.camera.calibration import largest_odd_size, load_calibration
+    from plenofir.camera.calibration import load_calibration
+    from plenofir.camera.captures.prepare import Told, prepared
     from plenofir.camera.lytro import is_lytro, read_lytro
-    from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
-    from plenofir.ground.images import Picture, read_picture
+    from plenofir.camera.lytro.sensor import with_gamma
+    from plenofir.camera.recognise.captures import of_lytro
+    from plenofir.ground.images import read_picture
 
     lytro = is_lytro(Path(raw)) or Path(raw).suffix.lower() in (".lfp", ".lfr")
-    for option, given in (
-        ("colour", colour != "balanced"),
-        ("demosaic", demosaic != "edge-aware"),
+    for option, given, for_lytro in (
+        ("colour", colour != "balanced", True),
+        ("demosaic", demosaic != "edge-aware", True),
+        ("bayer", bayer is not None, False),
+        ("white_balance", white_balance != "auto", False),
+        ("roi", roi is not None, False),
     ):
-        if given and not lytro:
-            raise InputError(f"{options.typed(option)} is for files of Lytro cameras only")
+        if given and lytro != for_lytro:
+            whose = "files of Lytro cameras" if for_lytro else "captures of other cameras"
+            raise InputError(f"{options.typed(option)} is for {whose} only")
     if lytro and dark is not None:
         raise InputError(
             f"{options.typed('dark')} is not needed: a Lytro's file tells its black level"
         )
     inputs = (raw, calib, dark, None if white is not None and white.is_dir() else white)
     path = check_file(out, (".png", ".tif", ".tiff"), *inputs)
-    lines: tuple[tuple[str, str], ...] = ()
-    divisor: Image | None
     with progress_bar("decoding") as show:
         if lytro:
             taken = read_lytro(
                 Path(raw), white=None if calib else white, colour=colour, demosaic=demosaic
             )
-            picture, divisor = Picture(taken.image, FULL_SCALE, 1.0), taken.white
-            calibration = taken.calibration if calib is None else load_calibration(calib)
-            lines = taken.lines[: -1 if calib else None]
-            if calib is not None:
-                divisor = _optional(white)
+            ready = of_lytro(taken, raw, calib, white)
         else:
             if calib is None:
                 raise InputError(
                     f"{options.typed('calib')} is missing; plenofir calibrate makes one"
                 )
-            calibration = load_calibration(calib)
-            picture = read_picture(Path(raw))
-            divisor = _optional(white)
-        m = micro_image or largest_odd_size(calibration)
-        raster = resample(
-            picture.pixels,
-            calibration,
-            m,
-            dark=_optional(dark),
-            white=divisor,
+            ready = prepared(
+                read_picture(Path(raw)),
+                load_calibration(calib),
+                Told(bayer, white_balance, roi),
+                white=read_picture(white) if white else None,
+                dark=read_picture(dark) if dark else None,
+                where=raw,
+            )
+        raster, m = ready.decoded(
+            micro_image,
+            raw,
             interpolation=interpolation,
             scale=scale,
             devignette=devignette,
-            full_scale=picture.full_scale,
-            where=raw,
             progress=show,
         )
-    # A camera's pixels count light, unless the file says otherwise.
-    encoded = picture.gamma or 1.0
-    raster = with_gamma(raster, gamma, picture.full_scale)
-    decoded = picture.like(raster)._replace(gamma=encoded * gamma)
+    for note in ready.notes:
+        typer.echo(f"note: {raw}: {note}", err=True)
+    encoded = raster.gamma or 1.0
+    decoded = raster._replace(
+        pixels=with_gamma(raster.pixels, gamma, raster.full_scale), gamma=encoded * gamma
+    )
     publish({path.name: decoded}, path.parent)
-    for heading, text in lines:
+    for heading, text in ready.lines:
         typer.echo(f"{heading:<13} {text}")
-    rows, columns = (length // m for length in raster.shape[:2])
+    rows, columns = (length // m for length in raster.pixels.shape[:2])
     typer.echo(f"{out}: {columns} x {rows} micro images of {m} x {m} pixels")
     if decoded.gamma == 1:
         typer.echo(
-            f"note: in linear light, white is {picture.full_scale}; plenofir's commands read that "
+            f"note: in linear light, white is {raster.full_scale}; plenofir's commands read that "
             "in the file, others may show it dark (for them: --gamma 2.2)"
         )
 

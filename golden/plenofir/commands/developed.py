@@ -64,6 +64,7 @@ class Developed(NamedTuple):
     lines: list[str]  # for a summary
     pictures: int
     model: "RayModel | None"
+    notes: tuple[str, ...]  # what changes the result beyond what was asked for
 
 
 def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Developed:
@@ -87,7 +88,8 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
             report = {"capture": title, "micro_image_size": m, "summary": lines, "mark": mark}
             results.write(_REPORT, json.dumps(report))
         publish_run(Path(temporary), folder, _REPORT)
-    return Developed(lines, len(pictures.shown), model)
+    notes = tuple(f"{one.heading}: {one.text}" for one in field.lines if one.notable)
+    return Developed(lines, len(pictures.shown), model, notes)
 
 
 def is_developed(capture: Path, job: Job, folder: Path) -> bool:

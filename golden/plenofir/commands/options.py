@@ -425,6 +425,31 @@ FractionIfGiven = Annotated[int | None, _FRACTION]
 GuardIfGiven = Annotated[int | None, _GUARD]
 SceneIfGiven = Annotated[str | None, _SCENE]
 
+BayerIfGiven = Annotated[
+    Literal["rggb", "grbg", "gbrg", "bggr", "none"] | None,
+    typer.Option(
+        "--bayer",
+        help="Colours of a sensor's first four pixels, if it has a colour mosaic; none if it is "
+        "taken for one.",
+        case_sensitive=False,
+    ),
+]
+WhiteBalance = Annotated[
+    Literal["auto", "off"],
+    typer.Option(
+        "--white-balance",
+        help="White balance of captures by the white image, or by the neutral of a DNG; or off.",
+    ),
+]
+Roi = Annotated[
+    str | None,
+    typer.Option(
+        "--roi",
+        metavar="COLUMN,ROW",
+        help="Where captures begin that are a part of the white image's pixels.",
+    ),
+]
+
 # What a person may say about a light field: `plenofir.camera.recognise.Hints`, by its fields.
 _HINTS: dict[str, tuple[Any, Any]] = {
     "micro_image": (MicroImageIfGiven, None),
@@ -457,23 +482,9 @@ _HINTS: dict[str, tuple[Any, Any]] = {
         ],
         None,
     ),
-    "bayer": (
-        Annotated[
-            Bayer | None,
-            typer.Option(
-                help="Colours of a sensor's first four pixels, if it has a colour mosaic.",
-                case_sensitive=False,
-            ),
-        ],
-        None,
-    ),
-    "white_balance": (
-        Annotated[
-            Literal["auto", "off"],
-            typer.Option(help="White balance of captures, by a white image in colours; or off."),
-        ],
-        "auto",
-    ),
+    "bayer": (BayerIfGiven, None),
+    "white_balance": (WhiteBalance, "auto"),
+    "roi": (Roi, None),
 }
 
 

@@ -231,6 +231,8 @@ def sim(
 
         bits = None if raw_bits is None else int(raw_bits)
         sensor = load_sensor(raw, calib, micro_image, bayer, bits=bits)
+        for note in sensor.notes:
+            typer.echo(f"note: {raw}: {note}", err=True)
         _run_raw(
             *(sensor, lambda path, folder: run_of(path, core_for(path), folder)),
             *(Path(out), int(lanes)),

@@ -238,13 +238,20 @@ class _Settings:
         m = self.hints.micro_image or 1
         if self.hints.calib is None:
             return lambda picture: picture.like(check_raw(picture.pixels, m, where=where))
-        from plenofir.camera.calibration import decode, load_calibration
+        from plenofir.camera.calibration import load_calibration
+        from plenofir.camera.captures.prepare import Prepared, Told, prepared
 
         calibration = load_calibration(self.hints.calib)
+        told = Told(self.hints.bayer, self.hints.white_balance, self.hints.roi)
+        first: list[Prepared] = []
 
         def decoded(picture: "Picture") -> "Picture":
-            raw = decode(picture.pixels, calibration, m, full_scale=picture.full_scale, where=where)
-            # A camera's pixels count light, unless the file says otherwise.
-            return picture.like(raw)._replace(gamma=picture.gamma or 1.0)
+            if first:
+                return first[0].of(picture).decoded(m, where)[0]
+            # The first frame tells for all of them whether the calibration fits.
+            first.append(prepared(picture, calibration, told, where=where))
+            for note in first[0].notes:
+                typer.echo(f"note: {where}: {note}", err=True)
+            return first[0].decoded(m, where)[0]
 
         return decoded

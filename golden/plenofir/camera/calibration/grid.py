@@ -189,6 +189,16 @@ class Grid(BaseModel):
             update={"stagger": stagger, "middle": (float(middle[0]), float(middle[1]))}
         )
 
+    def mapped(self, matrix: Floats, shift: Floats) -> "Grid":
+        """The same lenses after a map of the pixel positions (y, x).
+
+        `matrix`: shape (2, 2), what positions are multiplied by; `shift`: what is added, in pixels.
+        """
+        coefficients = np.array(self.coefficients) @ np.asarray(matrix).T
+        coefficients[0] += shift
+        pairs = tuple((float(y), float(x)) for y, x in coefficients)
+        return self.model_copy(update={"coefficients": pairs})
+
     @property
     def vectors(self) -> Floats:
         """Pixel vectors (y, x) of a row step and a column step in the middle, shape (2, 2)."""

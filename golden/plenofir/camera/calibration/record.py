@@ -28,6 +28,7 @@ _MOST_LENSES = 1 << 22
 Count = Annotated[int, Field(ge=1, le=_LARGEST)]
 Index = Annotated[int, Field(ge=0, lt=_LARGEST)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Share = Annotated[float, Field(gt=0, le=1)]
 
 
 class Calibration(BaseModel):
@@ -64,6 +65,9 @@ class Calibration(BaseModel):
         Share of the white image's pixels at full scale.
     evidence
         What speaks for the grid; None if it did not come from a white image.
+    colours
+        What the sensor sees of white: red, green and blue, the largest of them 1; None if the white
+        image is grey.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -81,6 +85,7 @@ class Calibration(BaseModel):
     used: Annotated[int, Field(ge=1)]
     clipped_share: Annotated[Number, Field(ge=0, le=1)] = 0.0
     evidence: Evidence | None = None
+    colours: tuple[Share, Share, Share] | None = None
 
     @model_validator(mode="after")
     def _fits_together(self) -> "Calibration":

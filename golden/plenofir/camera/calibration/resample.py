@@ -143,6 +143,7 @@ def decode(
     interpolation: Interpolation = "bilinear",
     scale: Scale = "native",
     devignette: bool = True,
+    gains: tuple[float, float, float] | None = None,
     full_scale: int | None = None,
     where: str = "raw capture",
     progress: Callable[[int, int], None] | None = None,
@@ -171,6 +172,8 @@ def decode(
         "native": steps of one pixel, micro images are cropped. "fit": M steps to a pitch.
     devignette
         Whether to divide by the white image or its model at all.
+    gains
+        Factors of red, green and blue above black: white balance.
     full_scale
         Largest value of the capture, where results saturate; its type's largest if None.
     """
@@ -227,6 +230,8 @@ def decode(
                 else:
                     light = profile * brightness[part, np.newaxis, :, np.newaxis]
                 value = value / np.maximum(light, DARKEST)
+            if gains is not None and count == len(gains):
+                value = value * np.float32(gains[channel])
             result[part, :, :, :, channel] = value
         if progress is not None:
             progress(part.stop, height)

@@ -10,6 +10,7 @@ from plenofir.camera.calibration.calibrate import calibrate, calibration_of_grid
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Grid
 from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.captures.fit import located
 from plenofir.camera.lytro.frames import Frame, nearest_white, read_frame
 from plenofir.camera.lytro.metadata import FrameMetadata
 from plenofir.camera.lytro.sensor import (
@@ -21,8 +22,7 @@ from plenofir.camera.lytro.sensor import (
     develop,
     grey_mosaic,
 )
-from plenofir.camera.patterns.lenslets import find_lenslets
-from plenofir.camera.patterns.match import Match, match_capture
+from plenofir.camera.patterns.match import Match
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
@@ -46,20 +46,10 @@ def checked_grid(grey: Image32, metadata: FrameMetadata, where: str) -> Match:
 
     It stays where micro images are not seen; InputError if the pixels have another grid.
     """
-    known = metadata.grid()
-    found = match_capture(grey, known)
-    if found.seen:
-        return found
-    other = find_lenslets(grey)
-    if other is not None:
-        raise InputError(
-            f"the pixels have micro images {other.pitch:.2f} pixels apart "
-            f"({other.layout}, rotated by {other.rotation_degrees:.2f} degrees), the "
-            f"metadata say {known.lens_pitch:.2f} ({known.layout}, "
-            f"{known.rotation_degrees:.2f} degrees); the file may be damaged",
-            where=where,
-        )
-    return found
+    try:
+        return located(grey, metadata.grid(), "the metadata say", where)
+    except InputError as error:
+        raise InputError(f"{error.problem}; the file may be damaged", where=where) from None
 
 
 def read_lytro(

@@ -5,7 +5,7 @@ Micro images are brighter in the middle than at the borders, whatever the scene.
 components at the three lowest frequencies of the lens grid, whose phases give the displacement of
 the micro images from the grid. Phases are measured in blocks of a few micro images, and a smooth
 displacement is fitted to all blocks, from the middle outwards, weighted by amplitude. The scene
-disturbs single blocks, but not all in the same direction.
+disturbs single blocks, but not all in the same direction. Within a block a bent grid is straight.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ _FEWEST_BLOCKS = 4
 # Displacements are fitted to blocks within a radius that grows (shares of the largest).
 _FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
 _ROUNDS = 4
-# A scaled and rotated grid must agree better by this than one that is only shifted.
-_BETTER = 0.02
+# A grid is scaled and rotated if that explains so many times more than chance.
+_CLEAR_GAIN = 8.0
 # Micro images are not found if amplitudes are below this share of the brightness, or if phases
 # agree less than this.
 _WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
@@ -43,81 +43,95 @@ class Match:
     smoothness: float
     strength: float  # amplitude of the waves as a share of the brightness
     moved_px: float  # largest displacement in the picture
+    gain: float = 0.0  # how many times more of the phases the move explains than chance does
+    # Where pixel positions (y, x) of the grid go: `matrix` times them, plus `shift`.
+    matrix: tuple[tuple[float, float], tuple[float, float]] = ((1.0, 0.0), (0.0, 1.0))
+    shift: tuple[float, float] = (0.0, 0.0)
+
+
+def _primitive(grid: Grid) -> Floats:
+    """Lattice coordinates of steps to two neighbouring lenses, shape (2, 2)."""
+    if grid.layout == "hexagonal-rows":
+        return np.array([(1.0, 0.5), (0.0, 1.0)])
+    if grid.layout == "hexagonal-columns":
+        return np.array([(1.0, 0.0), (0.5, 1.0)])
+    return np.eye(2)
+
+
+def _combined(grid: Grid, waves: Floats) -> Floats:
+    """Waves of a lattice's two coordinates along the last axis but one, and in hexagons a third."""
+    first, second = waves[..., 0, :], waves[..., 1, :]
+    if grid.layout == "rectangular":
+        return waves
+    # The third is as long as the others; which it is does not change over a grid.
+    usual = np.linalg.inv(_primitive(grid) @ grid.vectors).T
+    plus = usual[0] + usual[1]
+    third = first - second if plus @ plus > 1.5 * (usual[0] @ usual[0]) else first + second
+    return np.stack([first, second, third], axis=-2)
 
 
 def wave_vectors(grid: Grid) -> Floats:
     """Lowest frequencies of the lens grid, cycles per pixel along (y, x), shape (2 or 3, 2)."""
-    down, right = grid.vectors
-    if grid.layout == "hexagonal-rows":
-        basis = np.array([down + right / 2, right])
-    elif grid.layout == "hexagonal-columns":
-        basis = np.array([down, right + down / 2])
-    else:
-        basis = np.array([down, right])
-    first, second = np.linalg.inv(basis).T
-    if grid.layout == "rectangular":
-        return np.array([first, second])
-    third = first + second
-    if third @ third > 1.5 * (first @ first):
-        third = first - second
-    return np.array([first, second, third])
+    return _combined(grid, np.asarray(np.linalg.inv(_primitive(grid) @ grid.vectors).T))
 
 
-def _blocks(image: Image32, grid: Grid, waves: Floats) -> tuple[Floats, Complex, float]:
+def _blocks(image: Image32, grid: Grid) -> tuple[Floats, Complex, float]:
     """Middles of blocks (r, c, 2), complex amplitudes about the grid's origin (r, c, waves)."""
     side = min(image.shape) / _WANTED_BLOCKS / grid.lens_pitch
     size = int(np.ceil(min(max(side, _SMALLEST_BLOCK), _LARGEST_BLOCK) * grid.lens_pitch))
     counts = [max(1, n // size) for n in image.shape]
     starts = [max(0, n - c * size) // 2 for n, c in zip(image.shape, counts, strict=True)]
     sides = [min(size, n) for n in image.shape]
-    origin = grid.positions(np.zeros(2))
     windows = [np.hanning(n + 2)[1:-1] for n in sides]
-    middles, found = [], []
+    window = windows[0][:, np.newaxis] * windows[1]
+    places = [
+        start + size * np.arange(count) + (n - 1) / 2
+        for start, count, n in zip(starts, counts, sides, strict=True)
+    ]
+    middles = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
+    lattice = grid.inverse(middles)
+    primitive = _primitive(grid)
+    waves = _combined(grid, np.swapaxes(np.linalg.inv(primitive @ grid.jacobian(lattice)), -1, -2))
+    # Cycles from the first lens to the middles.
+    cycles = (lattice - grid.lattice(0, 0)) @ np.linalg.inv(primitive)
+    cycles = _combined(grid, cycles[..., np.newaxis])[..., 0]
+    found = np.empty(cycles.shape, dtype=np.complex128)
+    y, x = (np.arange(n) - (n - 1) / 2 for n in sides)
     total = 0.0
     for row in range(counts[0]):
         for column in range(counts[1]):
             top, left = starts[0] + row * size, starts[1] + column * size
-            part = image[top : top + sides[0], left : left + sides[1]].astype(np.float64)
-            part = part * windows[0][:, np.newaxis] * windows[1]
+            part = image[top : top + sides[0], left : left + sides[1]] * window
             level = part.sum()
-            part -= (
-                windows[0][:, np.newaxis]
-                * windows[1]
-                * (level / windows[0].sum() / windows[1].sum())
-            )
-            y = np.arange(top, top + sides[0]) - origin[0]
-            x = np.arange(left, left + sides[1]) - origin[1]
-            down = 2 * np.pi * np.outer(waves[:, 0], y)
+            part -= window * (level / window.sum())
+            k = waves[row, column]
+            down = 2 * np.pi * np.outer(k[:, 0], y)
             # Real products: complex ones take four times as long.
             lines = np.cos(down) @ part - 1j * (np.sin(down) @ part)
-            right = np.exp(-2j * np.pi * np.outer(waves[:, 1], x))
-            found.append((lines * right).sum(axis=1))
-            middles.append((y.mean(), x.mean()))
+            right = np.exp(-2j * np.pi * np.outer(k[:, 1], x))
+            found[row, column] = (lines * right).sum(axis=1)
             total += level
-    return (
-        np.array(middles).reshape(*counts, 2),
-        np.array(found).reshape(*counts, len(waves)),
-        total / len(middles),
-    )
+    found *= np.exp(-2j * np.pi * cycles)
+    return middles - grid.centres(0, 0), found, total / (counts[0] * counts[1])
 
 
 def match_capture(image: Image32, grid: Grid) -> Match:
-    """Measure how far a capture's micro images lie from an affine grid, and move the grid there.
+    """Measure how far a capture's micro images lie from a grid, and move the grid there.
 
     A mosaic whose colours are about equally bright will do. The grid stays where micro images are
     not seen.
     """
     waves = wave_vectors(grid)
-    middles, found, level = _blocks(image, grid, waves)
+    middles, found, level = _blocks(image, grid)
     amplitudes = found.reshape(-1, len(waves))
-    if len(amplitudes) < _FEWEST_BLOCKS or level <= 0:
+    if len(amplitudes) < _FEWEST_BLOCKS or level <= 0 or not amplitudes.any():
         return Match(grid, False, 0.0, 0.0, 0.0, 0.0)
     pitch = grid.lens_pitch
     flat = middles.reshape(-1, 2)
     terms = np.concatenate([np.ones((len(flat), 1)), flat / (100 * pitch)], axis=1)
     weights = np.abs(amplitudes)
     # Limits the influence of a few bright blocks.
-    weights = np.minimum(weights, 3 * np.median(weights))
+    weights = np.minimum(weights, 3 * float(np.median(weights)) + 1e-12 * float(weights.max()))
     turned = _grown(amplitudes, weights, waves, terms)
     moved = np.zeros_like(turned)
     for _ in range(_ROUNDS):
@@ -126,8 +140,10 @@ def match_capture(image: Image32, grid: Grid) -> Match:
         float((weights * np.cos(_phases(amplitudes, waves, terms @ moves))).sum() / weights.sum())
         for moves in (moved, turned)
     ]
-    better = agreements[1] > agreements[0] + _BETTER
+    better = _gain(agreements[0], agreements[1], 4, len(amplitudes)) > _CLEAR_GAIN
     moves, agreement = (turned, agreements[1]) if better else (moved, agreements[0])
+    unmoved = float((weights * np.cos(np.angle(amplitudes))).sum() / weights.sum())
+    gain = _gain(unmoved, agreement, 6 if better else 2, len(amplitudes))
     left = (found * np.exp(2j * np.pi * (terms @ moves) @ waves.T).reshape(found.shape)) / (
         np.abs(found) + 1e-30
     )
@@ -136,16 +152,28 @@ def match_capture(image: Image32, grid: Grid) -> Match:
     strength = float(np.median(np.abs(amplitudes).mean(axis=1)) / level)
     if strength < _WEAKEST or max(agreement, smoothness) < _LEAST_AGREEMENT:
         return Match(grid, False, agreement, smoothness, strength, 0.0)
+    stretch = moves[1:].T / (100 * pitch)
+    matrix = np.eye(2) + stretch
+    shift = moves[0] - stretch @ grid.centres(0, 0)
     corners = np.array([(y, x) for y in (0, image.shape[0]) for x in (0, image.shape[1])])
-    places = corners - grid.positions(np.zeros(2))
-    spread = np.concatenate([np.ones((4, 1)), places / (100 * pitch)], axis=1) @ moves
-    origin = np.array(grid.coefficients[0]) + moves[0]
-    vectors = np.array(grid.coefficients[1:])
-    vectors = vectors + vectors / (100 * pitch) @ moves[1:]
-    where = tuple((float(y), float(x)) for y, x in (origin, *vectors))
-    result = grid.model_copy(update={"coefficients": where})
-    moved_px = float(np.hypot(*spread.T).max())
-    return Match(result, True, agreement, smoothness, strength, moved_px)
+    moved_px = float(np.hypot(*(corners @ stretch.T + shift).T).max())
+    return Match(
+        grid.mapped(matrix, shift),
+        True,
+        agreement,
+        smoothness,
+        strength,
+        moved_px,
+        gain,
+        ((float(matrix[0, 0]), float(matrix[0, 1])), (float(matrix[1, 0]), float(matrix[1, 1]))),
+        (float(shift[0]), float(shift[1])),
+    )
+
+
+def _gain(before: float, after: float, terms: int, blocks: int) -> float:
+    """How many times more than chance further terms explain of the phases (an F ratio)."""
+    free = max(2 * blocks - 6, 1)
+    return (after - before) / max(1 - after, 1e-6) * free / terms
 
 
 def _grown(amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats) -> Floats:

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw captures: from a sensor's pixels and a calibration to an aligned raw image."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
-from plenofir.camera.calibration import Calibration, calibrate, decode, load_calibration
-from plenofir.camera.calibration.resample import largest_odd_size
-from plenofir.camera.lytro.capture import checked_grid, match_text, read_lytro
+from plenofir.camera.calibration import Calibration, load_calibration
+from plenofir.camera.captures.colours import order_of_mosaic
+from plenofir.camera.captures.prepare import Prepared, Told, calibrated, prepared
+from plenofir.camera.lytro.capture import LytroCapture, checked_grid, match_text, read_lytro
 from plenofir.camera.lytro.container import is_container, read_container
 from plenofir.camera.lytro.frames import read_frame
 from plenofir.camera.lytro.sensor import FULL_SCALE, balanced, grey_mosaic
 from plenofir.camera.recognise.source import Field, Finding, Hints, LightFieldSource, Progress
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import Image, Picture, read_image, read_picture
+from plenofir.ground.images import Picture, read_image, read_picture
 from plenofir.ground.shell import command
 
 _NO_FRAME = {
@@ -27,77 +28,75 @@ _NO_FRAME = {
 }
 
 
-class Capture(NamedTuple):
-    """Pixels of a sensor with the grid of the micro lenses, ready to be decoded."""
-
-    picture: Picture
-    calibration: Calibration
-    dark: Image | None = None
-    divisor: Image | None = None  # white image to divide by
-    findings: tuple[Finding, ...] = ()
-    made: str | None = None  # text of the calibration, if a white image gave it
-
-    def decoded(self, micro_image: int | None, where: str, progress: Progress) -> Field:
-        """The aligned raw image; M is the largest odd size that fits if none is given."""
-        m = micro_image or largest_odd_size(self.calibration)
-        raster = decode(
-            self.picture.pixels,
-            self.calibration,
-            m,
-            dark=self.dark,
-            white=self.divisor,
-            full_scale=self.picture.full_scale,
-            where=where,
-            progress=progress,
-        )
-        # A camera's pixels count light, unless the file says otherwise.
-        picture = self.picture.like(raster)._replace(gamma=self.picture.gamma or 1.0)
-        return Field(picture, m, self.findings, self.made)
-
-
-def calibration_of(white: Path, dark: Path | None) -> Calibration:
+def calibration_of(white: Path, dark: Path | None, bayer: str | None = None) -> Calibration:
     """Calibration of a white image, and the dark frame if there is one."""
-    picture = read_picture(white)
-    return calibrate(
-        picture.pixels,
+    return calibrated(
+        read_picture(white),
         read_image(dark) if dark else None,
-        full_scale=picture.full_scale,
+        bayer=bayer,
         where=str(white),
         dark_where=str(dark),
     )
 
 
-def read_capture(picture: Picture, where: str, hints: Hints) -> Capture:
-    """A capture with the calibration, or the white image, that the hints name."""
+def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress) -> Field:
+    """The aligned raw image of a capture with the calibration, or the white image, of the hints."""
+    told = Told(hints.bayer, hints.white_balance, hints.roi)
+    # What is missing is told before the calibration, which takes long.
+    order_of_mosaic(picture, told.bayer, where)
     if hints.calib is not None:
         calibration, made = load_calibration(hints.calib), None
     else:
         assert hints.white is not None
-        calibration = calibration_of(hints.white, hints.dark)
+        calibration = calibration_of(hints.white, hints.dark, hints.bayer)
         made = calibration.text()
-    dark = read_image(hints.dark) if hints.dark else None
-    pitch = " x ".join(f"{p:.3f}" for p in calibration.grid.pitch[::-1])
+    dark = read_picture(hints.dark) if hints.dark else None
+    ready = prepared(picture, calibration, told, dark=dark, where=where)
+    pitch = " x ".join(f"{p:.3f}" for p in ready.calibration.grid.pitch[::-1])
     text = f"{calibration.grid.layout}, {pitch} pixels a lens"
-    return Capture(picture, calibration, dark, None, (Finding("calibrated", text, "told"),), made)
+    field = _field(ready, hints, where, progress)
+    lines = (Finding("calibrated", text, "told"), *field.lines)
+    return field._replace(lines=lines, calibration=made)
 
 
-def read_lytro_capture(path: Path, hints: Hints) -> Capture:
-    """A capture of a Lytro, with its own grid or that of the hints."""
-    taken = read_lytro(path, white=None if hints.calib else hints.white, colour="best")
-    calibration = load_calibration(hints.calib) if hints.calib else taken.calibration
-    return Capture(
-        Picture(taken.image, FULL_SCALE, 1.0),
-        calibration,
-        divisor=taken.white,
-        findings=tuple(Finding(*line) for line in taken.lines),
+def of_lytro(
+    taken: LytroCapture, where: str, calib: str | None = None, white: Path | None = None
+) -> Prepared:
+    """A capture of a Lytro, with its own grid, or with a calibration and a white image for it."""
+    picture = Picture(taken.image, FULL_SCALE, 1.0)
+    if calib is None:
+        return Prepared(picture, taken.calibration, None, taken.white, None, (), taken.lines)
+    ready = prepared(
+        picture,
+        load_calibration(calib),
+        Told(white_balance="off"),
+        white=read_picture(white) if white else None,
+        where=where,
     )
+    return replace(ready, lines=(*taken.lines[:-1], *ready.lines))
+
+
+def _field(ready: Prepared, hints: Hints, where: str, progress: Progress) -> Field:
+    """The aligned raw image of a capture, and what was done to it."""
+    raster, m = ready.decoded(hints.micro_image, where, progress=progress)
+    findings = (
+        *(Finding(*line) for line in ready.lines),
+        *(Finding("calibration", note, notable=True) for note in ready.notes),
+    )
+    return Field(raster, m, findings)
+
+
+def _lytro_field(path: Path, hints: Hints, progress: Progress) -> Field:
+    """The aligned raw image of a Lytro's capture."""
+    taken = read_lytro(path, white=None if hints.calib else hints.white, colour="best")
+    return _field(of_lytro(taken, str(path), hints.calib), hints, str(path), progress)
 
 
 def capture_source(picture: Picture, where: str, hints: Hints) -> LightFieldSource:
     """A picture that the hints say is a capture, as they name its calibration."""
 
     def raster(progress: Progress) -> Field:
-        return read_capture(picture, where, hints).decoded(hints.micro_image, where, progress)
+        return read_capture(picture, where, hints, progress)
 
     finding = Finding("evidence", f"taken as a capture of {hints.calib or hints.white}", "told")
     return LightFieldSource("raw capture", (finding,), raster=raster)
@@ -129,7 +128,5 @@ def lytro_source(path: Path, hints: Hints) -> LightFieldSource:
         tuple(Finding(*line) for line in lines),
         (command("decode", path, "--out", "aligned.png"),),
         pitch_px=metadata.pitch_px,
-        raster=lambda progress: read_lytro_capture(path, hints).decoded(
-            hints.micro_image, name, progress
-        ),
+        raster=lambda progress: _lytro_field(path, hints, progress),
     )

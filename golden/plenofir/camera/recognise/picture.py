@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from plenofir.camera.calibration.frames import grey as grey_levels
 from plenofir.camera.calibration.inspection import inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
 from plenofir.camera.calibration.resample import odd_size_within
+from plenofir.camera.captures.colours import even_mosaic, noticed_mosaic
 from plenofir.camera.patterns.lenslets import (
     SURE,
     Lenslets,
@@ -58,11 +60,29 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
     raster = find_raster(levels, is_jpeg=is_jpeg)
     if raster is not None:
         return _raster(part, raster.micro_image_size, raster.by, raster.clarity, size, name)
+    orders = (picture.mosaic,) if picture.mosaic else noticed_mosaic(part)
+    if not orders:
+        return _by_lenses(picture, levels, size, name)
+    even = even_mosaic(image, picture.full_scale)
+    levels = grey_levels(even[:LARGEST_SIDE, :LARGEST_SIDE])
+    found = _by_lenses(picture._replace(pixels=even), levels, size, name)
+    text = f"a mosaic, {orders[0].upper()} by its file"
+    if not picture.mosaic:
+        text = (
+            f"a mosaic, noticed in its pixels; its order is told by --bayer {' or '.join(orders)}"
+        )
+    colours = Finding("colours", text, notable=not picture.mosaic)
+    return replace(found, findings=(found.findings[0], colours, *found.findings[1:]))
+
+
+def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> LightFieldSource:
+    """Recognise a picture that is no raster, by what repeats in its grey levels."""
+    whole = levels.shape == picture.pixels.shape[:2]
     # Lenses show everywhere, so the middle is enough for them.
     inner = levels[middle(levels.shape)]
     guesses = lattices(inner)
     if not guesses or guesses[0].score < _LEAST_SCORE:
-        return _mosaic(levels, part.shape == image.shape, size, name) or _none(size)
+        return _mosaic(levels, whole, size, name) or _none(size)
     found = find_lenslets(inner, guesses)
     few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(inner.shape)
     even = found is None or unevenness_of_neighbours(inner, found.grid) < _EVEN
@@ -78,7 +98,7 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
         return _focused(seen.smallest, seen.largest, found.match.agreement, size, name)
     if seen is not None and seen.all_over and not seen.even:
         return _focused(seen.smallest, seen.largest, None, size, name)
-    mosaic = _mosaic(levels, part.shape == image.shape, size, name)
+    mosaic = _mosaic(levels, whole, size, name)
     if mosaic is not None:
         return mosaic
     if (seen is not None and seen.all_over) or few:

@@ -34,7 +34,7 @@ Progress = Callable[[int, int], None]
 Order = Literal["rows", "columns"]
 Flip = Literal["none", "rows", "columns", "both"]
 Layout = Literal["auto", "mosaic", "raster"]
-Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
+Bayer = Literal["rggb", "grbg", "gbrg", "bggr", "none"]
 
 
 _HELP = "give --white or --calib for a raw capture, or -M for an aligned raw image"
@@ -51,11 +51,12 @@ class Hints(NamedTuple):
     layout: Layout = "auto"  # of a picture: views side by side, or micro images
     order: Order | None = None  # what the first number of the views counts
     flip: Flip | None = None  # what is counted from the end
-    bayer: Bayer | None = None  # colours of a sensor's first four pixels
+    bayer: Bayer | None = None  # colours of a sensor's first four pixels, or that it has none
     white_balance: Literal["auto", "off"] = "auto"
     white: Path | None = None  # white image
     calib: str | None = None  # calibration file
     dark: Path | None = None  # dark frame
+    roi: str | None = None  # column and row of the white image at which a capture begins
 
 
 class Finding(NamedTuple):

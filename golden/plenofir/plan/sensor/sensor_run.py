@@ -11,6 +11,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.camera.calibration import Calibration, decode, load_calibration
+from plenofir.camera.captures.colours import grey_of, order_of_mosaic
+from plenofir.camera.captures.fit import fitted
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.file_bench import BenchResult
@@ -45,6 +47,7 @@ class Sensor:
     calibration: Calibration
     bayer: BayerOrder | None  # order of the mosaic
     chip: Resampling  # resampler for it
+    notes: tuple[str, ...] = ()  # of the calibration's fit, for people
 
     @property
     def board_frame(self) -> SensorFrame:
@@ -152,11 +155,14 @@ def load_sensor(
     """Read a capture and its calibration, and make a resampler for them.
 
     A mosaic has one channel; `bits` are what its pixels are scaled to, as a sensor would send
-    them. InputError if the capture is not of the calibration's size, or the chip cannot follow the
-    grid.
+    them. The calibration is moved to where the capture's pixels have the grid. InputError if it
+    does not fit them, or the chip cannot follow the grid.
     """
-    calibration = load_calibration(calib)
     capture = read_picture(raw)
+    bayer = order_of_mosaic(capture, bayer, str(raw))
+    levels = grey_of(capture.pixels, bayer, capture.full_scale)
+    fit = fitted(levels, load_calibration(calib), where=str(raw))
+    calibration = fit.calibration
     if bits is not None:
         capture = scaled_to(capture, bits)
     frame = capture.pixels
@@ -169,7 +175,7 @@ def load_sensor(
         pixel_bits=capture.full_scale.bit_length(),
         where=str(calib),
     )
-    return Sensor(raw, calib, capture, frame, calibration, bayer, chip)
+    return Sensor(raw, calib, capture, frame, calibration, bayer, chip, fit.notes)
 
 
 def run_raw(

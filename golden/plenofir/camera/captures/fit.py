@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a calibration fits a capture, by the capture's own pixels.
+
+Micro images are brighter in their middle, whatever the scene, so a capture shows where they are
+(`plenofir.camera.patterns.match`). A calibration that lies elsewhere is of another camera, or the
+camera was zoomed, remounted, turned, binned or cropped since.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats, Grid
+from plenofir.camera.calibration.moving import PixelMap, mapped, same_pixels
+from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.patterns.lenslets import Lenslets, find_lenslets
+from plenofir.camera.patterns.match import Match, match_capture
+from plenofir.ground.errors import InputError
+
+# A grid fits if it lies within so many pixels, or shares of the pitch, or if a move explains less
+# than so many times what chance does.
+_FITS_PX, _FITS_PITCHES, _CLEAR_GAIN = 0.3, 0.02, 8.0
+# Agreement from which a grid that had to be moved, or was found anew, is trusted.
+_TRUSTED = 0.7
+# A grid is moved within these limits: share of the pitch, degrees.
+_MOST_SCALE, _MOST_TURN = 0.05, 2.0
+# Steps between lenses of one grid, measured twice, differ by less than this share.
+_SAME_STEPS = 0.03
+_BINNED = (2, 3, 4)
+_FLIPS = (
+    ((-1.0, -1.0), "turned by 180 degrees"),
+    ((1.0, -1.0), "mirrored from left to right"),
+    ((-1.0, 1.0), "mirrored from top to bottom"),
+)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A calibration that fits a capture, and what was done to make it fit."""
+
+    calibration: Calibration
+    place: PixelMap  # where the white image's pixels are in the capture
+    notes: tuple[str, ...]  # for people; none for a pair that fits
+
+    @property
+    def as_it_was(self) -> bool:
+        """Whether the capture's pixels are the white image's."""
+        return bool((self.place.matrix == np.eye(2)).all() and not self.place.shift.any())
+
+
+def located(levels: Image32, grid: Grid, source: str, where: str) -> Match:
+    """Where a grid lies in a capture's pixels.
+
+    `levels`: grey levels; `source`: what the grid is of, for messages. The grid stays where micro
+    images are not seen. Raises `InputError` if the pixels have another grid.
+    """
+    match = match_capture(levels, grid)
+    other = None if match.seen else find_lenslets(levels)
+    if other is not None:
+        raise _another(other, grid, source, where)
+    return match
+
+
+def _another(other: Lenslets, grid: Grid, source: str, where: str) -> InputError:
+    """Error of pixels that have another grid than a known one."""
+    return InputError(
+        f"the pixels have micro images {other.pitch:.2f} pixels apart ({other.layout}, rotated by "
+        f"{other.rotation_degrees:.2f} degrees), {source} {grid.lens_pitch:.2f} ({grid.layout}, "
+        f"{grid.rotation_degrees:.2f} degrees)",
+        where=where,
+    )
+
+
+def fitted(
+    levels: Image32,
+    calibration: Calibration,
+    *,
+    roi: tuple[int, int] | None = None,
+    where: str = "raw capture",
+) -> Fitted:
+    """Check a calibration with a capture's pixels, and move it to where they have the grid.
+
+    `levels`: grey levels of the capture, shape (rows, columns). `roi`: column and row of the white
+    image at which the capture begins, if it is a part of the sensor. Result: the calibration as it
+    is where it fits. Raises `InputError` if the capture cannot be of this camera as it was then.
+    """
+    shape = levels.shape[0], levels.shape[1]
+    place, notes = _by_size(shape, calibration, roi, where)
+    moved = calibration if place is None else mapped(calibration, place)
+    place = place or same_pixels(shape)
+    match = match_capture(levels, moved.grid)
+    if _fits(match, moved.grid):
+        return Fitted(moved, place, notes)
+    for (down, right), words in _FLIPS:
+        end = np.array(shape) - 1.0
+        flip = np.diag((down, right)), np.where(np.array((down, right)) < 0, end, 0.0)
+        other = mapped(calibration, place.then(*flip))
+        if _fits(match_capture(levels, other.grid), other.grid, strict=True):
+            note = f"it is {words} against the calibration, which was {words.split()[0]} with it"
+            return Fitted(other, place.then(*flip), (*notes, note))
+    lenses = find_lenslets(levels)
+    if match.seen and (lenses is None or _alike(lenses.grid, match.grid)):
+        return _moved(levels, calibration, moved.grid, place, match, notes, where)
+    if lenses is not None:
+        raise _unfit(_another(lenses, moved.grid, "the calibration has", where).problem, where)
+    note = (
+        "micro images are not seen in its pixels, so it could not be checked whether the "
+        "calibration fits"
+    )
+    return Fitted(moved, place, (*notes, note))
+
+
+def _unfit(problem: str, where: str) -> InputError:
+    """Error of a calibration that does not fit."""
+    return InputError(f"{problem}; use a white image of this camera at this zoom", where=where)
+
+
+def _alike(grid: Grid, other: Grid) -> bool:
+    """Whether two grids have the same layout, pitch and direction, near enough to be one."""
+    steps = grid.vectors @ np.linalg.inv(other.vectors)
+    return grid.layout == other.layout and bool(np.abs(steps - np.eye(2)).max() < _SAME_STEPS)
+
+
+def _by_size(
+    shape: tuple[int, int],
+    calibration: Calibration,
+    roi: tuple[int, int] | None,
+    where: str,
+) -> tuple[PixelMap | None, tuple[str, ...]]:
+    """What the sizes of capture and white image say; None if they are the same."""
+    white = calibration.image_shape
+    sizes = (
+        f"has {shape[1]} x {shape[0]} pixels, the calibration's white image {white[1]} x {white[0]}"
+    )
+    if roi is not None:
+        ends = roi[1] + shape[0], roi[0] + shape[1]
+        if min(roi) < 0 or ends[0] > white[0] or ends[1] > white[1]:
+            raise InputError(f"{sizes}, in which it does not lie at {roi[0]},{roi[1]}", where=where)
+        return PixelMap(np.eye(2), np.array([-roi[1], -roi[0]], dtype=np.float64), shape), ()
+    if shape == white:
+        return None, ()
+    for n in _BINNED:
+        if shape == (white[0] // n, white[1] // n):
+            # Pixel 0 of the capture is pixels 0 to n - 1.
+            map_ = PixelMap(np.eye(2) / n, np.full(2, -(n - 1) / (2 * n)), shape)
+            return map_, (f"{sizes}: taken as binned {n} x {n}",)
+        if white == (shape[0] // n, shape[1] // n):
+            map_ = PixelMap(np.eye(2) * n, np.full(2, (n - 1) / 2), shape)
+            return map_, (f"{sizes}: the white image is taken as binned {n} x {n}",)
+    if shape == white[::-1]:
+        raise InputError(f"{sizes}: it is turned by 90 degrees; turn it back", where=where)
+    if shape[0] <= white[0] and shape[1] <= white[1]:
+        middle = (white[1] - shape[1]) // 2, (white[0] - shape[0]) // 2
+        raise InputError(
+            f"{sizes}; if it is a part of the sensor (ROI), give the column and row at which it "
+            f"begins, --roi {middle[0]},{middle[1]} for the middle; else use a white image of "
+            "this camera and mode",
+            where=where,
+        )
+    raise InputError(f"{sizes}; use a white image of the same camera and mode", where=where)
+
+
+def _fits(match: Match, grid: Grid, *, strict: bool = False) -> bool:
+    """Whether a grid lies where the pixels have it, as far as they tell."""
+    near = match.moved_px <= max(_FITS_PX, _FITS_PITCHES * grid.lens_pitch)
+    return match.seen and (near or (match.gain < _CLEAR_GAIN and not strict))
+
+
+def _moved(
+    levels: Image32,
+    calibration: Calibration,
+    grid: Grid,
+    place: PixelMap,
+    match: Match,
+    notes: tuple[str, ...],
+    where: str,
+) -> Fitted:
+    """The calibration moved to where the pixels have the grid; refused if they are not clear."""
+    matrix, shift = np.array(match.matrix), np.array(match.shift)
+    again = match_capture(levels, match.grid)
+    matrix, shift = np.array(again.matrix) @ matrix, np.array(again.matrix) @ shift + again.shift
+    words, scale, turn = _off(matrix, shift, grid, levels.shape)
+    sure = again.seen and max(again.agreement, again.smoothness) >= _TRUSTED
+    if not sure or abs(scale) > _MOST_SCALE or abs(turn) > _MOST_TURN or not _fits(again, grid):
+        raise _unfit(f"the calibration does not fit its pixels: micro images lie {words}", where)
+    whole = place.then(matrix, shift)
+    note = (
+        f"the calibration did not fit its pixels: micro images lie {words}; the grid was moved "
+        "there, and a white image of the camera as it is now is better"
+    )
+    return Fitted(mapped(calibration, whole), whole, (*notes, note))
+
+
+def _off(
+    matrix: Floats, shift: Floats, grid: Grid, shape: tuple[int, ...]
+) -> tuple[str, float, float]:
+    """How far a grid lies off, for people; its scale less 1, and its turn in degrees."""
+    middle = (np.array(shape) - 1) / 2
+    off = matrix @ middle + shift - middle
+    # A grid looks the same after a move by a lens.
+    _, _, off = grid.nearest(grid.centres(*grid.nearest(middle)[:2]) + off)
+    scale = float(np.sqrt(np.linalg.det(matrix)) - 1)
+    turn = float(np.degrees(np.arctan2(matrix[0, 1] - matrix[1, 0], np.trace(matrix))))
+    words = f"{off[0]:.2f} pixels lower and {off[1]:.2f} to the right of its grid's in the middle"
+    if abs(scale) > 1e-4:
+        words += f", {abs(100 * scale):.2f} % {'farther apart' if scale > 0 else 'closer'}"
+    if abs(turn) > 0.02:
+        words += f", rotated by {turn:.2f} degrees"
+    return words, scale, turn
