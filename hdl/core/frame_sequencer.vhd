@@ -10,12 +10,10 @@
 -- pushes the last lines out of the column filters and gives no image line. Lines and frames that follow each other
 -- without a gap need neither.
 --
--- A mark of start that lasts several pixels of a line is one start: behind a width converter it comes with two, from
--- some sources with the whole first line.
---
 -- Faults of the stream raise error flags, and the tokens stay well formed. A line that ends early is filled up with
 -- zeros. The excess of a long line is dropped. A frame that starts early ends the one before it at a whole line. Pixels
--- between frames are dropped and do not hold back the frame before.
+-- between frames are dropped and do not hold back the frame before. A mark of start that lasts several pixels of a
+-- line, as behind a width converter, is one start.
 --
 -- Latency: 1 clock. Throughput: one token each clock while credit = '1'.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
@@ -115,8 +113,7 @@ architecture rtl of frame_sequencer is
 
   signal state : state_t := accept;
 
-  -- A frame is under way; the pixel before had a mark of start, and its line goes on; the pixel on offer starts a
-  -- frame, is the excess of a long line, or belongs to no frame.
+  -- A frame is under way; a mark of start lasts; the pixel on offer starts a frame, is in excess, or belongs to none.
   signal frame_open  : std_logic := '0';
   signal start_lasts : std_logic := '0';
   signal new_start   : std_logic;
@@ -185,10 +182,9 @@ begin
                '0';
 
   new_start <= s_axis_tuser and not start_lasts;
-
-  stray <= '1' when (new_start = '0' and (frame_open = '0' or excess = '1')) or
-                    (new_start = '1' and frame_open = '0' and size_supported = '0') else
-           '0';
+  stray     <= '1' when (new_start = '0' and (frame_open = '0' or excess = '1')) or
+                        (new_start = '1' and frame_open = '0' and size_supported = '0') else
+               '0';
 
   -- The decision: `take` takes the pixel on offer, `send` says which token is sent. A stray pixel is dropped without
   -- delaying a flush.
