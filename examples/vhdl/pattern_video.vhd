@@ -81,6 +81,7 @@ begin
       on_show     => open,
       following   => following,
       unsupported => open,
+      varying     => open,
       timing      => open,
       errors      => errors
     );

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Settings from buttons, switches and the serial port: slice, sweep, pass-through, test pattern, output, place of the
--- text, clearing of the errors.
+-- text, polarity of the input's pairs, clearing of the errors.
 --
 -- Buttons step through the slices, around both ends, and through the outputs. Switches and commands hide the text or
 -- put it at the bottom. If a function has a switch and a command, it is on if either is on. A sweep started by the
@@ -18,6 +18,7 @@ use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
+use work.tmds_pkg.all;
 
 entity board_control is
   generic (
@@ -56,6 +57,8 @@ entity board_control is
     choice     : out   picture_choice_t;
     pattern    : out   std_logic;
     text_place : out   std_logic_vector(1 downto 0);
+    -- Channels of the input to be inverted, or that they are found.
+    polarity : out   polarity_t;
     -- Clear the error flags, for a clock.
     clear_errors : out   std_logic;
     -- Word for the resampler; busy: the one before is under way.
@@ -98,6 +101,7 @@ architecture rtl of board_control is
   signal sweep_command   : unsigned(7 downto 0) := (others => '0');
   signal pass_command    : std_logic            := '0';
   signal pattern_command : std_logic            := '0';
+  signal polarity_now    : polarity_t           := FIND_POLARITY;
 
 begin
 
@@ -220,6 +224,7 @@ begin
   text_place   <= "00" when level.switch_hide = '1' or not WITH_TEXT or place_command = 0 else
                   "10" when level.switch_bottom = '1' else
                   std_logic_vector(place_command);
+  polarity     <= polarity_now;
   clear_errors <= command.clear_errors or pressed.button_clear;
 
   set : process (clk) is
@@ -262,6 +267,9 @@ begin
       if command.set_pattern = '1' then
         pattern_command <= command.value(0);
       end if;
+      if command.set_polarity = '1' then
+        polarity_now <= std_logic_vector(command.value(polarity_t'range));
+      end if;
       -- After a reset the text is at the top: a board that starts says what it shows.
       if reset = '1' then
         output_now      <= "00";
@@ -270,6 +278,7 @@ begin
         sweep_command   <= (others => '0');
         pass_command    <= '0';
         pattern_command <= '0';
+        polarity_now    <= FIND_POLARITY;
       end if;
     end if;
 

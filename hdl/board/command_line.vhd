@@ -8,6 +8,7 @@
 --   w N   sweep, N frames a slice; 0: off  t 0|1   test pattern
 --   c     clear the error flags            ?       status
 --   o N   show output N                    h 0|1|2 text: none, at the top, at the bottom
+--   i N   invert channels, sum of 1, 2, 4; 8: those that are found to be swapped
 --
 -- With CAMERA there are c, ? and
 --
@@ -27,6 +28,7 @@ use ieee.numeric_std.all;
 library work;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
+use work.tmds_pkg.all;
 
 entity command_line is
   generic (
@@ -161,11 +163,12 @@ architecture rtl of command_line is
   signal to_output  : std_logic;
   -- The comparisons of numbers are part of the command, so a number out of range makes it unknown,
   -- and unknown ones are answered by an error.
-  signal to_place  : std_logic;
-  signal to_clear  : std_logic;
-  signal to_status : std_logic;
-  signal to_set_up : std_logic;
-  signal is_known  : std_logic;
+  signal to_place    : std_logic;
+  signal to_polarity : std_logic;
+  signal to_clear    : std_logic;
+  signal to_status   : std_logic;
+  signal to_set_up   : std_logic;
+  signal is_known    : std_logic;
 
   -- The character of an answer that comes next; it is the last one, and the answer is over with it.
   signal place    : natural range 1 to ANSWERS'length := 1;
@@ -222,17 +225,18 @@ begin
   numbered <= right and given;
   bare     <= right and not given;
 
-  to_slice   <= numbered and to_logic(letter = code('s') and number < slices);
-  to_sweep   <= numbered and to_logic(letter = code('w') and not CAMERA);
-  to_pass    <= numbered and to_logic(letter = code('p') and number < 2 and not CAMERA);
-  to_pattern <= numbered and to_logic(letter = code('t') and number < 2 and not CAMERA);
-  to_output  <= numbered and to_logic(letter = code('o') and number < outputs);
-  to_place   <= numbered and to_logic(letter = code('h') and number < places);
-  to_clear   <= bare and to_logic(letter = code('c'));
-  to_set_up  <= bare and to_logic(letter = code('i') and CAMERA);
-  to_status  <= bare and to_logic(letter = code('?'));
-  is_known   <= to_slice or to_sweep or to_pass or to_pattern or to_output or to_place or to_clear or
-                to_set_up;
+  to_slice    <= numbered and to_logic(letter = code('s') and number < slices);
+  to_sweep    <= numbered and to_logic(letter = code('w') and not CAMERA);
+  to_pass     <= numbered and to_logic(letter = code('p') and number < 2 and not CAMERA);
+  to_pattern  <= numbered and to_logic(letter = code('t') and number < 2 and not CAMERA);
+  to_output   <= numbered and to_logic(letter = code('o') and number < outputs);
+  to_place    <= numbered and to_logic(letter = code('h') and number < places);
+  to_clear    <= bare and to_logic(letter = code('c'));
+  to_polarity <= numbered and to_logic(letter = code('i') and number <= unsigned(FIND_POLARITY) and not CAMERA);
+  to_set_up   <= bare and to_logic(letter = code('i') and CAMERA);
+  to_status   <= bare and to_logic(letter = code('?'));
+  is_known    <= to_slice or to_sweep or to_pass or to_pattern or to_output or to_place or to_clear or
+                 to_polarity or to_set_up;
 
   next_one <= CODES(place);
   is_end   <= to_logic(state = answer and next_one = code(LF)) and not offer;
@@ -290,14 +294,16 @@ begin
       command.set_pattern  <= to_pattern;
       command.set_output   <= to_output;
       command.set_place    <= to_place;
+      command.set_polarity <= to_polarity;
       command.clear_errors <= to_clear;
       command.set_up       <= to_set_up;
       if reset = '1' then
         -- A command of this very clock would come with the number 0, which the reset has set. For
-        -- sweep, pass, pattern and output that is their value after a reset; slice, place and
-        -- errors would be changed by it.
+        -- sweep, pass, pattern and output that is their value after a reset; slice, place, polarity
+        -- and errors would be changed by it.
         command.set_slice    <= '0';
         command.set_place    <= '0';
+        command.set_polarity <= '0';
         command.clear_errors <= '0';
         command.set_up       <= '0';
       end if;

@@ -136,6 +136,7 @@ architecture rtl of hdmi_control is
   signal choice         : picture_choice_t;
   signal pattern        : std_logic;
   signal text_place     : std_logic_vector(1 downto 0);
+  signal polarity       : polarity_t;
   signal clear          : std_logic;
   signal clear_toggle   : std_logic := '0';
   signal clear_or_reset : std_logic;
@@ -150,9 +151,11 @@ architecture rtl of hdmi_control is
   signal tracking_here : std_logic_vector(CHANNELS - 1 downto 0);
   signal hung_counts   : std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0);
   signal aligned       : std_logic_vector(CHANNELS - 1 downto 0);
+  signal inverted      : std_logic_vector(CHANNELS - 1 downto 0);
   signal data_here     : std_logic;
   signal following     : std_logic;
   signal unsupported   : std_logic;
+  signal varying       : std_logic;
   signal frame_rate    : std_logic_vector(14 downto 0);
   signal edid_byte     : std_logic;
   signal edid_bytes    : std_logic_vector(14 downto 0) := (others => '0');
@@ -247,6 +250,7 @@ begin
       choice        => choice,
       pattern       => pattern,
       text_place    => text_place,
+      polarity      => polarity,
       clear_errors  => clear,
       load_busy     => port_busy,
       load_write    => port_write,
@@ -328,6 +332,7 @@ begin
     choice       => choice,
     text_place   => text_place,
     show_pattern => order_now.use_own,
+    polarity     => polarity,
     clear_toggle => clear_toggle,
     load_word    => (others => '0'),
     load_toggle  => '0'
@@ -367,11 +372,14 @@ begin
                    (others => '0');
   aligned       <= state_here.aligned when order_now.run = '1' else
                    (others => '0');
+  inverted      <= state_here.inverted when order_now.run = '1' else
+                   (others => '0');
   -- What the supervisor takes for data: every channel samples well and finds its words.
   data_here   <= '1' when (tracking_here and aligned) = "111" else
                  '0';
   following   <= state_here.following and order_now.run;
   unsupported <= state_here.unsupported and order_now.run;
+  varying     <= state_here.varying and order_now.run;
 
   -- The frame rate of the source, from its vertical sync; a monitor's modes are compared with it.
   frames : entity work.frame_rate_meter
@@ -410,7 +418,8 @@ begin
     taps          => numbers(lanes_here.taps, true),
     hung          => numbers(hung_counts),
     aligned       => number(aligned),
-    inverted      => number(state_here.inverted),
+    polarity      => number(polarity),
+    inverted      => number(inverted),
     word_errors   => numbers(state_here.word_errors),
     hdmi          => flag(state_here.hdmi and order_now.run),
     avi           => flag(state_here.info.informed and order_now.run),
@@ -420,6 +429,7 @@ begin
     packet_errors => number(state_here.sum_errors) & number(state_here.packet_errors),
     following     => flag(following),
     unsupported   => flag(unsupported),
+    varying       => flag(varying),
     columns       => number(std_logic_vector(state_here.columns)),
     rows          => number(std_logic_vector(state_here.rows)),
     rate          => number(frame_rate),

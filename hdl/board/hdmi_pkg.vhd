@@ -66,6 +66,7 @@ package hdmi_pkg is
     set_pattern  : std_logic;
     set_output   : std_logic;
     set_place    : std_logic;
+    set_polarity : std_logic;
     clear_errors : std_logic;
     -- Set the camera's sensor up again.
     set_up : std_logic;
@@ -122,6 +123,8 @@ package hdmi_pkg is
     text_place : std_logic_vector(1 downto 0);
     -- The test pattern instead of the input.
     show_pattern : std_logic;
+    -- Channels of the receiver to be inverted, or that they are found.
+    polarity : polarity_t;
     -- Each change of it clears the errors.
     clear_toggle : std_logic;
     -- Word for the load port of a sensor's resampler; each change of the toggle is a word.
@@ -134,11 +137,13 @@ package hdmi_pkg is
   type video_state_t is record
     -- Channels of the receiver that are aligned to words.
     aligned : std_logic_vector(CHANNELS - 1 downto 0);
-    -- Channels whose wires are swapped, see tmds_polarity.
+    -- Channels that are inverted, see tmds_polarity.
     inverted : std_logic_vector(CHANNELS - 1 downto 0);
-    -- The timing is understood and the picture refocused; it is stable but cannot be followed.
+    -- The timing is understood and the picture refocused; it is stable but cannot be followed; the frames are not all
+    -- alike.
     following   : std_logic;
     unsupported : std_logic;
+    varying     : std_logic;
     -- Errors since the last clearing.
     errors : std_logic_vector(ERRORS - 1 downto 0);
     -- Words of each channel that no encoder sends, since the last clearing.
@@ -165,7 +170,7 @@ package hdmi_pkg is
   constant SOURCE_BITS : positive := 13 + 2 * PACKET_ERROR_BITS;
 
   constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 4 +
-                                    SOURCE_BITS + CHANNELS + 2;
+                                    SOURCE_BITS + CHANNELS + 3;
 
   subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
 
@@ -207,9 +212,9 @@ package body hdmi_pkg is
 
     -- The order of the fields is free, but to_state must take them apart in the same one; the last
     -- operand is in the low bits.
-    return state.marks & state.inverted & state.sum_errors & state.packet_errors & state.info.format_code &
-           state.info.limited & state.info.colour & (state.info.informed & state.hdmi) & state.load_seen &
-           (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
+    return state.varying & state.marks & state.inverted & state.sum_errors & state.packet_errors &
+           state.info.format_code & state.info.limited & state.info.colour & (state.info.informed & state.hdmi) &
+           state.load_seen & (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
            std_logic_vector(state.columns) & state.word_errors &
            (state.errors & state.unsupported & state.following & state.aligned);
 
@@ -258,6 +263,7 @@ package body hdmi_pkg is
     state.sum_errors    := vector(WRONG + 2 * PACKET_ERROR_BITS - 1 downto WRONG + PACKET_ERROR_BITS);
     state.inverted      := vector(WIRES + CHANNELS - 1 downto WIRES);
     state.marks         := vector(WIRES + CHANNELS + 1 downto WIRES + CHANNELS);
+    state.varying       := vector(WIRES + CHANNELS + 2);
     return state;
 
   end function to_state;

@@ -86,6 +86,7 @@ architecture rtl of hdmi_refocuser is
 
   signal following    : std_logic;
   signal unsupported  : std_logic;
+  signal varying      : std_logic;
   signal timing       : timing_t;
   signal video_errors : std_logic_vector(3 downto 0);
 
@@ -130,6 +131,7 @@ begin
       clk          => clk,
       reset        => reset,
       bits         => in_bits,
+      polarity     => settings.polarity,
       video        => link,
       aligned      => aligned,
       inverted     => inverted,
@@ -205,6 +207,7 @@ begin
       out_video    => shown,
       following    => following,
       unsupported  => unsupported,
+      varying      => varying,
       timing       => timing,
       video_errors => video_errors
     );
@@ -273,6 +276,7 @@ begin
     inverted      => inverted,
     following     => following,
     unsupported   => unsupported,
+    varying       => varying,
     errors        => errors_now,
     word_errors   => word_errors,
     hdmi          => hdmi,

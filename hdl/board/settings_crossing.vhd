@@ -10,6 +10,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.hdmi_pkg.all;
 use work.resample_pkg.all;
+use work.tmds_pkg.all;
 
 entity settings_crossing is
   port (
@@ -32,8 +33,10 @@ architecture rtl of settings_crossing is
 
   -- Settings of more than a bit must arrive together, or a slice that was never chosen would be
   -- shown for a frame; those of one bit have a synchroniser each, which takes less.
-  signal together       : std_logic_vector(21 downto 0);
-  signal pixel_together : std_logic_vector(21 downto 0);
+  constant TOGETHER_BITS : positive := 23 + CHANNELS;
+
+  signal together       : std_logic_vector(TOGETHER_BITS - 1 downto 0);
+  signal pixel_together : std_logic_vector(TOGETHER_BITS - 1 downto 0);
   signal singles        : std_logic_vector(1 downto 0);
   signal pixel_singles  : std_logic_vector(1 downto 0);
   signal load_word      : load_word_t;
@@ -41,13 +44,13 @@ architecture rtl of settings_crossing is
 
 begin
 
-  together <= settings.text_place & settings.choice.shown & settings.choice.pass_through & settings.choice.sweep &
-              settings.choice.sweep_frames & settings.choice.slice;
+  together <= settings.polarity & settings.text_place & settings.choice.shown & settings.choice.pass_through &
+              settings.choice.sweep & settings.choice.sweep_frames & settings.choice.slice;
 
   -- Slice and sweep of one moment arrive in one clock, never half of each.
   bus_of_settings : entity work.bus_crossing
     generic map (
-      WIDTH => 22
+      WIDTH => TOGETHER_BITS
     )
     port map (
       source_clk      => clk,
@@ -88,6 +91,7 @@ begin
   arrived.choice.pass_through <= pixel_together(17);
   arrived.choice.shown        <= pixel_together(19 downto 18);
   arrived.text_place          <= pixel_together(21 downto 20);
+  arrived.polarity            <= pixel_together(22 + CHANNELS downto 22);
   arrived.show_pattern        <= pixel_singles(0);
   arrived.clear_toggle        <= pixel_singles(1);
   arrived.load_word           <= load_word;

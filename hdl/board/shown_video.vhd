@@ -40,6 +40,7 @@ entity shown_video is
     -- As refocus_video has them.
     following    : out   std_logic;
     unsupported  : out   std_logic;
+    varying      : out   std_logic;
     timing       : out   timing_t;
     video_errors : out   std_logic_vector(3 downto 0)
   );
@@ -85,6 +86,7 @@ begin
       on_show     => on_show,
       following   => following,
       unsupported => unsupported,
+      varying     => varying,
       timing      => timing_now,
       errors      => video_errors
     );

@@ -24,6 +24,7 @@ package status_pkg is
                                    "taps=#/#/# " &
                                    "hung=#/#/# " &
                                    "aligned=# " &
+                                   "polarity=# " &
                                    "inverted=# " &
                                    "word_errors=#/#/# " &
                                    "hdmi=# " &
@@ -34,6 +35,7 @@ package status_pkg is
                                    "packet_errors=#/# " &
                                    "following=# " &
                                    "unsupported=# " &
+                                   "varying=# " &
                                    "columns=# " &
                                    "rows=# " &
                                    "rate=# " &
@@ -46,7 +48,7 @@ package status_pkg is
                                    "monitor_mode=#/#/# " &
                                    "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 47;
+  constant STATUS_NUMBERS : positive := 49;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -90,7 +92,10 @@ package status_pkg is
     hung : std_logic_vector(47 downto 0);
     -- Sum of 1, 2, 4: word boundaries found in channels 0, 1, 2.
     aligned : number_t;
-    -- Sum of 1, 2, 4: the wires of channels 0, 1, 2 are swapped, which is corrected; 7: the whole
+    -- What `i` has set: 8: swapped wires are found with an HDMI source, 0 to 7: sum of 1, 2, 4 for
+    -- channels that are inverted.
+    polarity : number_t;
+    -- Sum of 1, 2, 4: channels 0, 1, 2 are inverted, as their wires are swapped; 7: the whole
     -- connector is the wrong way round (ULX3S: both rows of the header).
     inverted : number_t;
     -- Words in channels 0/1/2 that no encoder sends.
@@ -114,6 +119,9 @@ package status_pkg is
     -- 1: timing is stable, but lines are too long or blanking is too short: the input is passed
     -- through.
     unsupported : number_t;
+    -- 1: frames are not all alike (interlaced, variable refresh rate, lines or blanking that
+    -- differ): the input is passed through.
+    varying : number_t;
     -- Measured width.
     columns : number_t;
     -- Measured height.
@@ -167,6 +175,7 @@ package body status_pkg is
            status.rate &
            status.rows &
            status.columns &
+           status.varying &
            status.unsupported &
            status.following &
            status.packet_errors &
@@ -177,6 +186,7 @@ package body status_pkg is
            status.hdmi &
            status.word_errors &
            status.inverted &
+           status.polarity &
            status.aligned &
            status.hung &
            status.taps &

@@ -1,10 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Follows the periods of a DVI or HDMI source: control, video, data islands.
 --
--- Two of three channels decide between tokens and anything else, so that one wrong word does not tear a
--- line. What comes behind tokens is told by the preamble and the guard band: channels 1 and 2 count
--- the tokens of a preamble up to 8 and back, 4 are enough; of the guard band three of six words are
--- enough. It lasts until tokens come again. Everything else is video without a guard band, as of a DVI source.
+-- Two of three channels decide between tokens and anything else, so that one wrong word does not tear a line. What
+-- comes behind tokens is told by the preamble and the guard band, and lasts until tokens come again. As the control
+-- bits of a DVI source may imitate a preamble, and its pixels a guard band, an HDMI source is one that sends a preamble
+-- of exactly 8 words and all six words of a guard band. Of such a source less is enough, so that wrong bits change
+-- nothing: channels 1 and 2 count the tokens of a preamble up to 8 and back, 4 are enough; so are three words of the
+-- guard band. Everything else is video without a guard band, as of a DVI source.
 --
 -- Latency: 2 clocks. Throughput: one word of each channel each clock.
 -- Equation: HDMI 1.4, section 5.2; DVI 1.0, section 3.3.
@@ -19,7 +21,7 @@ use work.video_pkg.all;
 
 entity tmds_periods is
   generic (
-    -- Lines in a row without guard bands that make the source one of DVI.
+    -- Lines and islands in a row without whole guard bands that make the source one of DVI.
     PLAIN_LINES : positive := 16
   );
   port (
@@ -31,7 +33,7 @@ entity tmds_periods is
     video : out   video_t;
     -- Channels whose word is not one that this period can have.
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
-    -- Lines begin with guard bands.
+    -- The source sends guard bands or islands.
     hdmi : out   std_logic;
     -- Words of data islands.
     island : out   island_t
@@ -42,10 +44,10 @@ architecture rtl of tmds_periods is
 
   -- Tokens of a preamble in channels 1 and 2: both have 01 in front of an island, channel 1 alone in
   -- front of video.
-  constant PREAMBLE       : std_logic_vector(1 downto 0) := "01";
-  constant PREAMBLE_WORDS : positive                     := 8;
-  constant ENOUGH_WORDS   : positive                     := 4;
-  constant ENOUGH_GUARDS  : positive                     := 3;
+  constant PREAMBLE      : std_logic_vector(1 downto 0) := "01";
+  constant ENOUGH_WORDS  : positive                     := 4;
+  constant ENOUGH_GUARDS : positive                     := 3;
+  constant ALL_GUARDS    : positive                     := 6;
 
   subtype votes_t is natural range 0 to PREAMBLE_WORDS;
 
@@ -67,13 +69,18 @@ architecture rtl of tmds_periods is
   signal period      : period_t := control;
   signal votes_green : votes_t  := 0;
   signal votes_red   : votes_t  := 0;
-  -- Lines without a guard band since the last one that had one.
-  signal plain : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
+  -- Tokens of a preamble in a row in channel 1, up to one too many.
+  signal run : natural range 0 to PREAMBLE_WORDS + 1 := 0;
+  -- Lines and islands since the last one that began with a whole preamble and guard band.
+  signal plain   : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
+  signal is_hdmi : std_logic                                     := '0';
 
   -- The words in stage 1 are tokens; what they belong to; they are the first ones behind tokens.
   signal tokens  : std_logic;
   signal now     : period_t;
   signal changes : std_logic;
+  -- Preamble and guard band in front of them are whole.
+  signal whole : std_logic;
 
   function count_marks (
     marks : std_logic_vector(2 * CHANNELS - 1 downto 0)
@@ -117,6 +124,8 @@ architecture rtl of tmds_periods is
 
 begin
 
+  hdmi <= is_hdmi;
+
   -- Each guard band has its own word in each channel: of the nibbles' code in some, a word of its
   -- own in others. In channel 0 that of islands carries the syncs in its low bits.
   -- Words of the two guard bands.
@@ -134,24 +143,39 @@ begin
   tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
   changes <= to_logic(period = control) and not tokens;
 
-  tell_period : process (period, tokens, votes_green, votes_red, video_marks, video_marks_1, island_marks,
-                         island_marks_1) is
+  tell_period : process (period, tokens, votes_green, votes_red, run, is_hdmi, video_marks, video_marks_1,
+                         island_marks, island_marks_1) is
+
+    variable video_count  : natural range 0 to 2 * CHANNELS;
+    variable island_count : natural range 0 to 2 * CHANNELS;
+    variable whole_video  : boolean;
+    variable whole_island : boolean;
+
   begin
 
-    now <= period;
+    now          <= period;
+    video_count  := count_marks(video_marks & video_marks_1);
+    island_count := count_marks(island_marks & island_marks_1);
+    -- Channel 1 has its preamble in front of both, channel 2 in front of islands alone.
+    whole_island := run = PREAMBLE_WORDS and votes_red = PREAMBLE_WORDS and island_count = ALL_GUARDS;
+    whole_video  := run = PREAMBLE_WORDS and votes_red = 0 and video_count = ALL_GUARDS;
+    whole        <= to_logic(whole_island or whole_video);
 
     -- Tokens end every period.
     if tokens = '1' then
       now <= control;
     elsif period = control then
       now <= picture;
-      -- Channel 1 has its preamble in front of both, channel 2 in front of islands alone.
-      if votes_green >= ENOUGH_WORDS then
+      if whole_island then
+        now <= island_guard;
+      elsif whole_video then
+        now <= video_guard;
+      elsif is_hdmi = '1' and votes_green >= ENOUGH_WORDS then
         if votes_red >= ENOUGH_WORDS then
-          if count_marks(island_marks & island_marks_1) >= ENOUGH_GUARDS then
+          if island_count >= ENOUGH_GUARDS then
             now <= island_guard;
           end if;
-        elsif count_marks(video_marks & video_marks_1) >= ENOUGH_GUARDS then
+        elsif video_count >= ENOUGH_GUARDS then
           now <= video_guard;
         end if;
       end if;
@@ -186,29 +210,37 @@ begin
       votes_green <= 0;
       -- The votes are counted in the blanking, and hold for its end.
       votes_red <= 0;
+      run       <= 0;
       if tokens = '1' then
         votes_green <= next_votes(votes_green, words_1(1).control);
         votes_red   <= next_votes(votes_red, words_1(2).control);
+        if words_1(1).control = PREAMBLE and run <= PREAMBLE_WORDS then
+          run <= run + 1;
+        elsif words_1(1).control = PREAMBLE then
+          run <= run;
+        end if;
       end if;
 
-      if changes = '1' and now = video_guard then
-        hdmi  <= '1';
-        plain <= 0;
-      elsif changes = '1' and now = picture then
-        -- A source that leaves HDMI mode sends no guard bands any more; a few lines without are no accident.
-        if plain = PLAIN_LINES - 1 then
-          hdmi <= '0';
+      if changes = '1' then
+        -- A source that leaves HDMI mode sends no guard bands any more; a few in a row that are not whole are no
+        -- accident.
+        if whole = '1' then
+          is_hdmi <= '1';
+          plain   <= 0;
+        elsif plain = PLAIN_LINES - 1 then
+          is_hdmi <= '0';
         else
           plain <= plain + 1;
         end if;
       end if;
 
       if reset = '1' then
-        hdmi        <= '0';
+        is_hdmi     <= '0';
         period      <= control;
         plain       <= 0;
         votes_green <= 0;
         votes_red   <= 0;
+        run         <= 0;
       end if;
     end if;
 

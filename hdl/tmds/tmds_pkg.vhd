@@ -41,6 +41,11 @@ package tmds_pkg is
 
   type decoded_words_t is array (0 to CHANNELS - 1) of decoded_t;
 
+  -- Which channels are inverted; with the highest bit those that are found to be swapped, see tmds_polarity.
+  subtype polarity_t is std_logic_vector(CHANNELS downto 0);
+
+  constant FIND_POLARITY : polarity_t := "1000";
+
   -- A word of a data island.
   type island_t is record
     -- An island begins.
@@ -73,7 +78,10 @@ package tmds_pkg is
   constant TOKEN_10 : tmds_word_t := "0101010100";
   constant TOKEN_11 : tmds_word_t := "1010101011";
 
-  -- Guard band of data islands in channels 1 and 2, and of video in channel 1.
+  -- Words of a preamble (HDMI 1.4, section 5.2.1.1).
+  constant PREAMBLE_WORDS : positive := 8;
+  -- Guard band of data islands in channels 1 and 2, and of video in channel 1; its inverse is that of video in channels
+  -- 0 and 2.
   constant ISLAND_GUARD : tmds_word_t := "0100110011";
   -- Four bits that are the guard band of video in channels 0 and 2.
   constant VIDEO_GUARD_NIBBLE : std_logic_vector(3 downto 0) := "1000";

@@ -1,95 +1,115 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Finds channels whose pair has its wires swapped, and inverts their words.
+-- Inverts the words of channels whose pair has its wires swapped, and finds these channels.
 --
--- A swapped pair delivers every word inverted. Of the four control tokens, 00 and 01 become each other, and so do 10
--- and 11, so words are found as usual; and an inverted data word is one that an encoder may send. The polarity shows in
--- the first tokens of a blanking, where channels 1 and 2 carry 00 (DVI 1.0: their control bits are 0; HDMI 1.4, section
--- 5.2.1.1: all but the preamble, of 8 words): RUN tokens 01 in a row are 00 inverted. Channel 0 carries the syncs, in
--- any polarity. It counts as inverted if both others are, because a connector the wrong way round swaps all of its
--- pairs.
+-- A swapped pair delivers every word inverted. Control tokens become each other, and a data word becomes one that an
+-- encoder sends for another byte (its bits 1 to 7 inverted), so neither tells a polarity: a DVI source may send any
+-- control bits in channels 1 and 2 (DVI 1.0, CTL0 to CTL3), and syncs have any polarity. What begins a line of an HDMI
+-- source tells (HDMI 1.4, section 5.2.2.1): in the guard band channels 0 and 2 have another word than channel 1, and
+-- one is the inverse of the other. A guard band counts behind a preamble of exactly 8 words in channel 1, with both of
+-- its words right in all channels. With a DVI source no channel is inverted, unless it is ordered.
 --
--- Latency: no clock for the words; a run of tokens until a polarity is known, which then holds. Throughput: one word
---   of each channel each clock.
+-- Judged is what comes out, when it is in step; from then on the polarity is right, up to a reset.
+--
+-- Latency: no clock for the words. Throughput: one word of each channel each clock.
 -- Equation: out_words(c) = words(c), inverted where inverted(c).
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.math_pkg.all;
 use work.tmds_pkg.all;
 
 entity tmds_polarity is
-  generic (
-    -- Equal tokens in a row that tell a polarity; more than a preamble.
-    RUN : positive range 9 to 31 := 16
-  );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
+    -- Channels to be inverted; the highest bit: those that are found.
+    polarity : in    polarity_t;
     -- Aligned words of all channels.
     words : in    words_t;
-    -- The same with the right polarity.
-    out_words : out   words_t;
-    -- Channels that come inverted.
+    -- The same with the right polarity; and these again, in step with each other.
+    out_words  : out   words_t;
+    step_words : in    words_t;
+    -- Channels that are inverted.
     inverted : out   std_logic_vector(CHANNELS - 1 downto 0)
   );
 end entity tmds_polarity;
 
 architecture rtl of tmds_polarity is
 
-  subtype run_t is natural range 0 to RUN - 1;
+  subtype channels_t is std_logic_vector(CHANNELS - 1 downto 0);
 
-  signal swapped : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+  -- Guard band of video: bit 9 of the word of each channel.
+  constant GUARD_LEVELS : channels_t := "101";
+
+  -- Channels found to be swapped; those that are inverted.
+  signal swapped : channels_t := (others => '0');
+  signal used    : channels_t;
+
+  -- Bit 9 of the words now and before; channels whose word is of a guard band; channel 1 has token 00 or 01.
+  signal levels  : channels_t;
+  signal earlier : channels_t := (others => '0');
+  signal guards  : channels_t;
+  signal plain   : std_logic;
+
+  -- Words of channel 1 in a row that are one token, 00 or 01, up to one too many for a preamble.
+  signal run : natural range 0 to PREAMBLE_WORDS + 1 := 0;
+  -- The word before was the first of a guard band.
+  signal first : std_logic := '0';
 
 begin
 
-  inverted   <= swapped;
-  swapped(0) <= swapped(1) and swapped(2);
+  used     <= swapped when polarity(CHANNELS) = '1' else
+              polarity(CHANNELS - 1 downto 0);
+  inverted <= used;
 
   channel : for c in 0 to CHANNELS - 1 generate
 
-    out_words(c) <= not words(c) when swapped(c) = '1' else
+    out_words(c) <= not words(c) when used(c) = '1' else
                     words(c);
+
+    levels(c) <= step_words(c)(9);
+    guards(c) <= to_logic(step_words(c) = ISLAND_GUARD or step_words(c) = not ISLAND_GUARD);
 
   end generate channel;
 
-  judged : for c in 1 to CHANNELS - 1 generate
+  plain <= to_logic(step_words(1) = TOKEN_00 or step_words(1) = TOKEN_01);
 
-    -- Tokens 00 and 01 in a row.
-    signal right_run : run_t := 0;
-    signal wrong_run : run_t := 0;
-
+  judge : process (clk) is
   begin
 
-    judge : process (clk) is
-    begin
+    if rising_edge(clk) then
+      earlier <= levels;
 
-      if rising_edge(clk) then
-        if words(c) /= TOKEN_00 then
-          right_run <= 0;
-        elsif right_run /= RUN - 1 then
-          right_run <= right_run + 1;
-        else
-          swapped(c) <= '0';
+      if plain = '0' then
+        run <= 0;
+      elsif run = 0 or levels(1) /= earlier(1) then
+        -- Where channel 2 changes too, syncs are repeated: no preamble.
+        run <= 1;
+        if run /= 0 and levels(2) /= earlier(2) then
+          run <= PREAMBLE_WORDS + 1;
         end if;
+      elsif run <= PREAMBLE_WORDS then
+        run <= run + 1;
+      end if;
 
-        if words(c) /= TOKEN_01 then
-          wrong_run <= 0;
-        elsif wrong_run /= RUN - 1 then
-          wrong_run <= wrong_run + 1;
-        else
-          swapped(c) <= '1';
-        end if;
-
-        if reset = '1' then
-          right_run  <= 0;
-          wrong_run  <= 0;
-          swapped(c) <= '0';
+      -- The words of both channels' preambles have the level of their guard bands.
+      first <= '0';
+      if guards = "111" and levels(2 downto 1) = earlier(2 downto 1) then
+        first <= to_logic(run = PREAMBLE_WORDS);
+        if first = '1' and levels(0) = earlier(0) and polarity(CHANNELS) = '1' then
+          swapped <= swapped xor levels xor GUARD_LEVELS;
         end if;
       end if;
 
-    end process judge;
+      if reset = '1' then
+        run     <= 0;
+        first   <= '0';
+        swapped <= (others => '0');
+      end if;
+    end if;
 
-  end generate judged;
+  end process judge;
 
 end architecture rtl;

@@ -27,11 +27,13 @@ entity tmds_receiver is
     reset : in    std_logic;
     -- The next ten bits of each channel, wherever its words begin: channel 0 (blue) in the low bits, bit 0 came first.
     bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    -- Channels to be inverted, or that they are found.
+    polarity : in    polarity_t := FIND_POLARITY;
     -- Video, black where not active.
     video : out   video_t;
     -- Each channel is aligned to words.
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
-    -- Each channel comes with swapped wires, which is put right.
+    -- Channels that are inverted, as their wires are swapped.
     inverted : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
     locked : out   std_logic;
@@ -94,13 +96,15 @@ begin
 
   end generate channel;
 
-  polarity : entity work.tmds_polarity
+  invert : entity work.tmds_polarity
     port map (
-      clk       => clk,
-      reset     => reset,
-      words     => words,
-      out_words => right_words,
-      inverted  => inverted
+      clk        => clk,
+      reset      => not_locked,
+      polarity   => polarity,
+      words      => words,
+      out_words  => right_words,
+      step_words => deskewed,
+      inverted   => inverted
     );
 
   deskew : entity work.tmds_deskew
@@ -114,8 +118,8 @@ begin
       locked    => deskew_locked
     );
 
-  -- Without three channels in step no period can be told; a DVI source has no packets, and what an HDMI source told
-  -- before it holds no longer.
+  -- Without three channels in step no polarity and no period can be told; a DVI source has no packets, and what an
+  -- HDMI source told before it holds no longer.
   not_locked <= reset or not deskew_locked;
   not_hdmi   <= not is_hdmi;
   hdmi       <= is_hdmi;

@@ -3,8 +3,8 @@
 --
 -- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> output. No frame is stored: the
 -- output's syncs are generated from the measured timing, delayed as much as the pixels. With pass_through, or if the
--- timing cannot be followed (lines too long), the input goes to the output unchanged. screen_pkg says which outputs
--- there are, sensor_pkg whether the input is a sensor's raw frames.
+-- timing cannot be followed (lines too long, frames not all alike), the input goes to the output unchanged. screen_pkg
+-- says which outputs there are, sensor_pkg whether the input is a sensor's raw frames.
 --
 -- Blanking. The refocuser pushes the last lines of a frame out by itself in the vertical blanking, or with the first
 -- lines of the next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO
@@ -66,6 +66,8 @@ entity refocus_video is
     following : out   std_logic;
     -- The input has a stable timing that cannot be followed.
     unsupported : out   std_logic;
+    -- The input has frames that are not all alike, which cannot be followed either.
+    varying : out   std_logic;
     -- Timing of the input.
     timing : out   timing_t;
     -- Each for a clock: 0 a pixel was lost at the core's input, 1 one was missing at its
@@ -115,6 +117,8 @@ architecture rtl of refocus_video is
 
   signal followed    : following_t;
   signal too_large   : std_logic;
+  signal unequal     : std_logic;
+  signal passes      : std_logic;
   signal core_reset  : std_logic;
   signal rows        : std_logic_vector(15 downto 0);
   signal stream_rows : std_logic_vector(15 downto 0);
@@ -151,6 +155,8 @@ begin
 
   following   <= followed.running;
   unsupported <= too_large;
+  varying     <= unequal;
+  passes      <= choice.pass_through or too_large or unequal;
   timing      <= followed.timing;
   -- A stream that broke off leaves nothing behind in the core.
   core_reset <= reset or not followed.running;
@@ -177,6 +183,7 @@ begin
       following     => followed,
       stream_rows   => stream_rows,
       unsupported   => too_large,
+      varying       => unequal,
       overflow      => overflow,
       miss          => miss
     );
@@ -324,8 +331,8 @@ begin
       on_show.slice <= slice_taken;
       on_show.place <= place_taken;
       -- What is passed through has no delay: its frames are not those of the core.
-      on_show.raw <= choice.pass_through or too_large;
-      if choice.pass_through = '1' or too_large = '1' then
+      on_show.raw <= passes;
+      if passes = '1' then
         out_video <= in_video;
       else
         out_video <= shown_video;

@@ -7,6 +7,11 @@
 -- the generator is stopped, and started again with the next frame of a stable timing. A stream therefore begins with a
 -- whole frame.
 --
+-- Frames that are not all alike (interlaced ones, a variable refresh rate, lines that differ) cannot be followed, which
+-- `varying` tells: when FEW frames in a row were unlike the one before; or when a timing that was followed was lost
+-- four times, with never FEW frames in a row alike in between. Two frames that are alike end it in the first case, FEW
+-- in the second.
+--
 -- A timing is followed if its lines have MAX_COLUMNS pixels at most, if its frames and lines are longer
 -- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
 -- `unsupported` is set. With ONLY_COLUMNS and ONLY_ROWS frames of this size alone are followed.
@@ -24,6 +29,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.video_pkg.all;
 
 entity video_to_stream is
@@ -58,6 +64,8 @@ entity video_to_stream is
     stream_rows : out   std_logic_vector(15 downto 0);
     -- The input has a stable timing that cannot be followed.
     unsupported : out   std_logic;
+    -- There are frames, but not all alike.
+    varying : out   std_logic;
     -- A pixel was lost because the stream stalled, for a clock.
     overflow : out   std_logic;
     -- A frame began elsewhere than expected, for a clock.
@@ -69,18 +77,27 @@ architecture rtl of video_to_stream is
 
   -- Frames in a row that begin elsewhere before the generator is stopped.
   constant MAX_MISSES : positive := 2;
+  -- Frames in a row that are no accident, and times that a timing is followed and lost.
+  constant FEW        : positive := 8;
+  constant MAX_LOSSES : positive := 4;
 
   signal measured      : timing_t;
   signal stream_timing : timing_t;
   -- A frame of the stream has as many lines as ROW_MODULUS wants.
-  signal padded         : std_logic;
-  signal stable         : std_logic;
-  signal frame_start    : std_logic;
-  signal starts         : std_logic_vector(1 downto 0)  := "00";
-  signal supported      : std_logic                     := '0';
-  signal followed       : timing_t                      := NO_TIMING;
-  signal follow         : std_logic                     := '0';
-  signal misses         : natural range 0 to MAX_MISSES := 0;
+  signal padded      : std_logic;
+  signal stable      : std_logic;
+  signal frame_start : std_logic;
+  signal starts      : std_logic_vector(1 downto 0)  := "00";
+  signal supported   : std_logic                     := '0';
+  signal followed    : timing_t                      := NO_TIMING;
+  signal follow      : std_logic                     := '0';
+  signal misses      : natural range 0 to MAX_MISSES := 0;
+  -- Frames in a row that were alike, or were not; losses since there were FEW that were alike.
+  signal alike          : std_logic                     := '0';
+  signal frames         : natural range 0 to FEW        := 0;
+  signal losses         : natural range 0 to MAX_LOSSES := 0;
+  signal missed         : std_logic;
+  signal unlike         : std_logic;
   signal start          : std_logic;
   signal generate_reset : std_logic;
   signal place          : raster_t;
@@ -108,7 +125,8 @@ begin
   -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
   -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
   -- It starts on its own only: while it follows, the raster runs free, and frame starts are merely compared with it.
-  start          <= starts(0) and stable and supported and not follow and not restart;
+  start          <= starts(0) and stable and supported and not follow and not restart and
+                    to_logic(losses /= MAX_LOSSES);
   generate_reset <= reset or not (follow or start);
 
   raster : entity work.raster_generator
@@ -175,6 +193,39 @@ begin
   m_axis.tlast    <= place.line_last;
   overflow        <= place.active and not m_axis_tready;
 
+  -- While a timing is followed, a frame with damaged words is none that is unlike, unless it begins elsewhere.
+  missed  <= follow and place.frame_first and not starts(1);
+  unlike  <= missed or (starts(0) and not stable and not follow);
+  varying <= to_logic(losses = MAX_LOSSES or (frames = FEW and alike = '0'));
+
+  judge_frames : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if unlike = '1' or (starts(0) and stable) = '1' then
+        alike <= not unlike;
+        if alike = unlike then
+          frames <= 1;
+        elsif frames /= FEW then
+          frames <= frames + 1;
+        end if;
+      end if;
+
+      if alike = '1' and frames = FEW then
+        losses <= 0;
+      elsif follow = '1' and misses = MAX_MISSES and losses /= MAX_LOSSES then
+        losses <= losses + 1;
+      end if;
+
+      if reset = '1' then
+        alike  <= '0';
+        frames <= 0;
+        losses <= 0;
+      end if;
+    end if;
+
+  end process judge_frames;
+
   follow_input : process (clk) is
   begin
 
@@ -210,7 +261,7 @@ begin
         if place.frame_first = '1' then
           misses <= 0;
           -- A frame start that is missing or comes elsewhere is counted; a single one may be damaged words.
-          if starts(1) = '0' then
+          if missed = '1' then
             miss   <= '1';
             misses <= misses + 1;
           end if;

@@ -191,6 +191,13 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     ):
         assert await panel.ask(command) == answer, command
         assert panel.screen() == want, command
+    assert int(dut.polarity.value) == 8
+    for command, answer, number in (
+        *(("i 5", "ok", 5), ("i 9", "error", 5), ("i", "error", 5), ("i 0", "ok", 0)),
+        *(("i 8", "ok", 8), ("i 7", "ok", 7)),
+    ):
+        assert await panel.ask(command) == answer, command
+        assert int(dut.polarity.value) == number, command
     # A switch cannot show a text that a command has turned off.
     for place, name, want in ((0, "bottom", 0), (1, "bottom", 2), (2, "hide", 0)):
         assert await panel.ask(f"h {place}") == "ok"
@@ -202,6 +209,7 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     await panel.reset()
     assert panel.screen() == (0, 1)
     assert panel.state() == begin
+    assert int(dut.polarity.value) == 8
 
 
 @for_entity("board_control")

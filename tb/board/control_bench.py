@@ -19,6 +19,8 @@ WIDTHS = {
     "aligned": 3,
     "following": 1,
     "unsupported": 1,
+    "varying": 1,
+    "inverted": 3,
     "errors": 5,
     "columns": 12,
     "rows": 12,
@@ -151,7 +153,7 @@ async def every_field(dut: Any) -> None:
     assert int(dut.led.value) & 0x3F == 0x20
     status = await control.status()
     zero = ("present", "running", "clock", "aligned", "tracking", "following", "unsupported")
-    for name in (*zero, "hdmi", "avi"):
+    for name in (*zero, "varying", "inverted", "hdmi", "avi"):
         assert status[name] == (0,), name
     assert status["errors"] == (31,)
     assert status["columns"] == status["rows"] == (4095,)
@@ -208,6 +210,7 @@ async def settings_cross(dut: Any) -> None:
         ("s 2", "slice", 2),
         ("w 200", "sweep_frames", 200),
         ("p 1", "pass_through", 1),
+        ("i 5", "polarity", 5),
     ):
         assert await control.ask(command) == "ok"
         assert int(getattr(dut, name).value) == value
@@ -218,9 +221,9 @@ async def settings_cross(dut: Any) -> None:
     await control.clocks(60)
     assert int(dut.show_pattern.value)
     status = await control.status()
-    assert [status[name] for name in ("slice", "slices", "sweep", "pass", "pattern")] == [
-        *((2,), (CASE["slices"],), (200,), (1,), (1,)),
-    ]
+    assert [
+        status[name] for name in ("slice", "slices", "sweep", "pass", "pattern", "polarity")
+    ] == [*((2,), (CASE["slices"],), (200,), (1,), (1,), (5,))]
 
 
 @cocotb.test(skip="runs" not in CASE, timeout_time=20, timeout_unit="ms")

@@ -48,10 +48,13 @@ entity hdmi_control_bench is
     sweep_frames : out   std_logic_vector(7 downto 0);
     show_pattern : out   std_logic;
     clear_toggle : out   std_logic;
+    polarity     : out   polarity_t;
     -- Of the state.
     aligned     : in    std_logic_vector(CHANNELS - 1 downto 0);
     following   : in    std_logic;
     unsupported : in    std_logic;
+    varying     : in    std_logic;
+    inverted    : in    std_logic_vector(CHANNELS - 1 downto 0);
     error_flags : in    std_logic_vector(ERRORS - 1 downto 0);
     word_errors : in    std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
     columns     : in    std_logic_vector(COUNT_BITS - 1 downto 0);
@@ -95,9 +98,10 @@ begin
   sweep_frames <= settings.choice.sweep_frames;
   show_pattern <= settings.show_pattern;
   clear_toggle <= settings.clear_toggle;
+  polarity     <= settings.polarity;
 
-  fill : process (aligned, following, unsupported, error_flags, word_errors, columns, rows, hsync, vsync, v_sync_now,
-                  hdmi, avi, colour, limited, vic) is
+  fill : process (aligned, following, unsupported, varying, inverted, error_flags, word_errors, columns, rows, hsync,
+                  vsync, v_sync_now, hdmi, avi, colour, limited, vic) is
 
     variable filled : video_state_t;
 
@@ -108,6 +112,8 @@ begin
     filled.aligned          := aligned;
     filled.following        := following;
     filled.unsupported      := unsupported;
+    filled.varying          := varying;
+    filled.inverted         := inverted;
     filled.errors           := error_flags;
     filled.word_errors      := word_errors;
     filled.columns          := unsigned(columns);

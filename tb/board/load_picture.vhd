@@ -95,6 +95,7 @@ begin
       on_show     => on_show,
       following   => following,
       unsupported => open,
+      varying     => open,
       timing      => open,
       errors      => errors
     );

@@ -14,7 +14,7 @@ from hdmi.panel_bench import (  # noqa: F401
     passed_through,
     test_pattern,
 )
-from plenofir.fpga.hdmi.link import Packed, encode_frames
+from plenofir.fpga.hdmi.link import Packed, decode_signals, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
@@ -281,19 +281,47 @@ async def garbage_on_the_serial_port(dut: Any) -> None:
 
 @cocotb.test()
 async def swapped_pairs(dut: Any) -> None:
-    """Swapped wires of all pairs, as by a reversed header, and of one pair."""
+    """Swapped wires: found with an HDMI source, by command with DVI, whose words cannot tell."""
     bench = Board(dut)
     await bench.link.reset()
-    for swapped in (7, bench.random.choice((2, 4))):
+    for swapped, info in ((7, RGB), (bench.random.choice((1, 2, 4)), RGB), (7, None)):
+        mode = MODE_HDMI if info else MODE_FAST
         stop = [Command(Code.CLOCK, 0), Command(Code.WAIT, 20_000)]
-        await bench.relock(MODE_FAST, stop, swapped=swapped)
+        if not info:
+            assert await ask(dut, f"i {swapped}") == "ok"
+        await bench.relock(mode, stop, info, swapped=swapped)
         assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
         # The signal continues during the answer.
         asking = cocotb.start_soon(ask(dut, "?"))
         inverted = np.uint32(sum(0x3FF << 10 * c for c in range(3) if swapped >> c & 1))
-        frames = bench.pictures(MODE_FAST, bench.lost_frames(MODE_FAST) + 20)
-        await bench.link.play([encode_frames(MODE_FAST, frames) ^ inverted])
-        assert parse_status(await asking)["inverted"] == (swapped,)
+        frames = bench.pictures(mode, bench.lost_frames(mode) + 20)
+        source = hdmi_source(info) if info else encode_frames
+        await bench.link.play([source(mode, frames) ^ inverted])
+        status = parse_status(await asking)
+        assert status["inverted"] == (swapped,)
+        assert status["polarity"] == (8 if info else swapped,)
+
+
+@cocotb.test()
+async def frames_not_alike(dut: Any) -> None:
+    """Every second frame has a line more: the input is passed through, which the status tells."""
+    bench = Board(dut)
+    await bench.link.reset()
+    longer = MODE_FAST.model_copy(update={"v_back": MODE_FAST.v_back + 1})
+    frames = bench.pictures(MODE_FAST, 2 * (bench.lost_frames(MODE_FAST) // 2 + 12))
+    words = [
+        encode_frames(longer if number % 2 else MODE_FAST, [frame])
+        for number, frame in enumerate(frames)
+    ]
+    taken = await bench.link.play([*signal(MODE_FAST), *words])
+    asking = cocotb.start_soon(ask(dut, "?"))
+    await bench.link.play([*words, *words])
+    status = parse_status(await asking)
+    assert (status["varying"], status["following"], status["unsupported"]) == ((1,), (0,), (0,))
+    shown = decode_signals(taken[-5 * MODE_FAST.h_total * MODE_FAST.v_total :])
+    got = shown.pixels[shown.active]
+    assert len(got) > 4 * frames[0].size // 3
+    assert got.tobytes() in np.stack(frames).tobytes()
 
 
 @cocotb.test()

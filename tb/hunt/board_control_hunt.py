@@ -58,7 +58,7 @@ def command(rng: random.Random) -> list[int]:
     """A line without its end, mostly close to a command."""
     kind = rng.choice(["good", "good", "good", "near", "garbage"])
     number = rng.choice([0, 1, 2, 3, rng.randrange(256), rng.randrange(300), rng.randrange(10**4)])
-    text = rng.choice(["s#", "w#", "p#", "t#", "o#", "h#", "c", "?"])
+    text = rng.choice(["s#", "w#", "p#", "t#", "o#", "h#", "i#", "c", "?"])
     if kind == "good":
         text = text.replace("#", str(number) if rng.random() < 0.3 else str(number % 3))
     elif kind == "near":
@@ -156,7 +156,7 @@ class Hunt:
         port.send(0x0D)
         await self.settle(longest)
         self.settings.clears = port.clears
-        names = ["s", "w", "p", "t", "o", "h"]
+        names = ["s", "w", "p", "t", "o", "h", "i"]
         for letter in rng.sample(names, len(names)):
             await self.ask(list(f"{letter}{rng.randrange(2) if letter == 'w' else 0}".encode()))
         await self.ask(list(b"?"))

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hunt of `video_to_stream`: modes at its limits, torn and moved frames, noise, restarts."""
+"""Hunt of `video_to_stream`: modes at its limits, torn and moved frames, noise, restarts.
+
+And sources whose frames are not all alike.
+"""
 
 import random
 from dataclasses import replace
@@ -7,11 +10,13 @@ from typing import Any
 
 from hunt.rasters import Mode, draw_mode, frames
 from hunt.streams import FaultError, stalls
+from hunt.video_sources import CHANGES, Source
 
 ENTITY = "video_to_stream"
 FAULTS = [
     ("video_to_stream.vhd", "rows_now <= divided - over;", "rows_now <= divided;"),
     ("video_to_stream.vhd", "if video_1.active = '1' then", "if true then"),
+    ("video_to_stream.vhd", "(frames = FEW and alike = '0')", "false"),
 ]  # fmt: skip
 # Random start values of these counters could overflow in simulation before the reset.
 KEEP = ("video_to_stream.vhd",)
@@ -19,6 +24,8 @@ KEEP = ("video_to_stream.vhd",)
 LATENCY = 4
 # Frames of a regular signal until it is followed, whatever came before.
 TO_FOLLOW = 6
+# Frames that are not all alike until this is told.
+TO_VARY = 16
 
 
 def draw(rng: random.Random) -> dict[str, Any]:
@@ -57,6 +64,7 @@ class Video:
             "m_axis_tlast",
             "following_running",
             "unsupported",
+            "varying",
         )
         self.ports = [getattr(dut, name) for name in (*names, "overflow", "miss")]
         self.stalls: Any = iter(())
@@ -76,7 +84,9 @@ class Video:
         texts = [str(port.value) for port in self.ports]
         if "".join(texts).strip("01"):
             raise FaultError(f"undefined: {texts}")
-        valid, first, last, following, self.unsupported, overflow, miss = map(int, texts)
+        valid, first, last, following, self.unsupported, self.varying, overflow, miss = map(
+            int, texts
+        )
         self.misses += miss
         was, self.following = self.following, following
         if overflow != (valid and not self.ready):
@@ -165,10 +175,9 @@ class Hunt:
         await self.play(frames(mode, 2, self.rng))
         await self.bench.clocks(1)
         good = fits(mode, self.g)
-        if (video.following, video.unsupported) != (int(good), int(not good)):
-            raise FaultError(
-                f"{kind}: following {video.following}, unsupported {video.unsupported} of {mode}"
-            )
+        told = (video.following, video.unsupported, video.varying)
+        if told != (int(good), int(not good), 0):
+            raise FaultError(f"{kind}: following, unsupported, varying {told} of {mode}")
         if not good:
             return
         if begin not in video.starts or begin + mode.total not in video.starts:
@@ -208,6 +217,14 @@ class Hunt:
         elif kind == "silence":
             level = rng.randrange(2)
             await self.play([(0, level, level, 0)] * rng.choice([10, mode.total, 5000]))
+        elif kind == "not alike":
+            change = rng.choice(CHANGES)
+            self.bench.counts[f"frames: {change}"] += 1
+            source = Source(rng, mode.h, mode.v, mode.h_level, mode.v_level, change=change)
+            for _ in range(TO_VARY):
+                await self.play(list(source.frame()))
+            if (video.following, video.unsupported, video.varying) != (0, 0, 1):
+                raise FaultError(f"{change}: following or not told of {mode}")
         elif kind == "another mode":
             self.another()
         elif kind == "restart":
@@ -233,6 +250,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
     hunt = Hunt(bench, rng)
     await hunt.check("start")
     kinds = ["torn", "moved", "longer", "noise", "silence", "another mode", "restart", "reset"]
+    kinds += ["not alike"] * 2
     for _ in range(rng.randint(1, 3)):
         kind = rng.choice(kinds)
         await hunt.disturb(kind)

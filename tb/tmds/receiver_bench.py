@@ -10,6 +10,7 @@ import cocotb
 import numpy as np
 from cocotb.triggers import Timer
 
+from hunt.video_sources import EDGES, Source
 from plenofir.fpga.hdmi import packets
 from plenofir.fpga.hdmi.islands import encode_hdmi, receive
 from plenofir.fpga.hdmi.link import Packed, encode_frames
@@ -186,3 +187,45 @@ async def as_the_python_receiver(dut: Any) -> None:
     active, _, _, _, wrong_words, hdmi = after.video[-1]
     assert (active, wrong_words, hdmi, int(dut.locked.value)) == (0, 0, 0, 0)
     assert after.told[-1] == NOTHING_TOLD
+
+
+@cocotb.test()
+async def free_control_bits_and_swapped_pairs(dut: Any) -> None:
+    """DVI with any constant control bits, or repeated syncs, shows its picture and no swapped pair.
+
+    With all polarities of the syncs, and first pixels that are words of a guard band. With HDMI
+    all combinations of swapped pairs are found.
+    """
+    rng = random.Random(cocotb.RANDOM_SEED)
+    lines, rows = (8, 4, 6, 14), (3, 1, 1, 2)
+    levels = [(h, v) for h in (0, 1) for v in (0, 1)]
+    sources = [
+        Source(rng, lines, rows, *levels[bits % 4], control="constant", constant=bits)
+        for bits in range(16)
+    ]
+    sources += [
+        Source(rng, lines, rows, h, v, control=control)
+        for h, v in levels
+        for control in ("syncs", "hsync", "noise")
+    ]
+    sources += [
+        Source(rng, lines, rows, *levels[swapped % 4], hdmi=True, swapped=swapped)
+        for swapped in range(8)
+    ]
+    dut.reset.value = 1
+    await play(dut, [0] * 8)
+    dut.reset.value = 0
+    late = range(2, 40)
+    for source in sources:
+        if not source.hdmi:
+            source.edge = rng.choice(EDGES)
+        # Skew and polarity are found in the first frame.
+        first = source.send(2)[1]
+        signals, words = source.send(1)
+        packed = [w[0] | w[1] << 10 | w[2] << 20 for w in (*first, *words)]
+        taken = await play(dut, packed)
+        want = [(*signal, 0, int(source.hdmi)) for signal in signals]
+        got = taken.video[len(first) :]
+        late = [n for n in late if got[n:] == want[: len(want) - n]]
+        assert late, (source.control, source.constant, source.edge, source.swapped)
+        assert int(dut.inverted.value) == source.swapped, (source.control, source.constant)

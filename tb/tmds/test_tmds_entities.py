@@ -21,7 +21,7 @@ UNITS = [
     unit("gearbox_5_to_10", "rate"),
     unit("gearbox_10_to_5", "rate"),
     unit("tmds_word_align", timeout=100, run=8),
-    unit("tmds_polarity", run=16),
+    unit("tmds_polarity"),
     unit("elastic_buffer", "rate", width=8, address_bits=4),
 ]
 

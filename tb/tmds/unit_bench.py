@@ -7,7 +7,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge
+from cocotb.triggers import FallingEdge, Timer
 
 from plenofir.fpga.hdmi import tmds
 from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet, audio_info_packet
@@ -137,35 +137,55 @@ async def every_word(dut: Any) -> None:
 
 @for_entity("tmds_periods")
 async def what_a_preamble_begins(dut: Any) -> None:
-    """Preambles and guard bands with faults, resets in preambles: votes decide what follows."""
+    """Preambles and guard bands with faults, resets in preambles: what follows, and HDMI or DVI.
+
+    Of a source that is not known to send HDMI all words must be right, of another one some.
+    """
     rng = start(dut)
-    words, enough, guards = 8, 4, 3
+    words, enough, guards, plain_lines = 8, 4, 3, 16
     for port in ("active", "control", "data", "error", "is_nibble", "nibble", "is_guard"):
         getattr(dut, f"words_{port}").value = 0
     await reset(dut)
-    for _ in range(1500):
-        # Votes of channels 1 and 2.
-        votes = [0, 0]
+    hdmi, plain, kinds = False, 0, set()
+    for _ in range(2000):
+        # Votes of channels 1 and 2; tokens of a preamble in a row in channel 1.
+        votes, run = [0, 0], 0
+        # Whole ones and their imitations are rare by chance.
+        whole = rng.choice(("video", "island", "")) if rng.random() < 0.3 else ""
+        length = rng.choice((words, words, words - 1, words + 1, 14))
         shares = [rng.choice((0.1, 0.6, 0.9, 1)) for _ in votes]
-        begins_anew = rng.choice((None, rng.randrange(4, 14)))
+        begins_anew = rng.choice((None, None, None, rng.randrange(4, 14)))
         dut.words_active.value = 0
         for clock in range(14):
             dut.reset.value = int(clock == begins_anew)
             if clock == begins_anew:
-                votes = [0, 0]
+                votes, run, hdmi, plain = [0, 0], 0, False, 0
             control = rng.randrange(4)
             for i, share in enumerate(shares):
                 token = 1 if rng.random() < share else rng.choice((0, 2, 3))
+                if whole:
+                    token = int(14 - clock <= length and (i == 0 or whole == "island"))
                 votes[i] = min(words, votes[i] + 1) if token == 1 else max(0, votes[i] - 1)
+                if i == 0:
+                    run = run + 1 if token == 1 else 0
                 control |= token << 2 * (i + 1)
             dut.words_control.value = control
             await FallingEdge(dut.clk)
         dut.reset.value = 0
         dut.words_active.value = 7
         island = video = 0
-        for _ in range(2):
+        spoilt = rng.choice((None, None, rng.randrange(6)))
+        for i in range(2):
             blue, red = (rng.choice((8, 8, 12, 15, rng.randrange(16))) for _ in range(2))
             blue_is, red_is, green_guard, red_guard = (rng.random() < 0.6 for _ in range(4))
+            if whole:
+                right = [spoilt != 3 * i + c for c in range(3)]
+                blue, red = 8 if whole == "video" else rng.randrange(12, 16), 8
+                blue_is, green_guard = right[0], right[1]
+                red_is, red_guard = (
+                    right[2] and whole == "video",
+                    right[2] and whole == "island",
+                )
             video += (blue_is and blue == 8) + green_guard + (red_is and red == 8)
             island += (blue_is and blue >= 12) + green_guard + red_guard
             dut.words_is_nibble.value = blue_is | red_is << 2
@@ -177,13 +197,28 @@ async def what_a_preamble_begins(dut: Any) -> None:
             dut.words_is_nibble.value = dut.words_is_guard.value = 0
             await FallingEdge(dut.clk)
             begun.append((int(dut.active.value), int(dut.island_start.value)))
-        if votes[0] >= enough and votes[1] >= enough and island >= guards:
+        is_island = all_island = run == words and votes[1] == words and island == 6
+        is_video = all_video = run == words and votes[1] == 0 and video == 6
+        if hdmi:
+            is_island = all_island or (min(votes) >= enough and island >= guards)
+            is_video = all_video or (votes[0] >= enough > votes[1] and video >= guards)
+        if is_island:
             want = [(0, 1), (0, 1), (0, 0)]
-        elif votes[0] >= enough and votes[1] < enough and video >= guards:
+        elif is_video:
             want = [(0, 0), (0, 0), (1, 0)]
         else:
             want = [(1, 0)] * 3
-        assert begun == want, (votes, begins_anew, video, island)
+        case = (whole, length, hdmi, votes, run, begins_anew, video, island)
+        assert begun == want, case
+        kinds.add((hdmi, is_island, is_video))
+        if all_island or all_video:
+            hdmi, plain = True, 0
+        elif plain == plain_lines - 1:
+            hdmi = False
+        else:
+            plain += 1
+        assert int(dut.hdmi.value) == hdmi, case
+    assert len(kinds) == 6, kinds
 
 
 def some_lines(rng: random.Random, lines: int, active: int, blank: int) -> list[int]:
@@ -354,33 +389,69 @@ async def deskew_begins_anew(dut: Any) -> None:
 
 @for_entity("tmds_polarity")
 async def swapped_wires(dut: Any) -> None:
-    """Inverted channels: 1 and 2 are found by their tokens, 0 by both, not by preambles."""
+    """A whole preamble and guard band of video tells the channels that are swapped, nothing else.
+
+    What comes out is judged some clocks later, in step; an order holds at once.
+    """
     rng = start(dut)
     token_00, token_01 = tmds.TOKENS[0], tmds.TOKENS[1]
-    dut.words.value = 0
+    video, island = tmds.VIDEO_GUARDS, (tmds.TERC4[13], tmds.ISLAND_GUARD, tmds.ISLAND_GUARD)
+    dut.words.value = dut.step_words.value = 0
+    dut.polarity.value = 8
     await reset(dut)
-    run = CASE["run"]
-    known = [0, 0, 0]
-    for _ in range(40):
-        swapped = [rng.randrange(2) for _ in range(3)]
-        # Video, a preamble of 8 words, a blanking that is long enough or not.
-        blank = rng.choice([run - 9, run + 1, 3 * run])
-        line = [
-            *([rng.randrange(1024) for _ in range(3)] for _ in range(30)),
-            *([tmds.TOKENS[rng.randrange(4)], token_00, token_00] for _ in range(blank)),
-            *([tmds.TOKENS[rng.randrange(4)], token_01, token_01] for _ in range(8)),
+    swapped, known, order, late = 0, 0, 8, 5
+    under_way = [0] * late
+    told: set[tuple[bool, int]] = set()
+    for _ in range(400):
+        if rng.random() < 0.3:
+            swapped = rng.randrange(8)
+        if rng.random() < 0.2:
+            order = rng.choice((8, 8, rng.randrange(8)))
+            dut.polarity.value = order
+        # Whole, or a DVI source's control bits: constant for all of the blanking, one word longer
+        # or shorter; first pixels that are a guard band, or parts of one.
+        length = rng.choice((8, 8, 7, 9, 30))
+        guard = rng.choice((video, video, island, (video[1],) * 3))
+        spoilt = rng.choice((None, None, rng.randrange(6)))
+        # The other level in channel 2, all the time.
+        red = rng.choice((token_00, token_00, token_01)) if guard != island else token_01
+        # In front of it the same, or syncs that are repeated in both channels.
+        red_before = rng.choice((red, red, token_00, token_01))
+        line = [[tmds.TOKENS[rng.randrange(4)], token_00, red_before] for _ in range(30 - length)]
+        line += [[tmds.TOKENS[rng.randrange(4)], token_01, red] for _ in range(length)]
+        for i in range(2):
+            begun = [
+                w if spoilt != 3 * i + c else w ^ 1 << rng.randrange(10)
+                for c, w in enumerate(guard)
+            ]
+            line.append(begun)
+        line += [
+            [rng.choice((*tmds.TERC4, rng.randrange(1024))) for _ in range(3)] for _ in range(25)
         ]
+        # A guard band of one word in all channels is that of channels 0 and 2 swapped.
+        whole = length == 8 and spoilt is None and red == red_before
+        right = whole and guard is video and red == token_00
+        other = whole and guard == (video[1],) * 3 and red == token_01
+        told.add((right, other, length))
         for number, words in enumerate(line):
-            sent = [w ^ (0x3FF if s else 0) for w, s in zip(words, swapped, strict=True)]
-            dut.words.value = sum(w << 10 * c for c, w in enumerate(sent))
+            sent = sum(
+                (w ^ (0x3FF if swapped >> c & 1 else 0)) << 10 * c for c, w in enumerate(words)
+            )
+            used = known if order == 8 else order
+            dut.words.value = sent
+            dut.step_words.value = under_way[0]
+            await Timer(1, "ns")
+            want = sent ^ sum(0x3FF << 10 * c for c in range(3) if used >> c & 1)
+            assert int(dut.inverted.value) == used, (number, order)
+            assert int(dut.out_words.value) == want, number
+            under_way = [*under_way[1:], want]
             await FallingEdge(dut.clk)
-            if blank >= run and number >= 30 + run - 1:
-                known = [swapped[1] & swapped[2], *swapped[1:]]
-            assert int(dut.inverted.value) == sum(k << c for c, k in enumerate(known)), number
-            got = int(dut.out_words.value)
-            for c, (word, told) in enumerate(zip(sent, known, strict=True)):
-                assert got >> 10 * c & 0x3FF == word ^ (0x3FF if told else 0)
+            if order == 8 and number == 30 + late + 1 and (right or other):
+                known = swapped ^ (5 if other else 0)
+    assert len(told) > 5
     await reset(dut)
+    dut.polarity.value = 8
+    await Timer(1, "ns")
     assert not int(dut.inverted.value)
 
 

@@ -297,6 +297,69 @@ async def modes_at_the_limits(dut: Any) -> None:
             assert int(dut.following_timing.value) == timing_vector(mode)
 
 
+def unlike(mode: VideoMode, kind: str, number: int) -> RasterSignals:
+    """A frame of a source whose frames are not all alike."""
+    odd = number % 2
+    if kind == "refresh rate":
+        mode = mode.model_copy(update={"v_back": mode.v_back + number * 2 % 5})
+    elif kind == "a line more":
+        mode = mode.model_copy(update={"v_back": mode.v_back + odd})
+    elif kind == "blanking of lines":
+        mode = mode.model_copy(update={"h_back": mode.h_back + number % 3})
+    signals = blank_frames(mode, 1)
+    v_sync, keep = signals.v_sync, np.ones(len(signals.active), bool)
+    if kind == "interlaced":
+        v_sync = np.roll(v_sync, odd * mode.h_total // 2)
+    # A pixel less in the blanking.
+    keep[-1] = kind != "short line" or not odd
+    columns = (signals.active, signals.h_sync, v_sync, signals.pixels)
+    return RasterSignals(*(column[keep] for column in columns))
+
+
+@for_entity("video_to_stream")
+async def frames_that_are_not_all_alike(dut: Any) -> None:
+    """They are told, from the start or behind a timing that was followed, until they are alike.
+
+    So is one frame in eight that has a line more, once its timing was lost four times.
+    """
+    Clock(dut.clk, 10, "ns").start()
+    tap = StreamTap(dut)
+    for name in ("active", "h_sync", "v_sync", "pixel"):
+        getattr(dut, name).value = 0
+    mode = at_the_limits("fits")
+
+    def told() -> tuple[int, ...]:
+        ports = (dut.following_running, dut.unsupported, dut.varying)
+        return tuple(int(port.value) for port in ports)
+
+    kinds = ("short line", "a line more", "refresh rate", "interlaced", "blanking of lines")
+    for kind in kinds:
+        for begins in (True, False):
+            if begins:
+                await reset(dut)
+            # Power-up in the middle of a frame.
+            signals = unlike(mode, kind, 0)
+            at = tap.rng.randrange(1, len(signals.active))
+            columns = (signals.active, signals.h_sync, signals.v_sync, signals.pixels)
+            await tap.play(RasterSignals(*(column[at:] for column in columns)))
+            for number in range(1, 13):
+                await tap.play(unlike(mode, kind, number))
+            assert told() == (0, 0, 1), (kind, begins)
+            await tap.play(blank_frames(mode, 5))
+            assert told() == (1, 0, 0), (kind, begins)
+    await reset(dut)
+    lost = 0
+    longer = mode.model_copy(update={"v_back": mode.v_back + 1})
+    for _ in range(6):
+        await tap.play(blank_frames(mode, 7))
+        lost += told() == (0, 0, 1)
+        await tap.play(blank_frames(longer, 1))
+    assert told() == (0, 0, 1)
+    assert lost == 2
+    await tap.play(blank_frames(mode, 12))
+    assert told() == (1, 0, 0)
+
+
 @for_entity("more_rows")
 async def frames_reach_into_the_blanking(dut: Any) -> None:
     """Black lines below the picture; their number is right at the first pixel of a frame."""

@@ -17,7 +17,7 @@ class Settings:
     clears: int = 0
 
     def reset(self) -> None:
-        self.values = {"s": self.first_slice, "w": 0, "p": 0, "t": 0, "o": 0, "h": 1}
+        self.values = {"s": self.first_slice, "w": 0, "p": 0, "t": 0, "o": 0, "h": 1, "i": 8}
 
     def answer(self, line: Sequence[int], status: str) -> str | None:
         """Execute a line without its end; result: its answer, None if there is none."""
@@ -26,6 +26,7 @@ class Settings:
             return None
         letter, digits = characters[0], "".join(characters[1:])
         limits = {"s": self.slices, "w": 256, "p": 2, "t": 2, "o": self.outputs, "h": self.places}
+        limits["i"] = 9
         if letter in limits and digits.isascii() and digits.isdigit():
             if int(digits) < limits[letter]:
                 self.values[letter] = int(digits)
@@ -44,6 +45,7 @@ class Settings:
             **{"slice": v["s"], "sweep": int(v["w"] > 0), "sweep_frames": v["w"]},
             **{"pass_through": v["p"], "pattern": v["t"], "shown": v["o"]},
             "text_place": v["h"] if with_text else 0,
+            "polarity": v["i"],
         }
 
 

@@ -124,12 +124,12 @@ class Received:
 
     signals: RasterSignals  # the picture; syncs keep their levels where no word carries them
     errors: Flags  # shape (words, 3): the word is not valid in its period
-    hdmi: Flags  # lines have begun with guard bands
+    hdmi: Flags  # there have been guard bands or islands
     packets: list[ReceivedPacket] = field(default_factory=list)  # all that ended, in order
 
 
 PLAIN_LINES = 16
-"""Lines in a row without guard bands that make the source one of DVI."""
+"""Lines and islands in a row without whole guard bands that make the source one of DVI."""
 
 _Word = tuple[int, int, int]
 _NIBBLES = {word: value for value, word in enumerate(TERC4)}
@@ -138,6 +138,7 @@ _PREAMBLE_TOKEN = 1
 _VOTES = 8
 _ENOUGH_VOTES = 4
 _ENOUGH_GUARDS = 3
+_ALL_GUARDS = 6
 
 
 @cache
@@ -160,22 +161,31 @@ def _packet(nibbles: Sequence[Sequence[int]]) -> tuple[Packet, bool]:
     return Packet(blocks[0][:-1], b"".join(block[:-1] for block in blocks[1:])), intact
 
 
-def _kind(votes: Sequence[int], word: _Word, following: _Word) -> _Period:
-    """Kind of period that begins with a word, from the preamble's votes, this word and the next."""
-    if votes[1] >= _ENOUGH_VOTES:
-        both = (word, following)
-        if votes[2] >= _ENOUGH_VOTES:
-            guards = sum(
-                (pair[0] in TERC4[12:]) + (pair[1] == ISLAND_GUARD) + (pair[2] == ISLAND_GUARD)
-                for pair in both
-            )
-            if guards >= _ENOUGH_GUARDS:
-                return _Period.ISLAND_GUARD
-        elif sum(w == g for pair in both for w, g in zip(pair, VIDEO_GUARDS, strict=True)) >= (
-            _ENOUGH_GUARDS
-        ):
-            return _Period.VIDEO_GUARD
-    return _Period.VIDEO
+def _kind(
+    votes: Sequence[int], word: _Word, following: _Word, *, run: int, hdmi: bool
+) -> tuple[_Period, bool]:
+    """Kind of period that begins with a word, and whether its preamble and guard band are whole.
+
+    From the preamble's votes, this word and the next; `run`: how many tokens of a preamble channel
+    1 had in a row. A source that is not known to send HDMI must send all, as DVI may have parts of
+    them by accident.
+    """
+    both = (word, following)
+    island = sum(
+        (pair[0] in TERC4[12:]) + (pair[1] == ISLAND_GUARD) + (pair[2] == ISLAND_GUARD)
+        for pair in both
+    )
+    video = sum(w == g for pair in both for w, g in zip(pair, VIDEO_GUARDS, strict=True))
+    if run == PREAMBLE and votes[2] == _VOTES and island == _ALL_GUARDS:
+        return _Period.ISLAND_GUARD, True
+    if run == PREAMBLE and votes[2] == 0 and video == _ALL_GUARDS:
+        return _Period.VIDEO_GUARD, True
+    if hdmi and votes[1] >= _ENOUGH_VOTES:
+        if votes[2] >= _ENOUGH_VOTES and island >= _ENOUGH_GUARDS:
+            return _Period.ISLAND_GUARD, False
+        if votes[2] < _ENOUGH_VOTES and video >= _ENOUGH_GUARDS:
+            return _Period.VIDEO_GUARD, False
+    return _Period.VIDEO, False
 
 
 class _Receiver:
@@ -186,6 +196,8 @@ class _Receiver:
         # Last token of each channel, and how many of those before it were of a preamble.
         self.held = [0] * _CHANNELS
         self.votes = [0] * _CHANNELS
+        # Tokens of a preamble in a row in channel 1.
+        self.run = 0
         self.syncs = 0
         self.hdmi = False
         self.plain_lines = 0
@@ -211,6 +223,7 @@ class _Receiver:
             if not second:
                 self._begin(word, following)
             self.votes = [0] * _CHANNELS
+            self.run = 0
             self._inside(i, word)
             if second:
                 self.period = _AFTER_GUARD.get(self.period, self.period)
@@ -223,15 +236,16 @@ class _Receiver:
             up = self.held[c] == _PREAMBLE_TOKEN
             self.votes[c] = min(self.votes[c] + 1, _VOTES) if up else max(self.votes[c] - 1, 0)
             self.errors[i, c] = not tokens[c]
+        self.run = self.run + 1 if self.held[1] == _PREAMBLE_TOKEN else 0
         if tokens[0]:
             self.syncs = self.held[0]
 
     def _begin(self, word: _Word, following: _Word) -> None:
         """First word after tokens: decide what begins here."""
-        self.period = _kind(self.votes, word, following)
+        self.period, whole = _kind(self.votes, word, following, run=self.run, hdmi=self.hdmi)
         if self.period == _Period.ISLAND_GUARD:
             self.nibbles = []
-        elif self.period == _Period.VIDEO_GUARD:
+        if whole:
             self.hdmi, self.plain_lines = True, 0
         elif self.plain_lines == PLAIN_LINES - 1:
             self.hdmi = False
@@ -261,9 +275,9 @@ def receive(packed: Packed) -> Received:
     """Decode words as the board's receiver does, with errors in them.
 
     Two of three channels decide between tokens and other words. The period after tokens is
-    recognised by preamble (four of its words must be intact) and guard band (three of its six words
-    must be intact), and lasts until the next tokens. Anything else is video without a guard band,
-    as DVI sources send it.
+    recognised by preamble and guard band and lasts until the next tokens; the first one of a source
+    must be whole, of the others four words of the preamble and three of the six of the guard band
+    must be intact. Anything else is video without a guard band, as DVI sources send it.
     """
     words = [
         (number & 0x3FF, number >> 10 & 0x3FF, number >> 20 & 0x3FF) for number in packed.tolist()

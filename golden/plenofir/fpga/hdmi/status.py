@@ -60,9 +60,15 @@ FIELDS = (
     ),
     StatusField("aligned", "sum of 1, 2, 4: word boundaries found in channels 0, 1, 2", (7,)),
     StatusField(
+        "polarity",
+        "what `i` has set: 8: swapped wires are found with an HDMI source, 0 to 7: sum of 1, 2, 4 "
+        "for channels that are inverted",
+        (8,),
+    ),
+    StatusField(
         "inverted",
-        "sum of 1, 2, 4: the wires of channels 0, 1, 2 are swapped, which is corrected; 7: the "
-        "whole connector is the wrong way round (ULX3S: both rows of the header)",
+        "sum of 1, 2, 4: channels 0, 1, 2 are inverted, as their wires are swapped; 7: the whole "
+        "connector is the wrong way round (ULX3S: both rows of the header)",
         (0,),
     ),
     StatusField("word_errors", f"words in {_CHANNELS} that no encoder sends", (0, 0, 0)),
@@ -91,6 +97,12 @@ FIELDS = (
         "unsupported",
         "1: timing is stable, but lines are too long or blanking is too short: the input is passed "
         "through",
+        (0,),
+    ),
+    StatusField(
+        "varying",
+        "1: frames are not all alike (interlaced, variable refresh rate, lines or blanking that "
+        "differ): the input is passed through",
         (0,),
     ),
     StatusField("columns", "measured width", (1280,)),
