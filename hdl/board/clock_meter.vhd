@@ -85,4 +85,23 @@ begin
 
   end process count_edges;
 
+  watch_speed : process (clk) is
+
+    variable before_former : std_logic := '0';
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      -- A level of the divided clock that is seen once only comes from a clock that is too fast to be counted.
+      assert not (arrived(0) /= former and former /= before_former)
+        report "clock_meter: measured_clk is not slower than 4 times clk"
+        severity failure;
+      before_former := former;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_speed;
+
 end architecture rtl;

@@ -69,6 +69,12 @@ begin
     send : process (clk) is
     begin
 
+      -- synthesis translate_off
+      assert not (rising_edge(clk) and port_write = '1' and (busy = '1' or all_done = '0'))
+        report "load_crossing: a word came while port_busy, and one is lost"
+        severity failure;
+      -- synthesis translate_on
+
       if rising_edge(clk) then
         if all_done = '0' then
           if busy = '0' then

@@ -17,7 +17,10 @@ entity axis_fifo is
     -- Bits of a word.
     WIDTH : positive;
     -- The RAM holds 2**ADDRESS_BITS words.
-    ADDRESS_BITS : positive
+    ADDRESS_BITS : positive;
+    -- For users that cannot wait and ignore tready, as their credits leave a place for each word: a word without one
+    -- ends a simulation.
+    MUST_FIT : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -76,6 +79,12 @@ begin
 
   move_words : process (clk) is
   begin
+
+    -- synthesis translate_off
+    assert not (rising_edge(clk) and MUST_FIT and reset = '0' and s_axis_tvalid = '1' and can_write = '0')
+      report axis_fifo'path_name & " a word came while the FIFO was full, and is lost"
+      severity failure;
+    -- synthesis translate_on
 
     if rising_edge(clk) then
       if write_enable = '1' then

@@ -25,7 +25,7 @@ entity crossing_fifo is
     ADDRESS_BITS : positive range 2 to 12
   );
   port (
-    -- Words in; they are lost while it is full. There is no place, or one at most.
+    -- Words in; none may come while the buffer is full, as it would be lost. There is no place, or one at most.
     write_clk    : in    std_logic;
     write_enable : in    std_logic;
     write_word   : in    std_logic_vector(WIDTH - 1 downto 0);
@@ -82,6 +82,12 @@ begin
 
   write : process (write_clk) is
   begin
+
+    -- synthesis translate_off
+    assert not (rising_edge(write_clk) and write_enable = '1' and no_place = '1')
+      report "crossing_fifo: a word came while the FIFO was full, and is lost"
+      severity failure;
+    -- synthesis translate_on
 
     if rising_edge(write_clk) then
       if write_enable = '1' and no_place = '0' then

@@ -85,6 +85,12 @@ begin
   send : process (clk_in) is
   begin
 
+    -- synthesis translate_off
+    assert not (rising_edge(clk_in) and not is_x(to_gray(count_in)) and count_in - from_gray(crossing_code) + 1 > 2)
+      report "gray_crossing: the count moved by more than one, its code may arrive as any other"
+      severity failure;
+    -- synthesis translate_on
+
     if rising_edge(clk_in) then
       crossing_code <= to_gray(count_in);
     end if;

@@ -112,7 +112,8 @@ begin
     words : entity work.axis_fifo
       generic map (
         WIDTH        => WIDTH + 1,
-        ADDRESS_BITS => ADDRESS_BITS
+        ADDRESS_BITS => ADDRESS_BITS,
+        MUST_FIT     => true
       )
       port map (
         clk           => clk,

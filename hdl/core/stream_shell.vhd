@@ -301,4 +301,35 @@ begin
       drained       => drained
     );
 
+  -- The credit of row_scatter counts on the latency that is told.
+  watch_latency : process (clk) is
+
+    -- Clocks in which a result may follow the last token, of which the gather takes its own; clocks since then.
+    constant MOST : positive := TOKENS_UNDER_WAY - 2;
+    variable idle : natural  := MOST;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+
+      for r in results'range loop
+
+        assert not (results(r).valid = '1' and idle = MOST)
+          report stream_shell'path_name & " a result came later than ENGINE_LATENCY tells"
+          severity failure;
+
+      end loop;
+
+      if line_token.strobe = '1' then
+        idle := 0;
+      elsif idle < MOST then
+        idle := idle + 1;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_latency;
+
 end architecture rtl;

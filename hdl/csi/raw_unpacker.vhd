@@ -59,6 +59,12 @@ begin
 
   begin
 
+    -- synthesis translate_off
+    assert not (rising_edge(clk) and finish = '1' and payload.valid = '1')
+      report "raw_unpacker: bytes came in the clock behind a line's end, and are lost"
+      severity failure;
+    -- synthesis translate_on
+
     if rising_edge(clk) then
       -- Bytes that wait, from the low end on, and the new ones behind them.
       joined                              := (others => '0');

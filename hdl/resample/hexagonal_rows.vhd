@@ -348,7 +348,8 @@ begin
   buffered : entity work.axis_fifo
     generic map (
       WIDTH        => OUT_BITS + 2,
-      ADDRESS_BITS => FIFO_BITS
+      ADDRESS_BITS => FIFO_BITS,
+      MUST_FIT     => true
     )
     port map (
       clk           => clk,

@@ -339,7 +339,8 @@ begin
   values_out : entity work.axis_fifo
     generic map (
       WIDTH        => WORD_BITS,
-      ADDRESS_BITS => FIFO_BITS
+      ADDRESS_BITS => FIFO_BITS,
+      MUST_FIT     => true
     )
     port map (
       clk           => clk,
