@@ -7,7 +7,7 @@
 -- behind it, as edges are slow, is seen to change while the clock line is low, and makes no start or stop; UM10204
 -- asks devices for 300 ns. The clock line must stay high for SPIKE + HOLD clocks.
 --
--- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1, and HOLD more but for the falling clock line. Throughput: not
+-- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1; with HOLD 1 more, and HOLD but for the falling clock line. Throughput: not
 -- applicable.
 -- Equation: level(n) = level(n - 1) until that many samples in a row differ from it.
 
@@ -32,21 +32,24 @@ end entity i2c_lines;
 
 architecture rtl of i2c_lines is
 
-  constant LONG : positive := SPIKE + HOLD;
-
   signal lines   : std_logic_vector(1 downto 0);
   signal arrived : std_logic_vector(1 downto 0);
-  -- Samples that differ from the level that holds, and the levels.
-  signal scl_count : natural range 0 to LONG := 0;
-  signal sda_count : natural range 0 to LONG := 0;
-  signal scl_now   : std_logic               := '1';
-  signal sda_now   : std_logic               := '1';
+  -- Samples that differ from the level, and the levels without spikes.
+  signal scl_count : natural range 0 to SPIKE := 0;
+  signal sda_count : natural range 0 to SPIKE := 0;
+  signal scl_now   : std_logic                := '1';
+  signal sda_now   : std_logic                := '1';
+  -- Clocks since they differ from the levels that are given out.
+  signal scl_wait : natural range 0 to HOLD := 0;
+  signal sda_wait : natural range 0 to HOLD := 0;
+  signal scl_held : std_logic               := '1';
+  signal sda_held : std_logic               := '1';
 
 begin
 
   lines     <= scl & sda;
-  scl_level <= scl_now;
-  sda_level <= sda_now;
+  scl_level <= scl_held;
+  sda_level <= sda_held;
 
   crossing : entity work.synchroniser
     generic map (
@@ -59,20 +62,20 @@ begin
     );
 
   -- A single sample is a level: nothing is counted, and no clock is lost.
-  direct : if LONG = 1 generate
+  direct : if SPIKE = 1 generate
     scl_now <= arrived(1);
     sda_now <= arrived(0);
   end generate direct;
 
-  counted : if LONG > 1 generate
+  counted : if SPIKE > 1 generate
 
-    hold_levels : process (clk) is
+    drop_spikes : process (clk) is
     begin
 
       if rising_edge(clk) then
         if arrived(1) = scl_now then
           scl_count <= 0;
-        elsif scl_count = LONG - 1 or (scl_now = '1' and scl_count >= SPIKE - 1) then
+        elsif scl_count = SPIKE - 1 then
           scl_now   <= arrived(1);
           scl_count <= 0;
         else
@@ -80,7 +83,7 @@ begin
         end if;
         if arrived(0) = sda_now then
           sda_count <= 0;
-        elsif sda_count = LONG - 1 then
+        elsif sda_count = SPIKE - 1 then
           sda_now   <= arrived(0);
           sda_count <= 0;
         else
@@ -88,8 +91,43 @@ begin
         end if;
       end if;
 
-    end process hold_levels;
+    end process drop_spikes;
 
   end generate counted;
+
+  at_once : if HOLD = 0 generate
+    scl_held <= scl_now;
+    sda_held <= sda_now;
+  end generate at_once;
+
+  later : if HOLD > 0 generate
+
+    hold_levels : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        -- The falling clock line alone passes at once.
+        if scl_now = scl_held or scl_now = '0' then
+          scl_wait <= 0;
+          scl_held <= scl_held and scl_now;
+        elsif scl_wait = HOLD - 1 then
+          scl_wait <= 0;
+          scl_held <= scl_now;
+        else
+          scl_wait <= scl_wait + 1;
+        end if;
+        if sda_now = sda_held then
+          sda_wait <= 0;
+        elsif sda_wait = HOLD - 1 then
+          sda_wait <= 0;
+          sda_held <= sda_now;
+        else
+          sda_wait <= sda_wait + 1;
+        end if;
+      end if;
+
+    end process hold_levels;
+
+  end generate later;
 
 end architecture rtl;

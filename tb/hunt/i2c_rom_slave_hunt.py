@@ -10,7 +10,7 @@ from plenofir_tb.i2c import I2cMaster
 
 ENTITY = "i2c_rom_slave"
 FAULTS = [
-    ("i2c_lines.vhd", "scl_count >= SPIKE - 1", "scl_count >= 0"),
+    ("i2c_lines.vhd", "scl_count = SPIKE - 1", "scl_count >= 0"),
     ("i2c_rom_slave.vhd", "      HOLD  => HOLD\n", "      HOLD  => 0\n"),
     ("i2c_rom_slave.vhd", "if refused = '1' then", "if false then"),
 ]  # fmt: skip
