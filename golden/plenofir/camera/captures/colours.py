@@ -80,7 +80,9 @@ def order_of_mosaic(picture: Picture, told: str | None, where: str) -> BayerOrde
         raise InputError(f"there is no mosaic {order!r}; use rggb, grbg, gbrg or bggr")
     if picture.pixels.ndim != 2:
         if told:
-            raise InputError("has colours already; leave out --bayer", where=where)
+            raise InputError(
+                "has colours already, and a mosaic has one channel; leave out --bayer", where=where
+            )
         return None
     return order
 
