@@ -222,27 +222,49 @@ def light_field_disparity(
     m = micro_image_size
     if m < 2:
         raise InputError(f"M = {m} is a single view, which has no disparity; M must be 2 or more")
-    images = views(raw, m)
-    centre = m // 2
+    return views_disparity(
+        views(raw, m), search=search, window=window, method=method, progress=progress
+    )
+
+
+def views_disparity(
+    images: Image,
+    *,
+    search: tuple[float, float] = SEARCH,
+    window: int = 7,
+    method: Method = "guided",
+    progress: Callable[[int, int], None] | None = None,
+) -> Disparity:
+    """Disparity as of `light_field_disparity`, of views (v, u, t, s[, 3]).
+
+    A line of views, or a rectangle, has what there is of those above, below, left and right.
+    """
     if method == "structure-tensor":
-        return Disparity(*structure_tensor_disparity(raw, m, search, window, progress))
-    gaps = {
-        sign * round(gap)
-        for sign, reach in ((-1, centre), (1, m - 1 - centre))
-        for gap in np.linspace(reach, reach / min(_SIDE, max(reach, 1)), _SIDE)
-    } - {0}
+        return Disparity(*structure_tensor_disparity(images, search, window, progress))
+    down, right = (count // 2 for count in images.shape[:2])
     others = [
-        (images[centre + down, centre + right], (float(down), float(right)))
-        for down, right in [*((g, 0) for g in sorted(gaps)), *((0, g) for g in sorted(gaps))]
+        *((images[down + g, right], (float(g), 0.0)) for g in _gaps(images.shape[0])),
+        *((images[down, right + g], (0.0, float(g))) for g in _gaps(images.shape[1])),
     ]
     return sad_disparity(
-        images[centre, centre],
+        images[down, right],
         others,
         search=search,
         window=window,
         guided=method == "guided",
         progress=progress,
     )
+
+
+def _gaps(count: int) -> list[int]:
+    """Places of the views along a line that are compared with its central one."""
+    centre = count // 2
+    gaps = {
+        sign * round(gap)
+        for sign, reach in ((-1, centre), (1, count - 1 - centre))
+        for gap in np.linspace(reach, reach / min(_SIDE, max(reach, 1)), _SIDE)
+    }
+    return sorted(gaps - {0})
 
 
 def search_disparity(
@@ -262,15 +284,48 @@ def search_disparity(
     to twice that while many matched pixels lie there. Pixels of `least_confidence` are matched. The
     others: as in `light_field_disparity`.
     """
-    m = micro_image_size
-    given = smallest, largest
+
+    def found(search: tuple[float, float]) -> Disparity:
+        return light_field_disparity(
+            raw, micro_image_size, search=search, window=window, method=method, progress=progress
+        )
+
+    widest = min(_WIDEST, float(max(raw.shape[:2]) // micro_image_size))
+    return _search(found, (smallest, largest), widest, least_confidence)
+
+
+def search_views(
+    images: Image,
+    *,
+    smallest: float | None = None,
+    largest: float | None = None,
+    window: int = 7,
+    method: Method = "guided",
+    least_confidence: float = 0.3,
+    progress: Callable[[int, int], None] | None = None,
+) -> Searched:
+    """Disparity as of `search_disparity`, of views (v, u, t, s[, 3])."""
+
+    def found(search: tuple[float, float]) -> Disparity:
+        return views_disparity(
+            images, search=search, window=window, method=method, progress=progress
+        )
+
+    widest = min(_WIDEST, float(max(images.shape[2:4])))
+    return _search(found, (smallest, largest), widest, least_confidence)
+
+
+def _search(
+    disparity: Callable[[tuple[float, float]], Disparity],
+    given: tuple[float | None, float | None],
+    widest: float,
+    least_confidence: float,
+) -> Searched:
+    """The disparity in a range that grows until it covers the picture."""
     search = tuple(start if end is None else end for end, start in zip(given, SEARCH, strict=True))
-    widest = min(_WIDEST, float(max(raw.shape[:2]) // m))
     while True:
         low, high = search
-        found = light_field_disparity(
-            raw, m, search=(low, high), window=window, method=method, progress=progress
-        )
+        found = disparity((low, high))
         matched = found.pixels_per_view[found.confidence >= least_confidence]
         beyond = [float((matched == end).sum()) / max(matched.size, 1) for end in search]
         wider = tuple(

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.lightfield.indexing import views
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
@@ -25,28 +24,28 @@ _WELL = 0.6
 
 
 def structure_tensor_disparity(
-    raw: Image,
-    micro_image_size: int,
+    images: Image,
     search: tuple[float, float],
     window: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Floats, Floats]:
     """Disparity of the central view in pixels per view, and coherence from 0 to 1; both (t, s).
 
-    `search`: smallest and largest disparity. Views are moved by each whole number of pixels per
+    `images`: views (v, u, t, s[, 3]), of which those of the central column and row are used where
+    there are several. `search`: smallest and largest disparity. Views are moved by each whole number of pixels per
     view in between, and the most coherent slope is taken. `window`: approximate side of the
     averaged area.
     """
-    m = micro_image_size
-    images, centre = views(raw, m), m // 2
+    centres = [count // 2 for count in images.shape[:2]]
     moves = np.arange(np.round(search[0]), np.round(search[1]) + 1).astype(int)
     best: Floats = np.zeros(images.shape[2:4])
     coherence: Floats = np.full(best.shape, -1.0)
     for number, move in enumerate(moves.tolist()):
-        for axis in (0, 1):
-            line = images[:, centre] if axis == 0 else images[centre]
+        for axis in (axis for axis in (0, 1) if images.shape[axis] > 1):
+            centre = centres[axis]
+            line = images[:, centres[1]] if axis == 0 else images[centres[0]]
             moved = []
-            for view, picture in zip(range(-centre, m - centre), line, strict=True):
+            for view, picture in enumerate(line, -centre):
                 place = np.arange(picture.shape[axis]) - move * view
                 place = np.clip(place, 0, picture.shape[axis] - 1)
                 moved.append(np.take(grey(picture).astype(np.float64), place, axis))
