@@ -135,16 +135,16 @@ def serve_page(page: "Page", port: int, browser: bool) -> None:
 def _has_pictures(folder: Path) -> bool:
     """Whether a folder has pictures to be compared; views of a light field otherwise."""
     from plenofir.camera.recognise.benchmark import hci_views
-    from plenofir.camera.recognise.names import arrange, image_paths
+    from plenofir.camera.recognise.names import named_views, picture_files
 
     if not folder.is_dir() or hci_views(folder):
         return False
-    names = image_paths(folder)
+    names = picture_files(folder)
     results = ("refocused", "golden", "all_in_focus")
     if (folder / "report.json").exists() or any(p.stem.startswith(results) for p in names):
         return True
     try:
-        return len(arrange(names, str(folder))) < _LEAST_VIEWS
+        return len(named_views(names, folder).places) < _LEAST_VIEWS
     except InputError:
         return True
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Videos, read and written by OpenCV, whose wheels bring FFmpeg: the extra `cameras`."""
+"""Videos, read and written by OpenCV, whose wheels bring FFmpeg: the extra `cameras`; GIF."""
 
 import contextlib
 import os
@@ -13,8 +13,11 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
 from plenofir.ground.images import Image
 
-VIDEOS = (".mp4", ".webm", ".mkv", ".avi", ".mov")
-"""Endings of videos that are read."""
+FILMS = (".mp4", ".webm", ".mkv", ".avi", ".mov", ".m4v", ".gif")
+"""Endings of films that are read."""
+
+# A file with fewer of the frames that it tells of, and two, is cut; some tell only about how many.
+_SHARE = 0.9
 
 _ADVICE = "give a video that OpenCV can read"
 
@@ -52,21 +55,55 @@ def opened(path: str) -> tuple[Any, float]:
     return video, float(video.get(cv2.CAP_PROP_FPS))
 
 
-def read_video(path: Path, most: int) -> list[Image]:
-    """All frames of a video file, RGB of 8 bit; refused where there are more than `most`."""
+def film_frames(path: Path) -> Iterator[Image]:
+    """Frames of a film, one after the other, RGB of 8 bit; refused where the file is cut."""
+    if path.suffix.lower() == ".gif":
+        yield from _gif_frames(path)
+        return
     video, _ = opened(str(input_file(path)))
-    frames: list[Image] = []
     try:
-        with _quiet():
-            while True:
+        import cv2
+
+        told, count = float(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0
+        while True:
+            with _quiet():
                 there, image = video.read()
-                if not there:
-                    return frames
-                if len(frames) == most:
-                    raise InputError(f"more than {most} frames", where=str(path))
-                frames.append(np.ascontiguousarray(image[..., ::-1]))
+            if not there:
+                break
+            count += 1
+            yield np.ascontiguousarray(image[..., ::-1])
+        if count == 0 or count + 2 < _SHARE * told:
+            raise InputError(
+                f"ends after {count} of {max(told, 0):.0f} frames; copy it again", where=str(path)
+            )
     finally:
         video.release()
+
+
+def _gif_frames(path: Path) -> Iterator[Image]:
+    from PIL import Image as Pillow
+    from PIL import ImageSequence
+
+    try:
+        with Pillow.open(input_file(path)) as film:
+            for frame in ImageSequence.Iterator(film):
+                yield np.asarray(frame.convert("RGB"))
+    except (OSError, ValueError, SyntaxError, EOFError) as error:
+        raise InputError(f"is damaged ({error}); copy it again", where=str(path)) from None
+
+
+def first_frames(path: Path, most_bytes: int) -> tuple[list[Image], bool]:
+    """Frames of a film up to so many bytes of pixels, and whether these are all."""
+    frames: list[Image] = []
+    size = 0
+    for frame in film_frames(path):
+        if frames and size + frame.nbytes > most_bytes:
+            return frames, False
+        frames.append(frame)
+        size += frame.nbytes
+    if not frames:
+        raise InputError(f"has no frames; {_ADVICE}", where=str(path))
+    return frames, True
 
 
 def write_webm(path: Path, frames: Sequence[Image], rate: float) -> bool:

@@ -17,7 +17,7 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.commands.app import run
 from plenofir.ground.errors import InputError
-from plenofir.ground.films import read_video, write_webm
+from plenofir.ground.films import film_frames, write_webm
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import root
 
@@ -106,7 +106,7 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     assert len(slices(out)) <= 2 < len(first)
     report = json.loads((out / "develop.json").read_text())
     assert {*report["files"], "own.png"} == names(out)
-    frames = read_video(out / "focus.webm", 99)
+    frames = list(film_frames(out / "focus.webm"))
     assert frames[0].shape == (600, 640, 3)
     page = (out / "index.html").read_text()
     assert all(f'href="{name}"' in page for name in FILMS)

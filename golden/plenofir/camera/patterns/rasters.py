@@ -34,6 +34,7 @@ _JOINT = 1.5
 _MOST_DISPARITY = 0.12
 _MOSAIC_SIDE = 1024
 _SMALLEST_VIEW = 12
+_FEWEST_IN_LINE = 3
 
 # Content repeats near the micro images' pitch: relative tolerance, least autocorrelation.
 _NEAR_PITCH, _REPEATS = 0.15, 0.25
@@ -64,7 +65,7 @@ class Mosaic:
     rows: int
     columns: int
     alike: float
-    joints: tuple[float, float]
+    joints: float  # differences at the joints, as a multiple of those elsewhere
 
 
 def _differences(grey: Image32, axis: int) -> Floats:
@@ -158,9 +159,9 @@ def _repeats(grey: Image32, m: int) -> bool:
 
 
 def find_mosaic(grey: Image32) -> Mosaic | None:
-    """Whether a picture consists of similar pictures side by side and above each other.
+    """Whether a picture consists of similar pictures side by side, above each other, or both.
 
-    There are 2 rows and columns of them or more.
+    There are 2 rows and columns of them or more, or one line of 3 or more.
     """
     scale = max(1, max(grey.shape) // _MOSAIC_SIDE)
     rows, columns = (n // scale * scale for n in grey.shape)
@@ -175,12 +176,13 @@ def find_mosaic(grey: Image32) -> Mosaic | None:
         # Groups of several parts are alike too, so only numbers with joints between parts count.
         parts = _alike_parts(whole, small.shape, grey.shape[axis], scale, axis)
         count = max((n for n in parts if _joints(grey, n, axis) > _JOINT), default=None)
-        if count is None:
-            return None
-        counts.append(count)
-        alike.append(parts[count])
-    joints = _joints(grey, counts[0], 0), _joints(grey, counts[1], 1)
-    return Mosaic(counts[0], counts[1], min(alike), joints)
+        counts.append(count or 1)
+        if count is not None:
+            alike.append(parts[count])
+    if max(counts) < (2 if min(counts) > 1 else _FEWEST_IN_LINE):
+        return None
+    joints = [_joints(grey, count, axis) for axis, count in enumerate(counts) if count > 1]
+    return Mosaic(counts[0], counts[1], min(alike), min(joints))
 
 
 def _alike_parts(

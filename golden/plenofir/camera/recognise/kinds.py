@@ -5,10 +5,11 @@
 first that gives an answer is right.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from glob import escape
-from math import prod
+from math import isqrt, prod
 from pathlib import Path
 
 import numpy as np
@@ -27,14 +28,25 @@ from plenofir.camera.recognise.source import (
     Kind,
     LightFieldSource,
     Progress,
+    quiet,
 )
-from plenofir.camera.recognise.stored import Stored, picture_findings
+from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
+from plenofir.camera.recognise.stored import (
+    LONGER,
+    RUNNING,
+    Stored,
+    check_sizes,
+    picture_findings,
+)
 from plenofir.ground.errors import InputError
+from plenofir.ground.films import FILMS
 from plenofir.ground.images import Image, Picture
 from plenofir.ground.shell import command
 from plenofir.refocus import check_raw
 
 ESLF = 14
+# A quilt's aspect has few digits in its name.
+_ASPECT = 0.02
 
 Classifier = Callable[[Stored, Hints], LightFieldSource | None]
 
@@ -205,8 +217,71 @@ def _by_pixels(stored: Stored, hints: Hints) -> LightFieldSource:
             stored, hints, seen.micro_image_size, *seen.findings, told, advice=seen.advice
         )
     if seen.kind == "mosaic of views" and seen.counts is not None:
-        return mosaic_source(stored, hints, seen.counts, seen.findings, seen.advice)
+        return _quilt_by_motion(stored, hints, seen) or mosaic_source(
+            stored, hints, seen.counts, seen.findings, seen.advice
+        )
     return replace(seen, where=stored.where)
+
+
+_QUILT = re.compile(r"_qs(\d+)x(\d+)(?:a(\d+(?:\.\d+)?))?")
+
+
+def _quilt_by_name(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A quilt of a Looking Glass, whose name tells columns, rows and aspect: _qs8x6a0.75."""
+    found = _QUILT.search(stored.path.stem)
+    if found is None or hints.layout == "raster":
+        return None
+    columns, rows = int(found[1]), int(found[2])
+    findings = [Finding("quilt", f"{columns} x {rows} views by its name", "told")]
+    height, width = stored.load().pixels.shape[:2]
+    if found[3] and columns * rows:
+        told, aspect = float(found[3]), width * rows / (height * columns)
+        if abs(told / aspect - 1) > _ASPECT:
+            text = f"views are shown {told:g} times as wide as high, their pixels make {aspect:.3g}"
+            findings.append(Finding("aspect", text, "told", notable=True))
+    return quilt_source(stored, hints, columns, rows, tuple(findings))
+
+
+def _quilt_by_motion(
+    stored: Stored, hints: Hints, seen: LightFieldSource
+) -> LightFieldSource | None:
+    """A mosaic whose views are one line, row after row from below, as in a quilt."""
+    rows, columns = seen.counts or (0, 0)
+    if rows < 2 or stored.load().pixels.shape[0] % rows:
+        return None
+    quilt = quilt_source(stored, hints, columns, rows, seen.findings)
+    assert quilt.views is not None
+    layout = sequence_layout(list(quilt.views(quiet).pixels[0]))
+    if layout is None or layout.rows != 1:
+        return None
+    text = "one line of views by their motion, row after row from below, as in a quilt"
+    return replace(quilt, findings=(*quilt.findings, Finding("sequence", text)))
+
+
+def quilt_source(
+    stored: Stored, hints: Hints, columns: int, rows: int, findings: tuple[Finding, ...]
+) -> LightFieldSource:
+    """One line of views from left to right: the tiles of a picture, from the bottom left on."""
+    picture = stored.load()
+    height, width = picture.pixels.shape[:2]
+    if columns * rows < 2 or height // rows < 1 or width // columns < 1:
+        raise InputError(f"no quilt has {columns} x {rows} views", where=stored.where)
+    # Quilts of a round size may have some pixels more above and to the right.
+    view = height // rows, width // columns
+    kept = picture.pixels[height - rows * view[0] :, : columns * view[1]]
+    tiles = kept.reshape(rows, view[0], columns, view[1], *kept.shape[2:])
+    line = np.moveaxis(tiles, 2, 1)[::-1].reshape(1, rows * columns, *view, *kept.shape[2:])
+    text = f"{columns * rows} views of {view[1]} x {view[0]} pixels in a line, from the left"
+    return views_source(
+        "quilt of views",
+        stored,
+        hints,
+        (1, columns * rows),
+        (*findings, Finding("views", text)),
+        (command("develop", stored.path),),
+        view=lambda v, u: picture._replace(pixels=line[v, u]),
+        load=lambda progress: picture._replace(pixels=line),
+    )
 
 
 # Views by row and column.
@@ -220,10 +295,15 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
             f"{hints.micro_image} is not right: there are {columns} x {rows} views",
             where="micro_image",
         )
+    check_sizes(stored)
     first = stored.at((0, 0))
     shape = first.pixels.shape
     text = f"{columns} x {rows} views of {shape[1]} x {shape[0]} pixels"
-    kind: Kind = "folder of views" if stored.path.is_dir() else "light field in a MATLAB file"
+    kind: Kind = "array of views"
+    if stored.path.is_dir() or stored.path.suffix.lower() == ".zip":
+        kind = "folder of views"
+    elif stored.path.suffix.lower() == ".mat":
+        kind = "light field in a MATLAB file"
     advice = command("develop", stored.path)
     findings = (Finding("evidence", text), *picture_findings(first))
     source = views_source(kind, stored, hints, (rows, columns), findings, (advice,))
@@ -238,21 +318,22 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
 
 def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """Pictures that are captures or rasters themselves: frames of a camera."""
-    if not stored.path.is_dir():
-        return None
     start = next(iter(stored.places()))
-    first = recognise_picture(stored.at(start), stored.name_at(start), is_jpeg=_is_jpeg(stored))
+    is_jpeg = _is_jpeg(stored) or _is_film(stored)
+    first = recognise_picture(stored.at(start), stored.name_at(start), is_jpeg=is_jpeg)
     if first.kind not in ("aligned raster", "raw capture", "white image"):
         return None
     name = Path(stored.name_at(start))
+    is_folder = stored.path.is_dir()
     text = f"{prod(stored.counts)} pictures; the first of them, {name.name}: {first.kind}"
-    pattern = Path(escape(str(stored.path))) / f"*{name.suffix}"
-    go_on = command("batch", pattern, "-M", str(first.micro_image_size), "-a", 0)
+    frames = stored.path
+    if is_folder:
+        frames = Path(escape(str(stored.path))) / f"*{name.suffix}"
+    go_on = command("batch", frames, "-M", str(first.micro_image_size), "-a", 0)
     if first.micro_image_size is None:
-        go_on = command("inspect", name)
-        text += ", to be decoded one by one"
+        go_on = f"{command('batch', frames)} --white WHITE_IMAGE"
     return LightFieldSource(
-        "folder of pictures",
+        "folder of pictures" if is_folder else "film of frames",
         (Finding("evidence", text), *first.findings[1:]),
         (go_on,),
         first.micro_image_size,
@@ -261,30 +342,58 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
     )
 
 
-def _film_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
-    """Frames that are views, line by line."""
-    from plenofir.camera.recognise.readers import square
+def _is_film(stored: Stored) -> bool:
+    """Whether pictures are compressed in blocks, as JPEG's are."""
+    return stored.path.suffix.lower() in FILMS
 
-    if stored.path.is_dir():
+
+def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """Pictures that are views one after the other, as their motion shows, or a person says."""
+    count, where = stored.counts[0], stored.where
+    if stored.kind == LONGER or (stored.path.is_dir() and stored.kind != RUNNING):
         return None
-    count = stored.counts[0]
-    m = square(count, stored.where, "frames")
-    shape = stored.at((0,)).pixels.shape
-    text = f"{count} frames: {m} x {m} views of {shape[1]} x {shape[0]} pixels"
-    advice = command("develop", stored.path)
+    layout = sequence_layout([stored.at((n,)).pixels for n in range(count)])
+    finding = Finding("sequence", "")
+    if layout is None:
+        m = isqrt(count)
+        is_square = m * m == count and m > 1
+        if not is_square or (hints.micro_image != m and stored.kind != RUNNING):
+            return None
+        layout = SequenceLayout(m, m, "rows", serpentine=False)
+        text = f"{m} x {m} views line by line by their number; their motion does not tell it"
+        finding = Finding("sequence", text, "assumed", notable=hints.micro_image is None)
+    else:
+        how = "line by line" if layout.order == "rows" else "column by column"
+        if min(layout.rows, layout.columns) == 1:
+            how = "one line"
+        to_and_fro = ", to and fro" if layout.serpentine else ""
+        text = f"{layout.columns} x {layout.rows} views, {how}{to_and_fro}, by their motion"
+        finding = Finding("sequence", text)
+    if hints.micro_image not in (None, layout.rows) and hints.micro_image != layout.columns:
+        raise InputError(
+            f"{hints.micro_image} is not right: there are {layout.columns} x {layout.rows} views",
+            where="micro_image",
+        )
+    numbers = {layout.place(n): n for n in range(count)}
 
     def load(progress: Progress) -> Picture:
         whole = stored.load(progress)
-        return whole._replace(pixels=whole.pixels.reshape(m, m, *whole.pixels.shape[1:]))
+        views = np.empty((layout.rows, layout.columns, *whole.pixels.shape[1:]), whole.pixels.dtype)
+        for place, n in numbers.items():
+            views[place] = whole.pixels[n]
+        return whole._replace(pixels=views)
 
+    shape = stored.at((0,)).pixels.shape
+    text = f"{count} pictures of {shape[1]} x {shape[0]} pixels"
+    kind: Kind = "folder of views" if stored.path.is_dir() else "sequence of views"
     return views_source(
-        "video of views",
+        "video of views" if _is_film(stored) else kind,
         stored,
         hints,
-        (m, m),
-        (Finding("video", text),),
-        (advice,),
-        view=lambda v, u: stored.at((v * m + u,)),
+        (layout.rows, layout.columns),
+        (Finding("evidence", text), finding),
+        (command("develop", stored.path),),
+        view=lambda v, u: stored.at((numbers[v, u],)),
         load=load,
     )
 
@@ -292,16 +401,20 @@ def _film_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
 def _unknown_series(stored: Stored, hints: Hints) -> LightFieldSource:
     """Pictures that nothing is known of."""
     reasons = "; ".join(finding.text for finding in stored.findings)
-    text = f"pictures, but no light field: {reasons}"
+    text = reasons or (
+        f"{stored.counts[0]} pictures that are no captures, and no views, which would move along a "
+        "line or in rows"
+    )
+    text = f"pictures, but no light field: {text}"
     return LightFieldSource(
         "can't tell", (Finding("evidence", text, "unknown"),), where=stored.where
     )
 
 
 CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
-    "yx": (_calibrated, _told_layout, _given_size, _by_pixels),
+    "yx": (_calibrated, _told_layout, _quilt_by_name, _given_size, _by_pixels),
     "vuyx": (_views,),
-    "nyx": (_frames, _film_of_views, _unknown_series),
+    "nyx": (_frames, _sequence_of_views, _unknown_series),
 }
 """What decides, by the axes of what is stored."""
 

@@ -136,11 +136,11 @@ def _mosaic(levels: Image32, whole: bool, size: Finding, name: str) -> LightFiel
     view = f"{columns // mosaic.columns} x {rows // mosaic.rows} pixels"
     text = (
         f"{mosaic.columns} x {mosaic.rows} parts of {view}, neighbours alike (correlation "
-        f"{mosaic.alike:.2f}), with joints between them ({min(mosaic.joints):.1f} times the "
+        f"{mosaic.alike:.2f}), with joints between them ({mosaic.joints:.1f} times the "
         "differences elsewhere)"
     )
     m = mosaic.rows if mosaic.rows == mosaic.columns else None
-    advice = "not as many rows of views as columns: cut it to a square of views"
+    advice = command("develop", Path(name))
     if m is not None:
         advice = command(
             "compose", Path(name), "--layout", "mosaic", "-M", m, "--out", "aligned.png"

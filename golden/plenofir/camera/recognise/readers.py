@@ -7,7 +7,7 @@ what reads it. The first row that takes a path reads it. A reader gives `Stored`
 """
 
 from collections.abc import Callable
-from math import isqrt
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,16 +19,26 @@ from plenofir.camera.lytro.frames import is_lytro
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
 from plenofir.camera.recognise.benchmark import hci_files, hci_findings, hci_views
 from plenofir.camera.recognise.captures import lytro_source
-from plenofir.camera.recognise.matlab import read_mat
-from plenofir.camera.recognise.names import arrange, image_paths
+from plenofir.camera.recognise.archives import read_archive
+from plenofir.camera.recognise.arrays import ARRAYS, read_array
+from plenofir.camera.recognise.names import named_views, picture_files
 from plenofir.camera.recognise.source import Finding, Hints, LightFieldSource
-from plenofir.camera.recognise.stored import Stored, of_array, of_files, picture_findings
+from plenofir.camera.recognise.stored import (
+    LONGER,
+    RUNNING,
+    Stored,
+    of_array,
+    of_files,
+    picture_findings,
+)
 from plenofir.ground.errors import InputError
-from plenofir.ground.films import VIDEOS, read_video
-from plenofir.ground.images import SCREEN_GAMMA, Picture, bare, read_picture
+from plenofir.ground.films import FILMS, first_frames
+from plenofir.ground.images import SCREEN_GAMMA, Picture, read_picture
+from plenofir.ground.pages import Pages, has_pages
 from plenofir.ground.shell import command
 
-_MOST_FRAMES = 33**2
+# Bytes of frames in memory; a light field's views are fewer, and others are looked at in part.
+_LARGEST_FILM = 1 << 30
 
 
 class Reader(NamedTuple):
@@ -63,31 +73,64 @@ def _hci(path: Path, hints: Hints) -> Stored | None:
 
 def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
     """A folder of pictures: views by their names, or a series."""
-    files = image_paths(path)
+    files = picture_files(path)
     if not files:
         return LightFieldSource(
             "can't tell", (Finding("evidence", "no image files in the folder", "unknown"),)
         )
     try:
-        places = arrange(files, str(path))
+        named = named_views(files, path)
     except InputError as error:
-        series = of_files(path, "nyx", {(n,): file for n, file in enumerate(files)})
-        return Stored(
-            *(series.path, series.axes, series.counts, series.at, series.name_at),
-            (Finding("evidence", f"{error.problem} ({error.where})", "unknown"),),
-        )
-    return of_files(path, "vuyx", {place: file for place, file in places.items()})
+        finding = Finding("evidence", f"{error.problem} ({error.where})", "unknown")
+        return of_files(path, "nyx", {(n,): file for n, file in enumerate(files)}, (finding,))
+    findings = tuple(Finding("files", note, "told", notable=True) for note in named.notes)
+    if named.running:
+        run = {(n,): file for (_, n), file in named.places.items()}
+        return of_files(path, "nyx", run, findings, kind=RUNNING)
+    return of_files(path, "vuyx", {place: file for place, file in named.places.items()}, findings)
 
 
-def _mat(path: Path, hints: Hints) -> Stored:
-    """An array of views of MATLAB."""
-    return of_array(path, "vuyx", bare(read_mat(path)))
+def _array(path: Path, hints: Hints) -> Stored:
+    """Numbers of NumPy, HDF5 or MATLAB."""
+    held = read_array(path)
+    axes = {"views": "vuyx", "sequence": "nyx", "picture": "yx"}[held.kind]
+    findings = tuple(Finding(*line, "told", line[0] == "values") for line in held.lines)
+    return of_array(path, axes, held.picture, findings)
 
 
 def _film(path: Path, hints: Hints) -> Stored:
     """Frames of a video, in time or view by view."""
-    frames = np.stack(read_video(path, _MOST_FRAMES))
-    return of_array(path, "nyx", Picture(frames, 255, SCREEN_GAMMA))
+    frames, are_all = first_frames(path, _LARGEST_FILM)
+    findings = () if are_all else (Finding("frames", f"{len(frames)} looked at, of more"),)
+    if len(frames) == 1:
+        return of_array(path, "yx", Picture(frames[0], 255, SCREEN_GAMMA))
+    if any(frame.shape != frames[0].shape for frame in frames):
+        raise InputError("has frames of several sizes; convert it", where=str(path))
+    picture = Picture(np.stack(frames), 255, SCREEN_GAMMA)
+    return replace(
+        of_array(path, "nyx", picture, findings),
+        name_at=lambda place: f"{path}, frame {place[0] + 1}",
+        kind="" if are_all else LONGER,
+    )
+
+
+def _pages(path: Path, hints: Hints) -> Stored | None:
+    """Pages of a TIFF file, in time or view by view."""
+    pages = Pages(path)
+    if len(pages) < 2:
+        return None
+    return Stored(
+        path,
+        "nyx",
+        (len(pages),),
+        lambda place: pages[place[0]],
+        lambda place: f"{path}, page {place[0] + 1}",
+    )
+
+
+def _archive(path: Path, hints: Hints) -> Stored | LightFieldSource:
+    """An archive of views, or of one file."""
+    return read_archive(path, lambda inside: read(inside, hints))
 
 
 def _metadata(path: Path, hints: Hints) -> LightFieldSource | None:
@@ -129,8 +172,10 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "Lytro file", lambda path: is_lytro(path) or _ends_in(".lfp", ".lfr")(path), lytro_source
     ),
-    Reader("MATLAB file", _ends_in(".mat"), _mat),
-    Reader("film", _ends_in(*VIDEOS), _film),
+    Reader("array", _ends_in(*ARRAYS), _array),
+    Reader("film", _ends_in(*FILMS), _film),
+    Reader("zip archive", _ends_in(".zip"), _archive),
+    Reader("pages of a TIFF", has_pages, _pages),
     Reader("metadata of a Lytro's frame", _ends_in(".json", ".txt"), _metadata),
     Reader("calibration", _ends_in(".json"), _calibration),
     Reader("picture", lambda path: True, _picture),
@@ -146,13 +191,3 @@ def read(path: Path, hints: Hints) -> Stored | LightFieldSource:
                 return held
     raise AssertionError("the last reader takes anything")
 
-
-def square(count: int, where: str, of: str) -> int:
-    """Side of a square number of views."""
-    m = isqrt(count)
-    if m * m != count or m < 2:
-        raise InputError(
-            f"has {count} {of}, which is not a square number of views (M x M, 4 or more)",
-            where=where,
-        )
-    return m

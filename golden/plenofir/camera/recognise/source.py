@@ -20,6 +20,11 @@ Kind = Literal[
     "refocused picture",
     "folder of views",
     "video of views",
+    "sequence of views",
+    "array of views",
+    "quilt of views",
+    "elemental images",
+    "film of frames",
     "folder of pictures",
     "folder of Lytro files",
     "Lytro capture",
@@ -106,6 +111,13 @@ class LightFieldSource:
             return self.raster(progress)
         if self.views is None:
             raise self.refusal()
+        if self.micro_image_size is None and self.counts is not None:
+            rows, columns = self.counts
+            raise InputError(
+                f"{columns} x {rows} views are no square, as an aligned raw image has them; develop, "
+                "stack, depth-map, view, views, mosaic and quilt take them as they are",
+                where=self.where,
+            )
         picture = self.views(progress)
         return Field(picture.like(compose(picture.pixels)), picture.pixels.shape[0])
 

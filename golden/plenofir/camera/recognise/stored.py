@@ -17,6 +17,12 @@ from plenofir.camera.recognise.source import Finding, Progress, quiet
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_picture, upright
 
+RUNNING = "running number"
+"""Kind of a series whose files have one number that runs through all names."""
+LONGER = "longer film"
+"""Kind of a series that is the beginning of a film."""
+_MOST_BYTES = 4 << 30
+
 
 @dataclass(frozen=True, eq=False)
 class Stored:
@@ -50,14 +56,16 @@ class Stored:
             picture = self.at(place)
             image = picture.pixels
             if first is None:
+                if prod(self.counts) * image.nbytes > _MOST_BYTES:
+                    raise InputError(
+                        f"{prod(self.counts)} pictures of {image.nbytes >> 20} MiB are more than "
+                        "4 GiB; use fewer or smaller ones",
+                        where=self.where,
+                    )
                 result = np.empty((*self.counts, *image.shape), dtype=image.dtype)
                 first = picture
             if image.shape != first.pixels.shape or image.dtype != result.dtype:
-                raise InputError(
-                    f"has shape {image.shape} and type {image.dtype}; the first view has "
-                    f"{first.pixels.shape} and {result.dtype}",
-                    where=self.name_at(place),
-                )
+                raise self.odd(place)
             if picture.full_scale != first.full_scale:
                 raise InputError(
                     f"counts {picture.full_scale} as white, the first view {first.full_scale}",
@@ -68,6 +76,41 @@ class Stored:
         if first is None:
             raise InputError("has no pictures", where=self.where)
         return first.like(result)
+
+    def odd(self, place: tuple[int, ...]) -> InputError:
+        """The picture that is unlike most of the others, when one at a place is unlike the first."""
+        kinds: dict[str, list[tuple[int, ...]]] = {}
+        for each in self.places():
+            image = self.at(each).pixels
+            size = f"{image.shape[1]} x {image.shape[0]} pixels"
+            colours = "RGB" if image.ndim == 3 else "grey"
+            kinds.setdefault(f"{size}, {colours}, {image.dtype}", []).append(each)
+        usual = max(kinds, key=lambda kind: len(kinds[kind]))
+        odd, places = min(kinds.items(), key=lambda one: len(one[1]))
+        if odd == usual:  # As many of one kind as of the other.
+            odd, places = next((kind, at) for kind, at in kinds.items() if kind != usual)
+        more = f", as {len(places) - 1} more" if len(places) > 1 else ""
+        return InputError(
+            f"has {odd}{more}; the other views have {usual}", where=self.name_at(places[0])
+        )
+
+
+def check_sizes(stored: Stored) -> None:
+    """Refuse pictures in files that have not one size, by the files' heads; names the odd one."""
+    from PIL import Image as Pillow
+
+    if stored.whole is not None:
+        return
+    first: tuple[int, int] | None = None
+    for place in stored.places():
+        try:
+            with Pillow.open(stored.name_at(place)) as image:
+                size = image.size
+        except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError):
+            continue  # Told when its pixels are read.
+        first = first or size
+        if size != first:
+            raise stored.odd(place)
 
 
 def picture_findings(picture: Picture) -> tuple[Finding, ...]:
@@ -93,7 +136,11 @@ def of_array(path: Path, axes: str, picture: Picture, findings: tuple[Finding, .
 
 
 def of_files(
-    path: Path, axes: str, files: dict[tuple[int, ...], Path], findings: tuple[Finding, ...] = ()
+    path: Path,
+    axes: str,
+    files: dict[tuple[int, ...], Path],
+    findings: tuple[Finding, ...] = (),
+    kind: str = "",
 ) -> Stored:
     """Pictures in files by their places, which fill the axes before y."""
     counts = tuple(max(place[axis] for place in files) + 1 for axis in range(len(axes) - 2))
@@ -104,4 +151,5 @@ def of_files(
         lambda place: upright(read_picture(files[place], drop_alpha=True)),
         lambda place: str(files[place]),
         findings,
+        kind,
     )

@@ -12,7 +12,7 @@ import pytest
 from drawn_views import drawn
 from scipy.io import savemat
 
-from plenofir.camera.lightfield.arrays import array_axes, read_array
+from plenofir.camera.recognise.arrays import array_axes, read_array
 from plenofir.ground.errors import InputError
 from plenofir.ground.levels import levels
 

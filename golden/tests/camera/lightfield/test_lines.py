@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from plenofir.camera.lightfield.between import views_between
 from plenofir.camera.lightfield.disparity import search_views, views_disparity
-from plenofir.camera.lightfield.sequences import SequenceLayout, sequence_layout
+from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.lightfield.shift_and_add import refocus_views
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.camera.lightfield.names import Named, named_views, picture_files
+from plenofir.camera.recognise.names import Named, named_views, picture_files
 from plenofir.ground.errors import InputError
 
 

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pages of a TIFF file (plain, ImageJ's, OME's) as pictures, one at a time."""
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
+from plenofir.ground.images import Picture
+from plenofir.ground.levels import levels
+
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+
+
+def has_pages(path: Path) -> bool:
+    """Whether a path is a TIFF file with several images that can be frames or views."""
+    try:
+        with path.open("rb") as file:
+            if file.read(4) not in _TIFF:
+                return False
+        return len(Pages(path)) > 1
+    except (OSError, InputError):
+        return False
+
+
+class Pages:
+    """Pictures of the largest series of a TIFF file, in their order.
+
+    A series is what has one size and type: a thumbnail beside it is left alone. Raises `InputError`
+    for a damaged file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        from tifffile import TiffFile
+
+        self._path = input_file(path)
+        try:
+            with TiffFile(path) as file:
+                series: Any = max(file.series, key=lambda one: one.size)
+                axes, shape = series.axes, series.shape
+        except (OSError, ValueError, KeyError, IndexError, TypeError, struct.error) as error:
+            raise self._damaged(error) from None
+        size = dict(zip(axes, shape, strict=True))
+        # Channels beside each other, or in pages of their own; others are pictures of their own.
+        channels = "S" if "S" in size else "C" if size.get("C") in (1, 3) else ""
+        outer = [n for axis, n in size.items() if axis not in ("Y", "X", channels)]
+        is_picture = axes.replace(channels or " ", "").endswith("YX")
+        at_end = channels in ("", axes[-1]) or axes.find(channels) == len(axes) - 3
+        self._count = int(np.prod(outer, dtype=np.int64)) if is_picture and at_end else 1
+
+    def __len__(self) -> int:
+        """Number of pictures."""
+        return self._count
+
+    def __getitem__(self, number: int) -> Picture:
+        """A picture by its number from 0."""
+        from tifffile import TiffFile
+
+        try:
+            with TiffFile(self._path) as file:
+                series: Any = max(file.series, key=lambda one: one.size)
+                each = len(series.pages) // self._count
+                parts = [series.pages[number * each + k].asarray() for k in range(each)]
+                bits = int(series.keyframe.bitspersample)
+        except Exception as error:  # Decoders raise whatever a damaged file leads them to.
+            raise self._damaged(error) from None
+        image = parts[0] if each == 1 else np.stack(parts, axis=-1)
+        if image.ndim == 3:
+            image = image[..., 0] if image.shape[2] == 1 else image[..., :3]
+        found = levels(image, f"{self._path}, page {number + 1}")
+        white = (1 << bits) - 1 if image.dtype.kind == "u" and 8 <= bits <= 16 else found.full_scale
+        return Picture(np.ascontiguousarray(found.values), white)
+
+    def _damaged(self, error: Exception) -> InputError:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        return InputError(
+            f"is damaged ({reason[:200]}); copy or convert the file again", where=str(self._path)
+        )
