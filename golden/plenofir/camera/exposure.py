@@ -91,7 +91,10 @@ def exposure(
 
 
 def _binned(image: Image, m: int) -> Image:
-    """The picture at a = 0, a pixel for each micro lens: means of M x M pixels."""
+    """The picture at a = 0, a pixel for each micro lens: means of M x M pixels, or of the views."""
+    if image.ndim > 3:
+        count = image.shape[0] * image.shape[1]
+        return np.asarray((image.sum((0, 1), np.int64) + count // 2) // count)
     rows, columns = (n // m for n in image.shape[:2])
     lenses = image[: rows * m, : columns * m].reshape(rows, m, columns, m, *image.shape[2:])
     return np.asarray((lenses.sum((1, 3), np.int64) + m**2 // 2) // m**2)
@@ -107,14 +110,17 @@ def to_srgb(picture: Picture, where: str) -> Picture:
     from imagecodecs import cms_profile, cms_transform
     from PIL.ImageCms import ImageCmsProfile, getProfileDescription
 
-    kind = "rgb" if picture.pixels.ndim == 3 else "gray"
+    shape = picture.pixels.shape
+    kind = "rgb" if len(shape) in (3, 5) else "gray"
     options: Any = {"colorspace": kind, "outcolorspace": kind}
     try:
         name = getProfileDescription(ImageCmsProfile(io.BytesIO(picture.profile)))
         pixels = picture.pixels
         if "sRGB" not in name or "linear" in name.lower():
             to = cms_profile("srgb" if kind == "rgb" else "gray", gamma=SCREEN_GAMMA)
-            pixels = cms_transform(picture.pixels, picture.profile, to, **options)
+            # Views below each other.
+            tall = picture.pixels.reshape(-1, *shape[3:]) if len(shape) > 3 else picture.pixels
+            pixels = cms_transform(tall, picture.profile, to, **options).reshape(shape)
     except Exception as error:  # It raises whatever a damaged profile leads it to.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from plenofir.commands.rasters import doubt_of_depth, read_field
 from plenofir.commands.results import save
+from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, as_text, checksum, publish_run
 
 if TYPE_CHECKING:
@@ -70,10 +71,15 @@ class Developed(NamedTuple):
 def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Developed:
     """Make all pictures of a capture and their page in a folder, all or none."""
     from plenofir.camera.exposure import exposure
+    from plenofir.camera.lightfield.any_field import is_rectangle
     from plenofir.camera.rays import RayModel, load_camera
 
     known = None if job.camera is None else load_camera(job.camera)
     field, told = _read(capture, job, show)
+    if known is not None and is_rectangle(field.picture.pixels):
+        raise InputError(
+            "is for a plenoptic camera's square of views; leave it out", where="camera"
+        )
     m = field.micro_image_size
     model = None if known is None else RayModel.focused(known, job.focus, m)
     look = exposure(field.picture, m, job.exposure, job.gamma)
@@ -106,14 +112,22 @@ def is_developed(capture: Path, job: Job, folder: Path) -> bool:
 def _read(path: Path, job: Job, show: Show) -> "tuple[Field, list[str]]":
     """The light field of a source, whatever it is, and what was found."""
     from plenofir.camera.exposure import to_srgb
+    from plenofir.camera.lightfield.any_field import is_rectangle
 
     field = read_field(
-        path, job.hints, lambda done, total: show("reading", done, total), notes=False
+        path,
+        job.hints,
+        lambda done, total: show("reading", done, total),
+        notes=False,
+        rectangles=True,
     )
     picture, m = to_srgb(field.picture, str(path)), field.micro_image_size
-    rows, columns = (length // m for length in picture.pixels.shape[:2])
     lines = [f"{one.heading}: {one.text}" for one in field.lines]
-    lines.append(f"{columns} x {rows} micro images of {m} x {m} pixels")
+    if is_rectangle(picture.pixels):
+        lines.append("no square of views: refocused view by view, along what there is")
+    else:
+        rows, columns = (length // m for length in picture.pixels.shape[:2])
+        lines.append(f"{columns} x {rows} micro images of {m} x {m} pixels")
     return field._replace(picture=picture), lines
 
 
@@ -139,27 +153,39 @@ class _Pictures:
         """All of them; lines for the summary."""
         import numpy as np
 
-        from plenofir.camera.lightfield import sub_aperture
-        from plenofir.camera.lightfield.disparity import search_disparity
-        from plenofir.camera.lightfield.stack import PICTURE, FocalStack, all_in_focus
+        from plenofir.camera.lightfield.any_field import (
+            central_view,
+            is_rectangle,
+            search_depth,
+            sharp_everywhere,
+            slices_of,
+            view_at,
+        )
+        from plenofir.camera.lightfield.exports import mosaic
+        from plenofir.camera.lightfield.stack import PICTURE
         from plenofir.refocus import focus_to_shift, slice_names
 
-        raster, m = self.field.picture.pixels, self.field.micro_image_size
-        save(self.results, "aligned.png", self.field.picture)
+        picture, m = self.field.picture, self.field.micro_image_size
+        pixels, counts, large = picture.pixels, (m, m), m
+        if is_rectangle(pixels):
+            counts, large = pixels.shape[:2], 1
+            save(self.results, "mosaic.png", picture._replace(pixels=mosaic(pixels)))
+        else:
+            save(self.results, "aligned.png", picture)
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)
-        central = sub_aperture(raster, m, m // 2, m // 2)
-        large = _enlarged(self.look.apply(central), m)
-        self.add("central_view.png", large, "The view through the middle of the lens")
-        found = search_disparity(
-            raster, m, progress=lambda done, total: self.show("searching depth", done, total)
+        central = central_view(pixels, m)
+        enlarged = _enlarged(self.look.apply(central), large)
+        self.add("central_view.png", enlarged, "The view in the middle")
+        found = search_depth(
+            pixels, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
         self.disparity = found.disparity
         low, high = _range(found.disparity, central)
         values = np.clip(found.disparity.pixels_per_view, low, high)
         settings = _settings(low, high, m, slices)
-        stack = FocalStack(
-            raster,
+        stack = slices_of(
+            pixels,
             m,
             settings,
             lambda done, total: self.show("refocusing", done, total),
@@ -171,11 +197,10 @@ class _Pictures:
         for a, name, image in zip(settings, names, stack, strict=True):
             shown = self.look.apply(image)
             frames.append(self.add(f"refocused_{name}.png", shown, f"a = {a}", a))
-        sharp = self.look.apply(all_in_focus(raster, m, values))
+        sharp = self.look.apply(sharp_everywhere(pixels, m, values))
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus", frames + frames[-2:0:-1], "Through the focus")
-        around = _around(m)
-        views = [_small(self.look.apply(sub_aperture(raster, m, v, u))) for v, u in around]
+        views = [_small(self.look.apply(view_at(pixels, m, v, u))) for v, u in _around(*counts)]
         self.animation("views", views, "Around the lens")
         lines = [
             f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
@@ -280,14 +305,14 @@ def _settings(low: float, high: float, m: int, most: int) -> list[Fraction]:
     return [Fraction(shift, m) for shift in range(first, last + 1, step)]
 
 
-def _around(m: int) -> list[tuple[int, int]]:
-    """Views on a circle about the middle one, (v, u), once around."""
+def _around(rows: int, columns: int) -> list[tuple[int, int]]:
+    """Views on an ellipse about the middle one, (v, u), once around."""
     from math import cos, pi, sin
 
-    radius = 0.8 * (m - 1) / 2
+    down, right = (rows - 1) / 2, (columns - 1) / 2
     turns = [2 * pi * n / 24 for n in range(24)]
     places = [
-        (round((m - 1) / 2 + radius * sin(t)), round((m - 1) / 2 + radius * cos(t))) for t in turns
+        (round(down + 0.8 * down * sin(t)), round(right + 0.8 * right * cos(t))) for t in turns
     ]
     return [place for n, place in enumerate(places) if place != places[n - 1]] or places[:1]
 

@@ -43,12 +43,14 @@ def views(
 ) -> None:
     """Write the sub-aperture images of an aligned raw image."""
     from plenofir.camera.lightfield import named_views
+    from plenofir.camera.lightfield.any_field import all_views
 
     check_folder(Path(out), out)
-    raw, m, *_ = read_field(raster, hints)
-    files = {name: raw.like(view) for name, view in named_views(raw.pixels, m).items()}
+    picture, m, *_ = read_field(raster, hints, rectangles=True)
+    images = all_views(picture.pixels, m)
+    files = {name: picture.like(view) for name, view in named_views(images).items()}
     publish(files, Path(out))
-    rows, columns = (length // m for length in raw.pixels.shape[:2])
+    rows, columns = images.shape[2:4]
     typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
 
@@ -60,14 +62,15 @@ def mosaic(
     out: options.OutPng = "mosaic.png",
 ) -> None:
     """Write all views of an aligned raw image side by side, in one picture."""
+    from plenofir.camera.lightfield.any_field import all_views
     from plenofir.camera.lightfield.exports import mosaic as side_by_side
 
     path = check_file(out, (".png",), raster)
-    raw, m, *_ = read_field(raster, hints)
-    whole = side_by_side(raw.pixels, m)
-    publish({path.name: raw.like(whole)}, path.parent)
-    rows, columns = (length // m for length in raw.pixels.shape[:2])
-    typer.echo(f"{out}: {m} x {m} views of {columns} x {rows} pixels")
+    picture, m, *_ = read_field(raster, hints, rectangles=True)
+    images = all_views(picture.pixels, m)
+    publish({path.name: picture.like(side_by_side(images))}, path.parent)
+    v, u, rows, columns = images.shape[:4]
+    typer.echo(f"{out}: {u} x {v} views of {columns} x {rows} pixels")
 
 
 @app.command()
@@ -86,23 +89,35 @@ def quilt(
 ) -> None:
     """Write the central row of views as a quilt for a Looking Glass.
 
-    Without columns and rows it takes all views of the row.
+    Without columns and rows it takes all views of the row. More than there are are interpolated,
+    with the depth of the central view.
     """
+    from plenofir.camera.lightfield.any_field import all_views, search_depth
     from plenofir.camera.lightfield.exports import quilt as arrange
     from plenofir.camera.lightfield.exports import quilt_name, quilt_tiles
 
-    raw, m, *_ = read_field(raster, hints)
+    picture, m, *_ = read_field(raster, hints, rectangles=True)
+    images = all_views(picture.pixels, m)
+    line = images[len(images) // 2]
     if columns is None and rows is None:
-        columns, rows = quilt_tiles(m)
+        columns, rows = quilt_tiles(len(line))
     else:
-        columns, rows = columns or max(1, m // (rows or 1)), rows or 1
-    image = arrange(raw.pixels, m, columns, rows)
-    view = image.shape[0] // rows, image.shape[1] // columns
+        columns, rows = columns or max(1, len(line) // (rows or 1)), rows or 1
+    view = line.shape[1:3]
     name = f"{quilt_name(out, view, columns, rows)}.png"
     path = check_file(name, (".png",), raster)
-    look, exposed = _look(raw, m, exposure, gamma)
+    disparity = None
+    between = columns * rows > len(line) > 1
+    if between:
+        with progress_bar("matching") as show:
+            found = search_depth(picture.pixels, m, progress=show)
+        disparity = found.disparity.pixels_per_view
+    image = arrange(line, columns, rows, disparity)
+    look, exposed = _look(picture, m, exposure, gamma)
     publish({path.name: look(image)}, path.parent)
     typer.echo(f"{name}: {columns} x {rows} views of {view[1]} x {view[0]} pixels")
+    if between:
+        typer.echo(f"interpolated between {len(line)} views, with the depth of the central one")
     print_lines(exposed)
 
 
@@ -135,6 +150,8 @@ def compose(
         seen = recognised(source, hints)
         picture = seen.all_views(show)
     images = picture.pixels if keep is None else central(picture.pixels, keep)
+    if images.shape[0] != images.shape[1]:
+        seen.field()
     publish({path.name: picture.like(interleave(images))}, path.parent)
     for finding in seen.findings:
         typer.echo(f"{finding.heading:<15} {finding.text}")
@@ -269,13 +286,13 @@ def stack(
     import numpy as np
 
     from plenofir.camera.described import described
-    from plenofir.camera.lightfield.disparity import search_disparity
-    from plenofir.camera.lightfield.stack import (
-        PICTURE,
-        FocalStack,
-        all_in_focus,
-        sharpness_curve,
+    from plenofir.camera.lightfield.any_field import (
+        is_rectangle,
+        search_depth,
+        sharp_everywhere,
+        slices_of,
     )
+    from plenofir.camera.lightfield.stack import PICTURE, sharpness_curve
     from plenofir.camera.plots import depth_picture, sharpness_picture
     from plenofir.refocus import slice_names
     from plenofir.refocus.sharpness import (
@@ -293,7 +310,10 @@ def stack(
     options.require("radius", "depth_index", radius != 1 and not index)
     options.require("focus", "camera", focus != inf and camera is None)
     check_folder(Path(out), out)
-    raw, m, *_ = read_field(raster, hints)
+    raw, m, *_ = read_field(raster, hints, rectangles=True)
+    if is_rectangle(raw.pixels) and (index or border):
+        option = "depth_index" if index else "border"
+        raise InputError("is for a square of views; leave it out", where=options.typed(option))
     settings = options.focus_settings(a or ["0:1"], m)
     shifts = options.shifts_of(settings, m)
     if index and len(settings) > MAX_STACK:
@@ -301,17 +321,20 @@ def stack(
             f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
     model = model_of(camera, focus, m)
-    shape = raw.pixels.shape[:2]
+    # Pixels of a picture, and for each micro lens.
+    shape, lens = raw.pixels.shape[:2], m
+    if is_rectangle(raw.pixels):
+        shape, lens = raw.pixels.shape[2:4], 1
     # Near the borders views are missing.
-    margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
+    margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * lens
     look, exposed = _look(raw, m, exposure, gamma)
     lines = [f"{out}: {len(settings)} slices", exposed]
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if index else "normalise")
         pixels, how = raw.pixels, {} if index else PICTURE
-        slices = FocalStack(pixels, m, settings, show, border=edge)
-        shown = FocalStack(pixels, m, settings, show, border=edge, **how)
+        slices = slices_of(pixels, m, settings, show, border=edge)
+        shown = slices_of(pixels, m, settings, show, border=edge, **how)
         names = iter(zip(slice_names(shifts, m), settings, strict=True))
         for image in shown:
             name, setting = next(names)
@@ -319,16 +342,16 @@ def stack(
             save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))
             # Before the next one is made.
             del image
-        if min(shape) >= 2 * margin + 8 * m:
+        if min(shape) >= 2 * margin + 8 * lens:
             inside = slice(margin, shape[0] - margin), slice(margin, shape[1] - margin)
-            curve = sharpness_curve(slices, inside, m)
+            curve = sharpness_curve(slices, inside, lens)
             plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
             save(results, "sharpness.png", plot)
             lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
         if everywhere:
-            found = search_disparity(pixels, m, progress=show).disparity.pixels_per_view
+            found = search_depth(pixels, m, progress=show).disparity.pixels_per_view
             nearest = np.clip(found, float(min(settings)), float(max(settings)))
-            save(results, "all_in_focus.png", look(all_in_focus(pixels, m, nearest, show)))
+            save(results, "all_in_focus.png", look(sharp_everywhere(pixels, m, nearest, show)))
         if index:
             channels, bits = (1, 3)[pixels.ndim > 2], 8 * pixels.dtype.itemsize
             level = confidence_level(TEXTURE, m, radius, channels, bits)
@@ -407,20 +430,25 @@ def depth_map(
     import numpy as np
 
     from plenofir.camera.exposure import exposure
-    from plenofir.camera.lightfield import exports, sub_aperture
-    from plenofir.camera.lightfield.disparity import MANY, search_disparity, sure_distances
+    from plenofir.camera.lightfield import exports
+    from plenofir.camera.lightfield.any_field import central_view, is_rectangle, search_depth
+    from plenofir.camera.lightfield.disparity import MANY, sure_distances
     from plenofir.camera.plots import depth_picture
 
     for option, given in (("pfm", pfm), ("tiff", tiff), ("ply", ply)):
         options.require(option, "camera", given and camera is None)
     options.require("focus", "camera", focus != inf and camera is None)
     check_folder(Path(out), out)
-    field = read_field(raster, hints)
+    field = read_field(raster, hints, rectangles=True)
     picture, m, *_ = field
     raw = picture.pixels
+    if is_rectangle(raw) and camera is not None:
+        raise InputError(
+            "is for a plenoptic camera's square of views; leave it out", where="camera"
+        )
     model = model_of(camera, focus, m)
     with progress_bar("matching") as show:
-        found = search_disparity(
+        found = search_depth(
             raw,
             m,
             smallest=far,
@@ -452,8 +480,7 @@ def depth_map(
         if tiff:
             results.write("distance_mm.tif", exports.encode_float_tiff(depth))
         if ply and model is not None:
-            central = sub_aperture(raw, m, m // 2, m // 2)
-            colours = exposure(picture, m).apply(central)
+            colours = exposure(picture, m).apply(central_view(raw, m))
             results.write("points.ply", exports.encode_ply(exports.points(depth, model), colours))
     known = depth[~np.isnan(depth)]
     spread = ""

@@ -39,15 +39,17 @@ def read_field(
     progress: "Callable[[int, int], None] | None" = None,
     *,
     notes: bool = True,
+    rectangles: bool = False,
 ) -> "Field":
     """The light field of a path as an aligned raw image, or a refusal that says what helps.
 
+    `rectangles`: views (v, u, t, s[, 3]) that are no square are taken as they are.
     What was put right or cannot be known is in its lines, and told if `notes`.
     """
     from plenofir.camera.recognise.source import quiet
 
     source = recognised(path, hints)
-    field = source.field(progress or quiet)
+    field = source.field(progress or quiet, rectangles=rectangles)
     if notes:
         tell(*source.findings, *field.lines)
     return field._replace(lines=(*source.findings, *field.lines))

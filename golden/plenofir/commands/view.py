@@ -179,7 +179,7 @@ class _Settings:
         from plenofir.camera.exposure import to_srgb
         from plenofir.view import light_field_page
 
-        picture, m, *_ = read_field(path, self.hints)
+        picture, m, *_ = read_field(path, self.hints, rectangles=True)
         picture = to_srgb(picture, str(path))
         search, model = self._checked(m)
         return light_field_page(

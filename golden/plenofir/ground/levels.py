@@ -37,20 +37,20 @@ def levels(array: npt.NDArray[Any], where: str) -> Levels:
             f"has values of type {kind}; use uint8, uint16, or floats from 0 to 1", where=where
         )
     if kind.kind in "iu":
-        low, high = int(array.min()), int(array.max())
-        if not 0 <= low <= high <= _MOST:
+        least, most = int(array.min()), int(array.max())
+        if not 0 <= least <= most <= _MOST:
             raise InputError(
-                f"has whole numbers from {low} to {high}; they must be within 0 to {_MOST}",
+                f"has whole numbers from {least} to {most}; they must be within 0 to {_MOST}",
                 where=where,
             )
-        return _whole(array, high, kind)
+        return _whole(array, most, kind)
     known = np.isfinite(array)
     dark = array.size - int(known.sum())
     notes = (f"{100 * dark / array.size:.1f} % of the values are no numbers: black",) * (dark > 0)
     if dark:
         array = np.where(known, array, 0)
     low, high = float(array.min()), float(array.max())
-    if 0 <= low and 2 <= high <= _MOST and _are_whole(array):
+    if low >= 0 and 2 <= high <= _MOST and _are_whole(array):
         whole = _whole(array, int(high), kind)
         return whole._replace(notes=notes)
     if not -_BELOW <= low <= high <= _ABOVE or high <= 0:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.exposure import Exposure, exposure
+from plenofir.camera.lightfield.any_field import is_rectangle
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 from plenofir.view.mosaic import packed_views
@@ -54,34 +55,52 @@ _SCRIPTS = (
 )
 
 
-class LightField:
-    """A raw image (rows, columns[, 3]), cut into views."""
+def _cut(raw: Image, m: int) -> Image:
+    """Views of a raw image, shape (v, u, t, s[, 3]); 0 beyond its edges, for cut micro images."""
+    rows, columns = (-(-n // m) for n in raw.shape[:2])
+    if raw.shape[:2] != (rows * m, columns * m):
+        whole = np.zeros((rows * m, columns * m, *raw.shape[2:]), raw.dtype)
+        whole[: raw.shape[0], : raw.shape[1]] = raw
+        raw = whole
+    return np.asarray(np.moveaxis(raw.reshape(rows, m, columns, m, *raw.shape[2:]), (1, 3), (0, 1)))
 
-    def __init__(self, raw: Image, micro_image_size: int) -> None:
-        self.raw, self.micro_image_size = raw, micro_image_size
-        self.lens_rows: int = -(-raw.shape[0] // micro_image_size)
-        self.lens_columns: int = -(-raw.shape[1] // micro_image_size)
-        self.channels = raw.shape[2] if raw.ndim == 3 else 1
+
+class LightField:
+    """A raw image (rows, columns[, 3]) cut into views, or views that are no square."""
+
+    def __init__(self, pixels: Image, micro_image_size: int) -> None:
+        self.micro_image_size = m = micro_image_size
+        self.is_rectangle = is_rectangle(pixels)
+        self._views = pixels if self.is_rectangle else _cut(pixels, m)
+        # Rows and columns of views; first row and column of M x M, those in the middle.
+        self.counts = self._views.shape[:2]
+        self.first = tuple((m - count) // 2 for count in self.counts)
+        self.lens_rows, self.lens_columns = self._views.shape[2:4]
+        self.channels = self._views.shape[4] if self._views.ndim == 5 else 1
+        # Of the picture, in pixels.
+        self.size = pixels.shape[:2]
+        if self.is_rectangle:
+            self.size = self.lens_rows * m, self.lens_columns * m
+        self.dtype, self.nbytes = pixels.dtype, pixels.nbytes
 
     def least_binning(self) -> int:
         """Least binning of micro lenses, in each direction, that keeps the data below the limit."""
         binning = 1
-        while self.raw.nbytes / binning**2 > _LARGEST_BYTES:
+        while self.nbytes / binning**2 > _LARGEST_BYTES:
             binning += 1
         return binning
 
     def views(self, binning: int = 1) -> Image:
         """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); 0 beyond the edges."""
-        m = self.micro_image_size
+        if binning == 1:
+            return self._views
         rows, columns = (-(-n // binning) for n in (self.lens_rows, self.lens_columns))
-        found = np.zeros((m, m, rows, columns, *self.raw.shape[2:]), self.raw.dtype)
+        channels = self._views.shape[4:]
+        found = np.zeros((*self.counts, rows, columns, *channels), self.dtype)
         # One after the other, to save memory for large images.
-        for v, u in np.ndindex(m, m):
-            view = self.raw[v::m, u::m]
-            if binning == 1:
-                found[v, u, : view.shape[0], : view.shape[1]] = view
-                continue
-            whole = np.zeros((rows * binning, columns * binning, *view.shape[2:]), view.dtype)
+        for v, u in np.ndindex(*self.counts):
+            view = self._views[v, u]
+            whole = np.zeros((rows * binning, columns * binning, *channels), view.dtype)
             whole[: view.shape[0], : view.shape[1]] = view
             sums = np.zeros(found.shape[2:], np.uint32)
             for down, right in np.ndindex(binning, binning):
@@ -102,21 +121,14 @@ class LightField:
         """
         from scipy import ndimage
 
-        from plenofir.camera.lightfield import compose
-        from plenofir.camera.lightfield.disparity import search_disparity
+        from plenofir.camera.lightfield.disparity import search_views
 
         binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
         # The map is a texture too, whose size is limited.
         binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // _LEAST_GPU_TEXTURE))
         if disparity is None:
             low, high = (None, None) if search is None else (end / binning for end in search)
-            found = search_disparity(
-                compose(self.views(binning)),
-                self.micro_image_size,
-                smallest=low,
-                largest=high,
-                progress=progress,
-            )
+            found = search_views(self.views(binning), smallest=low, largest=high, progress=progress)
             disparity = found.disparity.pixels_per_view * binning
             search = found.search[0] * binning, found.search[1] * binning
         else:
@@ -214,14 +226,20 @@ def _described(
     look: Exposure | None,
 ) -> dict[str, Any]:
     """Description of the page of a light field."""
-    raw, micro_image_size = field.raw, field.micro_image_size
+    micro_image_size = field.micro_image_size
     low, high = search or _RANGE
     most = max(field.lens_rows, field.lens_columns)
     if not -most <= low < high <= most:
         raise InputError(f"{low:g} to {high:g} must rise, within -{most} to {most}", where="a")
     least = field.least_binning()
-    rows, columns = raw.shape[:2]
-    notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {8 * raw.dtype.itemsize} bit."]
+    rows, columns = field.size
+    bits = 8 * field.dtype.itemsize
+    notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {bits} bit."]
+    if field.is_rectangle:
+        notes = [
+            f"{field.counts[1]} x {field.counts[0]} views of {field.lens_columns} x "
+            f"{field.lens_rows} pixels, {bits} bit."
+        ]
     if least > 1:
         notes.append(f"Scaled down: {least} x {least} micro lenses are one.")
     described: dict[str, Any] = {
@@ -232,12 +250,15 @@ def _described(
         "lens_rows": -(-field.lens_rows // least),
         "lens_columns": -(-field.lens_columns // least),
         "channels": field.channels,
-        "bits": 8 * raw.dtype.itemsize,
+        "view_rows": field.counts[0],
+        "view_columns": field.counts[1],
+        "first_view": [field.first[1], field.first[0]],
+        "bits": bits,
         "full_scale": picture.full_scale,
         "exposure": exposures(picture, micro_image_size, look),
         "scale": least,
         "range": [low, high],
-        "has_depth": micro_image_size > 1,
+        "has_depth": max(field.counts) > 1,
         "colours": _colours(),
         "planes": None,
         "notes": notes,
@@ -266,6 +287,7 @@ def light_field_page(
 ) -> Page:
     """Make the page of a light field, from a raw image (rows, columns[, 3]), uint8 or uint16.
 
+    Views that are no square come as they are, shape (v, u, t, s[, 3]); M is the larger number.
     `full_scale` is the value of white, `gamma` that of the values, as in `Picture`; `look` is the
     exposure that the page starts with, auto if none is given. `search` is the first and last focus
     setting of the slider and of the search for depth; without it the slider goes from -1 to 2, and
@@ -341,7 +363,7 @@ def _packed(
         if min(views.shape[2:4]) == 1:
             raise InputError("the light field does not fit; take a larger limit", where="limit")
         binning += 1
-    rows, columns = field.raw.shape[:2]
+    rows, columns = field.size
     notes = [described["notes"][0], found.words]
     if binning > 1:
         notes.append(f"Scaled down: {binning} x {binning} micro lenses are one.")
@@ -362,4 +384,4 @@ def _fits_every_gpu(field: LightField, binning: int) -> bool:
     tiles = _LEAST_GPU_TEXTURE // columns
     if tiles < 1 or rows > _LEAST_GPU_TEXTURE:
         return False
-    return -(-(field.micro_image_size**2) // tiles) <= _LEAST_GPU_LAYERS
+    return bool(-(-(field.counts[0] * field.counts[1]) // tiles) <= _LEAST_GPU_LAYERS)

@@ -35,8 +35,8 @@ def packed_views(views: Image, limit: int) -> Mosaic | None:
     Without loss if that fits; 16 bit otherwise in 256 steps of brightness; then with the best
     quality that fits.
     """
-    m, _, rows, columns = views.shape[:4]
-    whole = np.moveaxis(views, (0, 1), (0, 2)).reshape(m * rows, m * columns, *views.shape[4:])
+    v, u, rows, columns = views.shape[:4]
+    whole = np.moveaxis(views, (0, 1), (0, 2)).reshape(v * rows, u * columns, *views.shape[4:])
     if whole.dtype == np.uint8:
         return _packed(whole, limit, "Views")
     # Low bytes are mostly noise, so at best half of the size remains.

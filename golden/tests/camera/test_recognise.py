@@ -100,7 +100,7 @@ def test_content_that_repeats_around_the_pitch() -> None:
 
 def test_mosaics_and_pictures(tmp_path: Path) -> None:
     flower = read_image(DATA / "flower_detail_5x5.png")
-    write_png(tmp_path / "mosaic.png", mosaic(flower, 5))
+    write_png(tmp_path / "mosaic.png", mosaic(views(flower, 5)))
     found = recognise(tmp_path / "mosaic.png")
     assert (found.kind, found.micro_image_size) == ("mosaic of views", 5)
     write_png(tmp_path / "slice.png", refocus(flower, 5, 1))

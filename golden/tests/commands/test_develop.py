@@ -13,6 +13,7 @@ from PIL import Image as Pillow
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield import named_views
+from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.commands.app import run
@@ -71,7 +72,7 @@ def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
 def test_aligned_image_and_folder_of_views_are_the_same(tmp_path: Path, capsys) -> None:
     raster = read_image(DATA / "flower_detail_5x5.png")[:150, :150]
     write_png(tmp_path / "raw.png", raster)
-    for name, view in named_views(raster, 5).items():
+    for name, view in named_views(views_of(raster, 5)).items():
         (tmp_path / "views").mkdir(exist_ok=True)
         write_png(tmp_path / "views" / name, view)
     for source, more in (("raw.png", ["-M", "5"]), ("views", [])):

@@ -25,6 +25,7 @@ from scipy import ndimage
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.lightfield import named_views
+from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.files import checksum
 from plenofir.ground.images import Picture, encode_png, write_png
@@ -230,7 +231,7 @@ def test_16_bit_stay_in_an_export_or_become_steps_of_brightness() -> None:
 def test_a_folder_of_views_needs_nothing_else(tmp_path: Path) -> None:
     folder, out = tmp_path / "views", tmp_path / "page.html"
     folder.mkdir()
-    for name, image in named_views(RAW[:21, :30], 3).items():
+    for name, image in named_views(views_of(RAW[:21, :30], 3)).items():
         write_png(folder / name, image)
     for options in ((), ("-M", "3")):
         done = plenofir("view", str(folder), *options, "--export", str(out))

@@ -72,7 +72,7 @@ def _filled(values: Floats, gaps: npt.NDArray[np.bool_], step: int) -> Floats:
 def _seen(view: Floats, moves: Floats) -> Floats:
     """A view at x + moves, by cubic splines along its lines."""
     rows, columns = moves.shape
-    places = np.stack(np.mgrid[:rows, :columns].astype(np.float64))
+    places = np.mgrid[:rows, :columns].astype(np.float64)
     places[1] += moves
     colours = [
         ndimage.map_coordinates(colour, places, order=3, mode="nearest")

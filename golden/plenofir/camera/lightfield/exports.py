@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.lightfield.indexing import sub_aperture, views
+from plenofir.camera.lightfield.between import views_between
+from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import eight_bits, write_png
@@ -17,52 +18,55 @@ from plenofir.refocus.operator import Image
 Floats = npt.NDArray[np.float64]
 
 
-def named_views(raw: Image, m: int) -> dict[str, Image]:
-    """Views with the names of their files."""
-    images = views(raw, m)
-    digits = max(2, len(str(m - 1)))
+def named_views(images: Image) -> dict[str, Image]:
+    """Views (v, u, t, s[, 3]) with the names of their files."""
+    rows, columns = images.shape[:2]
+    digits = max(2, len(str(max(rows, columns) - 1)))
     return {
-        f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v in range(m) for u in range(m)
+        f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v, u in np.ndindex(rows, columns)
     }
 
 
 def write_views(raw: Image, micro_image_size: int, folder: Path) -> list[Path]:
     """Write the views of a raw image, see `named_views`."""
     paths = []
-    for name, image in named_views(raw, micro_image_size).items():
+    for name, image in named_views(views(raw, micro_image_size)).items():
         write_png(folder / name, np.ascontiguousarray(image))
         paths.append(folder / name)
     return paths
 
 
-def mosaic(raw: Image, micro_image_size: int) -> Image:
-    """All views side by side, (M t, M s[, 3]): view (v, u) is the tile in row v and column u."""
-    images = views(raw, micro_image_size)
+def mosaic(images: Image) -> Image:
+    """All views (v, u, t, s[, 3]) side by side: view (v, u) is the tile in row v and column u."""
     v, u, t, s = images.shape[:4]
     return np.moveaxis(images, 2, 1).reshape(v * t, u * s, *images.shape[4:])
 
 
-def quilt_tiles(micro_image_size: int) -> tuple[int, int]:
-    """Columns and rows of a quilt that takes all views of the central row."""
-    m = micro_image_size
-    rows = max(n for n in range(1, isqrt(m) + 1) if m % n == 0)
-    return m // rows, rows
+def quilt_tiles(count: int) -> tuple[int, int]:
+    """Columns and rows of a quilt that takes all views of a line."""
+    rows = max(n for n in range(1, isqrt(count) + 1) if count % n == 0)
+    return count // rows, rows
 
 
-def quilt(raw: Image, micro_image_size: int, columns: int, rows: int) -> Image:
-    """Views of the central row, in the order of a Looking Glass's quilt.
+def quilt(line: Image, columns: int, rows: int, disparity: Floats | None = None) -> Image:
+    """Views of a line from left to right (u, t, s[, 3]), in the order of a Looking Glass's quilt.
 
-    `columns` x `rows` views, M at most, are taken evenly from left to right. The one farthest to
-    the left is the tile at the bottom left; the next ones lie to its right, then in the row above.
+    `columns` x `rows` views are taken evenly from left to right: those nearest, or, if there are
+    more than in the line, views between them, for which the `disparity` of view u // 2 is needed,
+    in pixels per view. The one farthest to the left is the tile at the bottom left; the next ones
+    lie to its right, then in the row above.
     """
-    m, count = micro_image_size, columns * rows
-    if not 1 <= count <= m:
+    there, count = len(line), columns * rows
+    places = np.linspace(0, there - 1, count) if count > 1 else np.array([there // 2])
+    if count <= there:
+        shown = [line[place] for place in np.rint(places).astype(int)]
+    elif disparity is None or there < 2:
         raise InputError(
-            f"a quilt of {columns} x {rows} tiles needs more views than the {m} of a "
+            f"a quilt of {columns} x {rows} tiles needs more views than the {there} of a "
             "row; use fewer columns"
         )
-    chosen = np.rint(np.linspace(0, m - 1, count)).astype(int) if count > 1 else [m // 2]
-    shown = [sub_aperture(raw, m, m // 2, int(u)) for u in chosen]
+    else:
+        shown = list(views_between(line, disparity, places.tolist()))
     lines = [
         np.concatenate(shown[row * columns : (row + 1) * columns], axis=1) for row in range(rows)
     ]

@@ -43,7 +43,7 @@ def refocus_views(images: Image, a: float) -> Image:
 
 
 def _moved(values: Floats32, by: float, axis: int) -> tuple[Floats32, Floats32]:
-    """Values at x + by along an axis (Catmull-Rom), 0 beyond the ends, and 1 where there are any."""
+    """Values at x + by along an axis (Catmull-Rom), 0 beyond its ends; 1 where there are any."""
     length = values.shape[axis]
     places = np.arange(length) + by
     there = ((places > -0.5) & (places < length - 0.5)).astype(np.float32)

@@ -32,9 +32,9 @@ def structure_tensor_disparity(
     """Disparity of the central view in pixels per view, and coherence from 0 to 1; both (t, s).
 
     `images`: views (v, u, t, s[, 3]), of which those of the central column and row are used where
-    there are several. `search`: smallest and largest disparity. Views are moved by each whole number of pixels per
-    view in between, and the most coherent slope is taken. `window`: approximate side of the
-    averaged area.
+    there are several. `search`: smallest and largest disparity. Views are moved by each whole
+    number of pixels per view in between, and the most coherent slope is taken. `window`:
+    approximate side of the averaged area.
     """
     centres = [count // 2 for count in images.shape[:2]]
     moves = np.arange(np.round(search[0]), np.round(search[1]) + 1).astype(int)

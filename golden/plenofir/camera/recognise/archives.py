@@ -12,6 +12,7 @@ from plenofir.camera.recognise.source import LightFieldSource
 from plenofir.camera.recognise.stored import Stored
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
+from plenofir.ground.images import Picture
 
 _LARGEST, _MOST_FILES = 4 << 30, 20_000
 _PART = 1 << 20
@@ -52,12 +53,15 @@ def read_archive(
     if isinstance(held, LightFieldSource):
         return held
     at, name_at = held.at, held.name_at
-    kept = temporary
+
+    def picture_at(place: tuple[int, ...]) -> Picture:
+        assert temporary.name  # Which keeps the folder.
+        return at(place)
+
     return replace(
         held,
         path=path,
-        # The first one also keeps the folder.
-        at=lambda place: at(place) if kept else at(place),
+        at=picture_at,
         name_at=lambda place: outside(name_at(place)),
         findings=tuple(f._replace(text=outside(f.text)) for f in held.findings),
     )

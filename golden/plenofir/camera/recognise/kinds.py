@@ -21,6 +21,7 @@ from plenofir.camera.recognise.axes import find_axes
 from plenofir.camera.recognise.captures import capture_source
 from plenofir.camera.recognise.expected import doubt
 from plenofir.camera.recognise.picture import is_mosaic, recognise_picture
+from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.recognise.source import (
     Field,
     Finding,
@@ -349,7 +350,7 @@ def _is_film(stored: Stored) -> bool:
 
 def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """Pictures that are views one after the other, as their motion shows, or a person says."""
-    count, where = stored.counts[0], stored.where
+    count = stored.counts[0]
     if stored.kind == LONGER or (stored.path.is_dir() and stored.kind != RUNNING):
         return None
     layout = sequence_layout([stored.at((n,)).pixels for n in range(count)])

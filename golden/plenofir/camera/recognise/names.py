@@ -7,7 +7,7 @@ left alone; a view that is missing is named.
 
 import re
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import isqrt
 from pathlib import Path
 from typing import NamedTuple
@@ -145,7 +145,7 @@ def _arranged(names: Sequence[str], paths: Sequence[Path]) -> Named | None:
                 return Named(places, running=False)
     for field in reversed(range(len(columns))):
         run = columns[field]
-        if len(run) == len(paths) and len({b - a for a, b in zip(run, run[1:], strict=False)}) == 1:
+        if len(run) == len(paths) and len({b - a for a, b in pairwise(run)}) == 1:
             places = {
                 (0, run.index(n[field])): path for n, path in zip(numbers, paths, strict=True)
             }

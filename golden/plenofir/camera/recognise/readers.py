@@ -17,10 +17,10 @@ from plenofir.camera.calibration.record import load_calibration
 from plenofir.camera.lytro.container import file_bytes, read_json
 from plenofir.camera.lytro.frames import is_lytro
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
-from plenofir.camera.recognise.benchmark import hci_files, hci_findings, hci_views
-from plenofir.camera.recognise.captures import lytro_source
 from plenofir.camera.recognise.archives import read_archive
 from plenofir.camera.recognise.arrays import ARRAYS, read_array
+from plenofir.camera.recognise.benchmark import hci_files, hci_findings, hci_views
+from plenofir.camera.recognise.captures import lytro_source
 from plenofir.camera.recognise.names import named_views, picture_files
 from plenofir.camera.recognise.source import Finding, Hints, LightFieldSource
 from plenofir.camera.recognise.stored import (
@@ -82,10 +82,11 @@ def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
         named = named_views(files, path)
     except InputError as error:
         finding = Finding("evidence", f"{error.problem} ({error.where})", "unknown")
-        return of_files(path, "nyx", {(n,): file for n, file in enumerate(files)}, (finding,))
+        series: dict[tuple[int, ...], Path] = {(n,): file for n, file in enumerate(files)}
+        return of_files(path, "nyx", series, (finding,))
     findings = tuple(Finding("files", note, "told", notable=True) for note in named.notes)
     if named.running:
-        run = {(n,): file for (_, n), file in named.places.items()}
+        run: dict[tuple[int, ...], Path] = {(n,): file for (_, n), file in named.places.items()}
         return of_files(path, "nyx", run, findings, kind=RUNNING)
     return of_files(path, "vuyx", {place: file for place, file in named.places.items()}, findings)
 
@@ -190,4 +191,3 @@ def read(path: Path, hints: Hints) -> Stored | LightFieldSource:
             if held is not None:
                 return held
     raise AssertionError("the last reader takes anything")
-

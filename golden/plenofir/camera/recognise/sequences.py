@@ -6,6 +6,7 @@ all steps within rows show the same motion, part by part of the picture; a step 
 shows another one. Frames of a film have no such steps.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
@@ -79,7 +80,7 @@ def _reduced(image: npt.NDArray[np.float32], scale: int) -> Floats:
 
 def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
     """Layout at one scale, and how well the motion explains the steps within its rows."""
-    changes = [after - before for before, after in zip(levels, levels[1:], strict=False)]
+    changes = [after - before for before, after in itertools.pairwise(levels)]
     contrast = float(np.mean([one.std() for one in levels]))
     if float(np.mean([np.abs(change).mean() for change in changes])) < _STILL * contrast:
         return None
@@ -114,7 +115,7 @@ def _mean(values: Floats) -> Floats:
 
 def _direction(levels: list[Floats], change: Floats) -> int | None:
     """The axis along which the first step moves; None where it moves in another way."""
-    slopes = np.stack(np.gradient((levels[0] + levels[1]) / 2))
+    slopes = np.array(np.gradient((levels[0] + levels[1]) / 2))
     power = np.array([[_mean(a * b) for a in slopes] for b in slopes])
     known = np.array([_mean(a * change) for a in slopes])
     eased = power + 1e-3 * float(np.trace(power.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
@@ -139,7 +140,7 @@ def _agreements(levels: list[Floats], changes: list[Floats], axis: int) -> tuple
 
     Once as it is, once reversed: 1 for all of it, 0 or less for none.
     """
-    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in zip(levels, levels[1:], strict=False)]
+    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in itertools.pairwise(levels)]
     power = _mean(slopes[0] ** 2)
     motion = -_mean(slopes[0] * changes[0]) / (power + 1e-3 * float(power.mean()) + 1e-12)
     shares = []

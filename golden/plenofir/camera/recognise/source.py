@@ -105,17 +105,22 @@ class LightFieldSource:
         """Headings and texts of the findings, for people."""
         return tuple((one.heading, one.text) for one in self.findings)
 
-    def field(self, progress: Progress = quiet) -> Field:
-        """The aligned raw image; InputError with the kind and advice if there is none."""
+    def field(self, progress: Progress = quiet, *, rectangles: bool = False) -> Field:
+        """The aligned raw image; InputError with the kind and advice if there is none.
+
+        `rectangles`: views (v, u, t, s[, 3]) that are no square are given as they are.
+        """
         if self.raster is not None:
             return self.raster(progress)
         if self.views is None:
             raise self.refusal()
         if self.micro_image_size is None and self.counts is not None:
             rows, columns = self.counts
+            if rectangles:
+                return Field(self.views(progress), max(rows, columns))
             raise InputError(
-                f"{columns} x {rows} views are no square, as an aligned raw image has them; develop, "
-                "stack, depth-map, view, views, mosaic and quilt take them as they are",
+                f"{columns} x {rows} views are no square, as an aligned raw image has them; "
+                "develop, stack, depth-map, view, views, mosaic and quilt take them as they are",
                 where=self.where,
             )
         picture = self.views(progress)

@@ -78,7 +78,7 @@ class Stored:
         return first.like(result)
 
     def odd(self, place: tuple[int, ...]) -> InputError:
-        """The picture that is unlike most of the others, when one at a place is unlike the first."""
+        """The picture that is unlike most others, when one at a place is unlike the first."""
         kinds: dict[str, list[tuple[int, ...]]] = {}
         for each in self.places():
             image = self.at(each).pixels

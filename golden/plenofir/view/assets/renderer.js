@@ -43,14 +43,15 @@ export function radiusOfShare(share, m) {
 /** Smallest number of micro lenses to be made one, each way, so that a GPU can hold the field. */
 export function neededBinning(field, limits) {
     const m = field.micro_image_size;
+    const count = field.view_rows * field.view_columns;
     for (let bin = 1; ; bin++) {
         const columns = Math.ceil(field.lens_columns / bin);
         const rows = Math.ceil(field.lens_rows / bin);
-        const tiles = Math.min(Math.floor(limits.texture / columns), m * m);
+        const tiles = Math.min(Math.floor(limits.texture / columns), count);
         if (tiles < 1 || rows > limits.texture) continue;
-        if (Math.ceil((m * m) / tiles) > limits.layers) continue;
+        if (Math.ceil(count / tiles) > limits.layers) continue;
         if (columns * m > limits.picture + (bin === 1 ? m - 1 : 0)) continue;
-        const bytes = columns * rows * m * m * field.channels * (field.bits / 8);
+        const bytes = columns * rows * count * field.channels * (field.bits / 8);
         if (bytes <= limits.bytes || (columns === 1 && rows === 1)) return bin;
     }
 }
@@ -81,14 +82,15 @@ export class Renderer {
         this.data = data;
         const m = field.micro_image_size;
         const limits = this.limits();
-        this.tiles = Math.min(Math.ceil(m ** 2 / limits.layers),
+        this.count = field.view_rows * field.view_columns;
+        this.tiles = Math.min(Math.ceil(this.count / limits.layers),
             Math.floor(limits.texture / data.columns));
         for (const texture of this.textures ?? []) gl.deleteTexture(texture);
         this.textures = [];
         this.drawn = null;
         this.msPerPixel = 0;
         this.programs = {
-            picture: this.#program(picture(m, this.tiles)),
+            picture: this.#program(picture(field, this.tiles)),
             box: this.#program(BOX),
             screen: this.#program(SCREEN),
         };
@@ -173,8 +175,7 @@ export class Renderer {
     }
 
     #takeViews() {
-        const { gl, field, data, tiles } = this;
-        const count = field.micro_image_size ** 2;
+        const { gl, field, data, tiles, count } = this;
         this.#texture(0, gl.TEXTURE_2D_ARRAY);
         const stored = gl[`${field.channels === 1 ? "R" : "RGB"}${field.bits}UI`];
         gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, stored, tiles * data.columns, data.rows,
@@ -187,7 +188,7 @@ export class Renderer {
         const format = field.channels === 1 ? gl.RED_INTEGER : gl.RGB_INTEGER;
         const type = field.bits === 8 ? gl.UNSIGNED_BYTE : gl.UNSIGNED_SHORT;
         const length = data.columns * data.rows * field.channels;
-        for (let n = 0; n < field.micro_image_size ** 2; n++) {
+        for (let n = 0; n < this.count; n++) {
             const place = [(n % tiles) * data.columns, 0, Math.floor(n / tiles)];
             gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, ...place, data.columns, data.rows, 1, format,
                 type, data.views.subarray(n * length, (n + 1) * length));

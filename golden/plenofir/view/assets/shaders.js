@@ -22,9 +22,14 @@ precision highp usampler2DArray;
 precision highp usampler2D;
 `;
 
-/** M and the number of views beside each other in a layer are known when it is compiled. */
-export const picture = (m, tiles) => `${HEAD}
-#define M ${m}
+/**
+ * M, which of the M x M views there are, and the number of views beside each other in a layer are
+ * known when it is compiled.
+ */
+export const picture = (field, tiles) => `${HEAD}
+#define M ${field.micro_image_size}
+#define FIRST ivec2(${field.first_view})
+#define VIEWS ivec2(${field.view_columns}, ${field.view_rows})
 #define TILES ${tiles}
 uniform usampler2DArray views;
 uniform usampler2D depths;
@@ -55,7 +60,7 @@ int offset(int shift) {
 }
 
 uvec3 texel(int column, int row, int u, int v) {
-    int number = v * M + u;
+    int number = (v - FIRST.y) * VIEWS.x + u - FIRST.x;
 #if TILES == 1
     return texelFetch(views, ivec3(column, row, number), 0).rgb;
 #else
@@ -78,15 +83,15 @@ uvec3 fullMean(ivec2 k, int whole, float rest) {
     int columns[M];
     uint across = 0u;
     uint down = 0u;
-    for (int u = 0; u < M; u++) {
+    for (int u = FIRST.x; u < FIRST.x + VIEWS.x; u++) {
         columns[u] = lensAt(k.x, u, whole, rest, lenses.x, extent.x);
         across += columns[u] >= 0 ? 1u : 0u;
     }
-    for (int v = 0; v < M; v++) {
+    for (int v = FIRST.y; v < FIRST.y + VIEWS.y; v++) {
         int row = lensAt(k.y, v, whole, rest, lenses.y, extent.y);
         if (row < 0) continue;
         down += 1u;
-        for (int u = 0; u < M; u++) {
+        for (int u = FIRST.x; u < FIRST.x + VIEWS.x; u++) {
             if (columns[u] >= 0) sums += texel(columns[u], row, u, v);
         }
     }
@@ -98,8 +103,8 @@ uvec3 fullMean(ivec2 k, int whole, float rest) {
 uvec3 apertureMean(ivec2 k, int whole, float rest) {
     vec3 sums = vec3(0.0);
     float weights = 0.0;
-    ivec2 first = max(ivec2(ceil(view - radius - 0.5)), 0);
-    ivec2 last = min(ivec2(floor(view + radius + 0.5)), M - 1);
+    ivec2 first = max(ivec2(ceil(view - radius - 0.5)), FIRST);
+    ivec2 last = min(ivec2(floor(view + radius + 0.5)), FIRST + VIEWS - 1);
     for (int v = first.y; v <= last.y; v++) {
         int row = lensAt(k.y, v, whole, rest, lenses.y, extent.y);
         if (row < 0) continue;

@@ -101,13 +101,12 @@ export async function loadViews(field, bin) {
     }
     // Views beside and below each other in one picture; of 16 bit perhaps in codes of 8.
     const { codes } = field;
-    const m = field.micro_image_size;
-    const { channels } = field;
+    const { channels, view_rows, view_columns } = field;
     const found = await decodedValues((await part("views")).blob, codes ? 8 : field.bits, channels);
-    const views = new (field.bits === 8 ? Uint8Array : Uint16Array)(m * m * rows * columns * channels);
+    const views = new (field.bits === 8 ? Uint8Array : Uint16Array)(view_rows * view_columns * rows * columns * channels);
     let to = 0;
-    for (let v = 0; v < m; v++) {
-        for (let u = 0; u < m; u++) {
+    for (let v = 0; v < view_rows; v++) {
+        for (let u = 0; u < view_columns; u++) {
             for (let t = 0; t < rows; t++) {
                 const from = ((v * rows + t) * found.width + u * columns) * channels;
                 for (let n = from; n < from + columns * channels; n++) {

@@ -50,7 +50,8 @@ def test_every_file_of_arrays(views: np.ndarray, tmp_path: Path, suffix: str) ->
         (views[0, 0, ..., 0], "picture"),
     ):
         found = read_array(written(tmp_path / f"{kind}{suffix}", array))
-        assert found.kind == kind and (found.picture.pixels == array).all()
+        assert found.kind == kind
+        assert (found.picture.pixels == array).all()
     with pytest.raises(InputError, match=r"no such file; views are an array LF of"):
         read_array(tmp_path / f"none{suffix}")
     whole = written(tmp_path / f"whole{suffix}", views).read_bytes()
@@ -66,7 +67,8 @@ def test_orders_of_dimensions() -> None:
     for letters in ("vuts", "tsvu", "vutsc", "vucts", "tsvuc", "tscvu", "ctsvu", "cvuts"):
         kind, axes = array_axes(tuple(size[one] for one in letters), "file")
         wanted = [one for one in "vutsc" if one in letters]
-        assert kind == "views" and [letters[k] for k in axes] == wanted
+        assert kind == "views"
+        assert [letters[k] for k in axes] == wanted
     with pytest.raises(InputError, match=r"its array has shape \(9, 9, 9, 9\), which can be"):
         array_axes((9, 9, 9, 9), "file")
     with pytest.raises(InputError, match="which can be vucts or cvuts"):
@@ -138,12 +140,13 @@ def test_values_of_every_type() -> None:
     ):
         values = (np.rint(ramp * scale) if scale > 1 else ramp).astype(kind)
         found = levels(values, "file")
-        assert found.full_scale == white and found.notes == ()
+        assert found.full_scale == white
+        assert found.notes == ()
         assert np.abs(found.values / white - ramp).max() < 3e-3
     holes = levels(np.array([[0.5, np.nan], [1.02, -0.01]]), "file")
     assert holes.full_scale == int(65535 / 1.02)
     assert np.allclose(holes.values / holes.full_scale, [[0.5, 0], [1.02, 0]], atol=1e-4)
     assert len(holes.notes) == 3
     for values in ([[0.0, 3.7]], [[-1.0, 0.5]], [[-3, 5]], [[0, 70000]], [[0.0, 0.0]], [[1j, 0]]):
-        with pytest.raises(InputError, match="file: has (values|whole numbers)"):
+        with pytest.raises(InputError, match=r"file: has (values|whole numbers)"):
             levels(np.array(values), "file")

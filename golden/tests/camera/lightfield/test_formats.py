@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 import tifffile
 from in_process import plenofir
+from plenofir.camera.recognise.matlab import read_mat
 from plyfile import PlyData
 from scipy.io import savemat
 
 from plenofir.camera.calibration import calibration_of_grid, decode
 from plenofir.camera.lightfield import compose, light_field_disparity, sub_aperture
+from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.lightfield.exports import (
     encode_float_tiff,
     encode_pfm,
@@ -31,7 +33,6 @@ from plenofir.camera.lightfield.indexing import central
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import Hints, recognise
 from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
-from plenofir.camera.recognise.matlab import read_mat
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png
@@ -47,7 +48,7 @@ def flower() -> np.ndarray:
 
 
 def test_mosaic(flower: np.ndarray, tmp_path: Path) -> None:
-    picture = mosaic(flower, M)
+    picture = mosaic(views_of(flower, M))
     rows, columns = 80, 86
     assert (picture[2 * rows : 3 * rows, :columns] == sub_aperture(flower, M, 2, 0)).all()
     write_png(tmp_path / "mosaic.png", picture)
@@ -167,13 +168,14 @@ def test_hci_scene(tmp_path: Path) -> None:
 def test_quilt(flower: np.ndarray, tmp_path: Path) -> None:
     """The view farthest left is at the bottom left, rows go up."""
     raw = np.kron(np.ones((6, 8), np.uint8), np.arange(36, dtype=np.uint8).reshape(6, 6))
-    picture = quilt(raw, 6, 3, 2)
+    line = views_of(raw, 6)[3]
+    picture = quilt(line, 3, 2)
     assert picture[::6, ::8].tolist() == [[21, 22, 23], [18, 19, 20]]
-    assert quilt(raw, 6, 1, 1)[0, 0] == 21
+    assert quilt(line, 1, 1)[0, 0] == 21
     assert [quilt_tiles(m) for m in (3, 9, 15, 13)] == [(3, 1), (3, 3), (5, 3), (13, 1)]
     assert quilt_name("holo", (420, 315), 8, 6) == "holo_qs8x6a0.75"
     with pytest.raises(InputError, match="3 x 3 tiles needs more views"):
-        quilt(raw, 6, 3, 3)
+        quilt(line, 3, 3)
 
 
 def test_maps_of_numbers(tmp_path: Path) -> None:

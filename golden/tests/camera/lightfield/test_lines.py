@@ -8,8 +8,8 @@ from scipy import ndimage
 
 from plenofir.camera.lightfield.between import views_between
 from plenofir.camera.lightfield.disparity import search_views, views_disparity
-from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.lightfield.shift_and_add import refocus_views
+from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,8 @@ def test_depth_and_refocusing_along_what_there_is(rows: int, columns: int) -> No
             # What stands in front hides it from some of the views.
             inside &= ndimage.distance_transform_edt(truth < 0) > 10
         picture = refocus_views(views, a)
-        assert picture.shape == centre.shape and picture.dtype == centre.dtype
+        assert picture.shape == centre.shape
+        assert picture.dtype == centre.dtype
         assert snr(picture[inside], centre[inside]) > 40
         outside = ndimage.binary_erosion(truth == -a if a else truth < 0, iterations=4)
         assert snr(picture[outside], centre[outside]) < 30

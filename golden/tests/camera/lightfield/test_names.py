@@ -45,7 +45,8 @@ def test_rows_and_columns(
 ) -> None:
     path = folder(tmp_path, *grid(rows, columns, name))
     views = found(path)
-    assert not views.running and views.notes == ()
+    assert not views.running
+    assert views.notes == ()
     assert len(views.places) == rows * columns
     assert all(path / name(*place) == file for place, file in views.places.items())
 
