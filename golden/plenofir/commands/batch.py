@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``batch``: many frames through Dask."""
 
+import json
 from collections.abc import Callable
 from math import inf
 from pathlib import Path
@@ -20,6 +21,54 @@ if TYPE_CHECKING:
     from plenofir.commands.developed import Job
 
 app = typer.Typer()
+
+# What tells, in a folder of unpacked frames, which film they are from.
+_UNPACKED = "frames.json"
+
+
+def _unpacked(sources: list[Path], out: Path) -> list[Path]:
+    """Files, with the frames of films and the pages of TIFF files in their place.
+
+    These are unpacked once, into folders of their own.
+    """
+    from plenofir.ground.films import FILMS
+    from plenofir.ground.pages import has_pages
+
+    frames: list[Path] = []
+    for source in sources:
+        is_film = source.suffix.lower() in FILMS or has_pages(source)
+        frames += _frames_of(source, out) if is_film else [source]
+    return frames
+
+
+def _frames_of(film: Path, out: Path) -> list[Path]:
+    from plenofir.ground.files import Results
+    from plenofir.ground.films import FILMS, film_frames
+    from plenofir.ground.images import SCREEN_GAMMA, Picture, encode_png
+    from plenofir.ground.pages import Pages
+
+    folder = out / f"frames_of_{film.name}"
+    status = film.stat()
+    mark = f"{status.st_size} {status.st_mtime_ns}"
+    try:
+        report = json.loads((folder / _UNPACKED).read_bytes())
+        there = [folder / name for name in report["frames"] if (folder / name).is_file()]
+        if report["film"] == mark and len(there) == len(report["frames"]):
+            return there
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    if film.suffix.lower() in FILMS:
+        pictures = (Picture(frame, 255, SCREEN_GAMMA) for frame in film_frames(film))
+    else:
+        pages = Pages(film)
+        pictures = (pages[n] for n in range(len(pages)))
+    names = []
+    with Results(folder) as results:
+        for number, picture in enumerate(pictures, 1):
+            names.append(f"{film.stem}_{number:05}.png")
+            results.write(names[-1], encode_png(picture))
+        results.write(_UNPACKED, json.dumps({"film": mark, "frames": names}))
+    return [folder / name for name in names]
 
 
 def _check_first(frame: Path, hints: "Hints") -> None:
@@ -131,14 +180,13 @@ def _refocused(
     from plenofir.refocus.batch import Settings, find_frames, run_batch
 
     micro_image = hints.micro_image
-    if micro_image is None or not a:
-        raise InputError(
-            "give -M and -a for aligned raw images, or --white or --calib for captures"
-        )
-    chosen = options.focus_settings(a, micro_image)
+    if micro_image is None:
+        raise InputError("give -M for aligned raw images, or --white or --calib for captures")
+    chosen = options.focus_settings(a or ["0"], micro_image)
     options.shifts_of(chosen, micro_image)
     settings = Settings(micro_image, chosen, **how)
-    sources = find_frames(frames)
+    found = find_frames(frames)
+    sources = _unpacked(found, out)
     _check_first(sources[0], hints)
     with progress_bar("refocusing") as show:
         done = run_batch(
@@ -155,7 +203,7 @@ def batch(
         list[str],
         typer.Argument(
             help="Aligned raw images, or with --white or --calib captures: file names, or patterns "
-            "in quotes."
+            "in quotes; films and TIFF files of several pages are taken frame by frame."
         ),
     ],
     hints: "Hints",
@@ -191,6 +239,9 @@ def batch(
     focus: options.Focus = inf,
 ) -> None:
     """Refocus many frames, or develop many captures; a run that was interrupted continues.
+
+    Frames are refocused to a = 0 unless told otherwise. Those of films and of TIFF files with
+    several pages are first unpacked, into frames_of_NAME in the folder for results.
 
     With --white or --calib each capture gets a folder with all that plenofir develop makes, with
     one calibration for all of them.
@@ -228,7 +279,7 @@ def batch(
                 raise InputError("cannot be combined with --calib; give one of them", where="white")
             options.require("focus", "camera", focus != inf and camera is None)
             check_folder(Path(out), out)
-            sources = find_frames(frames)
+            sources = _unpacked(find_frames(frames), Path(out))
             job = Job(hints._replace(white=white, calib=calib, dark=dark), camera, focus)
             with progress_bar("developing") as show:
                 kept, failed = _develop_all(sources, job, Path(out), scheduler, workers, show)

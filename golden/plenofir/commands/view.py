@@ -3,7 +3,7 @@
 
 import threading
 import webbrowser
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_notes, progress_bar
-from plenofir.commands.rasters import model_of, read_field, warn_of_camera
+from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, write_file
@@ -106,6 +106,10 @@ def view(
             page = settings.live(source, rate)
         elif hints.micro_image is None and _has_pictures(Path(str(raster))):
             page = settings.pictures(Path(str(raster)))
+        elif (film := settings.film(Path(str(raster)))) is not None:
+            if out is not None:
+                raise InputError("--export is for a picture, not for a film", where=str(raster))
+            page = film.live(str(raster), rate, is_file=True)
         else:
             page = settings.light_field(Path(str(raster)), show if out is not None else None)
         if out is not None:
@@ -174,6 +178,19 @@ class _Settings:
                 raise InputError(f"{options.typed(name)} is for a light field, not for a folder")
         return pictures_page(folder)
 
+    def film(self, path: Path) -> "_Settings | None":
+        """These options with the M of a film of aligned raw images; None for anything else."""
+        from plenofir.ground.films import FILMS
+        from plenofir.ground.pages import has_pages
+
+        if path.suffix.lower() not in FILMS and not has_pages(path):
+            return None
+        source = recognised(path, self.hints)
+        if source.kind != "film of frames":
+            return None
+        size = self.hints.micro_image or source.micro_image_size
+        return replace(self, hints=self.hints._replace(micro_image=size))
+
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
         """The page of a raw image, of views, or of a Lytro's file."""
         from plenofir.camera.exposure import to_srgb
@@ -194,15 +211,18 @@ class _Settings:
             look=self._look(picture, m),
         )
 
-    def live(self, source: str, rate: float) -> "Page":
-        """The page of a source of frames."""
-        from plenofir.view import Live, folder_frames, live_page, video_frames
+    def live(self, source: str, rate: float, *, is_file: bool = False) -> "Page":
+        """The page of a source of frames; `is_file`: of a film that is played over and over."""
+        from plenofir.view import Live, film_file_frames, folder_frames, live_page, video_frames
 
         m = self._size()
         search, model = self._checked(m)
         prepare = self._preparation(source)
         folder = Path(source)
-        frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
+        if is_file:
+            frames = film_file_frames(folder, rate)
+        else:
+            frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
         live = Live(frames, prepare, m, source)
         look = self._look(live.first.picture, m)
         return live_page(live, title=as_text(folder.name), search=search, model=model, look=look)

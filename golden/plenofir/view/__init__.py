@@ -8,7 +8,7 @@ without libraries.
 
 from plenofir.view.export import export
 from plenofir.view.light_field import light_field_page, live_page
-from plenofir.view.live import Live, folder_frames, video_frames
+from plenofir.view.live import Live, film_file_frames, folder_frames, video_frames
 from plenofir.view.page import Page
 from plenofir.view.picture_folder import pictures_page
 from plenofir.view.server import serve
@@ -17,6 +17,7 @@ __all__ = [
     "Live",
     "Page",
     "export",
+    "film_file_frames",
     "folder_frames",
     "light_field_page",
     "live_page",

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from plenofir.ground.errors import InputError
-from plenofir.ground.films import opened
+from plenofir.ground.films import FILMS, film_frames, opened
 from plenofir.ground.images import Picture, read_picture
+from plenofir.ground.pages import Pages
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
 _POLL_SECONDS = 0.02
@@ -65,6 +66,19 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
                 yield Captured(picture, written)
         old = False
         time.sleep(_POLL_SECONDS)
+
+
+def film_file_frames(path: Path, rate: float) -> Iterator[Captured]:
+    """Frames of a film or pages of a TIFF file, `rate` a second, over and over."""
+    while True:
+        pages = None if path.suffix.lower() in FILMS else Pages(path)
+        if pages is None:
+            pictures = (Picture(frame, 255) for frame in film_frames(path))
+        else:
+            pictures = (pages[n] for n in range(len(pages)))
+        for picture in pictures:
+            yield Captured(picture, time.time())
+            time.sleep(1 / rate)
 
 
 def video_frames(path: str) -> Iterator[Captured]:

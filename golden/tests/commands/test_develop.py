@@ -165,7 +165,7 @@ def test_batch_of_captures(tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "give -M and -a for aligned raw images, or --white or --calib for captures"),
+        ((), "give -M for aligned raw images, or --white or --calib for captures"),
         (("-M", "5", "-a", "0", "--camera", "f193-mla2"), "--camera requires --calib"),
         (("--calib", "c.json", "-a", "0"), "leave out -a"),
         (("--calib", "c.json", "--white", "w.png"), "--white: cannot be combined with --calib"),

@@ -13,9 +13,11 @@ from math import isqrt, prod
 from pathlib import Path
 
 import numpy as np
+from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.indexing import views as views_of
+from plenofir.camera.patterns.elemental import find_elemental
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.camera.recognise.axes import find_axes
 from plenofir.camera.recognise.captures import capture_source
@@ -31,7 +33,6 @@ from plenofir.camera.recognise.source import (
     Progress,
     quiet,
 )
-from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.recognise.stored import (
     LONGER,
     RUNNING,
@@ -48,6 +49,8 @@ from plenofir.refocus import check_raw
 ESLF = 14
 # A quilt's aspect has few digits in its name.
 _ASPECT = 0.02
+# Of a round picture's radius: what its rim does not reach.
+_WITHIN = 0.95
 
 Classifier = Callable[[Stored, Hints], LightFieldSource | None]
 
@@ -285,6 +288,55 @@ def quilt_source(
     )
 
 
+def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A capture of a Fourier light-field microscope, whose elemental images are views."""
+    if hints.micro_image is not None or hints.layout != "auto":
+        return None
+    picture = stored.load()
+    found = find_elemental(grey(picture.pixels))
+    if found is None:
+        return None
+    rows, columns = found.centres.shape[:2]
+    # The largest square within a round picture.
+    side = int(np.sqrt(2) * found.radius * _WITHIN)
+    offsets = np.arange(side) - (side - 1) / 2
+
+    def view(v: int, u: int) -> Picture:
+        y, x = found.centres[v, u]
+        places = np.stack(np.meshgrid(y + offsets, x + offsets, indexing="ij"))
+        most = np.iinfo(picture.pixels.dtype).max
+        colours = [
+            ndimage.map_coordinates(colour.astype(np.float32), places, order=3, mode="nearest")
+            for colour in np.moveaxis(np.atleast_3d(picture.pixels), 2, 0)
+        ]
+        values = np.stack(colours, axis=-1).reshape(side, side, *picture.pixels.shape[2:])
+        cut = np.clip(np.rint(values), 0, most).astype(picture.pixels.dtype)
+        return picture._replace(pixels=cut)
+
+    def load(progress: Progress) -> Picture:
+        views = [[view(v, u).pixels for u in range(columns)] for v in range(rows)]
+        return picture._replace(pixels=np.array(views))
+
+    text = (
+        f"{found.seen} round pictures of {2 * found.radius:.0f} pixels with dark between: a "
+        "Fourier light-field microscope, each is a view"
+    )
+    findings = [Finding("evidence", text)]
+    if rows * columns < found.seen:
+        text = f"the {columns} in the fullest row are taken: the others stand between columns"
+        findings.append(Finding("views", text, notable=True))
+    return views_source(
+        "elemental images",
+        stored,
+        hints,
+        (rows, columns),
+        tuple(findings),
+        (command("develop", stored.path),),
+        view=view,
+        load=load,
+    )
+
+
 # Views by row and column.
 
 
@@ -413,7 +465,7 @@ def _unknown_series(stored: Stored, hints: Hints) -> LightFieldSource:
 
 
 CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
-    "yx": (_calibrated, _told_layout, _quilt_by_name, _given_size, _by_pixels),
+    "yx": (_calibrated, _told_layout, _quilt_by_name, _given_size, _elemental, _by_pixels),
     "vuyx": (_views,),
     "nyx": (_frames, _sequence_of_views, _unknown_series),
 }
