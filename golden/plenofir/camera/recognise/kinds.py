@@ -416,11 +416,12 @@ def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
         text = f"{m} x {m} views line by line by their number; their motion does not tell it"
         finding = Finding("sequence", text, "assumed", notable=hints.micro_image is None)
     else:
-        how = "line by line" if layout.order == "rows" else "column by column"
-        if min(layout.rows, layout.columns) == 1:
-            how = "one line"
-        to_and_fro = ", to and fro" if layout.serpentine else ""
-        text = f"{layout.columns} x {layout.rows} views, {how}{to_and_fro}, by their motion"
+        # How lines lie and run is found as for views by any name.
+        length = layout.columns if layout.order == "rows" else layout.rows
+        layout = SequenceLayout(count // length, length, "rows", serpentine=False)
+        text = f"{count} views in one line, by their motion"
+        if length < count:
+            text = f"{count // length} lines of {length} views, by their motion"
         finding = Finding("sequence", text)
     if hints.micro_image not in (None, layout.rows) and hints.micro_image != layout.columns:
         raise InputError(
