@@ -136,6 +136,36 @@ def test_arrays_and_archives_of_any_shape(tmp_path: Path) -> None:
     check(recognise(tmp_path / "one.zip"), RECTANGLE, "light field in a MATLAB file")
 
 
+def test_as_data_sets_and_programs_leave_them(tmp_path: Path) -> None:
+    """Names and arrays that documentation of data sets, readers and viewers describes."""
+    # Light field superpixels: a running number, and an array of (y, x, colour, v, u).
+    path = folder(tmp_path / "superpixels", SQUARE, "lf{n:03}.png")
+    (path / "config.txt").write_text("48 64 5 5")
+    check(recognise(path), SQUARE, "folder of views")
+    savemat(tmp_path / "superpixels.mat", {"any": SQUARE.transpose(2, 3, 4, 0, 1)})
+    check(recognise(tmp_path / "superpixels.mat"), SQUARE, "light field in a MATLAB file")
+    # The interpolation benchmark: scene, frame and disparity are folders, beside them other files.
+    path = folder(tmp_path / "cambridge", SQUARE, "kitchen/001/1.0/{v}_{u}.png")
+    np.save(path / "kitchen" / "001" / "1.0" / "disparity.npy", TRUTH)
+    (path / "kitchen" / "kitchen.blend").write_bytes(b"BLENDER")
+    check(recognise(path), SQUARE, "folder of views")
+    # UrbanLF: labels and disparity of the central view beside the views.
+    path = folder(tmp_path / "urban", SQUARE, "{v}_{u}.png")
+    write_png(path / "label.png", SQUARE[0, 0])
+    np.save(path / "3_3_disparity.npy", TRUTH)
+    check(recognise(path), SQUARE, "folder of views")
+    # The light field library: names with dots.
+    check(
+        recognise(folder(tmp_path / "lion", SQUARE, "lion.{v}.{u}.png")), SQUARE, "folder of views"
+    )
+    # INRIA's: the prefix has a number of its own.
+    path = folder(tmp_path / "inria", RECTANGLE, "Totoro2_{v}_{u}.png")
+    check(recognise(path), RECTANGLE, "folder of views")
+    # Readers that take sorted files for one line.
+    path = folder(tmp_path / "line", LINE, "{n:04}.png")
+    check(recognise(path), LINE, "folder of views")
+
+
 def test_damaged_and_hostile_archives(tmp_path: Path) -> None:
     whole = folder(tmp_path / "views", SQUARE[:, :, :8, :8])
     path = tmp_path / "views.zip"

@@ -21,7 +21,9 @@ _ADVICE = (
     "views (R x C) have their row and column, or a running number, in their names, or a folder for "
     "each row"
 )
-_NUMBER = re.compile(r"(?<![\d.])\d+(?![\d.]*\.\d|\d)")
+# Coordinates, as some data sets have them (-776.88), do not count, unless there is nothing else
+# (``lion.3.7``).
+_NUMBER, _BETWEEN_DOTS = re.compile(r"(?<![\d.])\d+(?![\d.]*\.\d|\d)"), re.compile(r"\d+")
 _ANY_NUMBER = re.compile(r"[-+]?\d+(\.\d+)*")
 # Words of names that are no views where there are others.
 _NOT_VIEWS = re.compile(
@@ -111,14 +113,11 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _numbers(name: str) -> list[int]:
-    """Whole numbers in a name; coordinates as some data sets have them (-776.88) do not count."""
-    return [int(n) for n in _NUMBER.findall(name.rpartition(".")[0])]
-
-
-def _columns(names: Sequence[str]) -> tuple[list[list[int]], list[list[int]]] | None:
+def _columns(
+    names: Sequence[str], number: re.Pattern[str] = _NUMBER
+) -> tuple[list[list[int]], list[list[int]]] | None:
     """Numbers of each name, and the values of each of these fields."""
-    numbers = [_numbers(name) for name in names]
+    numbers = [[int(n) for n in number.findall(name.rpartition(".")[0])] for name in names]
     if len({len(n) for n in numbers}) > 1:
         return None
     return numbers, [sorted({n[k] for n in numbers}) for k in range(len(numbers[0]))]
@@ -126,7 +125,11 @@ def _columns(names: Sequence[str]) -> tuple[list[list[int]], list[list[int]]] | 
 
 def _arranged(names: Sequence[str], paths: Sequence[Path]) -> Named | None:
     """Rows and columns of names; None where they have none, or not all of them."""
-    fields = _columns(names)
+    return _by(_NUMBER, names, paths) or _by(_BETWEEN_DOTS, names, paths)
+
+
+def _by(number: re.Pattern[str], names: Sequence[str], paths: Sequence[Path]) -> Named | None:
+    fields = _columns(names, number)
     if fields is None:
         return None
     numbers, columns = fields

@@ -37,6 +37,9 @@ def grid(rows: int, columns: int, name: Callable[[int, int], str]) -> list[str]:
         lambda v, u: f"{v:02}/{u:02}.png",
         lambda v, u: f"rectified/view{v:02}-{u:02}.png",
         lambda v, u: f"a/b/row{v}/{u}.png",
+        # The light field library of 1996; the view interpolation benchmark of 2020.
+        lambda v, u: f"lion.{v}.{u}.ppm",
+        lambda v, u: f"kitchen/001/4.5/{v}_{u}.png",
     ],
 )
 @pytest.mark.parametrize(("rows", "columns"), [(5, 5), (3, 7), (2, 9)])
