@@ -40,10 +40,10 @@ architecture rtl of i2c_lines is
   signal scl_now   : std_logic                := '1';
   signal sda_now   : std_logic                := '1';
   -- Clocks since they differ from the levels that are given out.
-  signal scl_wait : natural range 0 to HOLD := 0;
-  signal sda_wait : natural range 0 to HOLD := 0;
-  signal scl_held : std_logic               := '1';
-  signal sda_held : std_logic               := '1';
+  signal scl_wait : natural range 0 to HOLD + 1 := 0;
+  signal sda_wait : natural range 0 to HOLD + 1 := 0;
+  signal scl_held : std_logic                   := '1';
+  signal sda_held : std_logic                   := '1';
 
 begin
 
