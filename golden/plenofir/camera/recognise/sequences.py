@@ -26,7 +26,7 @@ _SMALLEST_SIDE = 16
 _BLUR, _WINDOW = 1.0, 11
 # Least share of the first step's change that its motion along one axis explains, of what motion in
 # any direction does: turning and zooming are no parallax.
-_ALONG = 0.75
+_ALONG = 0.85
 # Least share of the changes that the first step's motion explains, in the middle of all steps.
 _SAME = 0.35
 # Steps within rows explain more than this share of that, steps to another row less.
