@@ -251,7 +251,7 @@ def _quilt_by_motion(
 ) -> LightFieldSource | None:
     """A mosaic whose views are one line, row after row from below, as in a quilt."""
     rows, columns = seen.counts or (0, 0)
-    if rows < 2 or stored.load().pixels.shape[0] % rows:
+    if min(rows, columns) < 2 or stored.load().pixels.shape[0] % rows:
         return None
     quilt = quilt_source(stored, hints, columns, rows, seen.findings)
     assert quilt.views is not None
@@ -353,7 +353,7 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
     shape = first.pixels.shape
     text = f"{columns} x {rows} views of {shape[1]} x {shape[0]} pixels"
     kind: Kind = "array of views"
-    if stored.path.is_dir() or stored.path.suffix.lower() == ".zip":
+    if stored.whole is None:
         kind = "folder of views"
     elif stored.path.suffix.lower() == ".mat":
         kind = "light field in a MATLAB file"
@@ -418,7 +418,8 @@ def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
     else:
         # How lines lie and run is found as for views by any name.
         length = layout.columns if layout.order == "rows" else layout.rows
-        layout = SequenceLayout(count // length, length, "rows", serpentine=False)
+        if length < count:
+            layout = SequenceLayout(count // length, length, "rows", serpentine=False)
         text = f"{count} views in one line, by their motion"
         if length < count:
             text = f"{count // length} lines of {length} views, by their motion"
