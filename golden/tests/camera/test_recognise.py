@@ -125,7 +125,7 @@ def test_folders_and_other_files(tmp_path: Path) -> None:
     found = recognise(views)
     assert (found.kind, found.micro_image_size) == ("folder of views", 3)
     write_png(views / "view_2_2.png", np.zeros((5, 6), np.uint8))
-    with pytest.raises(InputError, match=r"view_2_2\.png: has shape \(5, 6\) and type uint8"):
+    with pytest.raises(InputError, match=r"view_2_2\.png: has 6 x 5 pixels, grey, uint8"):
         recognise(views).all_views()
     hci = tmp_path / "hci"
     hci.mkdir()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import tifffile
 from in_process import plenofir
-from plenofir.camera.recognise.matlab import read_mat
+from plenofir.camera.recognise.arrays import read_array
 from plyfile import PlyData
 from scipy.io import savemat
 
@@ -98,20 +98,20 @@ def test_mat(flower: np.ndarray, tmp_path: Path, kind: str) -> None:
                 start.write(b"MATLAB 7.3 MAT-file")
 
     write(LF=field, other=np.zeros((2, 2)))
-    assert (read_mat(file) == views).all()
+    assert (read_array(file).picture.pixels == views).all()
     write(light=views[..., 0] / 65535)
-    assert (read_mat(file) == views[..., 0]).all()
+    assert (read_array(file).picture.pixels == views[..., 0]).all()
     write(a=np.zeros((3, 4)))
     with pytest.raises(InputError, match="no array of views"):
-        read_mat(file)
-    write(LF=field[:3])
-    with pytest.raises(InputError, match=r"its array has shape \(3, 5, 80, 86, 4\)"):
-        read_mat(file)
+        read_array(file)
+    write(LF=np.concatenate([field, field[..., :1]], axis=4))
+    with pytest.raises(InputError, match=r"its array has shape \(5, 5, 80, 86, 5\)"):
+        read_array(file)
     whole = file.read_bytes()
     for end in (0, 100, 600, len(whole) // 2):
         file.write_bytes(whole[:end])
         with pytest.raises(InputError):
-            read_mat(file)
+            read_array(file)
 
 
 def test_hci_scene(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from lytro_writer import (
     write_capture,
     write_whites,
 )
-from plenofir.camera.recognise.matlab import read_mat
+from plenofir.camera.recognise.arrays import read_array
 
 from plenofir.camera.calibration import decode
 from plenofir.camera.lightfield import views
@@ -377,4 +377,4 @@ def test_missing_packages(
     monkeypatch.setitem(sys.modules, "h5py", None)
     (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(600, b"\0"))
     with pytest.raises(InputError, match=r"h5py is not installed.*pip install h5py"):
-        read_mat(tmp_path / "new.mat")
+        read_array(tmp_path / "new.mat")
