@@ -94,7 +94,7 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     words = ["--out", str(out), "--slices"]
     assert run(["develop", str(tmp_path / "views.webm"), *words, "9"]) == 0
-    assert "video: 25 frames: 5 x 5 views of 32 x 30 pixels" in capsys.readouterr().out
+    assert "sequence: 5 lines of 5 views, by their motion" in capsys.readouterr().out
     decoded = read_image(out / "aligned.png")
     # A film is compressed.
     assert np.abs(decoded[..., 1].astype(int) - raster[..., 1]).mean() < 12
@@ -112,8 +112,8 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     page = (out / "index.html").read_text()
     assert all(f'href="{name}"' in page for name in FILMS)
     assert write_webm(tmp_path / "views.webm", frames[:1] * 24, 5)
-    with pytest.raises(InputError, match=r"views\.webm: has 24 frames, which is not a square"):
-        recognise(tmp_path / "views.webm")
+    with pytest.raises(InputError, match="24 pictures that are no captures, and no views"):
+        recognise(tmp_path / "views.webm").field()
 
 
 def test_distances_with_a_camera(tmp_path: Path) -> None:

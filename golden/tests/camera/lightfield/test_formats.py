@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import tifffile
 from in_process import plenofir
-from plenofir.camera.recognise.arrays import read_array
 from plyfile import PlyData
 from scipy.io import savemat
 
@@ -32,6 +31,7 @@ from plenofir.camera.lightfield.exports import (
 from plenofir.camera.lightfield.indexing import central
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import Hints, recognise
+from plenofir.camera.recognise.arrays import read_array
 from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.ground.errors import InputError

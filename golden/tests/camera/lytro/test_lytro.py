@@ -30,7 +30,6 @@ from lytro_writer import (
     write_capture,
     write_whites,
 )
-from plenofir.camera.recognise.arrays import read_array
 
 from plenofir.camera.calibration import decode
 from plenofir.camera.lightfield import views
@@ -39,6 +38,7 @@ from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.patterns.match import match_capture
 from plenofir.camera.recognise import recognise
+from plenofir.camera.recognise.arrays import read_array
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image
 
