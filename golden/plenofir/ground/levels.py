@@ -68,7 +68,7 @@ def levels(array: npt.NDArray[Any], where: str) -> Levels:
         notes += (f"values up to {high:g}: 1 is white",)
     stored = np.empty(array.shape, np.uint16)
     for part, values in zip(stored.reshape(-1, *array.shape[1:]), array, strict=True):
-        part[...] = np.rint(np.maximum(values, 0) * full_scale)
+        part[...] = np.rint(np.maximum(values, 0).astype(np.float64) * full_scale)
     return Levels(stored, full_scale, notes)
 
 

@@ -136,18 +136,28 @@ def _direction(levels: list[Floats], change: Floats) -> int | None:
 
 
 def _agreements(levels: list[Floats], changes: list[Floats], axis: int) -> tuple[Floats, Floats]:
-    """Share of each step's change that the first step's motion along an axis explains.
+    """Share of each step's change that the motion along an axis of steps before it explains.
 
-    Once as it is, once reversed: 1 for all of it, 0 or less for none.
+    Once as it is, once reversed: 1 for all of it, 0 or less for none. The motion is that of the
+    first step, or of the last one that agreed, as near things have moved on by then.
     """
-    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in itertools.pairwise(levels)]
-    power = _mean(slopes[0] ** 2)
-    motion = -_mean(slopes[0] * changes[0]) / (power + 1e-3 * float(power.mean()) + 1e-12)
-    shares = []
-    for sign in (1, -1):
-        left = [
-            float(((change + sign * motion * slope) ** 2).sum() / max((change**2).sum(), 1e-12))
-            for change, slope in zip(changes, slopes, strict=True)
-        ]
-        shares.append(1 - np.array(left))
-    return shares[0], shares[1]
+    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in zip(levels, levels[1:], strict=False)]
+
+    def motion(step: int) -> Floats:
+        power = _mean(slopes[step] ** 2)
+        eased = power + 1e-3 * float(power.mean()) + 1e-12
+        return np.asarray(-_mean(slopes[step] * changes[step]) / eased)
+
+    def share(step: int, moves: Floats) -> float:
+        left = (changes[step] + moves * slopes[step]) ** 2
+        return 1 - float(left.sum() / max((changes[step] ** 2).sum(), 1e-12))
+
+    first = latest = motion(0)
+    forwards, backwards = [], []
+    for step in range(len(changes)):
+        forwards.append(max(share(step, first), share(step, latest)))
+        backwards.append(max(share(step, -first), share(step, -latest)))
+        if max(forwards[-1], backwards[-1]) > _SAME:
+            sign = 1 if forwards[-1] > backwards[-1] else -1
+            latest = sign * motion(step)
+    return np.array(forwards), np.array(backwards)
