@@ -6,8 +6,8 @@ all steps within rows show the same motion, part by part of the picture; a step 
 shows another one. Frames of a film have no such steps.
 """
 
-import itertools
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -80,7 +80,7 @@ def _reduced(image: npt.NDArray[np.float32], scale: int) -> Floats:
 
 def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
     """Layout at one scale, and how well the motion explains the steps within its rows."""
-    changes = [after - before for before, after in itertools.pairwise(levels)]
+    changes = [after - before for before, after in pairwise(levels)]
     contrast = float(np.mean([one.std() for one in levels]))
     if float(np.mean([np.abs(change).mean() for change in changes])) < _STILL * contrast:
         return None
@@ -141,7 +141,7 @@ def _agreements(levels: list[Floats], changes: list[Floats], axis: int) -> tuple
     Once as it is, once reversed: 1 for all of it, 0 or less for none. The motion is that of the
     first step, or of the last one that agreed, as near things have moved on by then.
     """
-    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in zip(levels, levels[1:], strict=False)]
+    slopes = [np.gradient((a + b) / 2, axis=axis) for a, b in pairwise(levels)]
 
     def motion(step: int) -> Floats:
         power = _mean(slopes[step] ** 2)
