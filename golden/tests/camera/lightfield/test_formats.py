@@ -242,10 +242,8 @@ def test_commands(flower: np.ndarray, tmp_path: Path, monkeypatch: pytest.Monkey
     views = [sub_aperture(flower, M, 2, u) for u in (0, 2, 4)]
     assert (read_image(tmp_path / "holo_qs3x1a1.075.png") == np.concatenate(views, axis=1)).all()
     done = plenofir("quilt", "flower.png", "-M", "5", "--columns", "3", "--rows", "2")
-    assert (done.returncode, "3 x 2 tiles needs more views than the 5" in done.stderr) == (
-        2,
-        True,
-    )
+    assert done.returncode == 0
+    assert "interpolated between 5 views" in done.stdout
     words = "depth-map", "flower.png", "-M", "5", "--camera", "lytro1-wide"
     assert plenofir(*words, "--pfm", "--tiff", "--ply").returncode == 0
     known = np.load(tmp_path / "depth" / "distance_mm.npy")
