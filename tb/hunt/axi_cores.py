@@ -6,6 +6,7 @@ its answer is first offered; what happens at the streams is seen 2 clocks later.
 """
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 from hunt.buses import OKAY, SLVERR, LiteMaster, Write
@@ -13,7 +14,7 @@ from hunt.cores import CoreHunt
 from hunt.references.frames import Frames
 from hunt.references.raster_refocuser import Slices
 from hunt.streams import Beat, FaultError, stalls
-from plenofir_tb.register_map import MAP, Model
+from plenofir_tb.register_map import MAP, Model, Register
 
 COUNTERS = (
     *("frames_in", "frames_out", "lines_in", "lines_out", "stalls_in", "stalls_out", "dropped"),
@@ -68,8 +69,8 @@ class AxiHunt(CoreHunt):
     def __init__(self, bench: Any, rng: random.Random, picture: Any, parts: set[str], **o: Any):
         super().__init__(bench, rng, picture, **o)
         if len(bench.ports) < 3:
-            bench.add(_Registers(bench))
-        self.bus: _Registers = bench.ports[2]
+            bench.add(Registers(bench))
+        self.bus: Registers = bench.ports[2]
         self.bus.hunt = self
         self.parts = parts
         self.pending: list[Beat] = []
@@ -105,6 +106,10 @@ class AxiHunt(CoreHunt):
         self.pending.clear()
         return told
 
+    def flags(self) -> tuple[int, int]:
+        """Faults of the stream when all is over, and those that may or may not be there."""
+        return self.frames.flags, 0
+
     # A stream.
 
     async def run(self) -> None:
@@ -122,19 +127,9 @@ class AxiHunt(CoreHunt):
             if rng.random() < 0.2:
                 return
 
-    async def write(self, name: str, **fields: int) -> None:
-        """Write a register, and wait for the answer."""
-        master = self.bus.master
-        master.write(Write(AT[name], MAP[name].word_of(**fields)))
-        due = master.answered + len(master.writing)
-        await self.bench.until(
-            lambda: master.answered >= due, 10**5, f"a write to {name} is not answered"
-        )
-        await self.bench.clocks(2)
-
     async def without_size(self) -> None:
         self.bench.counts["frames: without a size"] += 1
-        await self.write("control", enable=1)
+        await self.bus.set("control", enable=1)
         self.columns, self.rows = 3, 2
         self.source.send(self.words())
         await self.bench.until(lambda: self.source.idle, 10**5, "the source is refused")
@@ -143,12 +138,12 @@ class AxiHunt(CoreHunt):
         """A size, frames that go in or not, accesses at any time; then the output and registers."""
         bench, rng, bus = self.bench, self.rng, self.bus
         bus.share = 0.0
-        await self.write("control")
+        await self.bus.set("control")
         # Beats that were on offer belong to no frame of the new size.
         await bench.until(lambda: self.source.idle, 10**5, "the source is refused")
         columns, rows = self.size(rng)
-        await self.write("frame_size", columns=columns, rows=rows)
-        await self.write("control", enable=1, sweep=rng.randrange(2))
+        await self.bus.set("frame_size", columns=columns, rows=rows)
+        await self.bus.set("control", enable=1, sweep=rng.randrange(2))
         bus.switches = rng.random() < 0.3
         bus.share = 1 if bus.focus else rng.choice([0.02, 0.2, 1])
         for items in self.start_frames():
@@ -159,7 +154,7 @@ class AxiHunt(CoreHunt):
             await bench.clocks(rng.randint(1, self.limit(columns, rows)))
             bus.share = 0.0
             if kind == "restart":
-                await self.write("command", restart=1)
+                await self.bus.set("command", restart=1)
             else:
                 self.source.queue.clear()
                 await bench.reset()
@@ -168,7 +163,7 @@ class AxiHunt(CoreHunt):
         limit = 40 * (self.limit(columns, rows) + 4 * len(self.source.queue) + 400)
         await bench.until(lambda: self.source.idle, limit, "the source is refused")
         bus.switches = False
-        await self.write("control", enable=1)
+        await self.bus.set("control", enable=1)
         self.source.send(self.words())
         await bench.until(lambda: self.source.idle, limit, "the source is refused")
         if self.frames.is_open:
@@ -186,7 +181,7 @@ class AxiHunt(CoreHunt):
         bus.exact = False
 
 
-class _Registers:
+class Registers:
     """The registers' bus, and the model of all that they tell."""
 
     def __init__(self, bench: Any) -> None:
@@ -199,6 +194,20 @@ class _Registers:
         self.model = Model(set())
         self.shown: int | None = None
         self.interrupt = 0
+        # Where the next word of a calibration goes, and what is called with each.
+        self.load_place = 0
+        self.loaded: Callable[[tuple[int, int, int], int], None] = lambda word, clock: None
+        self.clock = 0
+
+    async def set(self, name: str, **fields: int) -> None:
+        """Write a register, and wait for the answer."""
+        master = self.master
+        master.write(Write(AT[name], MAP[name].word_of(**fields)))
+        due = master.answered + len(master.writing)
+        await self.bench.until(
+            lambda: master.answered >= due, 10**5, f"a write to {name} is not answered"
+        )
+        await self.bench.clocks(2)
 
     def draw(self, rng: random.Random) -> None:
         self.rng = random.Random(rng.random())
@@ -216,7 +225,7 @@ class _Registers:
         """Expect the state behind a reset."""
         self.model = Model(self.hunt.parts)
         self.share, self.switches, self.exact, self.restarting = 0.0, False, False, False
-        self.shown = None
+        self.shown, self.load_place = None, 0
         self.begin_core()
         self.before = self.now()
 
@@ -239,6 +248,7 @@ class _Registers:
             **self.counts,
             "interrupt_status": self.happened,
             "errors": self.errors,
+            "load_place": self.load_place,
             "status": None if shown is None else shown | self.inside << 8,
         }
 
@@ -258,10 +268,13 @@ class _Registers:
                 kept["frame_size"] = write.word
                 self.restarting = True
             else:
-                self.errors |= REFUSED
-                self.happened |= ERROR
+                self.refuse()
         elif register.name == "command":
             self.restarting = bool(ones & 1)
+            if ones & 2:
+                self.loaded((3, 0, 0), self.clock)
+        elif register.name in ("load_place", "load_word"):
+            self.load(register, write)
         elif register.name == "errors":
             self.errors &= ~ones
             self.cleared |= ones
@@ -270,6 +283,25 @@ class _Registers:
             self.cleared |= ones << 8
         else:
             self.model.write(write.address, write.word, write.strobes)
+
+    def refuse(self) -> None:
+        """A write that changed nothing."""
+        self.errors |= REFUSED
+        self.happened |= ERROR
+
+    def load(self, register: Register, write: Write) -> None:
+        """A word of a calibration, or where it goes: whole or not at all."""
+        fields = register.fields_of(write.word)
+        if write.strobes != 15 or fields.get("kind") == 3:
+            self.refuse()
+        elif register.name == "load_place":
+            self.load_place = write.word & register.mask
+        else:
+            place = MAP["load_place"].fields_of(self.load_place)
+            word = self.model.kept["load_high"] << 32 | write.word
+            self.loaded((place["kind"], place["address"], word), self.clock)
+            place["address"] = (place["address"] + 1) % (1 << 20)
+            self.load_place = MAP["load_place"].word_of(**place)
 
     def found(self, address: int, word: int, answer: int) -> None:
         """An answer to a read, of what was there in the clock before."""
@@ -280,23 +312,28 @@ class _Registers:
             want: int | None = 0
         else:
             want = self.before.get(register.name)
+        name = register.name if register else ""
+        if self.exact and name == "raster_size":
+            sizes = self.hunt.raster_words()
+            if sizes and word not in sizes:
+                raise FaultError(f"raster_size reads {word:#x}, want one of {sizes}")
         if want is None:
             return
         loose = 0
-        name = register.name if register else ""
         if name == "errors":
             loose = 0x3F
         elif name == "interrupt_status":
             loose = ERROR
         if self.exact and name == "errors" and not self.cleared & 0x3F:
-            want, loose = want & REFUSED | self.hunt.frames.flags, 0
+            flags, loose = self.hunt.flags()
+            want = want & REFUSED | flags
         if (word ^ want) & ~loose:
             raise FaultError(f"{name} ({address:#x}) reads {word:#x}, want {want:#x}")
 
     def step(self, clock: int) -> None:
         if self.hunt is None or not hasattr(self, "before"):
             return
-        hunt, dut = self.hunt, self.dut
+        hunt, dut, self.clock = self.hunt, self.dut, clock
         mask = self.before["interrupt_mask"] or 0
         if not mask & ERROR and str(dut.interrupt.value) != str(self.interrupt):
             raise FaultError(f"the interrupt is {dut.interrupt.value}, want {self.interrupt}")
@@ -315,8 +352,8 @@ class _Registers:
         offered, taken, given, free, start, last = (
             str(getattr(dut, name).value) == "1" for name in signals
         )
-        if given and "refocuser" in hunt.parts:
-            self.shown = int(str(dut.m_axis_tid.value), 2)
+        if given:
+            self.shown = int(str(dut.m_axis_tid.value), 2) if "refocuser" in hunt.parts else 0
         if self.restarting:
             # Of what goes through in this clock nothing is left.
             self.restarting = False
@@ -354,8 +391,16 @@ class _Registers:
         word = rng.getrandbits(32) >> rng.choice([0, 28])
         if address & ~3 == self.focus:
             strobes, word = rng.choice([15, strobes]), rng.choice([0xFF, word])
-        if address & ~3 == AT["command"] or (address & ~3 == AT["frame_size"] and self.switches):
+        place = address & ~3
+        if place == AT["command"] or (place == AT["frame_size"] and self.switches):
             return
+        # What would spoil a picture that is expected.
+        if place == AT["red_place"]:
+            strobes &= 0xE
+        elif place in (AT["load_place"], AT["load_word"]) and strobes == 15:
+            strobes = rng.randrange(15)
+        elif place == AT["load_high"]:
+            strobes &= 0xE
         if address & ~3 == CONTROL and not self.switches:
             word |= 1
         self.master.write(Write(address, word, strobes), rng.randrange(8))

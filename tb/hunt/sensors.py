@@ -40,7 +40,11 @@ class Loader:
         # Clocks at which words were taken.
         self.taken: list[int] = []
         self.silence = 0
-        bench.set(load_write=0, load_kind=0, load_address=0, load_data=0)
+        self.connect()
+
+    def connect(self) -> None:
+        """Offer nothing at the port."""
+        self.bench.set(load_write=0, load_kind=0, load_address=0, load_data=0)
 
     def restart(self) -> None:
         """A reset changes nothing, but beats are counted from 0."""
@@ -49,7 +53,7 @@ class Loader:
     def step(self, clock: int) -> None:
         self.taken += [clock] * (self.source.taken - len(self.taken))
         if self.shown:
-            self._took(self.shown, clock)
+            self.took(self.shown, clock)
             self.shown = None
             self.bench.set(load_write=0)
         if self.silence:
@@ -62,7 +66,8 @@ class Loader:
             kind, address, word = self.shown = item
             self.bench.set(load_write=1, load_kind=kind, load_address=address, load_data=word)
 
-    def _took(self, word: Word, clock: int) -> None:
+    def took(self, word: Word, clock: int) -> None:
+        """A word was written in a clock."""
         if word[0] == 0:
             self.written[word[1]] = word[2]
         elif word[0] == 3 and self.written:
@@ -90,10 +95,8 @@ class SensorHunt:
     def __init__(self, bench: Bench, rng: random.Random, *, mosaic: bool = False) -> None:
         self.bench, self.rng, self.g, self.mosaic = bench, rng, bench.design["generics"], mosaic
         if not bench.ports:
-            source = bench.add(Source(bench.dut, "s_axis"))
-            bench.add(Sink(bench.dut, "m_axis"))
-            bench.add(Loader(bench, source))
-        self.source, self.sink, self.loader = bench.ports
+            self.connect()
+        self.source, self.sink, self.loader = bench.ports[:3]
         self.frames = Frames()
         self.begins: list[int] = []
         self.shapes: list[tuple[int, int]] = []
@@ -108,6 +111,12 @@ class SensorHunt:
         self.red = rng.randrange(4)
         # Words of the current load, after the last commit.
         self.partial = bool(self.loader.written)
+
+    def connect(self) -> None:
+        """Add the ports: the two streams, and the loader."""
+        source = self.bench.add(Source(self.bench.dut, "s_axis"))
+        self.bench.add(Sink(self.bench.dut, "m_axis"))
+        self.bench.add(Loader(self.bench, source))
 
     # Grids.
 
@@ -157,12 +166,16 @@ class SensorHunt:
         self.source.send(items)
         for item in items:
             if isinstance(item, Beat):
-                before = len(self.frames.frames)
-                self.frames.take([item], self.columns, self.rows)
-                if len(self.frames.frames) > before:
-                    self.begins.append(self.sent)
-                    self.shapes.append((self.rows, self.columns))
-                self.sent += 1
+                self.note(item)
+
+    def note(self, beat: Beat, *, supported: bool = True) -> None:
+        """Note the meaning of a beat."""
+        before = len(self.frames.frames)
+        self.frames.take([beat], self.columns, self.rows, supported=supported)
+        if len(self.frames.frames) > before:
+            self.begins.append(self.sent)
+            self.shapes.append((self.rows, self.columns))
+        self.sent += 1
 
     def beats(self) -> list[Beat]:
         channels = 1 if self.mosaic else self.g["CHANNELS"]
@@ -286,26 +299,15 @@ class SensorHunt:
         wrong = self.outcome()
         if wrong:
             raise FaultError(wrong)
-        refused = [len(f) for f in frames.frames[self.refused_from :]]
-        if max(refused, default=0) == self.rows or self.loader.incomplete:
-            frames.flags |= GRID_FLAG
-        elif refused:
-            # Cut short, perhaps before the first impossible line.
-            self.loose |= GRID_FLAG
+        self.judge_grids()
         want = frames.flags
         flags = bench.number("error_flags")
         if (flags ^ want) & ~self.loose:
             raise FaultError(f"flags {flags:06b}, want {want:06b}")
-        if frames.frames and not frames.is_open:
-            last = len(frames.frames) - 1
-            sizes = {
-                (n["lenses"][0] * self.g["MICRO_IMAGE_SIZE"],
-                 n["outputs"] * self.g["MICRO_IMAGE_SIZE"])
-                for n in (self.loader.commits[c][1] for c in self.candidates(last))
-            }  # fmt: skip
-            size = bench.number("raster_rows"), bench.number("raster_columns")
-            if size not in sizes:
-                raise FaultError(f"size of the raster {size}, want one of {sizes}")
+        size = bench.number("raster_rows"), bench.number("raster_columns")
+        sizes = self.sizes()
+        if sizes and size not in sizes:
+            raise FaultError(f"size of the raster {size}, want one of {sizes}")
         if rng.random() < 0.5:
             bench.set(error_clear=1)
             await bench.clocks()
@@ -315,6 +317,23 @@ class SensorHunt:
             await bench.clocks(2)
             if bench.number("error_flags"):
                 raise FaultError("error_clear leaves flags")
+
+    def judge_grids(self) -> None:
+        """Flag faults of calibrations."""
+        refused = [len(f) for f in self.frames.frames[self.refused_from :]]
+        if max(refused, default=0) == self.rows or self.loader.incomplete:
+            self.frames.flags |= GRID_FLAG
+        elif refused:
+            # Cut short, perhaps before the first impossible line.
+            self.loose |= GRID_FLAG
+
+    def sizes(self) -> set[tuple[int, int]]:
+        """Rows and columns that the last raster may have; empty if it is not over or not there."""
+        if not self.frames.frames or self.frames.is_open:
+            return set()
+        m, last = self.g["MICRO_IMAGE_SIZE"], len(self.frames.frames) - 1
+        grids = (self.loader.commits[commit][1] for commit in self.candidates(last))
+        return {(grid["lenses"][0] * m, grid["outputs"] * m) for grid in grids}
 
     # A stream.
 
@@ -354,6 +373,7 @@ class SensorHunt:
                 self.refused_from = len(self.frames.frames)
             elif kind == "single":
                 self.single()
+                bench.set(columns=self.columns, rows=self.rows)
             else:
                 self.some_loads()
             if torn and segment == segments - 1 and kind == "fitting":
@@ -380,7 +400,6 @@ class SensorHunt:
         """Frames of a single line or column."""
         rows, columns = self.rows, self.columns
         self.rows, self.columns = self.rng.choice([(1, columns), (rows, 1), (1, 1)])
-        self.bench.set(columns=self.columns, rows=self.rows)
         self.bench.counts["frames: a single line or column"] += 1
         self.refused_from = len(self.frames.frames)
 

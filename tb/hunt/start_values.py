@@ -111,14 +111,19 @@ def with_start_values(
 ) -> list[Path]:
     """Copies of sources (in order) with a share of random start values; files in `keep` stay."""
     texts = {source: source.read_text() for source in sources}
-    shared: dict[str, str] = {}
-    for source, text in texts.items():
-        if source.stem.endswith("_pkg"):
-            shared |= _types(text)
+    packages = {s.stem: _types(text) for s, text in texts.items() if s.stem.endswith("_pkg")}
+    shared = {name: kind for types in packages.values() for name, kind in types.items()}
     folder.mkdir(parents=True, exist_ok=True)
     copies = [PACKAGE]
     for source, text in texts.items():
-        drawer = _Drawer(shared | _types(text), rng)
+        # Packages may have a type of the same name each: those count that are used.
+        used = {
+            name: kind
+            for package, selected in re.findall(r"use work\.(\w+_pkg)\.(\w+)", text)
+            for name, kind in packages.get(package, {}).items()
+            if selected in ("all", name)
+        }
+        drawer = _Drawer(shared | used | _types(text), rng)
 
         def drawn(found: re.Match[str], drawer: _Drawer = drawer) -> str:
             value = drawer.value(found[2]) if rng.random() < share else ""
