@@ -7,8 +7,8 @@
 -- behind it, as edges are slow, is seen to change while the clock line is low, and makes no start or stop; UM10204
 -- asks devices for 300 ns. The clock line must stay high for SPIKE + HOLD clocks.
 --
--- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1; with HOLD 1 more, and HOLD but for the falling clock line. Throughput: not
--- applicable.
+-- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1; with HOLD 1 more, and HOLD but for the falling clock line. Throughput:
+-- one sample of both lines each clock.
 -- Equation: level(n) = level(n - 1) until that many samples in a row differ from it.
 
 library ieee;

@@ -48,7 +48,8 @@ def start(folder: Path, workers: int = 2) -> subprocess.Popen[str]:
         [
             sys.executable,
             "-c",
-            "from plenofir.commands.app import main; main()",
+            # Lines of steps are told after some seconds, which a loaded machine needs.
+            "from plenofir.commands import app, console; console.QUIET_SECONDS = 1e6; app.main()",
             *COMMAND,
             f"{workers}",
         ],

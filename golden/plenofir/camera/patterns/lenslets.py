@@ -152,12 +152,34 @@ def unevenness_of_neighbours(grey: Image32, grid: Grid) -> float:
 
     Small in a white image, whatever the light; large where a picture has content.
     """
-    t, s = lens_indices(grid, grey.shape)
-    centres = grid.centres(t, s)
-    inside = within(centres, grey.shape)
-    smooth = ndimage.gaussian_filter(grey, grid.lens_pitch / 6)
-    levels = ndimage.map_coordinates(smooth, np.moveaxis(centres, -1, 0), order=1)
-    levels = np.where(inside, levels, np.nan)
+    levels = _lens_levels(grey, grid)
     bend = np.abs(levels[:, 2:] - 2 * levels[:, 1:-1] + levels[:, :-2]) / 2
     share = bend / np.maximum(levels[:, 1:-1], 1e-9)
     return float(np.nanmedian(share)) if np.isfinite(share).any() else 0.0
+
+
+def unevenness_of_light(grey: Image32, grid: Grid) -> float:
+    """Relative difference of the middles of micro images from a smooth fall-off of light.
+
+    The fall-off is a polynomial of the fourth order, as vignetting is well described by it. A
+    blurred scene leaves more of it, even where neighbouring lenses hardly differ.
+    """
+    levels = _lens_levels(grey, grid)
+    t, s = np.nonzero(np.isfinite(levels))
+    values = levels[t, s]
+    y, x = (2.0 * n / max(size - 1, 1) - 1.0 for n, size in zip((t, s), levels.shape, strict=True))
+    powers = [y**i * x**j for i in range(5) for j in range(5 - i)]
+    if len(values) < 2 * len(powers):
+        return 0.0
+    matrix = np.stack(powers, axis=1)
+    smooth = matrix @ np.linalg.lstsq(matrix, values, rcond=None)[0]
+    return float(1.4826 * np.median(np.abs(values - smooth) / np.maximum(smooth, 1e-9)))
+
+
+def _lens_levels(grey: Image32, grid: Grid) -> Image32:
+    """Brightness of the middles of micro images, shape (t, s); nan outside of the picture."""
+    t, s = lens_indices(grid, grey.shape)
+    centres = grid.centres(t, s)
+    smooth = ndimage.gaussian_filter(grey, grid.lens_pitch / 6)
+    levels = ndimage.map_coordinates(smooth, np.moveaxis(centres, -1, 0), order=1)
+    return np.asarray(np.where(within(centres, grey.shape), levels, np.nan), np.float32)

@@ -8,7 +8,7 @@ import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey as grey_levels
-from plenofir.camera.calibration.inspection import inspect_white
+from plenofir.camera.calibration.inspection import LARGEST_UNEVENNESS, inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
 from plenofir.camera.calibration.resample import odd_size_within
 from plenofir.camera.captures.colours import even_mosaic, noticed_mosaic
@@ -17,6 +17,7 @@ from plenofir.camera.patterns.lenslets import (
     Lenslets,
     find_lenslets,
     repetition,
+    unevenness_of_light,
     unevenness_of_neighbours,
 )
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
@@ -85,7 +86,10 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
         return _mosaic(levels, whole, size, name) or _none(size)
     found = find_lenslets(inner, guesses)
     few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(inner.shape)
-    even = found is None or unevenness_of_neighbours(inner, found.grid) < _EVEN
+    even = found is None or (
+        unevenness_of_neighbours(inner, found.grid) < _EVEN
+        and unevenness_of_light(inner, found.grid) < 2 * LARGEST_UNEVENNESS
+    )
     if (few or found is not None) and even:
         white = _white(picture, name, size)
         if white is not None:
