@@ -24,8 +24,9 @@ _FEWEST_BLOCKS = 4
 # Displacements are fitted to blocks within a radius that grows (shares of the largest).
 _FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
 _ROUNDS = 4
-# A grid is scaled and rotated if that explains so many times more than chance.
-_CLEAR_GAIN = 8.0
+# A grid is scaled and rotated if it then agrees better by the first, which tells in few blocks, or
+# if that explains so many times more than chance, which tells in many.
+_BETTER, _CLEAR_GAIN = 0.02, 8.0
 # Micro images are not found if amplitudes are below this share of the brightness, or if phases
 # agree less than this.
 _WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
@@ -140,7 +141,10 @@ def match_capture(image: Image32, grid: Grid) -> Match:
         float((weights * np.cos(_phases(amplitudes, waves, terms @ moves))).sum() / weights.sum())
         for moves in (moved, turned)
     ]
-    better = _gain(agreements[0], agreements[1], 4, len(amplitudes)) > _CLEAR_GAIN
+    better = (
+        agreements[1] > agreements[0] + _BETTER
+        or _gain(agreements[0], agreements[1], 4, len(amplitudes)) > _CLEAR_GAIN
+    )
     moves, agreement = (turned, agreements[1]) if better else (moved, agreements[0])
     unmoved = float((weights * np.cos(np.angle(amplitudes))).sum() / weights.sum())
     gain = _gain(unmoved, agreement, 6 if better else 2, len(amplitudes))
