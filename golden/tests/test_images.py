@@ -239,9 +239,9 @@ def test_lzw_strips_of_a_wrong_length_are_refused(tmp_path: Path) -> None:
     [
         (tiff(np.zeros((3, 20, 20), np.uint8), photometric="minisblack"), "3 pages"),
         (tiff(np.zeros((20, 20), np.float32)), "type float32"),
-        (tiff(np.zeros((20, 20, 4), np.uint8)), "4 channels"),
-        (encode_png(np.zeros((5, 5, 4), np.uint8)), "4 channels"),
-        (pillow(np.zeros((9, 9, 4), np.uint8), "TIFF"), "4 channels"),
+        (tiff(np.zeros((20, 20, 4), np.uint8)), "alpha channel that is not opaque"),
+        (encode_png(np.zeros((5, 5, 4), np.uint8)), "alpha channel that is not opaque"),
+        (pillow(np.zeros((9, 9, 4), np.uint8), "TIFF"), "alpha channel that is not opaque"),
         (b"P4\n8 1\n\0", "no image of a known kind"),
         (netpbm(GREY >> 4, 15), "4 bit"),
         (b"GIF89a", "no image of a known kind"),
