@@ -1,10 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Takes calibrations from the load port. Each frame gets the registers of the newest one that was committed before the
--- frame began.
+-- Takes calibrations from the load port. Each frame gets the registers of the newest one that was committed by the
+-- clock in which its first pixel was taken, however long the pixel waits before the frame begins to come in.
 --
--- A memory of three banks holds the newest calibration, that of the frame that began last, and the words that are being
--- written, so a write never touches what a frame uses or will use. A load that is interrupted therefore changes
--- nothing, and a committed one replaces one that no frame has used yet.
+-- A memory of four banks holds the newest calibration, that of the frame whose first pixel was taken last, that of the
+-- frame that began to come in last, and the words that are being written, so a write never touches what a frame uses or
+-- will use. A load that is interrupted therefore changes nothing, and a committed one replaces one that no frame has
+-- used yet. Of several frames that wait at once, each has the calibration of the last of them: frames so short that two
+-- fit into the buffers in front.
 --
 -- A commit without new words repeats the one before and changes nothing. A commit after only some of the words is a
 -- fault and waits for the missing ones. Words that were written survive a reset.
@@ -17,6 +19,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.resample_pkg.all;
 
 entity lens_registers is
@@ -30,8 +33,10 @@ entity lens_registers is
     load : in    load_t;
     -- For a clock: a commit without all registers.
     incomplete : out   std_logic;
-    -- A frame begins to come in: it has what is committed by now.
-    frame_start : in    std_logic;
+    -- The first pixel of a frame is taken: the frame has what is committed by now. It begins to come in, a clock later
+    -- at the earliest.
+    frame_accepted : in    std_logic;
+    frame_start    : in    std_logic;
     -- Copies the registers of the frame that began last, until they are copied; the frame before has left.
     copy      : in    std_logic;
     copied    : out   std_logic;
@@ -48,26 +53,30 @@ architecture rtl of lens_registers is
 
   subtype written_t is std_logic_vector(2 ** NUMBER_BITS - 1 downto 0);
 
-  -- The bank that is neither.
+  -- A bank that is none of them.
   function other_than (
     a : bank_t;
-    b : bank_t
+    b : bank_t;
+    c : bank_t
   ) return bank_t is
   begin
 
-    if a /= 0 and b /= 0 then
-      return "00";
-    elsif a /= 1 and b /= 1 then
-      return "01";
-    end if;
+    for i in 0 to 2 loop
 
-    return "10";
+      if a /= i and b /= i and c /= i then
+        return to_unsigned(i, 2);
+      end if;
+
+    end loop;
+
+    return "11";
 
   end function other_than;
 
-  -- Bank of the newest calibration, of the frame on work, and the one that is written; registers
-  -- written into it so far.
+  -- Bank of the newest calibration, of the frame whose first pixel was taken last, of the frame on work, and the one
+  -- that is written; registers written into it so far.
   signal newest  : bank_t    := "00";
+  signal waiting : bank_t    := "00";
   signal used    : bank_t    := "00";
   signal writing : bank_t    := "01";
   signal written : written_t := (others => '0');
@@ -92,20 +101,15 @@ begin
 
   choose_banks : process (clk) is
 
-    variable used_now : bank_t;
-    variable missing  : std_logic;
+    variable newest_now  : bank_t;
+    variable waiting_now : bank_t;
+    variable used_now    : bank_t;
+    variable missing     : std_logic;
+    variable commits     : boolean;
 
   begin
 
     if rising_edge(clk) then
-      used_now := used;
-      -- A frame that begins in the clock of a commit has the grid before it: it is not sure to have the new one
-      -- whole.
-      if frame_start = '1' then
-        used_now := newest;
-      end if;
-      used <= used_now;
-
       if write_now = '1' then
         written(to_integer(number)) <= '1';
       end if;
@@ -118,17 +122,30 @@ begin
 
       end loop;
 
-      incomplete <= '0';
-      -- Three banks: one that the frame on work has, the newest, and one to write. So software never waits and no
-      -- frame gets half a grid.
-      if writes(load, LOAD_KIND_COMMIT) = '1' then
-        if missing = '0' then
-          newest  <= writing;
-          writing <= other_than(writing, used_now);
-          written <= (others => '0');
-        elsif unsigned(written) /= 0 then
-          incomplete <= '1';
-        end if;
+      commits    := writes(load, LOAD_KIND_COMMIT) = '1' and missing = '0';
+      incomplete <= to_logic(writes(load, LOAD_KIND_COMMIT) = '1' and missing = '1' and unsigned(written) /= 0);
+
+      newest_now := newest;
+      if commits then
+        newest_now := writing;
+      end if;
+      -- Both memories of a frame: from its first pixel to its beginning, and from there until its registers are copied.
+      waiting_now := waiting;
+      if frame_accepted = '1' then
+        waiting_now := newest_now;
+      end if;
+      used_now := used;
+      if frame_start = '1' then
+        used_now := waiting;
+      end if;
+
+      newest  <= newest_now;
+      waiting <= waiting_now;
+      used    <= used_now;
+      -- Four banks, so that there is always one to write: software never waits and no frame gets half a grid.
+      if commits then
+        writing <= other_than(newest_now, waiting_now, used_now);
+        written <= (others => '0');
       end if;
     end if;
 

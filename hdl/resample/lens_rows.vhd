@@ -37,10 +37,11 @@ entity lens_rows is
     reset : in    std_logic;
     -- The load port; of it the registers and the commit.
     load : in    load_t;
-    -- A frame begins to come in; its size.
-    frame_start : in    std_logic;
-    columns     : in    std_logic_vector(15 downto 0);
-    rows        : in    std_logic_vector(15 downto 0);
+    -- The first pixel of a frame is taken; the frame begins to come in; its size.
+    frame_accepted : in    std_logic;
+    frame_start    : in    std_logic;
+    columns        : in    std_logic_vector(15 downto 0);
+    rows           : in    std_logic_vector(15 downto 0);
     -- From and to raw_writer.
     ring : in    ring_state_t;
     need : out   ring_need_t;
@@ -187,13 +188,14 @@ begin
       NEEDED => GRID_REGISTERS
     )
     port map (
-      clk         => clk,
-      load        => load,
-      incomplete  => incomplete,
-      frame_start => frame_start,
-      copy        => copy,
-      copied      => copied,
-      registers   => held
+      clk            => clk,
+      load           => load,
+      incomplete     => incomplete,
+      frame_accepted => frame_accepted,
+      frame_start    => frame_start,
+      copy           => copy,
+      copied         => copied,
+      registers      => held
     );
 
   -- The size of a frame is known when it begins to arrive, which may be before the last one is finished.

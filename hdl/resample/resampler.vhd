@@ -114,17 +114,19 @@ architecture rtl of resampler is
   constant WORD_BITS : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
 
   -- From the stream to the ring.
-  signal input_word   : std_logic_vector(IN_BITS - 1 downto 0);
-  signal stream_word  : std_logic_vector(IN_BITS - 1 downto 0);
-  signal stream_valid : std_logic;
-  signal stream_ready : std_logic;
-  signal may_take     : std_logic;
-  signal frame_start  : std_logic;
-  signal token        : token_t;
-  signal token_data   : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal flags        : std_logic_vector(4 downto 0);
-  signal fault        : std_logic;
-  signal fault_flag   : std_logic := '0';
+  signal input_word     : std_logic_vector(IN_BITS - 1 downto 0);
+  signal input_ready    : std_logic;
+  signal frame_accepted : std_logic;
+  signal stream_word    : std_logic_vector(IN_BITS - 1 downto 0);
+  signal stream_valid   : std_logic;
+  signal stream_ready   : std_logic;
+  signal may_take       : std_logic;
+  signal frame_start    : std_logic;
+  signal token          : token_t;
+  signal token_data     : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal flags          : std_logic_vector(4 downto 0);
+  signal fault          : std_logic;
+  signal fault_flag     : std_logic := '0';
 
   signal load       : load_t;
   signal room       : std_logic;
@@ -164,7 +166,10 @@ begin
 
   -- A camera does not wait: the FIFO takes what comes while the ring is full or a frame has to
   -- wait.
-  input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
+  input_word    <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
+  s_axis_tready <= input_ready;
+  -- The frame has the calibration of this clock, although its first pixel may wait here for the frame before.
+  frame_accepted <= s_axis_tvalid and input_ready and s_axis_tuser(0);
 
   input_fifo : entity work.axis_fifo
     generic map (
@@ -175,7 +180,7 @@ begin
       clk           => clk,
       reset         => reset,
       s_axis_tvalid => s_axis_tvalid,
-      s_axis_tready => s_axis_tready,
+      s_axis_tready => input_ready,
       s_axis_tdata  => input_word,
       m_axis_tvalid => stream_valid,
       m_axis_tready => stream_ready,
@@ -241,6 +246,7 @@ begin
       clk            => clk,
       reset          => reset,
       load           => load,
+      frame_accepted => frame_accepted,
       frame_start    => frame_start,
       columns        => columns,
       rows           => rows,

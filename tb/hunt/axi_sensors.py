@@ -93,7 +93,8 @@ class SensorAxiHunt(SensorHunt):
         self.gate = Gate(size & 0xFFFF, size >> 16)
         self.supported = size > 0
         self.frames = Frames()
-        self.begins, self.shapes, self.ends, self.sent = [], [], [], 0
+        self.begins, self.shapes, self.starts, self.ends = [], [], [], []
+        self.sent = 0
         self.rasters, self.loose = {}, 0
         self.loader.taken, self.loader.incomplete = [], 0
         self.sink.received.clear()

@@ -6,12 +6,14 @@ from typing import Any
 
 ENTITY = "resampler"
 FAULTS = [
-    ("lens_registers.vhd", "writing <= other_than(writing, used_now);", "null;"),
-    ("lens_registers.vhd", "used_now := newest;", "used_now := writing;"),
+    ("lens_registers.vhd", "writing <= other_than(newest_now, waiting_now, used_now);",
+     "writing <= other_than(newest_now, newest_now, used_now);"),
+    # A commit acts on a frame whose first pixel waits.
+    ("lens_registers.vhd", "used_now := waiting;", "used_now := newest;"),
     ("lens_registers.vhd", "missing := missing or not written(i);", "null;"),
     ("raw_window.vhd", "mirrored(line_now + 1, frame", "mirrored(line_now, frame"),
     ("hexagonal_rows.vhd", "row_odd    <= not row_odd;", "row_odd    <= row_odd;"),
-]
+]  # fmt: skip
 
 
 def draw_generics(rng: random.Random) -> dict[str, Any]:

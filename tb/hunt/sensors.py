@@ -103,6 +103,8 @@ class SensorHunt:
         # Clocks at which frames had come out.
         self.ends: list[int] = []
         self.sent = 0
+        # Numbers of beats with a mark of start.
+        self.starts: list[int] = []
         # Flags that may or may not be set.
         self.loose = 0
         # Number of the first frame that is refused because of its size or grid.
@@ -175,6 +177,8 @@ class SensorHunt:
         if len(self.frames.frames) > before:
             self.begins.append(self.sent)
             self.shapes.append((self.rows, self.columns))
+        if beat.start:
+            self.starts.append(self.sent)
         self.sent += 1
 
     def beats(self) -> list[Beat]:
@@ -203,11 +207,17 @@ class SensorHunt:
     # Expected output.
 
     def candidates(self, number: int) -> list[int]:
-        """Commits that may apply to a frame: there is a FIFO in front."""
+        """Commits that may apply to a frame: the one before its first pixel.
+
+        A mosaic holds the frame back before its calibration is chosen. Of starts that are in the
+        resampler's FIFO at once the last one chooses.
+        """
         begin, commits = self.begins[number], self.loader.commits
         taken = self.loader.taken
         at = taken[begin] if begin < len(taken) else self.bench.clock
-        behind = begin + 40 + self.mosaic * (3 * self.shapes[number][1] + 60)
+        behind = max(n for n in self.starts if begin <= n < begin + 20)
+        if self.mosaic:
+            behind = begin + 40 + 3 * self.shapes[number][1] + 60
         until = taken[behind] if behind < len(taken) else self.bench.clock
         until = min([until, *self.ends[number : number + 1]])
         sure = max((n for n, (clock, _) in enumerate(commits) if clock <= at), default=-1)
