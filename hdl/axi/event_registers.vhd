@@ -33,7 +33,7 @@ entity event_registers is
     -- Faults; frame in, frame out, error; whether one of these is not masked out.
     errors    : out   std_logic_vector(6 downto 0);
     happened  : out   std_logic_vector(2 downto 0);
-    interrupt : out   std_logic;
+    interrupt : out   std_logic := '0';
     -- How often each event happened.
     counts : out   words_t(0 to COUNTERS - 1)
   );

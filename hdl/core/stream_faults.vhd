@@ -30,7 +30,7 @@ entity stream_faults is
     excess : out   std_logic;
     -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
     -- that is not supported. They stay set until error_clear.
-    error_flags : out   std_logic_vector(4 downto 0);
+    error_flags : out   std_logic_vector(4 downto 0) := (others => '0');
     error_clear : in    std_logic
   );
 end entity stream_faults;

@@ -25,8 +25,8 @@ entity dphy_lane is
     -- Eight bits of the lane, bit 0 came first; bytes begin anywhere.
     bits : in    std_logic_vector(7 downto 0);
     -- As csi_receiver takes them.
-    lane_valid : out   std_logic;
-    lane_sync  : out   std_logic;
+    lane_valid : out   std_logic := '0';
+    lane_sync  : out   std_logic := '0';
     lane_data  : out   std_logic_vector(7 downto 0)
   );
 end entity dphy_lane;

@@ -48,16 +48,16 @@ entity sensor_setup is
     -- The lines, as they are at the pins, and pull them low (open drain).
     scl     : in    std_logic;
     sda     : in    std_logic;
-    scl_low : out   std_logic;
-    sda_low : out   std_logic;
+    scl_low : out   std_logic := '0';
+    sda_low : out   std_logic := '0';
     -- Begin with the list, for a clock, while not busy.
     start : in    std_logic;
     busy  : out   std_logic;
     -- All registers are written; stays until the next start.
-    done : out   std_logic;
+    done : out   std_logic := '0';
     -- Why the last transfer that went wrong did, also one that a repetition made up for: "00" none did, "01" a line
     -- stayed low, "10" the sensor did not acknowledge, "11" another level than what was sent.
-    fault : out   std_logic_vector(1 downto 0);
+    fault : out   std_logic_vector(1 downto 0) := "00";
     -- Without done and busy: the entry, from 0 on, at which the list ended. Transfers that were repeated, up to 255.
     entry   : out   std_logic_vector(11 downto 0);
     retried : out   std_logic_vector(7 downto 0)

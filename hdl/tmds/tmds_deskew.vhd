@@ -31,7 +31,7 @@ entity tmds_deskew is
     -- Words that belong to the same pixel.
     out_words : out   words_t;
     -- All channels are aligned, and their delays were confirmed within TIMEOUT words.
-    locked : out   std_logic
+    locked : out   std_logic := '0'
   );
 end entity tmds_deskew;
 

@@ -30,7 +30,7 @@ entity tmds_periods is
     -- The word of each channel, from its decoder.
     words : in    decoded_words_t;
     -- Video, black where not active.
-    video : out   video_t;
+    video : out   video_t := NO_VIDEO;
     -- Channels whose word is not one that this period can have.
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- The source sends guard bands or islands.

@@ -36,7 +36,7 @@ entity tmds_receiver is
     -- Channels that are inverted, as their wires are swapped.
     inverted : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
-    locked : out   std_logic;
+    locked : out   std_logic := '0';
     -- Channels whose word is not one that this period (control, video, island) can have.
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- The source sends HDMI, not DVI.

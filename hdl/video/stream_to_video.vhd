@@ -42,11 +42,11 @@ entity stream_to_video is
     s_axis        : in    stream_t;
     s_axis_tready : out   std_logic;
     -- What is shown.
-    video : out   video_t;
+    video : out   video_t := NO_VIDEO;
     -- There is a timing to show.
-    running : out   std_logic;
+    running : out   std_logic := '0';
     -- The stream had no pixel for an active one, for a clock.
-    underflow : out   std_logic
+    underflow : out   std_logic := '0'
   );
 end entity stream_to_video;
 

@@ -28,7 +28,7 @@ entity video_timing_meter is
     -- Timing of the last whole frame, and whether it was that of the one before; they change one
     -- clock after frame_start.
     timing : out   timing_t;
-    stable : out   std_logic
+    stable : out   std_logic := '0'
   );
 end entity video_timing_meter;
 

@@ -63,13 +63,13 @@ entity video_to_stream is
     -- Lines of a frame of the stream.
     stream_rows : out   std_logic_vector(15 downto 0);
     -- The input has a stable timing that cannot be followed.
-    unsupported : out   std_logic;
+    unsupported : out   std_logic := '0';
     -- There are frames, but not all alike.
     varying : out   std_logic;
     -- A pixel was lost because the stream stalled, for a clock.
     overflow : out   std_logic;
     -- A frame began elsewhere than expected, for a clock.
-    miss : out   std_logic
+    miss : out   std_logic := '0'
   );
 end entity video_to_stream;
 
