@@ -13,7 +13,14 @@ FAULTS = [
      "pixel_valid <= line_valid;"),
     ("parallel_to_stream.vhd", "lost          <= valid and not m_axis_tready;",
      "lost          <= not m_axis_tready;"),
+    # A camera that is in the middle of a frame at power-up.
+    ("parallel_to_stream.vhd", "first       : std_logic                            := '0';",
+     "first       : std_logic                            := 'U';"),
+    ("parallel_to_stream.vhd", "first       : std_logic                            := '0';",
+     "first       : std_logic                            := '1';"),
 ]  # fmt: skip
+# Without a reset, they say that the frame at power-up has begun before.
+KEEP = ("parallel_to_stream.vhd",)
 # Clocks from a pixel to its beat.
 LATENCY = 3
 
@@ -60,11 +67,15 @@ class Camera:
                 port.value = value
 
 
-def video(rng: random.Random, width: int, bench: Any) -> list[tuple[int, int, int]]:
-    """Clocks of video, after some without."""
+def video(
+    rng: random.Random, width: int, bench: Any, *, inside: bool
+) -> list[tuple[int, int, int]]:
+    """Clocks of video, after some without, or from the middle of a frame on."""
     kind = rng.choice(["regular", "regular", "no blanking", "noise", "glitches"])
     bench.counts[f"camera: {kind}"] += 1
-    clocks: list[tuple[int, int]] = [(0, 0)] * 3
+    clocks: list[tuple[int, int]] = [(int(inside), 0)] * 3
+    if inside:
+        clocks += [(1, 1)] * rng.randint(1, 9) + [(1, 0)] * rng.randint(0, 4)
     if kind == "noise":
         share = rng.choice([0.05, 0.3, 0.5])
         frame = line = 0
@@ -88,18 +99,21 @@ def video(rng: random.Random, width: int, bench: Any) -> list[tuple[int, int, in
 
 
 async def stream(bench: Any, rng: random.Random) -> None:
+    inside = not bench.ports and rng.random() < 0.5
     if not bench.ports:
-        bench.add(Camera(bench.dut))
-        bench.set(frame_valid=0, line_valid=0)
+        bench.counts["power-up: inside a frame"] += inside
+        bench.set(frame_valid=int(inside), line_valid=0)
         await bench.clocks(8)
+        bench.add(Camera(bench.dut))
     camera = bench.ports[0]
     camera.stalls = stalls(rng)
-    camera.queue = [(0, 0, 0)] * 8
-    await bench.clocks(8)
+    if not inside:
+        camera.queue = [(0, 0, 0)] * 8
+        await bench.clocks(8)
     camera.restart()
     # A pixel written after this edge is sampled at the next one.
     camera.begin = bench.clock + 2
-    sent = video(rng, bench.design["generics"]["WIDTH"], bench)
+    sent = video(rng, bench.design["generics"]["WIDTH"], bench, inside=inside)
     camera.queue = [*sent, *[(0, 0, 0)] * 6]
     await bench.clocks(len(sent) + 6)
     want = beats(sent)
