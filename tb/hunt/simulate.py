@@ -111,7 +111,7 @@ def run_design(
         "verdicts": str(verdicts),
     }
     (scratch / "order.json").write_text(json.dumps(order, indent=1))
-    # Contradicting start values may leave ranges and break asserted promises before the reset, which
+    # Contradicting start values may leave ranges or break asserted promises before the reset. That
     # ends a simulation but is no fault: then fewer values are drawn.
     shares = [1, 0.5, 0.25, 0.1, 0] if rng.random() < 0.5 else [0]
     for share in shares:
