@@ -235,10 +235,27 @@ def test_lzw_strips_of_a_wrong_length_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("stored", "values", "white"),
+    [
+        (np.linspace(0, 1, 400, dtype=np.float32), np.rint(np.linspace(0, 65535, 400)), 65535),
+        (np.arange(400, dtype=np.uint32), np.arange(400), 65535),
+        (np.arange(400, dtype=np.int16), np.arange(400), 32767),
+    ],
+)
+def test_numbers_of_other_types(
+    stored: np.ndarray, values: np.ndarray, white: int, tmp_path: Path
+) -> None:
+    (tmp_path / "image.tif").write_bytes(tiff(stored.reshape(20, 20)))
+    picture = read_picture(tmp_path / "image.tif")
+    assert (np.abs(picture.pixels.ravel() - values) <= 1).all()
+    assert picture.full_scale == white
+
+
+@pytest.mark.parametrize(
     ("data", "match"),
     [
         (tiff(np.zeros((3, 20, 20), np.uint8), photometric="minisblack"), "3 pages"),
-        (tiff(np.zeros((20, 20), np.float32)), "type float32"),
+        (tiff(np.full((20, 20), 3.5, np.float32)), "3.5; floats must go from 0 to 1"),
         (tiff(np.zeros((20, 20, 4), np.uint8)), "alpha channel that is not opaque"),
         (encode_png(np.zeros((5, 5, 4), np.uint8)), "alpha channel that is not opaque"),
         (pillow(np.zeros((9, 9, 4), np.uint8), "TIFF"), "alpha channel that is not opaque"),

@@ -263,12 +263,10 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
             f"is damaged ({reason}); copy or convert the file again", where=where
         ) from None
     image, full_scale = found.pixels, found.full_scale
-    if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or 0 < full_scale < 128:
-        few = 0 < full_scale < 128
-        what = (
-            f"pixels of {full_scale.bit_length()} bit" if few else f"pixels of type {image.dtype}"
-        )
-        raise InputError(f"{what}; {_ADVICE}", where=where)
+    if 0 < full_scale < 128:
+        raise InputError(f"pixels of {full_scale.bit_length()} bit; {_ADVICE}", where=where)
+    if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16):
+        image, full_scale = _counted(image, where)
     alpha = False
     if image.ndim == 3 and image.shape[2] in (2, 4):
         alpha = bool((image[:, :, -1] < (full_scale or np.iinfo(image.dtype).max)).any())
@@ -291,6 +289,16 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
             f"counts {full_scale} as white, but its pixels hold at most {most}", where=where
         )
     return found._replace(pixels=image, full_scale=full_scale or most, alpha=alpha)
+
+
+def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
+    """Floats and wide integers as 8 or 16 bit with their white, where their meaning is certain."""
+    from plenofir.ground.levels import levels
+
+    values, white, notes = levels(image, where)
+    if notes:
+        raise InputError(f"{notes[0]}; {_ADVICE}", where=where)
+    return values, white
 
 
 def read_image(path: Path) -> Image:
