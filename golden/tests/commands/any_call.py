@@ -85,6 +85,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "signals": ("*", "top.*", "x"),
     "sharpen": ("off", "auto", "1", "1/16", "0.125", "1/24", "-1/64", "1e99999999", "1/0", "nan"),
     "exposure": ("off", "auto", "auto+1", "1.5", "-99", "1e999", "x", ""),
+    "roi": ("0,0", "3,5", "-1,2", "9999,0", "x", ""),
     "region": ("0:3,1:9", ":,:", "5:2,0:1", "0:99999999999999999999,0:1"),
     "picture": ("picture.png",),
     "plot": ("plot.png", "plot.svg"),
