@@ -23,7 +23,7 @@ from any_call import (
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from plenofir.camera.calibration import decode, load_calibration
+from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
 from plenofir.camera.exposure import exposure
 from plenofir.camera.lightfield import PICTURE
 from plenofir.camera.lytro.sensor import with_gamma
@@ -213,7 +213,7 @@ def check_decode(p: Parameters) -> set[str]:
     how = {name: p[name] for name in ("interpolation", "scale", "devignette")}
     calibration = load_calibration(p["calib"])
     how["full_scale"] = capture.full_scale
-    m = p["micro_image"] or int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1)
+    m = p["micro_image"] or largest_odd_size(calibration)
     want = decode(capture.pixels, calibration, m, **extra, **how)
     assert (found == with_gamma(want, p["gamma"], capture.full_scale)).all()
     return {p["out"]}

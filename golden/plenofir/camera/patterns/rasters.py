@@ -77,6 +77,8 @@ def _differences(grey: Image32, axis: int) -> Floats:
 
 def periods(grey: Image32, axis: int) -> list[Period]:
     """Periods of a picture's joints along an axis, the clearest first."""
+    if min(grey.shape) < 2:
+        return []
     lines = _differences(grey, axis)
     lines = np.log(lines + 1e-3 * lines.mean() + 1e-9)
     found = []
