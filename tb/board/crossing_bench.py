@@ -35,10 +35,13 @@ async def words_built_in_then_words_written(dut: Any) -> None:
 
     async def idle() -> None:
         quiet = 0
-        while quiet < 60:
+        for _ in range(10_000):
             await RisingEdge(dut.clk)
             await ReadOnly()
             quiet = 0 if int(dut.port_busy.value) else quiet + 1
+            if quiet == 60:
+                break
+        assert quiet == 60, "the port stays busy"
         await FallingEdge(dut.clk)
 
     cocotb.start_soon(watch())

@@ -12,6 +12,8 @@ from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 
 CASE = read_case()
+# Clocks within which a calibration begins in any case.
+LONGEST_INTERVAL = 100_000
 
 
 class DelayLine:
@@ -121,9 +123,12 @@ class Channel:
         """Send edges of one kind during some calibrations."""
         for _ in range(intervals):
             count = len(self.begun)
-            while len(self.begun) == count:
+            for _ in range(LONGEST_INTERVAL):
+                if len(self.begun) > count:
+                    break
                 self.edges = [edge]
                 await self.clocks(1)
+            assert len(self.begun) > count, "no calibration"
 
 
 @for_entity("phase_detector_control")
@@ -150,8 +155,11 @@ async def steps_and_calibrations(dut: Any) -> None:
         for surplus in (CASE["filter"] - 1, CASE["filter"]):
             channel.steps.clear()
             begun = len(channel.begun)
-            while len(channel.begun) == begun:
+            for _ in range(LONGEST_INTERVAL):
+                if len(channel.begun) > begun:
+                    break
                 await channel.clocks(1)
+            assert len(channel.begun) > begun, "no calibration"
             # The calibration is over then.
             await channel.clocks(18)
             channel.edges = [edge] * surplus

@@ -2,6 +2,7 @@
 """cocotb tests of sensor_setup: a sensor that acknowledges registers, or does not."""
 
 import random
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -105,6 +106,14 @@ class Sensor:
     async def clocks_pass(self, count: int) -> None:
         for _ in range(count):
             await self.clock()
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        """Wait until a condition holds."""
+        for _ in range(100_000):
+            if condition():
+                return
+            await self.clock()
+        raise AssertionError("the condition does not come")
 
     async def begin(self, limit: int = 100_000) -> None:
         """Reset, start, and wait for the end."""
@@ -215,14 +224,11 @@ async def a_disturbed_line_is_told(dut: Any) -> None:
     await sensor.clock()
     dut.start.value = 0
     # During a one in the sensor's address.
-    while sensor.starts == 0:
-        await sensor.clock()
-    while sensor._bits is None or len(sensor._bits) < 2:
-        await sensor.clock()
+    await sensor.until(lambda: sensor.starts > 0)
+    await sensor.until(lambda: len(sensor._bits or ()) >= 2)
     sensor.sda_low = True
     await sensor.clocks_pass(8 * CASE["quarter"])
     sensor.sda_low = False
-    while dut.busy.value == 1:
-        await sensor.clock()
+    await sensor.until(lambda: dut.busy.value == 0)
     assert sensor.written == WRITTEN
     assert sensor.told() == (1, DISTURBED, 1)
