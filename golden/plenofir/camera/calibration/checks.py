@@ -3,7 +3,6 @@
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from plenofir.camera.calibration.grid import (
     Floats,
@@ -137,6 +136,8 @@ def check_outliers(fitter: GrowingFit) -> None:
     out = np.nonzero((fitter.weights == 0) & (distance > _MATTERS * pitch) & bright)[0]
     if len(out) < _FEWEST_ALIKE:
         return
+    from scipy.spatial import cKDTree
+
     near = cKDTree(fitter.measured[out]).query_pairs(_NEIGHBOUR * pitch, output_type="ndarray")
     unit = away[out] / distance[out, np.newaxis]
     longer = np.max(distance[out][near], axis=1, initial=0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled loops over windows: weighted sums of pixels and of their distances, samples."""
+"""Compiled loops over windows: weighted sums of pixels and of their distances, samples, spots."""
 
 import numpy as np
 import numpy.typing as npt
@@ -120,3 +120,28 @@ def sample(
                 first = above[k] + part * (above[after] - above[k])
                 second = below[k] + part * (below[after] - below[k])
                 result[n, i * count + j] = first + low * (second - first)
+
+
+@compiled
+def add_spots(
+    image: npt.NDArray[np.float32], places: Floats, levels: Floats, spot: Floats, step: float
+) -> None:
+    """Add a round spot at each place, multiplied by its brightness."""
+    reach = step * (len(spot) - 1)
+    for n in range(len(places)):
+        if levels[n] == 0.0:
+            continue
+        top = max(0, int(np.ceil(places[n, 0] - reach)))
+        bottom = min(image.shape[0] - 1, int(np.floor(places[n, 0] + reach)))
+        left = max(0, int(np.ceil(places[n, 1] - reach)))
+        right = min(image.shape[1] - 1, int(np.floor(places[n, 1] + reach)))
+        for y in range(top, bottom + 1):
+            dy = y - places[n, 0]
+            for x in range(left, right + 1):
+                dx = x - places[n, 1]
+                away = np.sqrt(dy * dy + dx * dx) / step
+                low = int(away)
+                if low < len(spot) - 1:
+                    share = away - low
+                    value = (1 - share) * spot[low] + share * spot[low + 1]
+                    image[y, x] += levels[n] * value

@@ -8,12 +8,9 @@ windows then see the same neighbours around known centres, which gives the bias.
 """
 
 import numpy as np
-import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Flags, Floats
-from plenofir.refocus.kernels import compiled
 
 # The mean micro image: radius in pitches; samples of its profile per pitch, and their least
 # distance in pixels.
@@ -32,6 +29,8 @@ def redrawn(image: Image32, places: Floats, levels: Floats, usual: Flags, pitch:
     `places` are the lenses' positions in it, with their brightness (1 is usual, 0 unlit); the mean
     micro image is taken from the `usual` ones.
     """
+    from plenofir.camera.calibration.moments import add_spots
+
     result = np.zeros_like(image)
     if usual.any():
         spot, step = usual_spot(image, places, levels, places[usual], pitch)
@@ -46,6 +45,8 @@ def usual_spot(
 
     `chosen` are positions of the lenses that it is taken from.
     """
+    from scipy.spatial import cKDTree
+
     step = max(_FINEST, pitch / _PLACES)
     count = int(np.ceil(_RADIUS * pitch / step))
     few = chosen[np.random.default_rng(8).permutation(len(chosen))[:_LENSES]]
@@ -83,28 +84,3 @@ def _bends(count: int) -> Floats:
     whole = np.vstack([np.eye(count)[1], np.eye(count), np.zeros(count)])
     second = np.diff(whole, 2, axis=0)
     return np.asarray(second.T @ second)
-
-
-@compiled
-def add_spots(
-    image: npt.NDArray[np.float32], places: Floats, levels: Floats, spot: Floats, step: float
-) -> None:
-    """Add a round spot at each place, multiplied by its brightness."""
-    reach = step * (len(spot) - 1)
-    for n in range(len(places)):
-        if levels[n] == 0.0:
-            continue
-        top = max(0, int(np.ceil(places[n, 0] - reach)))
-        bottom = min(image.shape[0] - 1, int(np.floor(places[n, 0] + reach)))
-        left = max(0, int(np.ceil(places[n, 1] - reach)))
-        right = min(image.shape[1] - 1, int(np.floor(places[n, 1] + reach)))
-        for y in range(top, bottom + 1):
-            dy = y - places[n, 0]
-            for x in range(left, right + 1):
-                dx = x - places[n, 1]
-                away = np.sqrt(dy * dy + dx * dx) / step
-                low = int(away)
-                if low < len(spot) - 1:
-                    share = away - low
-                    value = (1 - share) * spot[low] + share * spot[low + 1]
-                    image[y, x] += levels[n] * value

@@ -15,7 +15,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy import interpolate, ndimage
+from scipy import ndimage
 
 from plenofir.camera.calibration.calibrate import unit_vectors
 from plenofir.camera.calibration.centroids import Image32
@@ -297,6 +297,9 @@ def hexagonal_to_rectangular(
     order
         0 for the nearest lens, 1 for linear interpolation, 3 for cubic splines.
     """
+    # SciPy's splines take half a second to load.
+    from scipy.interpolate import make_interp_spline
+
     lenses, fewest = samples.shape[axis], max(2, order + 1)
     if lenses < fewest:
         raise InputError(
@@ -313,7 +316,7 @@ def hexagonal_to_rectangular(
         if order == 0:
             parts.append(own.take(np.floor(at + 0.5).astype(int), axis))
             continue
-        spline = interpolate.make_interp_spline(np.arange(lenses), own, k=order, axis=axis)
+        spline = make_interp_spline(np.arange(lenses), own, k=order, axis=axis)
         parts.append(spline(at))
     shape = list(samples.shape)
     shape[axis] = count

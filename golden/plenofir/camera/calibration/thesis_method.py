@@ -9,9 +9,6 @@ about its middle (Eqs. 4.7-4.9).
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
-from skimage.filters import threshold_otsu
-from skimage.measure import label
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Flags, Floats
@@ -49,11 +46,15 @@ def normalised(image: Image32, levels: int = 256) -> Image32:
 
 def binary(image: Image32) -> Flags:
     """Threshold an image by Otsu's method (Eq. 4.2)."""
+    from skimage.filters import threshold_otsu
+
     return np.asarray(image >= threshold_otsu(image))  # type: ignore[no-untyped-call]
 
 
 def region_centroids(regions: Flags) -> tuple[Floats, Floats]:
     """Centroid of each connected region (Eq. 4.3)."""
+    from skimage.measure import label
+
     labels = label(regions, connectivity=1)  # type: ignore[no-untyped-call]
     y, x = np.nonzero(labels)
     numbers = labels[y, x]
@@ -64,6 +65,8 @@ def region_centroids(regions: Flags) -> tuple[Floats, Floats]:
 
 def central_row(centroids: Floats, shape: tuple[int, int]) -> list[int]:
     """Regions of the row that passes the middle of the image, left to right."""
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(centroids)
     distances, _ = tree.query(centroids, 2)
     pitch = float(np.median(distances[:, 1]))

@@ -3,7 +3,6 @@
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from plenofir.camera.calibration.centroids import (
     CORE_HALF_WIDTH,
@@ -334,6 +333,8 @@ class WhiteImage:
 
     def redraw(self) -> None:
         """Draw the flattened image again at the centres found."""
+        from scipy.spatial import cKDTree
+
         pitch = max(extents(self.grid))
         t, s = indices_within(self.grid, outline(np.full(2, -pitch), self.end + pitch))
         centres = self.grid.centres(t, s).reshape(-1, 2)

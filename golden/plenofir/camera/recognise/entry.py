@@ -4,10 +4,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from plenofir.camera.recognise.kinds import classify
-from plenofir.camera.recognise.readers import read
 from plenofir.camera.recognise.source import Hints, LightFieldSource
-from plenofir.camera.recognise.stored import Stored
 from plenofir.ground.errors import InputError
 
 _NO_HINTS = Hints()
@@ -24,6 +21,11 @@ def recognise(path: Path, hints: Hints = _NO_HINTS) -> LightFieldSource:
     try:
         if not path.exists():
             raise InputError("no such file or folder", where=str(path))
+        # Readers and classifiers load SciPy, which takes most of a second.
+        from plenofir.camera.recognise.kinds import classify
+        from plenofir.camera.recognise.readers import read
+        from plenofir.camera.recognise.stored import Stored
+
         held = read(path, hints)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):

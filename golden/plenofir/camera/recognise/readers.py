@@ -76,7 +76,9 @@ def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
     files = picture_files(path)
     if not files:
         return LightFieldSource(
-            "can't tell", (Finding("evidence", "no image files in the folder", "unknown"),)
+            "can't tell",
+            (Finding("evidence", "no image files in the folder", "unknown"),),
+            ("give a folder of views, or a picture",),
         )
     try:
         named = named_views(files, path)

@@ -4,12 +4,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from plenofir.camera.calibration.inspection import WhiteInspection
-from plenofir.camera.lightfield.indexing import compose
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
+
+if TYPE_CHECKING:
+    from plenofir.camera.calibration.inspection import WhiteInspection
 
 Kind = Literal[
     "white image",
@@ -91,7 +92,7 @@ class LightFieldSource:
     advice: tuple[str, ...] = ()  # command to go on with, or what to do
     micro_image_size: int | None = None  # M
     pitch_px: float | None = None
-    white: WhiteInspection | None = None  # what a white image shows
+    white: "WhiteInspection | None" = None  # what a white image shows
     counts: tuple[int, int] | None = None  # rows and columns of views
     warnings: tuple[str, ...] = ()
     where: str = ""
@@ -123,6 +124,8 @@ class LightFieldSource:
                 "develop, stack, depth-map, view, views, mosaic and quilt take them as they are",
                 where=self.where,
             )
+        from plenofir.camera.lightfield.indexing import compose
+
         picture = self.views(progress)
         return Field(picture.like(compose(picture.pixels)), picture.pixels.shape[0])
 

@@ -202,7 +202,7 @@ def redrawn_steps() -> Any:
         result.append(found[:: max(1, side // 7), :: max(1, side // 7)])
     result.append(redrawn.redrawn(image, places, levels, levels > 9, pitch)[0])
     lone = np.zeros((9, 11), np.float32)
-    redrawn.add_spots(
+    moments.add_spots(
         lone, np.array([[0.0, 0.0], [8.4, 10.2], [4.0, 5.0], [20.0, 3.0]]),
         np.array([1.0, 0.5, 2.0, 1.0]), np.array([1.0, 0.6, 0.3, 0.0]), 1.25,
     )  # fmt: skip

@@ -323,7 +323,9 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, bits, colour)
     how = ("decode", "raw.tif", "--calib", "calib.json", "-M", "7", "--out")
     for name in ("a.png", "a.tif"):
         done = plenofir(*how, name, cwd=tmp_path)
-        assert (done.returncode, done.stderr) == (0, "")
+        # A capture of so few micro images cannot show whether the calibration fits.
+        assert (done.returncode, done.stderr.count("\n")) == (0, 1)
+        assert "raw.tif: micro images are not seen" in done.stderr
         assert f"in linear light, white is {full}" in done.stdout
     want = decode(raw, load_calibration(tmp_path / "calib.json"), 7, full_scale=full)
     assert want.max() == full

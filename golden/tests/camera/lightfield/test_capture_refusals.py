@@ -104,7 +104,10 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (f"depth-map raw.png -M 5 {option}", f"{option} requires --camera")
             for option in ("--pfm", "--tiff", "--ply")
         ),
-        ("refocus views -M 5 -a 1", "views: is a folder"),
+        (
+            "refocus views -M 5 -a 1",
+            "no image files in the folder; give a folder of views, or a picture\n",
+        ),
         # Results never replace their inputs, under whatever name.
         ("refocus raw.png -M 5 -a 1 --out raw.png", "raw.png would replace what it is made"),
         ("refocus linked.png -M 5 -a 1 --out raw.png", "raw.png would replace"),
