@@ -74,6 +74,8 @@ def test_engines() -> None:
         # The module array of the thesis, its clocks and its diagrams.
         f"{core}/clock_counts.py",
         "fpga/simulate/module_waves.py",
+        # A stack holds row stages and adders of moving sums, whose waves it shows.
+        f"{core}/stack_engine.py",
         # Designs whose figures are recorded: those that say most of these two engines.
         "fpga/synthesis/comparison.py",
         "fpga/synthesis/counts.py",
