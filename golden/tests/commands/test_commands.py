@@ -183,7 +183,6 @@ COMBINATIONS = [
     ({"STACK": "0 1", "ARITH": "stored"}, "ARITH", "STACK"),
     ({"STACK": "0 1", "FRACTION": "3"}, "FRACTION", "ARITH=exact"),
     ({"STACK": "0 1", "CHAIN": "hdmi"}, "CHAIN", "STACK"),
-    ({"STACK": "0 1", "WAVES": "1"}, "WAVES", "STACK"),
     ({"STACK": "0 1", "SCENE": SCENE}, "SCENE", "STACK"),
     ({"RADIUS": "2"}, "RADIUS", "ENGINE=fir"),
     ({"RADIUS": "2", "ENGINE": "moving_sum"}, "RADIUS", "ENGINE=moving_sum"),
@@ -243,7 +242,7 @@ def by_hand(variables: dict[str, str]) -> list[str]:
     flags = {name: "--" + of.replace("_", "-") for name, of in options.VARIABLES.items()}
     arguments = ["--engine=stack"] if "STACK" in variables else []
     for name, value in variables.items():
-        switch = name in ("WAVES", "ANY_ROWS")
+        switch = name == "ANY_ROWS"
         arguments.append(flags[name] if switch else f"{flags[name]}={value}")
     return arguments
 
@@ -284,7 +283,7 @@ def test_bad_combinations_by_hand(
         ({"ENGINE": "belt"}, "ENGINE: 'belt' must be one of 'fir', 'moving_sum'"),
         ({"SIM": "isim"}, "SIM: 'isim' must be one of 'ghdl', 'nvc', 'verilator'"),
         ({"CHAIN": "sdi"}, "CHAIN: 'sdi' must be one of 'core', 'hdmi'"),
-        ({"WAVES": "yes"}, "WAVES: 'yes' must be 0 or 1"),
+        ({"WAVES": "yes"}, "WAVES: 'yes' must be one of '0', '1', 'all'"),
         ({"ANY_ROWS": "2"}, "ANY_ROWS: '2' must be 0 or 1"),
         ({"A": "1/2"}, "A: 1/2 is not on the grid of M = 5; use "),
         ({"SWEEP": "0 1/2"}, "SWEEP: 1/2 is not on the grid of M = 5; use "),
@@ -314,7 +313,7 @@ def test_make_forwards_what_is_set_and_nothing_else() -> None:
     arguments, names = arguments_of_make(
         "sim", sim, {"M": "3", "SWEEP": "0 1", "WAVES": "0", "ANY_ROWS": "1", "ISE": "/opt"}
     )
-    assert arguments == ["--micro-image=3", "--a=0 1", "--any-rows"]
+    assert arguments == ["--micro-image=3", "--a=0 1", "--waves=0", "--any-rows"]
     assert names["a"] == "SWEEP"
     assert arguments_of_make("sim", sim, {"STACK": "0 1"})[0] == ["--engine=stack", "--a=0 1"]
     synth = {p.name: p for p in COMMANDS["synth",].params}
