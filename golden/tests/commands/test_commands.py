@@ -313,7 +313,7 @@ def test_make_forwards_what_is_set_and_nothing_else() -> None:
     arguments, names = arguments_of_make(
         "sim", sim, {"M": "3", "SWEEP": "0 1", "WAVES": "0", "ANY_ROWS": "1", "ISE": "/opt"}
     )
-    assert arguments == ["--micro-image=3", "--a=0 1", "--waves=0", "--any-rows"]
+    assert arguments == ["--micro-image=3", "--a=0 1", "--any-rows", "--waves=0"]
     assert names["a"] == "SWEEP"
     assert arguments_of_make("sim", sim, {"STACK": "0 1"})[0] == ["--engine=stack", "--a=0 1"]
     synth = {p.name: p for p in COMMANDS["synth",].params}

@@ -20,7 +20,7 @@ from plenofir.ground.errors import InputError
 
 # A grid fits if it lies within so many pixels, or shares of the pitch, or if a move explains less
 # than so many times what chance does.
-_FITS_PX, _FITS_PITCHES, _CLEAR_GAIN = 0.3, 0.02, 8.0
+_FITS_PX, _FITS_PITCHES, _CLEAR_GAIN = 0.5, 0.04, 8.0
 # Agreement from which a grid that had to be moved, or was found anew, is trusted.
 _TRUSTED = 0.7
 # A grid is moved within these limits: share of the pitch, degrees.
