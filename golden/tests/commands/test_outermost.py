@@ -89,7 +89,7 @@ def test_names_that_are_no_text(tmp_path: Path) -> None:
     assert done.stderr.startswith(r"plenofir: \udcff.toml: no such scene; give ")
     done = run("refocus", os.fsdecode(b"\xff.png"), "-M", "5", "-a", "1", env={"LC_ALL": "POSIX"})
     assert done.returncode == 2
-    assert done.stderr.startswith(r"plenofir: \udcff.png: no such file; use ")
+    assert done.stderr.startswith(r"plenofir: \udcff.png: no such file or folder")
 
 
 @pytest.mark.parametrize(

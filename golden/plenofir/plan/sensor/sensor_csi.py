@@ -45,7 +45,7 @@ _GAP = 24
 _BLANK_LINES = 16
 # Generics that have other names in the bench, where the core has them too.
 _RECEIVER_WAVES: tuple[Scope, ...] = (
-    ("bit", "merge/", "active"),
+    ("downto", "merge/", "active"),
     ("bit", "", "word_first"),
     ("downto", "", "word_live word_data"),
     ("bit", "parser/", "header_full known known_bad busy is_line frame_open crc_wrong"),
