@@ -79,7 +79,6 @@ def test_every_source_has_mutants_and_tests() -> None:
         "screen_pkg.vhd",
         "sensor_pkg.vhd",
         "serial_clocks.vhd",
-        "settings_crossing.vhd",
         "status_pkg.vhd",
         "stored_pkg.vhd",
         "stored_product.vhd",

@@ -253,7 +253,7 @@ def test_four_lanes_whose_frames_are_the_raster(tmp_path: Path) -> None:
     package = (tmp_path / "out" / "camera_pkg.vhd").read_text()
     assert "constant CAMERA_LANES    : natural := 4;" in package
     assert 'std_logic_vector(6 downto 0) := "0110110"' in package
-    assert '"010000ffff073012ff"' in package
+    assert '"010000 ffff07 3012ff"' in package
     slower = lanes_scene(tmp_path, ("mbits = 900.0", "mbits = 300.0"), ("120.0", "10.0"))
     assert make_plan(load_scene(slower)).core.pixels_per_clock == 1
 
