@@ -79,6 +79,12 @@ architecture rtl of packet_parser is
   signal near_end : std_logic             := '0';
   signal is_line  : std_logic             := '0';
 
+  -- Of the word on offer: bytes that belong to the packet, and to its payload; one of them is missing; the packet ends.
+  signal needed : natural range 0 to LANES;
+  signal bytes  : natural range 0 to 7;
+  signal cut    : std_logic;
+  signal ends   : std_logic;
+
   -- Between a frame's start and its end on the virtual channel.
   signal frame_open : std_logic := '0';
   -- A packet of this frame was a line.
@@ -151,15 +157,49 @@ begin
 
   -- Bytes that should be there and are not, or a new burst, cut a packet short: what has gone out of it stays. Bytes
   -- behind the checksum are filler, and go to it as zeros, which leave its result as it is.
+  -- The share of the word on offer in the packet.
+  share_word : process (left, near_end, first, live) is
+
+    variable few   : natural range 0 to 7;
+    variable share : natural range 0 to LANES;
+    variable lost  : std_logic;
+
+  begin
+
+    few   := to_integer(left(2 downto 0));
+    share := LANES;
+    bytes <= LANES;
+
+    if near_end = '1' then
+      bytes <= 0;
+      if few >= 2 then
+        bytes <= few - 2;
+      end if;
+      if few < LANES then
+        share := few;
+      end if;
+    end if;
+
+    lost := first;
+
+    for i in 0 to LANES - 1 loop
+
+      if i < share then
+        lost := lost or not live(i);
+      end if;
+
+    end loop;
+
+    needed <= share;
+    cut    <= lost;
+    ends   <= near_end and to_logic(few <= LANES);
+
+  end process share_word;
+
   follow_packets : process (clk) is
 
-    variable few    : natural range 0 to 7;
-    variable needed : natural range 0 to LANES;
-    variable bytes  : natural range 0 to 7;
-    variable cut    : std_logic;
-    variable ends   : std_logic;
-    variable kind   : kind_t;
-    variable ours   : std_logic;
+    variable kind : kind_t;
+    variable ours : std_logic;
 
   begin
 
@@ -174,27 +214,9 @@ begin
       crc_data      <= data;
       told          <= (others => '0');
 
-      -- Bytes of this word that belong to the packet, and to its payload.
-      few    := to_integer(left(2 downto 0));
-      needed := LANES;
-      bytes  := LANES;
-      if near_end = '1' then
-        bytes := 0;
-        if few >= 2 then
-          bytes := few - 2;
-        end if;
-        if few < LANES then
-          needed := few;
-        end if;
-      end if;
-      ends := near_end and to_logic(few <= LANES);
-      cut  := first;
-
       for i in 0 to LANES - 1 loop
 
-        if i < needed then
-          cut := cut or not live(i);
-        else
+        if i >= needed then
           crc_data(8 * i + 7 downto 8 * i) <= (others => '0');
         end if;
 

@@ -22,6 +22,7 @@ use ieee.numeric_std.all;
 library work;
 use work.hex_pkg.all;
 use work.math_pkg.all;
+use work.setup_list_pkg.all;
 
 entity sensor_setup is
   generic (
@@ -66,135 +67,16 @@ end entity sensor_setup;
 
 architecture rtl of sensor_setup is
 
-  -- Texts between blanks. One more would not be counted by the outputs.
-  function entry_count (
-    text : string
-  ) return positive is
-
-    variable count : positive;
-
-  begin
-
-    count := 1;
-
-    for i in text'range loop
-
-      if text(i) = ' ' then
-        count := count + 1;
-      end if;
-
-    end loop;
-
-    return count;
-
-  end function entry_count;
-
   constant COUNT : positive := entry_count(REGISTERS);
-  -- Characters of the longest list.
-  constant LONGEST : positive := 4095 * 9;
 
   constant LINE_LOW  : std_logic_vector(1 downto 0) := "01";
   constant REFUSED   : std_logic_vector(1 downto 0) := "10";
   constant DISTURBED : std_logic_vector(1 downto 0) := "11";
 
-  -- A pause follows; the value has 16 bits; address; value, one of 8 bits in the upper ones.
-  constant ENTRY_BITS   : positive := 34;
-  constant BEFORE_PAUSE : positive := 33;
-  constant WIDE         : positive := 32;
-
-  subtype entry_t is std_logic_vector(ENTRY_BITS - 1 downto 0);
-
-  type entries_t is array (natural range 0 to COUNT - 1) of entry_t;
-
-  -- Whether each text between blanks has the digits of a register.
-  function is_list (
-    text : string
-  ) return boolean is
-
-    variable digits : natural;
-
-  begin
-
-    digits := 0;
-
-    for i in text'range loop
-
-      if text(i) /= ' ' then
-        digits := digits + 1;
-        if not is_hex(text(i to i)) then
-          return false;
-        end if;
-      elsif digits /= 6 and digits /= 8 then
-        return false;
-      else
-        digits := 0;
-      end if;
-
-    end loop;
-
-    return digits = 6 or digits = 8;
-
-  end function is_list;
-
   constant WHOLE : boolean := takes(is_list(REGISTERS) and COUNT < 4096,
                                     "sensor_setup: REGISTERS is not 1 to 4095 times six or eight digits (0 to f)");
 
-  function is_pause (
-    value : entry_t
-  ) return std_logic is
-  begin
-
-    return to_logic(value(31 downto 16) = x"FFFF") and not value(WIDE);
-
-  end function is_pause;
-
-  function all_entries return entries_t is
-
-    variable entries : entries_t;
-    variable number  : natural range 0 to 4095;
-    variable digits  : natural range 0 to 8;
-    variable symbol  : character;
-
-  begin
-
-    entries := (others => (others => '0'));
-    number  := 0;
-    digits  := 0;
-
-    -- The digits of a register go to their places from the left; a value of 8 bits leaves the last two zero.
-    for i in 0 to LONGEST - 1 loop
-
-      if i < REGISTERS'length then
-        symbol := REGISTERS(REGISTERS'left + i);
-
-        if symbol = ' ' then
-          number := number + 1;
-          digits := 0;
-        elsif digits < 8 then
-          entries(number)(31 - 4 * digits downto 28 - 4 * digits) := hex_digit(symbol);
-
-          if digits = 7 then
-            entries(number)(WIDE) := '1';
-          end if;
-          digits := digits + 1;
-        end if;
-      end if;
-
-    end loop;
-
-    for i in 1 to 4095 loop
-
-      if i < COUNT then
-        entries(i - 1)(BEFORE_PAUSE) := is_pause(entries(i));
-      end if;
-
-    end loop;
-
-    return entries;
-
-  end function all_entries;
-
-  constant ENTRIES : entries_t := all_entries;
+  constant ENTRIES : entries_t(0 to COUNT - 1) := entries_of(REGISTERS, COUNT);
 
   -- What is on the lines: nothing, also in a pause of the list and before a repeat; nine ones and a stop, start, four
   -- or five bytes, a stop.
