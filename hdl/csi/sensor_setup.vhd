@@ -121,6 +121,8 @@ architecture rtl of sensor_setup is
   -- A transfer has ended, or the lines are free; it went wrong.
   signal ends  : std_logic;
   signal fails : std_logic;
+  -- The entry of the list is done with.
+  signal entry_over : std_logic;
 
 begin
 
@@ -321,6 +323,10 @@ begin
 
   end process count_pauses_and_repeats;
 
+  -- A pause is over when its counter has gone through the milliseconds of the entry; an entry of 0 is no pause.
+  entry_over <= to_logic(milliseconds = 0) when step = pause else
+                ends;
+
   follow_steps : process (clk) is
   begin
 
@@ -362,19 +368,6 @@ begin
             step <= open_transfer;
           end if;
 
-        when pause =>
-
-          -- The counter has gone through the milliseconds of the entry; an entry of 0 is no pause.
-          if milliseconds = 0 then
-            step <= idle;
-            if number = COUNT - 1 then
-              done <= '1';
-            else
-              number <= number + 1;
-              step   <= fetch;
-            end if;
-          end if;
-
         when rest =>
 
           -- A sensor that starts, or resets itself, does not answer.
@@ -394,9 +387,9 @@ begin
             step <= close_transfer;
           end if;
 
-        when close_transfer =>
+        when pause | close_transfer =>
 
-          if ends = '1' then
+          if entry_over = '1' then
             tries <= 0;
             step  <= idle;
             if number = COUNT - 1 then

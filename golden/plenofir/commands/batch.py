@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
 from plenofir.commands.rasters import recognised
@@ -197,7 +197,7 @@ def _refocused(
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def batch(
     frames: Annotated[
         list[str],

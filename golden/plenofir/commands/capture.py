@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish
 from plenofir.ground.errors import InputError
@@ -35,7 +35,7 @@ def calibrate(
     white: Annotated[str, typer.Argument(help="White image: an evenly lit, diffuse surface.")],
     out: Annotated[str, typer.Option(help="Calibration file to write.")] = "calib.json",
     dark: Dark = None,
-    bayer: options.BayerIfGiven = None,
+    bayer: file_options.BayerIfGiven = None,
     layout: Annotated[
         Literal["auto", "rectangular", "hexagonal-rows", "hexagonal-columns"],
         typer.Option(help="Layout of the micro lenses; auto finds it in the white image."),
@@ -240,9 +240,9 @@ def decode(
     devignette: Annotated[
         bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
     ] = True,
-    bayer: options.BayerIfGiven = None,
-    white_balance: options.WhiteBalance = "auto",
-    roi: options.Roi = None,
+    bayer: file_options.BayerIfGiven = None,
+    white_balance: file_options.WhiteBalance = "auto",
+    roi: file_options.Roi = None,
     colour: Annotated[
         Literal["camera", "balanced", "srgb"],
         typer.Option(

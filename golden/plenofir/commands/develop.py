@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import steps_bar
 from plenofir.commands.rasters import warn_of_camera
@@ -21,7 +21,7 @@ app = typer.Typer()
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def develop(
     capture: Annotated[
         str,

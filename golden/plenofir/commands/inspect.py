@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import print_json, progress_bar
 from plenofir.commands.results import publish
@@ -34,7 +34,7 @@ Lines = list[tuple[str, str]]
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def inspect(
     files: Annotated[
         list[str],

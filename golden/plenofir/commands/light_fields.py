@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.console import print_lines, progress_bar
 from plenofir.commands.rasters import (
     doubt_of_depth,
@@ -33,7 +33,7 @@ app = typer.Typer()
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def views(
     raster: options.LightField,
     hints: "Hints",
@@ -55,7 +55,7 @@ def views(
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def mosaic(
     raster: options.LightField,
     hints: "Hints",
@@ -74,7 +74,7 @@ def mosaic(
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def quilt(
     raster: options.LightField,
     hints: "Hints",
@@ -122,7 +122,7 @@ def quilt(
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def compose(
     folder: Annotated[
         str,
@@ -160,7 +160,7 @@ def compose(
 
 
 @app.command("refocus")
-@options.takes_light_fields
+@file_options.takes_light_fields
 def refocus_command(
     raster: options.LightField,
     hints: "Hints",
@@ -250,7 +250,7 @@ def _region(text: str) -> tuple[slice, slice]:
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def stack(
     raster: options.LightField,
     hints: "Hints",
@@ -371,7 +371,7 @@ def stack(
 
 
 @app.command("depth-map")
-@options.takes_light_fields
+@file_options.takes_light_fields
 def depth_map(
     raster: options.LightField,
     hints: "Hints",
@@ -467,10 +467,9 @@ def depth_map(
         sure = disparity.confidence >= confidence
         depth = np.where(sure, disparity.pixels_per_view, np.nan)
     else:
-        depth = sure_distances(disparity, model, confidence)
-        tenths = np.nan_to_num(np.rint(10 * depth), nan=0.0)
-        files["distance_mm.npy"] = depth
-        files["distance_tenth_mm.png"] = np.clip(tenths, 0, 65535).astype(np.uint16)
+        files["distance_mm.npy"] = depth = sure_distances(disparity, model, confidence)
+        tenths = np.clip(np.nan_to_num(np.rint(10 * depth), nan=0.0), 0, 65535)
+        files["distance_tenth_mm.png"] = tenths.astype(np.uint16)
     files["depth.png"] = depth_picture(depth, in_mm=model is not None)
     with Results(Path(out)) as results:
         for name, values in files.items():
@@ -482,13 +481,11 @@ def depth_map(
         if ply and model is not None:
             colours = exposure(picture, m).apply(central_view(raw, m))
             results.write("points.ply", exports.encode_ply(exports.points(depth, model), colours))
-    known = depth[~np.isnan(depth)]
-    spread = ""
+    known, spread = depth[~np.isnan(depth)], ""
     if known.size:
         first, last = np.percentile(known, [5, 95])
-        spread = f", a = {first:.2f} to {last:.2f}"
-        if model is not None:
-            spread = f", {first:.0f} to {last:.0f} mm"
+        in_mm = f"{first:.0f} to {last:.0f} mm"
+        spread = f", a = {first:.2f} to {last:.2f}" if model is None else f", {in_mm}"
     typer.echo(
         f"{out}: {'disparities' if model is None else 'distances'} of {known.size} of {depth.size}"
         f" pixels ({100 * known.size / depth.size:.1f} %){spread}"

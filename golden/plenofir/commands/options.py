@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options, declared once: their flags, types and ranges, and how a message names them."""
 
-import functools
-import inspect
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import floor, inf, isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
@@ -424,90 +422,3 @@ ArithIfGiven = Annotated[ArithmeticKind | None, _ARITH]
 FractionIfGiven = Annotated[int | None, _FRACTION]
 GuardIfGiven = Annotated[int | None, _GUARD]
 SceneIfGiven = Annotated[str | None, _SCENE]
-
-BayerIfGiven = Annotated[
-    Literal["rggb", "grbg", "gbrg", "bggr", "none"] | None,
-    typer.Option(
-        "--bayer",
-        help="Colours of a sensor's first four pixels, if it has a colour mosaic; none if it is "
-        "taken for one.",
-        case_sensitive=False,
-    ),
-]
-WhiteBalance = Annotated[
-    Literal["auto", "off"],
-    typer.Option(
-        "--white-balance",
-        help="White balance of captures by the white image, or by the neutral of a DNG; or off.",
-    ),
-]
-Roi = Annotated[
-    str | None,
-    typer.Option(
-        "--roi",
-        metavar="COLUMN,ROW",
-        help="Where captures begin that are a part of the white image's pixels.",
-    ),
-]
-
-# What a person may say about a light field: `plenofir.camera.recognise.Hints`, by its fields.
-_HINTS: dict[str, tuple[Any, Any]] = {
-    "micro_image": (MicroImageIfGiven, None),
-    "layout": (
-        Annotated[
-            Literal["auto", "mosaic", "raster"],
-            typer.Option(
-                help="How the views lie in a picture: mosaic (side by side) or raster (micro "
-                "images)."
-            ),
-        ],
-        "auto",
-    ),
-    "order": (
-        Annotated[
-            Literal["rows", "columns"] | None,
-            typer.Option(
-                help="What the first number of the views counts; without it their motion tells."
-            ),
-        ],
-        None,
-    ),
-    "flip": (
-        Annotated[
-            Literal["none", "rows", "columns", "both"] | None,
-            typer.Option(
-                help="Views counted from below (rows), from the right (columns) or both; without "
-                "it their motion tells, but for both."
-            ),
-        ],
-        None,
-    ),
-    "bayer": (BayerIfGiven, None),
-    "white_balance": (WhiteBalance, "auto"),
-    "roi": (Roi, None),
-}
-
-
-def takes_light_fields(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of `Hints`; the command gets them together, as `hints`."""
-
-    @functools.wraps(command)
-    def with_hints(**values: Any) -> None:
-        from plenofir.camera.recognise.source import Hints
-
-        command(hints=Hints(**{name: values.pop(name) for name in _HINTS}), **values)
-
-    def keyword(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-        kind = inspect.Parameter.KEYWORD_ONLY
-        return inspect.Parameter(name, kind, default=default, annotation=annotation)
-
-    signature = inspect.signature(command)
-    own = [
-        keyword(name, one.annotation, one.default)
-        for name, one in signature.parameters.items()
-        if name != "hints"
-    ]
-    added = [keyword(name, *of) for name, of in _HINTS.items()]
-    with_hints.__signature__ = inspect.Signature(own + added)  # type: ignore[attr-defined]
-    with_hints.__annotations__ = {one.name: one.annotation for one in own + added}
-    return with_hints

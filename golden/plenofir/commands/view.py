@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plenofir.commands import options
+from plenofir.commands import file_options, options
 from plenofir.commands.console import print_notes, progress_bar
 from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import check_file
@@ -33,7 +33,7 @@ _LEAST_VIEWS = 9
 
 
 @app.command()
-@options.takes_light_fields
+@file_options.takes_light_fields
 def view(
     hints: "Hints",
     raster: Annotated[

@@ -27,6 +27,7 @@ import numpy.typing as npt
 from plenofir.ground.dng import is_canon_raw, sensor_picture
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file, write_file
+from plenofir.ground.levels import levels
 
 # Their log messages about files are not printed.
 for _library in ("imagecodecs", "netpbmfile", "tifffile"):
@@ -293,8 +294,6 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
 
 def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
     """Floats and wide integers as 8 or 16 bit with their white, where their meaning is certain."""
-    from plenofir.ground.levels import levels
-
     values, white, notes = levels(image, where)
     if notes:
         raise InputError(f"{notes[0]}; {_ADVICE}", where=where)

@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import Image
 
 # Floats from 0 to 1 may overshoot by this much below and above, as filters leave them.
 _BELOW, _ABOVE = 0.05, 1.5
@@ -17,7 +16,7 @@ _MOST = 65535
 class Levels(NamedTuple):
     """Values of 8 or 16 bit."""
 
-    values: Image
+    values: npt.NDArray[np.integer]
     full_scale: int  # value of white
     notes: tuple[str, ...] = ()  # what was changed
 
