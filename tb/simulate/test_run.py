@@ -272,7 +272,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--raw", "folder.png"], "folder.png: is a folder"),
         (["--raw", "text.png"], "no image of a known kind"),
         (["--raw", "cut.png"], "cut.png: is damaged"),
-        (["--raw", "alpha.png"], "4 channels"),
+        (["--raw", "alpha.png"], "alpha channel that is not opaque"),
         (["--raw", "grey.png", "-M", "21", "--a", "0"], "less than one micro image"),
         (["--raw", "grey.png", "-M", "0"], "--micro-image: '0'"),
         (["--raw", "grey.png", "-M", "-3"], "--micro-image: '-3'"),

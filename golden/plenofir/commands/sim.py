@@ -254,8 +254,10 @@ def _warn(raw: Path, micro_image: int) -> None:
     """Warn of what is no aligned raw image of M: any picture can be simulated."""
     from plenofir.camera.recognise import Hints
     from plenofir.ground.images import read_picture
+    from plenofir.refocus import check_raw
 
-    read_picture(raw)
+    # What can't be simulated is refused; the rest is doubted at most.
+    check_raw(read_picture(raw).pixels, micro_image, where=str(raw))
     try:
         source = recognised(raw, Hints(micro_image))
         for finding in source.findings:
