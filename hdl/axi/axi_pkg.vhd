@@ -82,7 +82,7 @@ package axi_pkg is
     modes : registers_t
   ) return registers_t;
 
-  -- Those registers, and those that share 8 bytes with one of them.
+  -- The registers given, and all that share 8 bytes with one of them.
   function in_pairs (
     registers : registers_t
   ) return registers_t;

@@ -79,7 +79,7 @@ architecture rtl of packet_parser is
   signal near_end : std_logic             := '0';
   signal is_line  : std_logic             := '0';
 
-  -- Of the word on offer: bytes that belong to the packet, and to its payload; one of them is missing; the packet ends.
+  -- The word on offer: its bytes in the packet, and in the payload; one of them is missing; the packet ends.
   signal needed : natural range 0 to LANES;
   signal bytes  : natural range 0 to 7;
   signal cut    : std_logic;
