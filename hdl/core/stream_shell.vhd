@@ -9,8 +9,9 @@
 -- room for, so the engine never stalls and needs no clock enable. When nothing follows a frame, empty tokens and lines
 -- push its last lines out.
 --
--- The slice is chosen in the clock in which a frame's first pixel is taken, and goes with it through the input FIFO. In
--- a sweep a mark of start that lasts several pixels of a line counts once.
+-- The slice is chosen in the clock in which a frame's first pixel is taken, and waits in a FIFO of its own while the
+-- pixel waits in the input FIFO. A mark of start that lasts several pixels of a line counts once. The FIFO of slices
+-- holds SLICE_WORDS of them at least; of frames that are shorter than the input FIFO, the next one waits for a place.
 --
 -- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
 -- Throughput: one token each clock.
@@ -87,9 +88,10 @@ end entity stream_shell;
 
 architecture rtl of stream_shell is
 
-  constant SLICE_BITS : natural := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
-  -- A pixel with its marks and the slice of the port, which counts with a frame's first pixel alone.
-  constant STREAM_BITS : positive := IN_BITS + 2 + SLICE_BITS;
+  constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
+  constant STREAM_BITS : positive := IN_BITS + 2;
+  -- Places for slices of frames that begin within the input FIFO.
+  constant SLICE_WORDS : positive := 4;
 
   -- Sequencer 2, gather, engine.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 2, 0) + ENGINE_LATENCY;
@@ -98,7 +100,10 @@ architecture rtl of stream_shell is
   signal stream_word  : std_logic_vector(STREAM_BITS - 1 downto 0);
   signal stream_valid : std_logic;
   signal stream_ready : std_logic;
+  signal fifo_valid   : std_logic;
+  signal fifo_ready   : std_logic;
   signal taken        : std_logic;
+  signal slice_fits   : std_logic;
   signal frame_start  : std_logic;
   signal frame_slice  : slice_t;
   signal line_token   : token_t;
@@ -109,15 +114,18 @@ architecture rtl of stream_shell is
 
 begin
 
-  input_word(IN_BITS + 1 downto 0) <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
+  input_word <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
 
+  -- A pixel enters the input FIFO, or the sequencer, if there is a place for a slice, too.
+  fifo_valid    <= s_axis_marks.tvalid and slice_fits;
+  taken         <= fifo_ready and slice_fits;
   s_axis_tready <= taken;
 
   -- A stage behind another core needs no FIFO of its own: that one's output waits as well.
   no_fifo : if INPUT_PIXELS = 0 generate
     stream_word  <= input_word;
-    stream_valid <= s_axis_marks.tvalid;
-    taken        <= stream_ready;
+    stream_valid <= fifo_valid;
+    fifo_ready   <= stream_ready;
   end generate no_fifo;
 
   fifo : if INPUT_PIXELS > 0 generate
@@ -130,8 +138,8 @@ begin
       port map (
         clk           => clk,
         reset         => reset,
-        s_axis_tvalid => s_axis_marks.tvalid,
-        s_axis_tready => taken,
+        s_axis_tvalid => fifo_valid,
+        s_axis_tready => fifo_ready,
         s_axis_tdata  => input_word,
         m_axis_tvalid => stream_valid,
         m_axis_tready => stream_ready,
@@ -140,37 +148,54 @@ begin
 
   end generate fifo;
 
-  no_slices : if SLICES = 0 generate
+  one_slice : if SLICES < 2 generate
     frame_slice <= (others => '0');
-  end generate no_slices;
+    slice_fits  <= '1';
+  end generate one_slice;
 
-  set_of_slices : if SLICES > 0 generate
+  set_of_slices : if SLICES > 1 generate
 
-    signal starts         : std_logic;
-    signal start_lasts    : std_logic := '0';
-    signal slice_selected : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
+    -- Pixels that enter the input FIFO (0) and leave it (1): whether one does, its marks, whether the mark of start of
+    -- the pixel before lasts, and whether it is a frame's first.
+    signal moves  : std_logic_vector(0 to 1);
+    signal starts : std_logic_vector(0 to 1);
+    signal ends   : std_logic_vector(0 to 1);
+    signal lasts  : std_logic_vector(0 to 1) := "00";
+    signal firsts : std_logic_vector(0 to 1);
+    -- The slice of a frame that begins: as it enters, as it leaves, and as it left last.
+    signal slice_in   : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
+    signal slice_out  : std_logic_vector(slice_in'range);
+    signal slice_kept : std_logic_vector(slice_in'range) := (others => '0');
 
   begin
 
-    input_word(STREAM_BITS - 1 downto IN_BITS + 2) <= std_logic_vector(slice_selected);
+    moves  <= (s_axis_marks.tvalid and taken) & (stream_valid and stream_ready);
+    starts <= s_axis_marks.tuser(0) & stream_word(IN_BITS + 1);
+    ends   <= s_axis_marks.tlast & stream_word(IN_BITS);
+    firsts <= moves and starts and not lasts;
 
-    frame_slice <= resize(unsigned(stream_word(STREAM_BITS - 1 downto IN_BITS + 2)), slice_t'length);
-
-    starts <= s_axis_marks.tvalid and taken and s_axis_marks.tuser(0) and not start_lasts;
-
-    follow_start : process (clk) is
+    follow_starts : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if s_axis_marks.tvalid = '1' and taken = '1' then
-          start_lasts <= s_axis_marks.tuser(0) and not s_axis_marks.tlast;
+
+        for i in moves'range loop
+
+          if moves(i) = '1' then
+            lasts(i) <= starts(i) and not ends(i);
+          end if;
+
+        end loop;
+
+        if firsts(1) = '1' then
+          slice_kept <= slice_out;
         end if;
         if reset = '1' then
-          start_lasts <= '0';
+          lasts <= "00";
         end if;
       end if;
 
-    end process follow_start;
+    end process follow_starts;
 
     choose_slice : entity work.slice_select
       generic map (
@@ -180,12 +205,42 @@ begin
       port map (
         clk          => clk,
         reset        => reset,
-        frame_start  => starts,
+        frame_start  => firsts(0),
         slice        => order.slice,
         sweep        => order.sweep,
         sweep_frames => order.sweep_frames,
-        selected     => slice_selected
+        selected     => slice_in
       );
+
+    at_once : if INPUT_PIXELS = 0 generate
+      slice_out  <= std_logic_vector(slice_in);
+      slice_fits <= '1';
+    end generate at_once;
+
+    waits : if INPUT_PIXELS > 0 generate
+
+      slices_fifo : entity work.axis_fifo
+        generic map (
+          WIDTH        => SLICE_BITS,
+          ADDRESS_BITS => bits_for(SLICE_WORDS - 1)
+        )
+        port map (
+          clk           => clk,
+          reset         => reset,
+          s_axis_tvalid => firsts(0),
+          s_axis_tready => slice_fits,
+          s_axis_tdata  => std_logic_vector(slice_in),
+          m_axis_tvalid => open,
+          m_axis_tready => firsts(1),
+          m_axis_tdata  => slice_out,
+          level         => open
+        );
+
+    end generate waits;
+
+    -- Whether a frame's first pixel leaves in this clock comes late; that it is on offer is enough.
+    frame_slice <= resize(unsigned(slice_out), slice_t'length) when starts(1) = '1' and lasts(1) = '0' else
+                   resize(unsigned(slice_kept), slice_t'length);
 
   end generate set_of_slices;
 

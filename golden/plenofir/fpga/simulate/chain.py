@@ -39,15 +39,25 @@ _LETTER_US = 1
 # Lines after the last frame: the latency of the link, and the beginning of the next frame.
 LINES_BEHIND = 3
 
+# Only signals that are no records: others are not in a dump of GHDL that GTKWave shows.
+_VIDEO = "path/picture/video/"
+_RASTER: tuple[Scope, ...] = (
+    ("bit", "", "in_rows in_columns h_pulse v_pulse"),
+    ("downto", "", "y x"),
+)
 _WAVES: tuple[Scope, ...] = (
-    ("bit", "", "clk run"),
-    ("bit", "path/", "reset link_locked link_error"),
-    ("downto", "path/", "link_aligned"),
-    ("bit", "path/", "video_active video_h_sync video_v_sync"),
-    ("downto", "path/", "video_pixel"),
+    ("bit", "", "clk"),
+    ("bit", "path/", "run reset"),
+    ("downto", "path/", "in_bits aligned wrong_words"),
+    *(("downto", f"path/receiver/channel({i})/decoder/", "word octet") for i in range(3)),
     ("downto", "control/settings_to_pixels/", "pixel_together"),
-    ("bit", "path/", "following shown_active shown_h_sync shown_v_sync"),
-    ("downto", "path/", "shown_pixel video_errors"),
+    ("bit", "path/", "following unsupported varying"),
+    ("bit", f"{_VIDEO}to_stream/", "frame_start stable start m_axis_tready"),
+    ("downto", f"{_VIDEO}to_stream/", "pixel_3"),
+    *within(f"{_VIDEO}to_stream/raster", _RASTER),
+    *within(f"{_VIDEO}to_video/raster", _RASTER),
+    ("bit", f"{_VIDEO}to_video/", "take s_axis_tready"),
+    ("downto", "path/", "video_errors out_words"),
 )
 WAVE_SIGNALS = wave_signals_of(TOP, within("board/top", _WAVES))
 
