@@ -4,6 +4,7 @@
 Each check returns a list of problems, one line each.
 """
 
+import math
 import os
 import re
 import subprocess
@@ -117,7 +118,7 @@ def _check_pairs(constraints: Constraints, located: Mapping[str, Pin]) -> list[s
 
 
 def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> list[str]:
-    """Each clock has a period and a clock-capable pin, and crossings are not timed."""
+    """Each clock has a period and a clock-capable pin; crossings have a limit of their own."""
     out = []
     ports = top_ports(top_text)
     kept = set(re.findall(r'attribute keep of (\w+)\s*: signal is "TRUE"', top_text))
@@ -130,12 +131,12 @@ def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> l
     known = {*constraints.groups, *constraints.unions}
     for group in {
         *constraints.periods,
-        *(name for pair in constraints.ignored for name in pair),
+        *(name for pair in constraints.limits for name in pair),
         *(name for parts in constraints.unions.values() for name in parts),
     } - known:
         out.append(f"group {group} is not declared")
     # The tools derive no period behind a PLL or DCM from a group that is in other constraints too.
-    shared = {name for pair in constraints.ignored for name in pair}
+    shared = {name for pair in constraints.limits for name in pair}
     shared |= {name for parts in constraints.unions.values() for name in parts}
     timed: dict[Net, float] = {}
     for group, period in constraints.periods.items():
@@ -152,7 +153,7 @@ def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> l
         if ball in pins() and not pins()[str(ball)].is_clock:
             out.append(f"clock {net}: ball {ball} ({pins()[str(ball)].name}) is no clock input")
     out += _check_synthesizers(netlist, timed)
-    out += _check_crossings(constraints, netlist)
+    out += _check_crossings(constraints, netlist, timed)
     out += _check_untimed(constraints, top_text, kept)
     return out
 
@@ -176,8 +177,10 @@ def _check_synthesizers(netlist: Netlist, timed: Mapping[Net, float]) -> list[st
     return out
 
 
-def _check_crossings(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Paths between clocks that crossings make are excluded from timing, and no others."""
+def _check_crossings(
+    constraints: Constraints, netlist: Netlist, timed: Mapping[Net, float]
+) -> list[str]:
+    """Paths between clocks that crossings make have a limit, at most a period; no others have."""
     clocks_of = {
         group: set().union(*(netlist.reach(("", net)) for net in constraints.members(group)))
         & netlist.clock_nets
@@ -191,22 +194,28 @@ def _check_crossings(constraints: Constraints, netlist: Netlist) -> list[str]:
                 source = None if source_port is None else netlist.port(place, source_port)
                 target = netlist.port(place, target_port)
                 crossed.add((source, target))
-                if not any(
-                    target in clocks_of.get(to, ())
+                way = f"from {'any' if source is None else _text(source)} to {_text(target)}"
+                delays = [
+                    delay
+                    for (begin, to), delay in constraints.limits.items()
+                    if target in clocks_of.get(to, ())
                     and (source is None or source in clocks_of.get(begin, ()))
-                    for begin, to in constraints.ignored
-                ):
-                    begin_text = "any" if source is None else _text(source)
-                    out.append(f"{place.path}: no TIG from {begin_text} to {_text(target)}")
-    for begin, to in constraints.ignored:
+                ]
+                # A clock without a period is told above.
+                shortest = min(timed.get(source or target, math.inf), timed.get(target, math.inf))
+                if not delays:
+                    out.append(f"{place.path}: no limit {way}")
+                elif source is not None and min(delays) > shortest:
+                    out.append(f"{place.path}: {min(delays):g} ns {way}, {shortest:g} at most")
+    for begin, to in constraints.limits:
         if not any(
             target in clocks_of.get(to, ())
             and (source is None or source in clocks_of.get(begin, ()))
             for source, target in crossed
         ):
-            out.append(f"TIG from {begin} to {to}: no crossing goes that way")
+            out.append(f"limit from {begin} to {to}: no crossing goes that way")
         if clocks_of.get(begin, set()) & clocks_of.get(to, set()):
-            out.append(f"TIG from {begin} to {to}: they share a clock")
+            out.append(f"limit from {begin} to {to}: they share a clock")
     return out
 
 
@@ -380,7 +389,7 @@ def run_checks(report: Report) -> int:
         tell(
             "clocks",
             check_clocks(constraints, netlist, top_text),
-            f"{len(netlist.clock_nets)} clocks, {len(constraints.ignored)} crossings not timed",
+            f"{len(netlist.clock_nets)} clocks, {len(constraints.limits)} ways between clocks",
         )
         banks = check_serial_banks(constraints, netlist)
         tell("serial", banks, f"{len(netlist.all_of('bufpll'))} BUFPLLs")

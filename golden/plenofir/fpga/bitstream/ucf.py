@@ -26,8 +26,8 @@ class Constraints:
     unions: dict[str, list[str]] = field(default_factory=dict)
     # Group to the period of its clock in ns.
     periods: dict[str, float] = field(default_factory=dict)
-    # Pairs of groups between which paths are not timed (FROM TO TIG).
-    ignored: list[tuple[str, str]] = field(default_factory=list)
+    # Pairs of groups to the longest delay between them in ns, whatever their clocks do.
+    limits: dict[tuple[str, str], float] = field(default_factory=dict)
     untimed: list[str] = field(default_factory=list)  # nets whose paths are not timed (TIG)
 
     def members(self, group: str) -> list[str]:
@@ -79,12 +79,14 @@ def read_constraints(path: Path) -> Constraints:
             rf'TIMESPEC "TS_\w+" = PERIOD {_NAME} ([\d.]+) ns HIGH 50 ?%', statement
         ):
             out.periods[found[1]] = float(found[2])
-        elif found := re.fullmatch(rf'TIMESPEC "TS_\w+" = FROM {_NAME} TO {_NAME} TIG', statement):
-            out.ignored.append((found[1], found[2]))
+        elif found := re.fullmatch(
+            rf'TIMESPEC "TS_\w+" = FROM {_NAME} TO {_NAME} ([\d.]+) ns DATAPATHONLY', statement
+        ):
+            out.limits[found[1], found[2]] = float(found[3])
         else:
             raise InputError(
                 f"{statement!r} is not understood; use CONFIG, NET, TIMEGRP, or TIMESPEC "
-                "with PERIOD or FROM TO TIG",
+                "with PERIOD or FROM TO and DATAPATHONLY",
                 where=where,
             )
     return out

@@ -133,27 +133,37 @@ def test_board_passes(tmp_path: Path) -> None:
         ),
         pytest.param(
             without("TS_receive_to_transmit"),
-            "path/transmitter/crossing: no TIG from clk to tx_clk",
+            "path/transmitter/crossing: no limit from clk to tx_clk",
             id="elastic",
         ),
         pytest.param(
             without("TS_counted_to_control"),
-            "control/meter: no TIG from tmds_clk_global to clk_100",
+            "control/meter: no limit from tmds_clk_global to clk_100",
             id="meter",
         ),
         pytest.param(
             without("TS_receive_to_control"),
-            "control/report_from_pixels/crossing: no TIG from clk to clk_100",
+            "control/report_from_pixels/crossing: no limit from clk to clk_100",
             id="bus",
         ),
         pytest.param(
-            UCF + 'TIMESPEC "TS_back" = FROM "control" TO "counted" TIG;',
-            "TIG from control to counted: no crossing goes that way",
+            replaced(UCF, r'(TO "transmit") 13.468', r"\1 13.5"),
+            "path/transmitter/crossing: 13.5 ns from clk to tx_clk, 13.468 at most",
+            id="long",
+        ),
+        pytest.param(
+            replaced(UCF, r'(TO "receive" +)10 ns', r"\1 10.1 ns"),
+            "control/settings_to_pixels/bus_of_settings: 10.1 ns from clk_100 to clk, 10 at most",
+            id="long-copy",
+        ),
+        pytest.param(
+            UCF + 'TIMESPEC "TS_back" = FROM "control" TO "counted" 10 ns DATAPATHONLY;',
+            "limit from control to counted: no crossing goes that way",
             id="idle",
         ),
         pytest.param(
-            UCF + 'TIMESPEC "TS_own" = FROM "receive" TO "pixels" TIG;',
-            "TIG from receive to pixels: they share a clock",
+            UCF + 'TIMESPEC "TS_own" = FROM "receive" TO "pixels" 10 ns DATAPATHONLY;',
+            "limit from receive to pixels: they share a clock",
             id="own",
         ),
         pytest.param(
@@ -353,6 +363,7 @@ def test_clock_of_no_constraint(tmp_path: Path) -> None:
         ('NET "a" PULLUP = 3;', "is not understood"),
         ('TIMESPEC "TS_a" = PERIOD "a" 10 MHz HIGH 50 %;', "is not understood"),
         ('TIMESPEC "TS_a" = FROM "a" TO "b" 5 ns;', "is not understood"),
+        ('TIMESPEC "TS_a" = FROM "a" TO "b" TIG;', "use CONFIG, NET"),
     ],
 )
 def test_constraint_syntax(tmp_path: Path, text: str, message: str) -> None:
