@@ -79,4 +79,24 @@ begin
   hung_now    <= hung_here xor hung_before;
   hung_counts <= hung;
 
+  -- A toggle that changes twice before it has arrived looks as if nothing had happened.
+  watch_toggles : process (pixel_clk) is
+
+    variable before : std_logic_vector(CHANNELS - 1 downto 0);
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(pixel_clk) then
+      assert ((lanes.hung_toggle xor before) and (hung_here xor before)) = (CHANNELS - 1 downto 0 => '0') or
+             is_x(lanes.hung_toggle & before & hung_here)
+        report "report_crossing: a delay line hung again before its last toggle had arrived"
+        severity failure;
+      before := lanes.hung_toggle;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_toggles;
+
 end architecture rtl;

@@ -107,4 +107,20 @@ begin
 
   end process compute;
 
+  -- A start at any other time has no effect.
+  watch_starts : process (clk) is
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert not (reset = '0' and start = '1' and state /= idle)
+        report "timing_rate: start came while a rate was computed"
+        severity failure;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_starts;
+
 end architecture rtl;

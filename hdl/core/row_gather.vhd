@@ -72,6 +72,13 @@ begin
     follow : process (clk) is
     begin
 
+      -- synthesis translate_off
+      assert not (rising_edge(clk) and reset = '0' and token.strobe = '1' and token.pixel = '1' and
+                  token.line_first = '0' and column_d1 = MAX_COLUMNS - 1)
+        report "row_gather: a line is longer than MAX_COLUMNS"
+        severity failure;
+      -- synthesis translate_on
+
       if rising_edge(clk) then
         -- Empty tokens between lines must not move the column, or the next line would be stored out of place.
         if token.strobe = '1' and token.pixel = '1' then

@@ -193,4 +193,23 @@ begin
 
   end process tell_missing;
 
+  -- A burst whose lane was not low in front of it looks like a part of the burst before.
+  watch_bursts : process (clk) is
+
+    variable before : std_logic_vector(LANES - 1 downto 0) := (others => '0');
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert (lane_sync and (before or not lane_valid)) = (LANES - 1 downto 0 => '0') or is_x(lane_sync & lane_valid)
+        report "lane_merge: a lane has a sync in the midst of a burst or in none"
+        severity failure;
+      before := lane_valid;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_bursts;
+
 end architecture rtl;

@@ -158,4 +158,20 @@ begin
 
   end process check_sizes;
 
+  -- Places behind a word's last pixel would lie in the midst of a line.
+  watch_words : process (clk) is
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert not (word_valid = '1' and word.has_pixels = '1' and word.ends = '0' and word.last /= WORD_PIXELS - 1)
+        report "pixel_stream: a word within a line is not full"
+        severity failure;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_words;
+
 end architecture rtl;

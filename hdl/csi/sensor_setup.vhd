@@ -422,4 +422,20 @@ begin
 
   end process follow_steps;
 
+  -- A start at any other time has no effect.
+  watch_starts : process (clk) is
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert not (reset = '0' and start = '1' and step /= idle)
+        report "sensor_setup: start came while busy"
+        severity failure;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_starts;
+
 end architecture rtl;

@@ -306,4 +306,30 @@ begin
   voted_index   <= result_index;
   voted_kept    <= result_kept;
 
+  -- The window of a scan holds columns of it until vote_latency clocks behind its end.
+  watch_scans : process (clk) is
+
+    constant LEAST : natural := vote_latency(BUILD.slices, BUILD.vote_radius);
+    variable quiet : natural := LEAST;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      if reset = '1' then
+        quiet := LEAST;
+      elsif active = '1' then
+        assert quiet = 0 or quiet >= LEAST
+          report "index_vote: a scan began less than vote_latency clocks behind the one before"
+          severity failure;
+        quiet := 0;
+      elsif quiet < LEAST then
+        quiet := quiet + 1;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_scans;
+
 end architecture rtl;

@@ -278,4 +278,31 @@ begin
 
   end process count_tokens;
 
+  -- A line that begins while the outputs of two others leave has no place of its own to end.
+  watch_lines : process (clk) is
+
+    variable tokens : natural := DELAY + 1;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      if reset = '1' then
+        tokens := DELAY + 1;
+      elsif strobe = '1' then
+        assert not (first = '1' and tokens <= DELAY)
+          report "lane_control: a line began less than lane_delay + 1 tokens behind the one before"
+          severity failure;
+        if first = '1' then
+          tokens := 1;
+        elsif tokens <= DELAY then
+          tokens := tokens + 1;
+        end if;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_lines;
+
 end architecture rtl;

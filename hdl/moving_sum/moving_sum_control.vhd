@@ -403,4 +403,31 @@ begin
 
   end process compare_ages;
 
+  -- A line that begins while output 0 of the line before is not due yet takes its place in the delay.
+  watch_lines : process (clk) is
+
+    variable steps : natural := DELAY + 1;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      if reset = '1' then
+        steps := DELAY + 1;
+      elsif advance = '1' then
+        assert not (first = '1' and steps <= DELAY)
+          report "moving_sum_control: a line began less than output_delay + 1 steps behind the one before"
+          severity failure;
+        if first = '1' then
+          steps := 1;
+        elsif steps <= DELAY then
+          steps := steps + 1;
+        end if;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_lines;
+
 end architecture rtl;

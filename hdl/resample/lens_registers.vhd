@@ -189,4 +189,28 @@ begin
       read_data     => word
     );
 
+  -- A frame that begins without having been accepted would take another one's calibration.
+  watch_frames : process (clk) is
+
+    variable waits : natural := 0;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert not (frame_start = '1' and waits = 0)
+        report "lens_registers: a frame began that was not accepted before"
+        severity failure;
+      if frame_accepted = '1' then
+        waits := waits + 1;
+      end if;
+      if frame_start = '1' then
+        waits := waits - 1;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_frames;
+
 end architecture rtl;

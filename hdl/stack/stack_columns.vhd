@@ -160,4 +160,31 @@ begin
       out_token => out_token
     );
 
+  -- Frames share the phases of the memory's lines, and a frame's first outputs follow its predecessor's last ones.
+  watch_frames : process (clk) is
+
+    variable lines : integer := -1;
+
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      if reset = '1' then
+        lines := -1;
+      elsif step = '1' then
+        assert not (token.frame_first = '1' and lines >= 0 and (lines <= GEOMETRY.output_delay or lines mod M /= 0))
+          report "stack_columns: frames begin too few lines apart, or no multiple of M lines"
+          severity failure;
+        if token.frame_first = '1' then
+          lines := 1;
+        elsif lines >= 0 then
+          lines := lines + 1;
+        end if;
+      end if;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_frames;
+
 end architecture rtl;
