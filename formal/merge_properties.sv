@@ -134,6 +134,7 @@ module merge_properties #(
       .lane_valid(lane_valid),
       .lane_sync(lane_sync),
       .lane_data(lane_data),
+      .lane_missed({LANES{1'b0}}),
       .word_first(word_first),
       .word_live(word_live),
       .word_data(word_data),

@@ -45,10 +45,11 @@ entity camera_refocuser is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Of a D-PHY, as csi_receiver takes them.
-    byte_clk   : in    std_logic;
-    lane_valid : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
-    lane_sync  : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
-    lane_data  : in    std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+    byte_clk    : in    std_logic;
+    lane_valid  : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
+    lane_sync   : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
+    lane_data   : in    std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+    lane_missed : in    std_logic_vector(CAMERA_LANES - 1 downto 0) := (others => '0');
     -- The sensor's registers: levels of its lines, and pulled low.
     scl     : in    std_logic;
     sda     : in    std_logic;
@@ -194,6 +195,7 @@ begin
       lane_valid      => lane_valid,
       lane_sync       => lane_sync,
       lane_data       => lane_data,
+      lane_missed     => lane_missed,
       clk             => clk,
       reset           => reset,
       columns         => COLUMNS_PORT,

@@ -133,13 +133,14 @@ architecture rtl of ulx3s_camera_top is
   signal reset       : std_logic;
   signal reset_x5    : std_logic;
   -- The camera: bytes of its lanes, levels of its registers' lines, and pulled low.
-  signal byte_clk   : std_logic;
-  signal lane_valid : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_sync  : std_logic_vector(CAMERA_LANES - 1 downto 0);
-  signal lane_data  : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
-  signal scl        : std_logic;
-  signal sda        : std_logic;
-  signal scl_low    : std_logic;
+  signal byte_clk    : std_logic;
+  signal lane_valid  : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_sync   : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal lane_data   : std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
+  signal lane_missed : std_logic_vector(CAMERA_LANES - 1 downto 0);
+  signal scl         : std_logic;
+  signal sda         : std_logic;
+  signal scl_low     : std_logic;
   signal sda_low    : std_logic;
   -- The refocused frames in the pixel clock, their size, and what the camera part tells.
   signal new_tdata     : std_logic_vector(CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
@@ -229,13 +230,14 @@ begin
       SETTLE => LANE_SETTLE
     )
     port map (
-      hs_clk     => cam_hs_clk,
-      hs_data    => cam_hs_data(WIRED - 1 downto 0),
-      lp_data    => cam_lp_data(2 * WIRED - 1 downto 0),
-      byte_clk   => byte_clk,
-      lane_valid => lane_valid,
-      lane_sync  => lane_sync,
-      lane_data  => lane_data
+      hs_clk      => cam_hs_clk,
+      hs_data     => cam_hs_data(WIRED - 1 downto 0),
+      lp_data     => cam_lp_data(2 * WIRED - 1 downto 0),
+      byte_clk    => byte_clk,
+      lane_valid  => lane_valid,
+      lane_sync   => lane_sync,
+      lane_data   => lane_data,
+      lane_missed => lane_missed
     );
 
   camera : entity work.camera_refocuser
@@ -255,6 +257,7 @@ begin
       lane_valid    => lane_valid,
       lane_sync     => lane_sync,
       lane_data     => lane_data,
+      lane_missed   => lane_missed,
       scl           => scl,
       sda           => sda,
       scl_low       => scl_low,

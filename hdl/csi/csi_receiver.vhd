@@ -55,6 +55,8 @@ entity csi_receiver is
     lane_valid : in    std_logic_vector(LANES - 1 downto 0);
     lane_sync  : in    std_logic_vector(LANES - 1 downto 0);
     lane_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
+    -- A burst has ended on the lane without a sync, for a clock; of a D-PHY that does not tell, low.
+    lane_missed : in    std_logic_vector(LANES - 1 downto 0) := (others => '0');
 
     clk   : in    std_logic;
     reset : in    std_logic;
@@ -159,6 +161,7 @@ begin
       lane_valid   => lane_valid,
       lane_sync    => lane_sync,
       lane_data    => lane_data,
+      lane_missed  => lane_missed,
       word_first   => word_first,
       word_live    => word_live,
       word_data    => word_data,

@@ -12,6 +12,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.math_pkg.all;
+
 entity dphy_lane is
   generic (
     -- Clocks from LP-00 on in which bits are of no account: the standard has 85 ns + 6 bits to 145 ns + 10 bits.
@@ -27,7 +30,9 @@ entity dphy_lane is
     -- As csi_receiver takes them.
     lane_valid : out   std_logic := '0';
     lane_sync  : out   std_logic := '0';
-    lane_data  : out   std_logic_vector(7 downto 0)
+    lane_data  : out   std_logic_vector(7 downto 0);
+    -- A burst has ended without a sync, for a clock.
+    lane_missed : out   std_logic := '0'
   );
 end entity dphy_lane;
 
@@ -90,9 +95,10 @@ begin
 
       end loop;
 
-      lane_valid <= '0';
-      lane_sync  <= '0';
-      lane_data  <= (others => '0');
+      lane_valid  <= '0';
+      lane_sync   <= '0';
+      lane_missed <= '0';
+      lane_data   <= (others => '0');
 
       -- A shift by the phase of the burst. Also outside of a burst, when nobody looks: that spares
       -- a condition.
@@ -151,8 +157,9 @@ begin
       -- LP-11 ends every state. The last bytes before it are what the line held as it went up; the
       -- packet's own length cuts them off.
       if levels = STOP then
-        state      <= rest;
-        lane_valid <= '0';
+        state       <= rest;
+        lane_valid  <= '0';
+        lane_missed <= to_logic(state = search);
       end if;
     end if;
 

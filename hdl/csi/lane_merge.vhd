@@ -32,12 +32,15 @@ entity lane_merge is
     lane_sync  : in    std_logic_vector(LANES - 1 downto 0);
     -- Bytes of all lanes, lane 0 in the low bits.
     lane_data : in    std_logic_vector(8 * LANES - 1 downto 0);
+    -- A burst has ended on the lane without a sync, for a clock.
+    lane_missed : in    std_logic_vector(LANES - 1 downto 0) := (others => '0');
     -- A word of a burst, the first one; which lanes it has a byte of. Without the first lane's there is no word.
     word_first : out   std_logic;
     word_live  : out   std_logic_vector(LANES - 1 downto 0);
     word_data  : out   std_logic_vector(8 * LANES - 1 downto 0);
     -- A burst that not all lanes began within MAX_SKEW clocks, once for each. Of such bursts with less than REST clocks
-    -- of rest between them, those that fail in different lanes may count as one.
+    -- of rest between them, those that fail in different lanes may count as one. A burst that no lane began counts when
+    -- the last lane has missed it, or one misses the next.
     lane_missing : out   std_logic
   );
 end entity lane_merge;
@@ -69,6 +72,8 @@ architecture rtl of lane_merge is
   -- Lanes whose sync was dropped in the burst that was told last; clocks without bytes.
   signal dropped : std_logic_vector(LANES - 1 downto 0) := (others => '0');
   signal quiet   : natural range 0 to REST              := 0;
+  -- Lanes that have missed a burst of which no byte has come.
+  signal missed : std_logic_vector(LANES - 1 downto 0) := (others => '0');
 
 begin
 
@@ -164,6 +169,8 @@ begin
 
     variable drops : std_logic_vector(LANES - 1 downto 0);
     variable known : std_logic_vector(LANES - 1 downto 0);
+    variable wants : std_logic_vector(LANES - 1 downto 0);
+    variable again : std_logic;
 
   begin
 
@@ -181,8 +188,22 @@ begin
       if starts = '1' or quiet = REST or (drops and dropped) /= (LANES - 1 downto 0 => '0') then
         known := (others => '0');
       end if;
-      lane_missing <= to_logic(known = (LANES - 1 downto 0 => '0') and drops /= (LANES - 1 downto 0 => '0'));
-      dropped      <= known or drops;
+      dropped <= known or drops;
+
+      -- A burst that some lanes began is told by their syncs. Of one that none began the lanes tell at its end, each
+      -- late by its own skew.
+      wants := missed or lane_missed;
+      again := to_logic((missed and lane_missed) /= (LANES - 1 downto 0 => '0'));
+      if quiet /= REST or wants = (LANES - 1 downto 0 => '1') then
+        missed <= (others => '0');
+      elsif again = '1' then
+        missed <= lane_missed;
+      else
+        missed <= wants;
+      end if;
+
+      lane_missing <= to_logic((known = (LANES - 1 downto 0 => '0') and drops /= (LANES - 1 downto 0 => '0')) or
+                               (quiet = REST and (again = '1' or wants = (LANES - 1 downto 0 => '1'))));
 
       if valid /= (PLACES - 1 downto 0 => '0') then
         quiet <= 0;

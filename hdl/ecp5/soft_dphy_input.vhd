@@ -37,10 +37,11 @@ entity soft_dphy_input is
     -- Pins for low power, two for each data lane, its positive line in the high one.
     lp_data : in    std_logic_vector(2 * LANES - 1 downto 0);
     -- As csi_receiver takes them.
-    byte_clk   : out   std_logic;
-    lane_valid : out   std_logic_vector(LANES - 1 downto 0);
-    lane_sync  : out   std_logic_vector(LANES - 1 downto 0);
-    lane_data  : out   std_logic_vector(8 * LANES - 1 downto 0)
+    byte_clk    : out   std_logic;
+    lane_valid  : out   std_logic_vector(LANES - 1 downto 0);
+    lane_sync   : out   std_logic_vector(LANES - 1 downto 0);
+    lane_data   : out   std_logic_vector(8 * LANES - 1 downto 0);
+    lane_missed : out   std_logic_vector(LANES - 1 downto 0)
   );
 end entity soft_dphy_input;
 
@@ -137,12 +138,13 @@ begin
         SETTLE => SETTLE
       )
       port map (
-        clk        => half_clk,
-        low_power  => lp_data(2 * i + 1 downto 2 * i),
-        bits       => held,
-        lane_valid => lane_valid(i),
-        lane_sync  => lane_sync(i),
-        lane_data  => lane_data(8 * i + 7 downto 8 * i)
+        clk         => half_clk,
+        low_power   => lp_data(2 * i + 1 downto 2 * i),
+        bits        => held,
+        lane_valid  => lane_valid(i),
+        lane_sync   => lane_sync(i),
+        lane_data   => lane_data(8 * i + 7 downto 8 * i),
+        lane_missed => lane_missed(i)
       );
 
   end generate lane;

@@ -44,7 +44,7 @@ class Bench:
         dut = self.dut
         if lanes is None:
             Clock(dut.clk, CLOCK_PS, "ps").start()
-        for name in ("lane_valid", "lane_sync", "lane_data", "fault_clear"):
+        for name in ("lane_valid", "lane_sync", "lane_data", "lane_missed", "fault_clear"):
             getattr(dut, name).value = 0
         dut.m_axis_tready.value, dut.reset.value = 1, 1
         dut.columns.value, dut.rows.value = self.columns, self.rows
@@ -173,6 +173,37 @@ async def bursts_that_follow_at_once(dut: Any) -> None:
             bench.lanes.clock([entries[0], *[0] * (LANES - 1)])
         await bench.lanes.sent()
         assert bench.counts() == {"lanes": 4}
+
+
+@cocotb.test()
+async def bursts_that_no_lane_begins(dut: Any) -> None:
+    """A D-PHY that tells of bursts without a sync: each counts once, whatever the lanes' skews."""
+    bench = Bench(dut, UNIT * 2, 2)
+    await bench.begin()
+    await bench.lanes.sent()
+
+    async def end_without_sync(lanes: range) -> None:
+        skews = bench.skews()
+        for clock in range(60):
+            await FallingEdge(dut.byte_clk)
+            dut.lane_missed.value = sum((clock == skews[n]) << n for n in lanes)
+
+    for number in range(1, 9):
+        await end_without_sync(range(LANES))
+        await bench.lanes.sent()
+        assert bench.counts() == {"lanes": number}
+    if LANES > 1:
+        # Lane 0 began this one: its sync alone tells, and the next burst is not taken for it.
+        bench.lanes.clock([0x300, *[0] * (LANES - 1)])
+        await FallingEdge(dut.byte_clk)
+        await end_without_sync(range(1, LANES))
+        await end_without_sync(range(LANES))
+        await bench.lanes.sent()
+        assert bench.counts() == {"lanes": 10}
+    picture = bench.picture()
+    bench.lanes.send(frame_packets(picture, BITS), skews=bench.skews(), gap=4)
+    await bench.lanes.sent()
+    bench.check([picture])
 
 
 @cocotb.test()

@@ -63,7 +63,10 @@ entity csi_bench is
     COLUMNS      : positive := 1;
     ROWS         : positive := 1;
     FRAMES       : positive := 1;
-    SWEEP_FRAMES : natural  := 0
+    SWEEP_FRAMES : natural  := 0;
+    -- As in file_bench, but for the camera, which does not wait: stalls of the sink.
+    STALL_PERCENT : natural  := 0;
+    SEED          : positive := 1
   );
 end entity csi_bench;
 
@@ -108,11 +111,15 @@ architecture test of csi_bench is
   signal raster_tlast  : std_logic;
   signal s_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
   signal m_axis_tvalid : std_logic;
+  signal m_axis_tready : std_logic                                := '1';
   signal m_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tid    : std_logic_vector(7 downto 0);
   signal m_axis_tlast  : std_logic;
   signal fault_counts  : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+  signal left_counts   : std_logic_vector(4 * COUNT_BITS - 1 downto 0);
+  signal left_out      : std_logic_vector(7 downto 0);
+  signal counts        : std_logic_vector(12 * COUNT_BITS - 1 downto 0);
   signal sensor_flags  : std_logic_vector(5 downto 0);
   signal error_flags   : std_logic_vector(4 downto 0);
 
@@ -138,22 +145,26 @@ begin
       COUNT_BITS => COUNT_BITS
     )
     port map (
-      byte_clk      => byte_clk,
-      lane_valid    => lane_valid,
-      lane_sync     => lane_sync,
-      lane_data     => lane_data,
-      clk           => clk,
-      reset         => reset,
-      columns       => raw_columns_p,
-      rows          => raw_rows_p,
-      m_axis_tvalid => raw_tvalid,
-      m_axis_tready => raw_tready,
-      m_axis_tdata  => raw_tdata,
-      m_axis_tuser  => raw_tuser,
-      m_axis_tlast  => raw_tlast,
-      fault_counts  => fault_counts,
-      fault_clear   => '0'
+      byte_clk        => byte_clk,
+      lane_valid      => lane_valid,
+      lane_sync       => lane_sync,
+      lane_data       => lane_data,
+      clk             => clk,
+      reset           => reset,
+      columns         => raw_columns_p,
+      rows            => raw_rows_p,
+      m_axis_tvalid   => raw_tvalid,
+      m_axis_tready   => raw_tready,
+      m_axis_tdata    => raw_tdata,
+      m_axis_tuser    => raw_tuser,
+      m_axis_tlast    => raw_tlast,
+      fault_counts    => fault_counts,
+      left_counts     => left_counts,
+      left_identifier => left_out,
+      fault_clear     => '0'
     );
+
+  counts <= left_counts & fault_counts;
 
   sensor : entity work.sensor_raster
     generic map (
@@ -247,7 +258,7 @@ begin
       s_axis_tuser  => raster_tuser,
       s_axis_tlast  => raster_tlast,
       m_axis_tvalid => m_axis_tvalid,
-      m_axis_tready => '1',
+      m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
@@ -310,6 +321,8 @@ begin
     variable last_out       : natural := 0;
     variable framing_errors : natural := 0;
     variable slice          : natural := 0;
+    variable random         : random_t := SEED mod 65536;
+    variable stall          : boolean;
 
   begin
 
@@ -339,8 +352,7 @@ begin
         last_in  := clock;
       end if;
 
-      -- The sink takes a pixel each clock.
-      if m_axis_tvalid = '1' then
+      if m_axis_tvalid = '1' and m_axis_tready = '1' then
         if received = 0 then
           first_out := clock;
         end if;
@@ -357,6 +369,9 @@ begin
         idle     := 0;
       end if;
 
+      draw(random, stall, stall_share(STALL_PERCENT, clock, true));
+      m_axis_tready <= to_logic(not stall);
+
       -- Some clocks of silence behind the last pixel show that none comes in excess.
       if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
@@ -368,12 +383,14 @@ begin
         write_count(clocks_file, "error_flags",
                     to_integer(unsigned(sensor_flags)) + 64 * to_integer(unsigned(error_flags)));
 
-        for i in 0 to 7 loop
+        for i in 0 to 11 loop
 
-          write_count(clocks_file, "fault",
-                      to_integer(unsigned(fault_counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS))));
+          write_count(clocks_file, "count",
+                      to_integer(unsigned(counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS))));
 
         end loop;
+
+        write_count(clocks_file, "left_out", to_integer(unsigned(left_out)));
 
         running <= false;
       end if;

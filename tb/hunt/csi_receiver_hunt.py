@@ -248,7 +248,7 @@ def same(got: list[Beat], want: list[tuple[Beat, int]]) -> str:
 
 async def stream(bench: Any, rng: random.Random) -> None:
     if not bench.ports:
-        bench.set(lane_valid=0, lane_sync=0, lane_data=0, fault_clear=0)
+        bench.set(lane_valid=0, lane_sync=0, lane_data=0, lane_missed=0, fault_clear=0)
         bench.add(Sink(bench.dut, "m_axis"))
         bench.lanes = Lanes(bench.dut, bench.design["period"])
         # Effects of start values in the lanes' clock, which has no reset, are over.

@@ -38,6 +38,7 @@ def capture(bits: int) -> np.ndarray:
 @pytest.mark.drawn(2, "chain runs")
 def test_small_capture_over_two_lanes(tmp_path: Path) -> None:
     arguments = "-a", "1/4", "--engine", "moving_sum", "--lanes", "2", "--waves", "1"
+    arguments += "--stalls", "5"
     code, notes = sim(tmp_path, capture(8), *arguments)
     # So few pixels do not show whether the calibration fits.
     assert (code, notes.count("\n")) == (0, 1)
@@ -46,6 +47,8 @@ def test_small_capture_over_two_lanes(tmp_path: Path) -> None:
     assert report["mismatches"] == report["sensor"]["mismatches"] == report["faults"] == 0
     assert (report["chain"], report["lanes"], report["format"]) == ("csi", 2, "RAW8")
     assert report["packets"] == SHAPE[0] + 2
+    stalls = report["stalls"]
+    assert (stalls["mismatches"], stalls["pixels_compared"]) == (0, report["pixels_compared"])
     assert {"aligned.fst", "aligned.gtkw", "refocused.fst", "refocused.gtkw"} < {*report["files"]}
     aligned = read_image(tmp_path / "out" / "aligned.png")
     assert (read_image(tmp_path / "out" / "refocused.png") == refocus(aligned, 4, "1/4")).all()

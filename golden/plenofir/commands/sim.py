@@ -147,7 +147,7 @@ def sim(
         typer.Option(
             help="Seed with which a part of the picture passes the core once more, source and sink "
             "stalling at random; by default drawn, 0: none. With calib, the resampler takes the "
-            "capture again, too, if a seed is given.",
+            "capture again, too, and a camera (chain csi) sends it again, if a seed is given.",
             min=0,
             max=MAX_SEED,
         ),
@@ -220,7 +220,8 @@ def sim(
             simulator=simulator,
             waves=waves,
             waves_depth=waves_depth,
-            stalls=seed,
+            # A camera's whole capture takes as long as the run without stalls.
+            stalls=(stalls or 0) if chain == "csi" else seed,
             chain=chain,
             board=board,
             screen=screen or Screen(),

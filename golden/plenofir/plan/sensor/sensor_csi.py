@@ -19,9 +19,10 @@ from plenofir.fpga.simulate.file_bench import (
     output_poll,
     stream_waves,
 )
-from plenofir.fpga.simulate.report import CsiReport, Report
+from plenofir.fpga.simulate.report import CsiReport, Report, StallReport
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Place, Simulation
+from plenofir.fpga.simulate.stalls import run_stalled
 from plenofir.fpga.simulate.waves import WaveSignal, wave_signals_of
 from plenofir.fpga.tools.simulators import SimulationError
 from plenofir.ground.errors import InputError
@@ -31,11 +32,13 @@ from plenofir.plan.sensor.sensor_bench import WAVES, load_words
 from plenofir.refocus.operator import Image
 
 TOP = "csi_bench"
-FAULTS = (
+COUNTS = (
     *("headers corrected", "headers damaged", "payloads damaged", "packets cut short"),
-    *("lanes missing", "packets out of order", "wrong sizes", "pixels lost"),
+    *("bursts that not all lanes began", "packets out of order", "wrong sizes", "frames cut"),
+    *("packets of other types", "packets of other channels", "frames without lines"),
+    "packets without pixels",
 )
-"""What `csi_receiver` counts."""
+"""What `csi_receiver` counts: faults, then what it leaves out."""
 # Clock periods of core and lanes in ps. A raw pixel comes every other clock of the core, which
 # stands for a sensor's blanking.
 _CLOCK_PS = 10_000
@@ -78,10 +81,10 @@ def wave_signals(core: CoreConfiguration) -> tuple[WaveSignal, ...]:
             *within("sensor", WAVES),
             *stream_waves("raster"),
             *within("design", core_waves(core)),
-            ("bit", "", "m_axis_tvalid"),
+            ("bit", "", "m_axis_tvalid m_axis_tready"),
             ("downto", "", "m_axis_tdata m_axis_tuser m_axis_tid"),
             ("bit", "", "m_axis_tlast"),
-            ("downto", "", "fault_counts sensor_flags error_flags"),
+            ("downto", "", "fault_counts left_counts left_out sensor_flags error_flags"),
         ),
     )
 
@@ -144,10 +147,22 @@ class CsiSimulation(Simulation):
 
     def run(self, place: Place) -> BenchResult:
         """Send the frame for each slice and capture the core's output."""
+        return self._bench(place, self.frames)
+
+    def stalled(self, place: Place, seed: int) -> StallReport:
+        """Send a frame at half the rate, as no camera waits while the sink stalls."""
+        golden = self.core.golden(self.raw)[:1]
+        return run_stalled(
+            seed,
+            lambda percent, seed: self._bench(place, 1, percent, seed),
+            lambda result: [(result.frames, golden)],
+        )
+
+    def _bench(self, place: Place, frames: int, percent: int = 0, seed: int = 1) -> BenchResult:
         directory, frame, core = place.directory, self.frame, self.core
         rows, columns = self.raw.shape[:2]
         directory.mkdir(parents=True, exist_ok=True)
-        clocks = self._clocks(frame, self.packets)
+        clocks = self._clocks(frame, self.packets[:frames])
         clocks.astype("<i4").tofile(directory / "input.bin")
         words = load_words(frame.loads)
         words.tofile(directory / "loads.bin")
@@ -163,24 +178,27 @@ class CsiSimulation(Simulation):
                 "LANES": frame.lanes,
                 "MOSAIC": red is not None,
                 "RED_PLACE": 0 if red is None else 2 * red[0] + red[1],
-                "BYTE_PS": frame.byte_ps,
+                "BYTE_PS": frame.byte_ps * (2 if percent else 1),
                 "CLOCKS": len(clocks),
                 "LOADS": len(words),
                 "RAW_ROWS": frame.raw.shape[0],
                 "COLUMNS": columns,
                 "ROWS": rows,
-                "FRAMES": self.frames,
-                "SWEEP_FRAMES": 1 if self.frames > 1 else 0,
+                "FRAMES": frames,
+                "SWEEP_FRAMES": 1 if frames > 1 else 0,
+                "STALL_PERCENT": percent,
+                "SEED": seed,
             },
             directory,
+            built=percent > 0,
             waves=place.waves,
             poll=output_poll(output, core.channels, place.progress),
         )
         lines = (directory / "clocks.txt").read_text().splitlines()
         pairs = [(name, int(value)) for name, value in map(str.split, lines)]
         counts = dict(pairs)
-        _check(counts, [value for name, value in pairs if name == "fault"], self.frames, self.raw)
-        shape = (self.frames, *self.raw.shape)
+        _check(counts, [value for name, value in pairs if name == "count"], frames, self.raw)
+        shape = (frames, *self.raw.shape)
         return BenchResult(
             frames=np.fromfile(output, "<i4").reshape(shape).astype(self.raw.dtype),
             clocks=counts["clocks"],
@@ -212,14 +230,16 @@ class CsiSimulation(Simulation):
         )
 
 
-def _check(counts: dict[str, int], faults: Sequence[int], frames: int, raw: Image) -> None:
-    """Refuse pixels that are missing or wrongly framed, and reported faults."""
+def _check(counts: dict[str, int], told: Sequence[int], frames: int, raw: Image) -> None:
+    """Refuse pixels that are missing or wrongly framed, and whatever the receiver counts."""
     pixels = frames * raw.shape[0] * raw.shape[1]
-    told = [f"{count} {what}" for count, what in zip(faults, FAULTS, strict=True) if count]
-    if told or counts["received"] != pixels:
+    texts = [f"{count} {what}" for count, what in zip(told, COUNTS, strict=True) if count]
+    if identifier := counts["left_out"]:
+        texts.append(f"left out last: type {identifier % 64} of channel {identifier // 64}")
+    if texts or counts["received"] != pixels:
         raise SimulationError(
             f"{counts['received']} of {pixels} pixels received, {counts['accepted']} raw ones "
-            f"accepted; faults: {', '.join(told) or 'none'}"
+            f"accepted; the receiver counts: {', '.join(texts) or 'nothing'}"
         )
     if counts["framing_errors"] or counts["error_flags"]:
         raise SimulationError(
