@@ -109,7 +109,6 @@ begin
 
   -- A start at any other time has no effect.
   watch_starts : process (clk) is
-
   begin
 
     -- synthesis translate_off

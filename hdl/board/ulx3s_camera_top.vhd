@@ -141,7 +141,7 @@ architecture rtl of ulx3s_camera_top is
   signal scl         : std_logic;
   signal sda         : std_logic;
   signal scl_low     : std_logic;
-  signal sda_low    : std_logic;
+  signal sda_low     : std_logic;
   -- The refocused frames in the pixel clock, their size, and what the camera part tells.
   signal new_tdata     : std_logic_vector(CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
   signal new_pixels    : stream_t;

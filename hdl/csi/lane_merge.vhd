@@ -55,6 +55,9 @@ architecture rtl of lane_merge is
 
   type taps_t is array (natural range 0 to LANES - 1) of natural range 0 to MAX_SKEW;
 
+  constant NO_LANE   : std_logic_vector(LANES - 1 downto 0) := (others => '0');
+  constant ALL_LANES : std_logic_vector(LANES - 1 downto 0) := (others => '1');
+
   -- Clocks without bytes behind which a burst is over, with its late lanes.
   constant REST : positive := 15;
 
@@ -185,7 +188,7 @@ begin
       -- A late lane's sync is dropped behind the others', and belongs to the burst that was told. A lane has one sync
       -- in a burst.
       known := dropped;
-      if starts = '1' or quiet = REST or (drops and dropped) /= (LANES - 1 downto 0 => '0') then
+      if starts = '1' or quiet = REST or (drops and dropped) /= NO_LANE then
         known := (others => '0');
       end if;
       dropped <= known or drops;
@@ -193,8 +196,8 @@ begin
       -- A burst that some lanes began is told by their syncs. Of one that none began the lanes tell at its end, each
       -- late by its own skew.
       wants := missed or lane_missed;
-      again := to_logic((missed and lane_missed) /= (LANES - 1 downto 0 => '0'));
-      if quiet /= REST or wants = (LANES - 1 downto 0 => '1') then
+      again := to_logic((missed and lane_missed) /= NO_LANE);
+      if quiet /= REST or wants = ALL_LANES then
         missed <= (others => '0');
       elsif again = '1' then
         missed <= lane_missed;
@@ -202,8 +205,8 @@ begin
         missed <= wants;
       end if;
 
-      lane_missing <= to_logic((known = (LANES - 1 downto 0 => '0') and drops /= (LANES - 1 downto 0 => '0')) or
-                               (quiet = REST and (again = '1' or wants = (LANES - 1 downto 0 => '1'))));
+      lane_missing <= to_logic((known = NO_LANE and drops /= NO_LANE) or
+                               (quiet = REST and (again = '1' or wants = ALL_LANES)));
 
       if valid /= (PLACES - 1 downto 0 => '0') then
         quiet <= 0;
@@ -223,7 +226,7 @@ begin
 
     -- synthesis translate_off
     if rising_edge(clk) then
-      assert (lane_sync and (before or not lane_valid)) = (LANES - 1 downto 0 => '0') or is_x(lane_sync & lane_valid)
+      assert (lane_sync and (before or not lane_valid)) = NO_LANE or is_x(lane_sync & lane_valid)
         report "lane_merge: a lane has a sync in the midst of a burst or in none"
         severity failure;
       before := lane_valid;

@@ -160,7 +160,6 @@ begin
 
   -- Places behind a word's last pixel would lie in the midst of a line.
   watch_words : process (clk) is
-
   begin
 
     -- synthesis translate_off

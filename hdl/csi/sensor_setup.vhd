@@ -424,7 +424,6 @@ begin
 
   -- A start at any other time has no effect.
   watch_starts : process (clk) is
-
   begin
 
     -- synthesis translate_off

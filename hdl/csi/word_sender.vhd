@@ -129,13 +129,12 @@ begin
 
   -- The last place is kept for the end of a line, so the buffer must tell of it.
   watch_places : process (clk) is
-
   begin
 
     -- synthesis translate_off
     if rising_edge(clk) then
       assert not (full = '1' and nearly_full = '0')
-        report "word_sender: the buffer is full and not nearly full"
+        report "word_sender: full came without nearly_full"
         severity failure;
     end if;
 

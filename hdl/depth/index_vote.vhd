@@ -309,21 +309,21 @@ begin
   -- The window of a scan holds columns of it until vote_latency clocks behind its end.
   watch_scans : process (clk) is
 
-    constant LEAST : natural := vote_latency(BUILD.slices, BUILD.vote_radius);
-    variable quiet : natural := LEAST;
+    constant PAUSE : natural := vote_latency(BUILD.slices, BUILD.vote_radius);
+    variable quiet : natural := PAUSE;
 
   begin
 
     -- synthesis translate_off
     if rising_edge(clk) then
       if reset = '1' then
-        quiet := LEAST;
+        quiet := PAUSE;
       elsif active = '1' then
-        assert quiet = 0 or quiet >= LEAST
+        assert quiet = 0 or quiet >= PAUSE
           report "index_vote: a scan began less than vote_latency clocks behind the one before"
           severity failure;
         quiet := 0;
-      elsif quiet < LEAST then
+      elsif quiet < PAUSE then
         quiet := quiet + 1;
       end if;
     end if;

@@ -310,17 +310,17 @@ begin
     file output_file : words_t open write_mode is "output.bin";
     file clocks_file : text open write_mode is "clocks.txt";
 
-    variable words          : natural := 0;
-    variable received       : natural := 0;
-    variable accepted       : natural := 0;
-    variable clock          : natural := 0;
-    variable idle           : natural := 0;
-    variable first_in       : natural := 0;
-    variable first_out      : natural := 0;
-    variable last_in        : natural := 0;
-    variable last_out       : natural := 0;
-    variable framing_errors : natural := 0;
-    variable slice          : natural := 0;
+    variable words          : natural  := 0;
+    variable received       : natural  := 0;
+    variable accepted       : natural  := 0;
+    variable clock          : natural  := 0;
+    variable idle           : natural  := 0;
+    variable first_in       : natural  := 0;
+    variable first_out      : natural  := 0;
+    variable last_in        : natural  := 0;
+    variable last_out       : natural  := 0;
+    variable framing_errors : natural  := 0;
+    variable slice          : natural  := 0;
     variable random         : random_t := SEED mod 65536;
     variable stall          : boolean;
 

@@ -159,7 +159,7 @@ PROMISES = (
         "clk => clk, word => word, word_data => BYTE, frame_starts => low, events => NONE,"
         "left_identifier => BYTE, full => full, nearly_full => ready, write_enable => open,"
         "write_word => open, write_data => open",
-        "word_sender: the buffer is full and not nearly full",
+        "word_sender: full came without nearly_full",
     ),
     Promise(
         "pixel_stream",
