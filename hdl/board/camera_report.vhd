@@ -29,7 +29,8 @@ entity camera_report is
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
-    -- Of sensor_setup: 00 not begun, 01 done, 10 failed, 11 under way; see there.
+    -- The set-up of the sensor: 00 not begun, 01 done, 10 failed, 11 under way; its other ports as sensor_setup has
+    -- them.
     setup_state   : in    std_logic_vector(1 downto 0);
     setup_entry   : in    std_logic_vector(11 downto 0);
     setup_fault   : in    std_logic_vector(1 downto 0);
@@ -37,7 +38,7 @@ entity camera_report is
     -- Raw frames, and lines of the frame under way.
     frames : in    std_logic_vector(15 downto 0);
     lines  : in    std_logic_vector(15 downto 0);
-    -- Of csi_receiver.
+    -- Counts and the identifier as csi_receiver has them.
     fault_counts    : in    std_logic_vector(8 * COUNT_BITS - 1 downto 0);
     left_counts     : in    std_logic_vector(4 * COUNT_BITS - 1 downto 0);
     left_identifier : in    std_logic_vector(7 downto 0);

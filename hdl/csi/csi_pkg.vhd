@@ -32,7 +32,7 @@ package csi_pkg is
   constant WRONG_SIZE       : natural := 6;
   constant FRAME_ENDED      : natural := 6;
   constant PIXELS_LOST      : natural := 7;
-  -- Those above are faults. Behind them is what was received and is not shown.
+  -- The first FAULT_KINDS events are faults; the others tell of what was received and is not shown.
   constant FAULT_KINDS   : natural := 8;
   constant OTHER_TYPE    : natural := 8;
   constant OTHER_CHANNEL : natural := 9;

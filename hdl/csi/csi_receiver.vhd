@@ -76,9 +76,10 @@ entity csi_receiver is
     -- frames and lines without a frame's start, and starts without an end, 6 lines and frames of another size, 7 frames
     -- cut because their pixels were not taken.
     fault_counts : out   std_logic_vector(8 * COUNT_BITS - 1 downto 0);
-    -- The same of what is received and not shown, no faults: packets of pixels (types of 18 hexadecimal and above) 0 of
-    -- another type, 1 of another virtual channel, 2 frames without lines (they are of another size, too), 3 packets
-    -- without pixels (embedded data, blanking, short ones for the user, all others of other channels).
+    -- Counts, with as many bits, of what is received and not shown, which is no fault: packets of pixels (types of 18
+    -- hexadecimal and above) 0 of another type, 1 of another virtual channel, 2 frames without lines (they are of
+    -- another size, too), 3 packets without pixels (embedded data, blanking, short ones for the user, all others of
+    -- other channels).
     left_counts : out   std_logic_vector(4 * COUNT_BITS - 1 downto 0);
     -- Data identifier of the last packet of pixels that was left out: virtual channel in bits 7 and 6, type; 0: none.
     left_identifier : out   std_logic_vector(7 downto 0);
