@@ -2,10 +2,11 @@
 """FuseSoC's core files of the VHDL, from ``hdl/sources*.txt``: each holds what its tops need."""
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
+from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.devices import DEVICES
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
@@ -65,7 +66,25 @@ PLAIN = """\
     <<: *example
     file_type: vhdlSource
 """
-CHOICE = '["!plain? (rtl)", "plain? (plain_rtl)"]'
+CHOICE = '["!plain? (rtl)", "plain? (plain_rtl)"{more}]'
+
+# Constraints of the video path's crossings, for designs that contain the whole of it: the example
+# has one clock, and ISE refuses patterns that match nothing.
+CROSSINGS = """\
+  crossings:
+    files:
+{files}
+"""
+# By the flag that stands for the tool.
+_CONSTRAINTS: Mapping[Language, tuple[str, str]] = {
+    "xdc": ("tool_vivado", "xdc"),
+    "quartus-sdc": ("tool_quartus", "SDC"),
+    "radiant-pdc": ("tool_radiant", "PDC"),
+    "lpf": ("tool_diamond", "LPF"),
+    "ucf": ("tool_ise", "UCF"),
+    "gowin-sdc": ("plain", "SDC"),
+}
+_FASTEST_MHZ = 148.5
 
 # Sources with an example design: the refocuser, the video path.
 EXAMPLE = """\
@@ -81,7 +100,7 @@ filesets:
     file_type: vhdlSource-93
     files:
       - examples/vhdl/{top}.vhd
-{plain}  bench:
+{plain}{crossings}  bench:
     file_type: vhdlSource-93
     files:
       - examples/vhdl/definition_pkg.vhd
@@ -259,8 +278,25 @@ def _synth(built: str, top: str) -> str:
     return SYNTH.format(built=built, top=top, **parts)
 
 
+def _crossing_files(sources: Sequence[Path]) -> dict[Path, str]:
+    """Constraints of the crossings in some sources, place to text: a file for each tool."""
+    head = (
+        "# SPDX-License-Identifier: Apache-2.0\n"
+        f"# Clock crossings of the video path, for clocks of up to {_FASTEST_MHZ:g} MHz: see\n"
+        "# docs/clock-crossings.md. Built by scripts/core_files.py.\n"
+    )
+    return {
+        ROOT / "constraints" / f"video.{language.replace('-', '.')}": head
+        + Constraints(crossings=crossings_of(sources), limit_mhz=_FASTEST_MHZ).text(language)
+        for language in _CONSTRAINTS
+    }
+
+
 def core_files() -> dict[Path, str]:
-    """Make the core files, place to text; they lie in the root, which FuseSoC wants."""
+    """Make the core files, place to text; they lie in the root, which FuseSoC wants.
+
+    With them come the constraints that they name.
+    """
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.synthesis.self_test import self_test_generics
 
@@ -269,7 +305,13 @@ def core_files() -> dict[Path, str]:
     video = _needed("hdmi_refocuser")
     small = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
     generics = self_test_generics(small, SELF_TEST_ROWS)
-    both = {"plain": PLAIN, "choice": CHOICE}
+    both = {"plain": PLAIN, "choice": CHOICE.format(more="")}
+    crossings = _crossing_files(video)
+    of_tools = zip(crossings, _CONSTRAINTS.values(), strict=True)
+    chosen = "\n".join(
+        f'      - "{flag} ? ({path.relative_to(ROOT)})": {{file_type: {kind}}}'
+        for path, (flag, kind) in of_tools
+    )
     kinds = {str: "str", bool: "bool", int: "int"}
     parameters = [
         f"  {name}: {{datatype: {kinds[type(value)]}, default: {_yaml(value)}, "
@@ -284,13 +326,16 @@ def core_files() -> dict[Path, str]:
             description="Refocuses the raster scan of a light field, AXI4-Stream video on both "
             "sides",
             depend="",
+            crossings="",
             rtl=_listed(core),
             top="refocus_button",
             what="The example design",
             synth=_synth("The example design", "refocus_button"),
         ),
         "video": EXAMPLE.format(
-            **both,
+            plain=PLAIN,
+            choice=CHOICE.format(more=', "crossings? (crossings)"'),
+            crossings=CROSSINGS.format(files=chosen),
             version=version,
             name="video",
             description="Video path around the refocuser - TMDS decoding, timing, refocused video, "
@@ -321,7 +366,8 @@ def core_files() -> dict[Path, str]:
             names=", ".join(generics),
         ),
     }
-    return {ROOT / f"plenofir-{name}.core": HEAD + text for name, text in texts.items()}
+    files = {ROOT / f"plenofir-{name}.core": HEAD + text for name, text in texts.items()}
+    return files | crossings
 
 
 def _yaml(value: int | bool | str) -> str:

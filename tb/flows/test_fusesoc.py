@@ -83,6 +83,19 @@ def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
     assert 'project set top "atlys_top"' in text
 
 
+def test_crossings_of_the_video_path(fusesoc, tmp_path: Path) -> None:
+    """A design that contains the whole path asks for the constraints by a flag."""
+    core, flag = "plenofir:ip:video", ("--flag", "crossings", "--setup")
+    fusesoc("synth", core, "--tool", "vivado", *flag)
+    fusesoc("gowin", core, *flag)
+    for target, file, path in (
+        ("synth-vivado", "video.xdc", "crossing_code_reg"),
+        ("gowin", "video.gowin.sdc", "crossing_code"),
+    ):
+        assert f"constraints/{file}" in project_of(tmp_path, core, target)
+        assert path in (ROOT / "constraints" / file).read_text()
+
+
 EXAMPLES = {
     "plenofir:ip:refocuser": "refocus_button",
     "plenofir:ip:video": "pattern_video",

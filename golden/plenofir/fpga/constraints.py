@@ -60,6 +60,7 @@ class Constraints:
     clocks: Mapping[str, float] = field(default_factory=dict)  # port to MHz
     crossings: tuple[Crossing, ...] = ()
     pins: Mapping[str, str] = field(default_factory=dict)  # port to the package's pin
+    limit_mhz: float = 0  # of the fastest clock, where clocks are named elsewhere
 
     def text(self, language: Language) -> str:
         return "".join(f"{line}\n" for line in self._lines(language))
@@ -68,7 +69,8 @@ class Constraints:
         for port, mhz in self.clocks.items():
             yield from _clock(language, port, mhz)
         # A limit of the shortest period holds for each pair of clocks.
-        period = f"{1000 / max(self.clocks.values()):.3f}" if self.clocks else None
+        fastest = max((*self.clocks.values(), self.limit_mhz))
+        period = f"{1000 / fastest:.3f}" if fastest else None
         for crossing in self.crossings:
             if period is None and crossing.limit not in ("none", "reset"):
                 raise ValueError(f"{crossing} needs a clock")
