@@ -281,7 +281,7 @@ def _synth(built: str, top: str) -> str:
 def _crossing_files(sources: Sequence[Path]) -> dict[Path, str]:
     """Constraints of the crossings in some sources, place to text: a file for each tool."""
     head = (
-        "# SPDX-License-Identifier: Apache-2.0\n"
+        "# SPDX-License-" + "Identifier: Apache-2.0\n"  # in two parts: see spdx.py
         f"# Clock crossings of the video path, for clocks of up to {_FASTEST_MHZ:g} MHz: see\n"
         "# docs/clock-crossings.md. Built by scripts/core_files.py.\n"
     )
