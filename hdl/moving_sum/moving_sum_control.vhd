@@ -403,7 +403,8 @@ begin
 
   end process compare_ages;
 
-  -- A line that begins while output 0 of the line before is not due yet takes its place in the delay.
+  -- A line that begins while output 0 of the line before is not due yet takes its place in the delay. Marks of lines
+  -- without pixels are what a reset has left in the path of the tokens.
   watch_lines : process (clk) is
 
     variable steps : natural := DELAY + 1;
@@ -415,10 +416,10 @@ begin
       if reset = '1' then
         steps := DELAY + 1;
       elsif advance = '1' then
-        assert not (first = '1' and steps <= DELAY)
+        assert not (first = '1' and live = '1' and steps <= DELAY)
           report "moving_sum_control: a line began less than output_delay + 1 steps behind the one before"
           severity failure;
-        if first = '1' then
+        if first = '1' and live = '1' then
           steps := 1;
         elsif steps <= DELAY then
           steps := steps + 1;

@@ -161,6 +161,7 @@ begin
     );
 
   -- Frames share the phases of the memory's lines, and a frame's first outputs follow its predecessor's last ones.
+  -- Marks without an image are what a reset has left in the path of the tokens.
   watch_frames : process (clk) is
 
     variable lines : integer := -1;
@@ -172,10 +173,11 @@ begin
       if reset = '1' then
         lines := -1;
       elsif step = '1' then
-        assert not (token.frame_first = '1' and lines >= 0 and (lines <= GEOMETRY.output_delay or lines mod M /= 0))
+        assert not (token.frame_first = '1' and token.image = '1' and lines >= 0 and
+                    (lines <= GEOMETRY.output_delay or lines mod M /= 0))
           report "stack_columns: frames begin too few lines apart, or no multiple of M lines"
           severity failure;
-        if token.frame_first = '1' then
+        if token.frame_first = '1' and token.image = '1' then
           lines := 1;
         elsif lines >= 0 then
           lines := lines + 1;

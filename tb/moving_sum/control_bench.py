@@ -16,8 +16,9 @@ CLOCKS = 700
 
 
 def lines(rng: random.Random) -> list[dict[str, int]]:
-    """Lines of any length, with pauses, at the least permitted distance."""
-    inputs: list[dict[str, int]] = []
+    """Lines of any length, with pauses, at the least permitted distance; first steps of none."""
+    idle = {"advance": 1, "first": 0, "live": 0, "slice": 0}
+    inputs: list[dict[str, int]] = [idle] * (CASE["delay"] + 1)
     while len(inputs) < CLOCKS:
         length = rng.randint(1, 2 * CASE["delay"] + 2)
         slice_ = rng.randrange(CASE["slices"])
