@@ -263,8 +263,6 @@ class _CentralView:
     def __init__(self, raw: Image, m: int, settings: Floats) -> None:
         self.m, self.shape, self.settings = m, raw.shape, settings
         self.doubt: Floats = np.zeros(settings.shape)
-        # For even M the central view is half a view beside the middle.
-        self.aside = m // 2 - (m - 1) / 2
         view = seen = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
         for axis in (0, 1):
             before, after = (
@@ -289,11 +287,7 @@ class _CentralView:
         lines, columns = (
             (np.arange(n) - (self.m - 1) / 2) / self.m for n in (part.stop, self.shape[1])
         )
-        places = np.stack(np.meshgrid(lines[part.start :], columns, indexing="ij"))
-        if self.aside:
-            near = ndimage.map_coordinates(self.settings, places, order=1, mode="nearest")
-            places -= self.aside * near
-        return places
+        return np.stack(np.meshgrid(lines[part.start :], columns, indexing="ij"))
 
     def interpolated(self, values: Floats, part: slice) -> Floats:
         """Values of the micro lenses, at the pixels of lines."""
@@ -336,7 +330,35 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
             # Only the columns that need this slice.
             across = slice(int(there[0]), int(there[-1]) + 1)
             lines = part, across
-            image = refocus(raw, m, Fraction(shift, m), border="normalise", region=lines, **PICTURE)
+            image = _slice_of_central_view(raw, m, shift, lines)
             share = share[:, across].reshape(*image.shape[:2], *[1] * (raw.ndim - 2))
             picture[:, across] += share * image
     return picture
+
+
+def _slice_of_central_view(
+    raw: Image, m: int, shift: int, region: tuple[slice, slice]
+) -> Image | Floats32:
+    """A region of a slice as the central view sees it, which for even M is half a view aside.
+
+    What is in focus is `shift / 2` pixels beside its place in the slice then.
+    """
+    if m % 2:
+        return refocus(raw, m, Fraction(shift, m), border="normalise", region=region, **PICTURE)
+    whole, half = divmod(shift, 2)
+    first = [part.start + whole - half for part in region]
+    last = [part.stop + whole + 2 * half for part in region]
+    inside = tuple(
+        slice(min(max(a, 0), n - 1), max(min(b, n), 1))
+        for a, b, n in zip(first, last, raw.shape, strict=False)
+    )
+    image = refocus(raw, m, Fraction(shift, m), border="normalise", region=inside, **PICTURE)
+    for axis, part in enumerate(inside):
+        places = np.arange(first[axis], last[axis]) - part.start
+        image = image.take(np.clip(places, 0, part.stop - part.start - 1), axis)
+    if half:
+        for axis in (0, 1):
+            parts = [np.moveaxis(image, axis, 0)[k : k - 3 or None] for k in range(4)]
+            outer, inner = parts[0] + parts[3].astype(np.float32), parts[1].astype(np.float32)
+            image = np.moveaxis((9 * (inner + parts[2]) - outer) / 16, 0, axis)
+    return image
