@@ -299,6 +299,35 @@ def test_what_is_no_file(tmp_path: Path) -> None:
             read_image(path)
 
 
+def test_metadata_that_are_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Their picture is read as it is stored; faults of anything else are not taken for damage."""
+    exif = PillowImage.Exif()
+    exif[0x0112], exif[0x010F] = 3, "a maker of cameras"
+    whole = exif.tobytes().removeprefix(b"Exif\0\0")
+    rng, path = random.Random(5), tmp_path / "one.png"
+    turned = []
+    for cut in range(120):
+        damaged = bytearray(whole)
+        for _ in range(cut > 0):
+            damaged[rng.randrange(len(damaged))] = rng.choice((0, 1, 2, 7, 255))
+        path.write_bytes(with_chunk(encode_png(GREY), b"eXIf", bytes(damaged[: 120 - cut])))
+        pixels = read_picture(path).pixels
+        turned.append(np.array_equal(pixels, GREY[::-1, ::-1]))
+        assert turned[-1] or np.array_equal(np.sort(pixels, axis=None), np.sort(GREY, axis=None))
+    assert turned[0]
+    assert 0 < sum(turned) < len(turned)
+    assert not recwarn.list
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("a fault of Pillow's")
+
+    monkeypatch.setattr(PillowImage.Exif, "load", fail)
+    with pytest.raises(InputError, match="a fault of Pillow's"):
+        read_picture(path)
+
+
 def xmp_of(path: Path) -> dict[str, str]:
     """What a file's XMP says, by the names of the properties."""
     with PillowImage.open(path) as file:

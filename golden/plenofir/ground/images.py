@@ -14,6 +14,8 @@ format has them.
 
 import io
 import logging
+import struct
+import warnings
 import zlib
 from collections.abc import Callable
 from functools import partial
@@ -136,9 +138,12 @@ def _orientation(exif: bytes) -> int:
 
     content = Exif()
     try:
-        content.load(exif)
-        return int(content.get(_TAG_ORIENTATION, 1))
-    except Exception:  # As for pictures; metadata are no reason to refuse one.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            content.load(exif)
+            return int(content.get(_TAG_ORIENTATION, 1))
+    except (SyntaxError, ValueError, TypeError, OSError, struct.error):
+        # What Pillow raises at damaged metadata, which are no reason to refuse a picture.
         return 1
 
 

@@ -10,8 +10,10 @@ def command(*words: str | int | Path) -> str:
 
     Paths are quoted where needed, and never taken for an option.
     """
-    typed = [
-        f"./{word}" if isinstance(word, Path) and str(word).startswith("-") else str(word)
-        for word in words
-    ]
-    return shlex.join(["plenofir", *typed])
+    return " ".join(["plenofir", *map(quoted, words)])
+
+
+def quoted(word: str | int | Path) -> str:
+    """A word of a command as a shell takes it."""
+    is_option = isinstance(word, Path) and str(word).startswith("-")
+    return shlex.quote(f"./{word}" if is_option else str(word))

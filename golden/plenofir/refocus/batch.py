@@ -24,9 +24,10 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 from uuid import uuid4
 
-from plenofir.ground.errors import InputError
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.files import as_text, cannot_write, write_flushed
 from plenofir.ground.images import encode_png, read_picture
+from plenofir.ground.shell import quoted
 from plenofir.refocus import (
     Sharpen,
     check_raw,
@@ -130,8 +131,9 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
         if not found:
             raise InputError(f"no such files; {_ADVICE}", where=pattern)
         if found[0].is_dir():
+            inside = Path(glob.escape(str(named))) / "*.png"
             raise InputError(
-                f"is a folder; give a pattern such as '{named / '*.png'}'", where=pattern
+                f"is a folder; give a pattern such as {quoted(inside)}", where=pattern
             )
         frames |= dict.fromkeys(found)
     return list(frames)
@@ -254,6 +256,12 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
                     worker_dashboard_address=None,
                     silence_logs=50,
                 )
+        except (RuntimeError, TimeoutError) as error:
+            # A machine with much else to do lets them miss Dask's limits of time.
+            raise ToolError(
+                f"worker processes do not start ({error}); run it again when the machine has less "
+                "to do, or with fewer --workers"
+            ) from None
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         with cluster, Client(cluster) as client:

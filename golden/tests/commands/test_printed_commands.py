@@ -14,11 +14,12 @@ from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.lightfield.indexing import compose
 from plenofir.camera.recognise import recognise
 from plenofir.camera.synthetic import regular_grid
+from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
 from plenofir.ground.shell import command
 from plenofir.refocus.batch import find_frames
 
-NAMES = ["plain", "two words & more", "Ümläute 光场", 'it\'s "quoted"', "-leading", "$HOME;`x`*[1]"]
+NAMES = ["plain", "Ümläute 光场\n100%", 'it\'s "quoted"', "-leading \\", "$HOME;`x`*[1] & more"]
 
 
 def typed(line: str, folder: Path) -> list[str]:
@@ -66,6 +67,10 @@ def test_advice_of_inspect(tmp_path: Path, name: str, monkeypatch: pytest.Monkey
                 done = plenofir(*words, cwd=tmp_path)
                 assert done.returncode == 0, done.stderr
     assert count >= 5
+    with pytest.raises(InputError) as refused:
+        find_frames([str(frames)])
+    pattern = refused.value.problem.removeprefix("is a folder; give a pattern such as ")
+    assert len(find_frames(typed(f"plenofir {pattern}", tmp_path))) == 3
 
 
 def test_words_are_quoted() -> None:

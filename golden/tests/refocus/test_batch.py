@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from plenofir.commands.app import main
-from plenofir.ground.errors import InputError
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import batch, refocus
 from plenofir.refocus.batch import (
@@ -36,12 +36,14 @@ NAMES = ("_2_a1.png", "_1_a1_5.png")
 
 @pytest.fixture
 def frames(tmp_path):
+    """A folder with frames in a folder, both with names that need care."""
     rng = np.random.default_rng(0)
-    (tmp_path / "in").mkdir()
+    folder = tmp_path / "it's \"quoted\" -a 100%s {x}\\ $HOME;光"
+    (folder / "in").mkdir(parents=True)
     for number in (1, 2, 10):
         raw = rng.integers(0, 65536, (40, 50, 3), dtype=np.uint16)
-        write_png(tmp_path / "in" / f"frame_{number}.png", raw)
-    return tmp_path
+        write_png(folder / "in" / f"frame_{number}.png", raw)
+    return folder
 
 
 @pytest.fixture
@@ -77,7 +79,7 @@ def test_order_and_names(frames):
     assert result_names(found, Settings(5, (Fraction(-3, 5),)))[0] == ("frame_1_a-3_5.png",)
     for bad, message in (
         (str(frames / "*.tif"), "no such files"),
-        (str(frames / "in"), r"is a folder; give a pattern such as .*in/\*.png"),
+        (str(frames / "in"), r"(?s)is a folder; give a pattern such as .*in/\*.png"),
         ("x" * 300, "no such files|name too long"),
         ("nul\0", "no such files"),
     ):
@@ -313,6 +315,17 @@ def test_refusals(frames):
     shutil.copy(sources[0], long)
     with pytest.raises(InputError, match="too long"):
         run_batch([long], SETTINGS, frames / "out")
+
+
+def test_workers_that_do_not_start(frames, monkeypatch):
+    """On a machine with much else to do."""
+
+    def fail(**_):
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr("distributed.LocalCluster", fail)
+    with pytest.raises(ToolError, match=r"do not start \(Nanny failed to start.\); run it again"):
+        run_batch(find_frames([str(frames / "in" / "*.png")]), SETTINGS, frames / "out")
 
 
 @pytest.mark.parametrize(
