@@ -9,6 +9,7 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
+_BAND = 256  # lines
 _DARKEST_LEVELS = 16
 _CLIPPED_SHARE = 0.5
 # From this share of clipped pixels on, micro images are flattened; percentile of their signal.
@@ -19,9 +20,14 @@ _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
 def grey(image: Image | Floats) -> Image32:
     """Grey levels of an image (luminance of RGB, Rec. 709)."""
-    if image.ndim == 3:
-        return np.asarray(image.astype(np.float32) @ _LUMINANCE)
-    return image.astype(np.float32)
+    if image.ndim != 3:
+        return image.astype(np.float32)
+    levels = np.empty(image.shape[:2], np.float32)
+    # In bands: floats of three colours would take twelve bytes for each pixel.
+    for first in range(0, len(image), _BAND):
+        band = slice(first, first + _BAND)
+        np.matmul(image[band].astype(np.float32), _LUMINANCE, out=levels[band])
+    return levels
 
 
 def _size(image: Image) -> str:

@@ -9,10 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.grid import Floats
+from plenofir.refocus.operator import Image
 
 _SIDE = 512
+_SAMPLES = 4  # for each pixel of the picture that is scaled down
 _FEWEST, _MOST = 3, 100
 # Diameter in pixels of the picture that was scaled down, and as a share of its shorter side.
 _SMALLEST, _SMALLEST_SHARE = 24, 0.08
@@ -34,11 +36,19 @@ class Elemental(NamedTuple):
     radius: float  # in pixels
 
 
-def find_elemental(levels: Image32) -> Elemental | None:
+def find_elemental(image: Image) -> Elemental | None:
     """Elemental images of a picture; None for another one.
 
     Of a hexagonal arrangement the fullest row is taken, which is a line of views.
     """
+    # They are large: of a large picture every k-th pixel shows them.
+    k = max(1, min(image.shape[:2]) // (_SAMPLES * _SIDE))
+    if k > 1:
+        elemental = find_elemental(image[::k, ::k])
+        if elemental is None:
+            return None
+        return elemental._replace(centres=k * elemental.centres, radius=k * elemental.radius)
+    levels = grey(image)
     scale = max(1, min(levels.shape) // _SIDE)
     rows, columns = (n // scale for n in levels.shape)
     whole = levels[: rows * scale, : columns * scale].reshape(rows, scale, columns, scale)

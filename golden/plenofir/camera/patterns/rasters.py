@@ -70,9 +70,11 @@ class Mosaic:
 
 def _differences(grey: Image32, axis: int) -> Floats:
     """Mean difference of each line from the next, outliers cut."""
-    step = np.abs(np.diff(grey, axis=axis))
+    step = np.diff(grey, axis=axis)
+    np.abs(step, out=step)
     few = step[:: max(1, step.shape[0] // 1000), :: max(1, step.shape[1] // 1000)]
-    return np.asarray(np.minimum(step, np.percentile(few, 98)).mean(axis=1 - axis), np.float64)
+    np.minimum(step, np.percentile(few, 98), out=step)
+    return np.asarray(step.mean(axis=1 - axis), np.float64)
 
 
 def periods(grey: Image32, axis: int) -> list[Period]:

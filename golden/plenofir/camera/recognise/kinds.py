@@ -293,7 +293,7 @@ def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
     if hints.micro_image is not None or hints.layout != "auto":
         return None
     picture = stored.load()
-    found = find_elemental(grey(picture.pixels))
+    found = find_elemental(picture.pixels)
     if found is None:
         return None
     rows, columns = found.centres.shape[:2]
