@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from discs import disc_views, true_disparity
+from discs import disc_view, disc_views, true_disparity
 from PIL import Image as Pillow
 
-from plenofir.camera.lightfield import light_field_disparity
 from plenofir.camera.lightfield.indexing import compose
 from plenofir.camera.recognise import Hints, LightFieldSource, recognise
 from plenofir.commands.app import run
@@ -193,15 +192,42 @@ def test_batch_does_not_turn(tmp_path: Path) -> None:
         run([*words, "--order", "rows", "--flip", "rows"])
 
 
-@pytest.mark.parametrize("order", ["columns_first", "rows_from_below"])
-def test_depth_by_commands(tmp_path: Path, order: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """What commands make of views in a wrong order: depth of three planes, told on the way."""
-    folder = write_views(tmp_path / "views", ORDERS[order][0])
-    assert run(["depth-map", str(folder), "--out", str(tmp_path / "depth")]) == 0
-    assert "note: axes: " in capsys.readouterr().err
+ROWS, COLUMNS = 48, 64
+
+
+def stored_views(place: Path, stored_as: str) -> int:
+    """Views as people have them, in a wrong order; their M."""
+    m = 8 if stored_as == "mosaic.png" else 5
+    views = disc_views(m, ROWS, COLUMNS)
+    if stored_as == "mosaic.png":
+        # Even M, grey, rows from below.
+        tiles = np.moveaxis(views[::-1, ..., 1], 2, 1).reshape(m * ROWS, m * COLUMNS)
+        write_png(place, np.ascontiguousarray(tiles))
+    elif stored_as == "line":
+        place.mkdir()
+        for u in range(m):
+            write_png(place / f"frame_{u:03}.png", np.ascontiguousarray(views[m // 2, u]))
+    else:
+        write_views(place, ORDERS[stored_as][0], views)
+    return m
+
+
+@pytest.mark.parametrize("stored_as", ["columns_first", "rows_from_below", "mosaic.png", "line"])
+def test_depth_by_commands(
+    tmp_path: Path, stored_as: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What commands make of views as they lie: three planes, sharp everywhere, told on the way."""
+    place = tmp_path / stored_as
+    m = stored_views(place, stored_as)
+    aside = m // 2 - (m - 1) / 2
+    assert run(["depth-map", str(place), "--out", str(tmp_path / "depth")]) == 0
+    assert ("note: axes: " in capsys.readouterr().err) == (stored_as != "line")
     depth = np.load(tmp_path / "depth" / "disparity.npy")
-    same = light_field_disparity(compose(VIEWS), 5).pixels_per_view
-    right = np.abs(depth - true_disparity()) < 0.15
-    inside = right[4:-4, 4:-4]
-    assert inside.mean() > 0.9
-    assert np.abs(depth - same).mean() < 0.1
+    assert (np.abs(depth - true_disparity(ROWS, COLUMNS, aside)) < 0.15).mean() > 0.98
+    words = ["stack", str(place), "-a", "-1", "-a", "1", "--all-in-focus", "--exposure", "off"]
+    assert run([*words, "--out", str(tmp_path / "stack")]) == 0
+    sharp = read_image(tmp_path / "stack" / "all_in_focus.png").astype(float)
+    scale = 1 if stored_as == "line" else m
+    truth = disc_view(aside, aside, ROWS, COLUMNS, scale)
+    truth = truth[..., 1] if sharp.ndim == 2 else truth
+    assert 10 * np.log10(255**2 / ((sharp - truth) ** 2).mean()) > 40
