@@ -132,9 +132,7 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
             raise InputError(f"no such files; {_ADVICE}", where=pattern)
         if found[0].is_dir():
             inside = Path(glob.escape(str(named))) / "*.png"
-            raise InputError(
-                f"is a folder; give a pattern such as {quoted(inside)}", where=pattern
-            )
+            raise InputError(f"is a folder; give a pattern such as {quoted(inside)}", where=pattern)
         frames |= dict.fromkeys(found)
     return list(frames)
 

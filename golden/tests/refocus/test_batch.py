@@ -38,7 +38,7 @@ NAMES = ("_2_a1.png", "_1_a1_5.png")
 def frames(tmp_path):
     """A folder with frames in a folder, both with names that need care."""
     rng = np.random.default_rng(0)
-    folder = tmp_path / "it's \"quoted\" -a 100%s {x}\\ $HOME;光"
+    folder = tmp_path / 'it\'s "quoted" -a 100%s {x}\\ $HOME;光'
     (folder / "in").mkdir(parents=True)
     for number in (1, 2, 10):
         raw = rng.integers(0, 65536, (40, 50, 3), dtype=np.uint16)

@@ -348,17 +348,19 @@ def _slice_of_central_view(
     whole, half = divmod(shift, 2)
     first = [part.start + whole - half for part in region]
     last = [part.stop + whole + 2 * half for part in region]
-    inside = tuple(
+    down, across = (
         slice(min(max(a, 0), n - 1), max(min(b, n), 1))
         for a, b, n in zip(first, last, raw.shape, strict=False)
     )
-    image = refocus(raw, m, Fraction(shift, m), border="normalise", region=inside, **PICTURE)
-    for axis, part in enumerate(inside):
+    image: Floats32 = refocus(
+        raw, m, Fraction(shift, m), border="normalise", region=(down, across), **PICTURE
+    ).astype(np.float32)
+    for axis, part in enumerate((down, across)):
         places = np.arange(first[axis], last[axis]) - part.start
         image = image.take(np.clip(places, 0, part.stop - part.start - 1), axis)
-    if half:
-        for axis in (0, 1):
-            parts = [np.moveaxis(image, axis, 0)[k : k - 3 or None] for k in range(4)]
-            outer, inner = parts[0] + parts[3].astype(np.float32), parts[1].astype(np.float32)
-            image = np.moveaxis((9 * (inner + parts[2]) - outer) / 16, 0, axis)
+        if half:
+            # Half way between pixels, by cubic interpolation.
+            image = image.swapaxes(0, axis)
+            image = 9 / 16 * (image[1:-2] + image[2:-1]) - 1 / 16 * (image[:-3] + image[3:])
+            image = image.swapaxes(0, axis)
     return image
