@@ -89,7 +89,7 @@ class Master(I2cMaster):
         self.bench, self.rng, self.lines = bench, rng, bench.ports[0]
         self.quarter = 4 * self.lines.filter + 2 * self.lines.hold + rng.choice([7, 8, 11])
         # The data line changes with the falling clock line, up to the hold time before or behind
-        # it: UM10204 lets it, and edges of a long cable do it.
+        # it (see `earliest`): UM10204 lets it, and edges of a long cable do it.
         self.at_once = rng.random() < 0.5
 
     async def wait(self) -> None:
@@ -103,8 +103,17 @@ class Master(I2cMaster):
         self.lines.sda = level
         await self.wait()
 
+    @property
+    def earliest(self) -> int:
+        """Clocks from the clock line's fall to the earliest change that is no start or stop.
+
+        A glitch as the clock line falls makes the filter count anew, and takes of the hold time.
+        """
+        filter_, glitches = self.lines.filter, self.lines.rng is not None
+        return 1 - self.lines.hold + (2 * (filter_ - 1) if glitches else 0)
+
     async def write(self, byte: int) -> bool:
-        if not self.at_once:
+        if not self.at_once or self.earliest > 0:
             return await super().write(byte)
         for i in range(7, -1, -1):
             await self.bit_at_once(byte >> i & 1, byte >> max(i - 1, 0) & 1 if i else 1)
@@ -116,7 +125,7 @@ class Master(I2cMaster):
         await self.data(level)
         await self.clock(1)
         assert self.seen() == level, "the slave pulls the line while the master sends"
-        skew = rng.randint(-lines.hold + 1, lines.hold - 1)
+        skew = rng.randint(self.earliest, lines.hold - 1)
         first, second = (("sda", following), ("scl", 0))[:: 1 if skew < 0 else -1]
         setattr(lines, *first)
         await self.bench.clocks(abs(skew))
