@@ -5,8 +5,8 @@
 -- with a pull-up resistor, make no edges. A slave also sets HOLD: then all edges but the falling ones of the clock
 -- line come HOLD clocks later. So a data line that changes together with a falling clock line, or shortly before or
 -- behind it, as edges are slow, is seen to change while the clock line is low, and makes no start or stop; UM10204
--- asks devices for 300 ns. A spike just as the clock line falls delays the fall by its length and up to SPIKE - 1 clocks,
--- which are lost of HOLD. The clock line must stay high for SPIKE + HOLD clocks.
+-- asks devices for 300 ns. A spike just as the clock line falls delays the fall by its length and up to SPIKE - 1
+-- clocks, which are lost of HOLD. The clock line must stay high for SPIKE + HOLD clocks.
 --
 -- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1; with HOLD 1 more, and HOLD but for the falling clock line. Throughput:
 -- one sample of both lines each clock.
