@@ -54,7 +54,9 @@ entity resampler is
     FRACTION_BITS : positive range 8 to 17 := 16;
     WEIGHT_BITS   : positive range 2 to 8  := 8;
     GUARD_BITS    : positive range 1 to 3  := 3;
-    GAIN_BITS     : positive range 4 to 14 := 12
+    GAIN_BITS     : positive range 4 to 14 := 12;
+    -- Whether what is in front holds frames back, so that taken_early says when one is taken.
+    HELD_BACK : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -67,6 +69,9 @@ entity resampler is
     load_kind    : in    std_logic_vector(1 downto 0);
     load_address : in    std_logic_vector(19 downto 0);
     load_data    : in    std_logic_vector(39 downto 0);
+    -- With HELD_BACK: the first pixel of a frame is taken in front, for a clock. The frame has the calibration of that
+    -- clock; without HELD_BACK that of the clock in which its first pixel is taken here.
+    taken_early : in    std_logic := '0';
     -- Raw frames: AXI4-Stream video, channel 0 in the low bits.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
@@ -169,7 +174,8 @@ begin
   input_word    <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
   s_axis_tready <= input_ready;
   -- The frame has the calibration of this clock, although its first pixel may wait here for the frame before.
-  frame_accepted <= s_axis_tvalid and input_ready and s_axis_tuser(0);
+  frame_accepted <= taken_early when HELD_BACK else
+                    s_axis_tvalid and input_ready and s_axis_tuser(0);
 
   input_fifo : entity work.axis_fifo
     generic map (

@@ -72,7 +72,9 @@ architecture rtl of sensor_raster is
   -- Behind the mosaic.
   constant COLOURS : positive := choose(MOSAIC, 3, CHANNELS);
 
-  -- Raw pixels with all their colours, and the raster.
+  -- The first pixel of a frame is taken; raw pixels with all their colours, and the raster.
+  signal taken           : std_logic;
+  signal in_tready       : std_logic;
   signal raw_tvalid      : std_logic;
   signal raw_tready      : std_logic;
   signal raw_tdata       : std_logic_vector(COLOURS * PIXEL_BITS - 1 downto 0);
@@ -84,14 +86,18 @@ architecture rtl of sensor_raster is
 
 begin
 
+  s_axis_tready <= in_tready;
+  -- The mosaic holds a frame back for two lines, but its calibration is that of now.
+  taken <= s_axis_tvalid and in_tready and s_axis_tuser(0);
+
   -- A grey or an RGB sensor needs nothing in front of the resampler.
   plain : if not MOSAIC generate
-    raw_tvalid    <= s_axis_tvalid;
-    s_axis_tready <= raw_tready;
-    raw_tdata     <= s_axis_tdata;
-    raw_tuser     <= s_axis_tuser;
-    raw_tlast     <= s_axis_tlast;
-    mosaic_flags  <= (others => '0');
+    raw_tvalid   <= s_axis_tvalid;
+    in_tready    <= raw_tready;
+    raw_tdata    <= s_axis_tdata;
+    raw_tuser    <= s_axis_tuser;
+    raw_tlast    <= s_axis_tlast;
+    mosaic_flags <= (others => '0');
   end generate plain;
 
   -- Colours are completed on the raw grid: resampling first would mix those of neighbours.
@@ -109,7 +115,7 @@ begin
         rows          => rows,
         red_place     => red_place,
         s_axis_tvalid => s_axis_tvalid,
-        s_axis_tready => s_axis_tready,
+        s_axis_tready => in_tready,
         s_axis_tdata  => s_axis_tdata,
         s_axis_tuser  => s_axis_tuser,
         s_axis_tlast  => s_axis_tlast,
@@ -139,7 +145,8 @@ begin
       FRACTION_BITS    => FRACTION_BITS,
       WEIGHT_BITS      => WEIGHT_BITS,
       GUARD_BITS       => GUARD_BITS,
-      GAIN_BITS        => GAIN_BITS
+      GAIN_BITS        => GAIN_BITS,
+      HELD_BACK        => MOSAIC
     )
     port map (
       clk            => clk,
@@ -150,6 +157,7 @@ begin
       load_kind      => load_kind,
       load_address   => load_address,
       load_data      => load_data,
+      taken_early    => taken,
       s_axis_tvalid  => raw_tvalid,
       s_axis_tready  => raw_tready,
       s_axis_tdata   => raw_tdata,

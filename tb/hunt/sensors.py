@@ -209,15 +209,13 @@ class SensorHunt:
     def candidates(self, number: int) -> list[int]:
         """Commits that may apply to a frame: the one before its first pixel.
 
-        A mosaic holds the frame back before its calibration is chosen. Of starts that are in the
-        resampler's FIFO at once the last one chooses.
+        Of starts that wait at once, in the resampler's FIFO or in a mosaic, the last one chooses.
         """
         begin, commits = self.begins[number], self.loader.commits
         taken = self.loader.taken
         at = taken[begin] if begin < len(taken) else self.bench.clock
-        behind = max(n for n in self.starts if begin <= n < begin + 20)
-        if self.mosaic:
-            behind = begin + 40 + 3 * self.shapes[number][1] + 60
+        waiting = 20 + self.mosaic * (80 + 3 * self.shapes[number][1])
+        behind = max(n for n in self.starts if begin <= n < begin + waiting)
         until = taken[behind] if behind < len(taken) else self.bench.clock
         until = min([until, *self.ends[number : number + 1]])
         sure = max((n for n, (clock, _) in enumerate(commits) if clock <= at), default=-1)

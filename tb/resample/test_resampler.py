@@ -47,7 +47,11 @@ def test_loads_and_few_pixels() -> None:
         "loads_bench": {"micro_image_size": 2, "max_columns": 21, "lines": 8},
         "narrow_bench": {"micro_image_size": 1, "max_columns": 3, "lines": 4},
     }
-    run_cases([resampler(o, thorough=False, bench=bench) for bench, o in benches.items()])
+    cases = [resampler(o, thorough=False, bench=bench) for bench, o in benches.items()]
+    core = ResamplerConfiguration.model_validate({**benches["loads_bench"], "channels": 3})
+    generics = {**core.generics(), "MOSAIC": True}
+    case = {"core": core.model_dump(), "thorough": False, "mosaic": True}
+    run_cases([*cases, Case("sensor_raster", "resample.loads_bench", generics, case)])
 
 
 @pytest.mark.slow
