@@ -28,7 +28,6 @@ from picture_files import IMAGES, PLANES, Pixels, enlarged, reduced, save, side_
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.exposure import Exposure
 from plenofir.camera.lightfield import (
-    PICTURE,
     FocalStack,
     all_in_focus,
     depth_map,
@@ -50,7 +49,7 @@ from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.scene_screen import SceneScreen, screen_of
-from plenofir.refocus import refocus
+from plenofir.refocus import best_picture, refocus
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies import ray_pictures, sweep
@@ -329,7 +328,7 @@ def smooth() -> None:
     slices = FocalStack(raw, m, [f"{k}/{m}" for k in range(-m - 1, m + 2)], border="normalise")
     pictures = {
         "a = 1, nearest": refocus(raw, m, 1, border="normalise"),
-        "a = 1, linear, b = 3/16": refocus(raw, m, 1, border="normalise", **PICTURE),
+        "a = 1, as commands make it": best_picture(raw, m, 1),
         "all in focus: sharpest slices": depth_index(slices, m).image,
         "all in focus: pixels at their depth": all_in_focus(raw, m),
     }

@@ -22,6 +22,7 @@ from plenofir.refocus import (
     ExactArithmetic,
     Sharpen,
     StoredProductArithmetic,
+    best_picture,
     output_offset,
     refocus,
     refocus_sums,
@@ -178,6 +179,9 @@ def software() -> list[Method]:
     def fast(raw: Image, m: int, shift: int, order: int = 0, sharpen: Sharpen = "off") -> Image:
         return refocus(raw, m, Fraction(shift, m), interpolation=order, sharpen=sharpen)
 
+    def best(raw: Image, m: int, shift: int) -> Image:
+        return best_picture(raw, m, Fraction(shift, m))
+
     names = {0: "nearest", 1: "linear", 3: "cubic"}
     found = [Method("refocus", fast)]
     found += [
@@ -188,6 +192,7 @@ def software() -> list[Method]:
         Method(name, partial(fast, order=order, sharpen="auto"), order=None)
         for name, order in (("refocus, sharpened", 0), ("refocus, linear, sharpened", 1))
     ]
+    found.append(Method("best picture", best, order=None))
     found += [
         Method("reference (gather)", in_hardware(ExactArithmetic())),
         Method("plain loops for Numba", plain_numba),

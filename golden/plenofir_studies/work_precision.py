@@ -304,6 +304,7 @@ _NAMES = {
     f"VHDL, {_STORED[-1]}, 1 px a clock": _STORED[-1],
 }
 _OBJECT_NAMES = {
+    "best picture": "best picture",
     "refocus": "nearest: refocus, NumPy, all VHDL",
     "refocus, linear": "linear",
     "refocus, sharpened": "sharpened",

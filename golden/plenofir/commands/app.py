@@ -24,6 +24,7 @@ from plenofir.commands import (
     light_fields,
     plan,
     rays,
+    refocusing,
     sim,
     view,
     waves,
@@ -68,7 +69,7 @@ def _root(
 
 
 # Headings and order of the help.
-_PHOTOGRAPHS = (develop, view, inspect, capture, light_fields, batch)
+_PHOTOGRAPHS = (develop, view, inspect, capture, refocusing, light_fields, batch)
 _FPGA = "VHDL and FPGA"
 _STUDIES = "Studies"
 for heading, groups in (

@@ -12,6 +12,7 @@ import typer
 from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
+from plenofir.commands.looks import aperture_of, tilt_of
 from plenofir.commands.rasters import recognised
 from plenofir.ground.errors import InputError
 from plenofir.ground.shell import command
@@ -123,9 +124,11 @@ def _develop_all(
     scheduler: str,
     workers: int | None,
     show: Callable[[int, int], None],
+    *,
+    per_frame: bool,
 ) -> tuple[int, list[str]]:
     """Develop captures into folders of their own: how many were there already, what failed."""
-    from plenofir.commands.developed import is_developed
+    from plenofir.commands.developed import is_developed, run_exposure
     from plenofir.ground.files import check_folder
     from plenofir.refocus.batch import dask_client, failure, worker_count
 
@@ -138,6 +141,8 @@ def _develop_all(
             )
         check_folder(out / source.stem, str(out))
     job = _calibrated(job, out)
+    if not per_frame:
+        job = job._replace(run=run_exposure(sources, job, out / "exposure.json"))
     waiting = [one for one in sources if not is_developed(one, job, out / one.stem)]
     kept = len(sources) - len(waiting)
     failed: list[str] = []
@@ -182,8 +187,10 @@ def _refocused(
     micro_image = hints.micro_image
     if micro_image is None:
         raise InputError("give -M for aligned raw images, or --white or --calib for captures")
-    chosen = options.focus_settings(a or ["0"], micro_image)
-    options.shifts_of(chosen, micro_image)
+    best = how["best"]
+    chosen = options.focus_settings(a or ["0"], micro_image, rounded=not best)
+    if not best:
+        options.shifts_of(chosen, micro_image)
     settings = Settings(micro_image, chosen, **how)
     found = find_frames(frames)
     sources = _unpacked(found, out)
@@ -237,25 +244,47 @@ def batch(
     dark: Dark = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
+    aperture: options.Aperture = None,
+    tilt: options.Tilt = None,
+    exposure: options.Exposure = "auto",
+    gamma: options.Gamma = None,
+    per_frame: Annotated[
+        bool,
+        typer.Option(
+            "--exposure-per-frame",
+            help="Expose each capture by itself; by default one exposure serves the run, so that "
+            "changes of light are seen.",
+        ),
+    ] = False,
 ) -> None:
     """Refocus many frames, or develop many captures; a run that was interrupted continues.
 
-    Frames are refocused to a = 0 unless told otherwise. Those of films and of TIFF files with
-    several pages are first unpacked, into frames_of_NAME in the folder for results.
+    Frames are refocused to a = 0 unless told otherwise, to pictures as refocus makes them; their
+    values stay as they are. --interpolation, --sharpen and --no-upsample take the operator. Frames
+    of films and of TIFF files with several pages are first unpacked, into frames_of_NAME in the
+    folder for results.
 
     With --white or --calib each capture gets a folder with all that plenofir develop makes, with
-    one calibration for all of them.
+    one calibration and one exposure for all of them (exposure.json).
     """
     from plenofir.commands.developed import Job
     from plenofir.ground.files import check_folder
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.batch import find_frames
 
+    pupil, rise = aperture_of(aperture), tilt_of(tilt)
     try:
         if white is None and calib is None:
             for name, given in (("dark", dark), ("camera", camera)):
                 options.require(name, "calib", given is not None)
             options.require("focus", "camera", focus != inf)
+            options.require("exposure", "calib", exposure != "auto")
+            options.require("gamma", "calib", gamma is not None)
+            options.require("exposure_per_frame", "calib", per_frame)
+            operator = interpolation is not None or sharpen is not None or not upsample
+            for name, text in (("aperture", aperture), ("tilt", tilt)):
+                if text and operator:
+                    options.refuse_both(name, "--interpolation, --sharpen or --no-upsample")
             kept, failed, total = _refocused(
                 frames,
                 hints,
@@ -266,6 +295,9 @@ def batch(
                 order=interpolation_order(interpolation or "nearest"),
                 upsample=upsample,
                 sharpen=sharpen or "off",
+                best=not operator,
+                aperture=pupil,
+                tilt=rise,
             )
             what = "frames refocused"
         else:
@@ -280,9 +312,19 @@ def batch(
             options.require("focus", "camera", focus != inf and camera is None)
             check_folder(Path(out), out)
             sources = _unpacked(find_frames(frames), Path(out))
-            job = Job(hints._replace(white=white, calib=calib, dark=dark), camera, focus)
+            job = Job(
+                hints._replace(white=white, calib=calib, dark=dark),
+                camera,
+                focus,
+                exposure=exposure,
+                gamma=gamma,
+                aperture=pupil,
+                tilt=rise,
+            )
             with progress_bar("developing") as show:
-                kept, failed = _develop_all(sources, job, Path(out), scheduler, workers, show)
+                kept, failed = _develop_all(
+                    sources, job, Path(out), scheduler, workers, show, per_frame=per_frame
+                )
             total = len(sources)
             what = "captures developed"
     except KeyboardInterrupt:

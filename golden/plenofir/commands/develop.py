@@ -11,6 +11,7 @@ import typer
 from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import steps_bar
+from plenofir.commands.looks import aperture_of, tilt_of
 from plenofir.commands.rasters import warn_of_camera
 from plenofir.ground.files import check_folder
 
@@ -45,6 +46,8 @@ def develop(
         int,
         typer.Option(help="Refocused pictures over the range of depths, at most.", min=1, max=99),
     ] = 9,
+    aperture: options.Aperture = None,
+    tilt: options.Tilt = None,
     exposure: options.Exposure = "auto",
     gamma: options.Gamma = None,
 ) -> None:
@@ -58,7 +61,14 @@ def develop(
     check_folder(folder, out)
     options.require("focus", "camera", focus != inf and camera is None)
     job = Job(
-        hints._replace(white=white, calib=calib, dark=dark), camera, focus, slices, exposure, gamma
+        hints._replace(white=white, calib=calib, dark=dark),
+        camera,
+        focus,
+        slices,
+        exposure,
+        gamma,
+        aperture_of(aperture),
+        tilt_of(tilt),
     )
     with steps_bar("reading") as show:
         done = develop_capture(Path(capture), job, folder, show)

@@ -5,14 +5,17 @@ import base64
 import html
 import io
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from hashlib import sha256
+from itertools import chain
 from math import ceil, floor, inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
+from plenofir.commands.looks import look_of
 from plenofir.commands.rasters import doubt_of_depth, read_field
 from plenofir.commands.results import save
 from plenofir.ground.errors import InputError
@@ -23,7 +26,9 @@ if TYPE_CHECKING:
     from plenofir.camera.lightfield.disparity import Disparity
     from plenofir.camera.rays import RayModel
     from plenofir.camera.recognise import Field, Hints
-    from plenofir.ground.images import Image
+    from plenofir.commands.looks import Look
+    from plenofir.ground.images import Image, Picture
+    from plenofir.refocus import Aperture
 
 Show = Callable[[str, int, int], None]
 
@@ -33,6 +38,8 @@ _SURE = 0.3
 _VIEWER_BYTES = 8_000_000
 # Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
 _ANIMATION_PIXELS, _STAYS = 640, 120
+# Captures of a run that its exposure is taken from, evenly from the first to the last.
+_EXPOSED = 9
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;margin:1.5rem auto;max-width:76rem;padding:0 1rem;"
     "background:#fff;color:#222}main{display:grid;gap:1rem;"
@@ -50,6 +57,9 @@ class Job(NamedTuple):
     slices: int = 9  # most refocused pictures
     exposure: str = "auto"
     gamma: float | None = None
+    aperture: "Aperture | None" = None
+    tilt: tuple[float, float] = (0.0, 0.0)
+    run: "Exposure | None" = None  # that of the run, instead of the capture's own
 
     def mark(self, capture: Path) -> str:
         """What changes when the capture, the job or one of its files changes."""
@@ -82,20 +92,64 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
         )
     m = field.micro_image_size
     model = None if known is None else RayModel.focused(known, job.focus, m)
-    look = exposure(field.picture, m, job.exposure, job.gamma)
-    lines = [*told, f"shown: {look.words()}"]
+    exposed = job.run or exposure(field.picture, m, job.exposure, job.gamma)
+    look = look_of(field.picture, exposed)
+    lines = [*told, f"shown: {exposed.words()}"]
     title, mark = as_text(capture.name), job.mark(capture)
     with TemporaryDirectory(prefix="plenofir-") as temporary:
         with Results(Path(temporary)) as results:
             pictures = _Pictures(results, field, model, look, show)
-            lines += pictures.make(job.slices)
-            pictures.viewer(title)
+            lines += pictures.make(job)
+            pictures.viewer(title, exposed)
             results.write("index.html", _page(title, pictures, lines))
             report = {"capture": title, "micro_image_size": m, "summary": lines, "mark": mark}
             results.write(_REPORT, json.dumps(report))
         publish_run(Path(temporary), folder, _REPORT)
     notes = tuple(f"{one.heading}: {one.text}" for one in field.lines if one.notable)
     return Developed(lines, len(pictures.shown), model, notes)
+
+
+def run_exposure(captures: Sequence[Path], job: Job, kept: Path) -> "Exposure | None":
+    """One exposure for all captures of a run, from some of them; kept in a file for its next run.
+
+    None if none of them can be read: that is told where they are developed.
+    """
+    from plenofir.camera.exposure import Exposure, one_exposure
+    from plenofir.ground.files import write_file
+
+    asked = [job.exposure, job.gamma]
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        known = json.loads(kept.read_bytes())
+        if known["asked"] == asked:
+            return Exposure(**known["exposure"])
+    last = len(captures) - 1
+    places = sorted({last * n // max(_EXPOSED - 1, 1) for n in range(_EXPOSED)})
+
+    def fields() -> "Iterator[tuple[Picture, int]]":
+        first: tuple[object, ...] = ()
+        for place in places:
+            try:
+                field, _ = _read(captures[place], job, lambda *_: None)
+            except (InputError, MemoryError):
+                continue
+            picture = field.picture
+            meaning = picture.full_scale, picture.gamma, picture.pixels.dtype
+            if first not in ((), meaning):
+                raise InputError(
+                    "its white, gamma or bits are not those of the other captures; give "
+                    "--exposure-per-frame, or develop it by itself",
+                    where=str(captures[place]),
+                )
+            first = meaning
+            yield picture, field.micro_image_size
+
+    readable = fields()
+    first = next(readable, None)
+    if first is None:
+        return None
+    exposed = one_exposure(chain([first], readable), job.exposure, job.gamma)
+    write_file(kept, json.dumps({"asked": asked, "exposure": exposed._asdict()}).encode())
+    return exposed
 
 
 def is_developed(capture: Path, job: Job, folder: Path) -> bool:
@@ -139,7 +193,7 @@ class _Pictures:
         results: Results,
         field: "Field",
         model: "RayModel | None",
-        look: "Exposure",
+        look: "Look",
         show: Show,
     ) -> None:
         self.results, self.field, self.model = results, field, model
@@ -149,24 +203,24 @@ class _Pictures:
         self.shown: list[tuple[str, str, str]] = []
         self.films: set[str] = set()
 
-    def make(self, slices: int) -> list[str]:
+    def make(self, job: Job) -> list[str]:
         """All of them; lines for the summary."""
         import numpy as np
 
         from plenofir.camera.lightfield.any_field import (
             central_view,
             is_rectangle,
+            pictures_of,
             search_depth,
             sharp_everywhere,
-            slices_of,
             view_at,
         )
         from plenofir.camera.lightfield.exports import mosaic
-        from plenofir.camera.lightfield.stack import PICTURE
-        from plenofir.refocus import focus_to_shift, slice_names
+        from plenofir.refocus import setting_names
 
         picture, m = self.field.picture, self.field.micro_image_size
         pixels, counts, large = picture.pixels, (m, m), m
+        source = self.look.source
         if is_rectangle(pixels):
             counts, large = pixels.shape[:2], 1
             save(self.results, "mosaic.png", picture._replace(pixels=mosaic(pixels)))
@@ -175,7 +229,7 @@ class _Pictures:
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)
         central = central_view(pixels, m)
-        enlarged = _enlarged(self.look.apply(central), large)
+        enlarged = _enlarged(self.look(central_view(source, m)).pixels, large)
         self.add("central_view.png", enlarged, "The view in the middle")
         found = search_depth(
             pixels, m, progress=lambda done, total: self.show("searching depth", done, total)
@@ -183,24 +237,23 @@ class _Pictures:
         self.disparity = found.disparity
         low, high = _range(found.disparity, central)
         values = np.clip(found.disparity.pixels_per_view, low, high)
-        settings = _settings(low, high, m, slices)
-        stack = slices_of(
-            pixels,
+        settings = _settings(low, high, m, job.slices)
+        stack = pictures_of(
+            source,
             m,
             settings,
             lambda done, total: self.show("refocusing", done, total),
-            border="normalise",
-            **PICTURE,
+            aperture=job.aperture,
+            tilt=job.tilt,
         )
         frames = []
-        names = slice_names([focus_to_shift(a, m) for a in settings], m)
-        for a, name, image in zip(settings, names, stack, strict=True):
-            shown = self.look.apply(image)
+        for a, name, image in zip(settings, setting_names(settings, m), stack, strict=True):
+            shown = self.look(image).pixels
             frames.append(self.add(f"refocused_{name}.png", shown, f"a = {a}", a))
-        sharp = self.look.apply(sharp_everywhere(pixels, m, values))
+        sharp = self.look(sharp_everywhere(source, m, values)).pixels
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus", frames + frames[-2:0:-1], "Through the focus")
-        views = [_small(self.look.apply(view_at(pixels, m, v, u))) for v, u in _around(*counts)]
+        views = [_small(self.look(view_at(source, m, v, u)).pixels) for v, u in _around(*counts)]
         self.animation("views", views, "Around the lens")
         lines = [
             f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
@@ -232,7 +285,7 @@ class _Pictures:
         text = f"depth: known of {100 * share:.0f} % of the micro lenses"
         return [line for line in (text, doubt_of_depth(share, self.field)) if line]
 
-    def viewer(self, title: str) -> None:
+    def viewer(self, title: str, exposed: "Exposure") -> None:
         """The viewer with the light field in it, one file."""
         from plenofir.view import export, light_field_page
 
@@ -245,7 +298,7 @@ class _Pictures:
             title=title,
             model=self.model,
             gamma=picture.gamma,
-            look=self.look,
+            look=exposed,
             disparity=None if self.disparity is None else self.disparity.pixels_per_view,
         )
         self.results.write("viewer.html", export(page, _VIEWER_BYTES))

@@ -255,9 +255,11 @@ def shifts_of(settings: Iterable[Fraction], micro_image_size: int) -> tuple[int,
     return tuple(focus_to_shift(a, micro_image_size, where="a") for a in settings)
 
 
-def one_focus_setting(texts: Iterable[str], micro_image_size: int) -> Fraction:
-    """The only focus setting of a command that takes one."""
-    found = focus_settings(texts, micro_image_size)
+def one_focus_setting(
+    texts: Iterable[str], micro_image_size: int, *, rounded: bool = True
+) -> Fraction:
+    """The only focus setting of a command that takes one; `rounded` as in `focus_settings`."""
+    found = focus_settings(texts, micro_image_size, rounded=rounded)
     if len(found) > 1:
         raise InputError(f"takes one focus setting, not {len(found)}", where="a")
     return found[0]
@@ -405,6 +407,25 @@ Upsample = Annotated[
     typer.Option(
         "--upsample/--no-upsample",
         help="Size of the result: that of the raw image, or one pixel for each micro lens.",
+    ),
+]
+
+Aperture = Annotated[
+    str | None,
+    typer.Option(
+        "--aperture",
+        metavar="SIZE[,RIGHT,DOWN]",
+        help="Round aperture: its diameter, 1 for that of the pupil, and its centre, -1 to 1 from "
+        "the pupil's left to its right edge and from top to bottom. By default all views count.",
+    ),
+]
+Tilt = Annotated[
+    str | None,
+    typer.Option(
+        "--tilt",
+        metavar="RIGHT,DOWN",
+        help="Tilt the focal plane: by how much a grows from the middle of the picture to its "
+        "right edge and to its bottom.",
     ),
 ]
 

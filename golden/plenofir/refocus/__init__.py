@@ -43,6 +43,7 @@ from plenofir.refocus.operator import (
     refocus_sums,
     scatter_sums,
 )
+from plenofir.refocus.pictures import Aperture, best_picture, real_focus
 from plenofir.refocus.sharpening import (
     Sharpen,
     automatic_units,
@@ -52,9 +53,9 @@ from plenofir.refocus.sharpening import (
 from plenofir.refocus.shifts import (
     focus_to_shift,
     parse_focus,
+    setting_names,
     shift_to_name,
     shift_to_text,
-    slice_names,
 )
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
@@ -62,6 +63,7 @@ from plenofir.refocus.threads import processors
 __all__ = [
     "MAX_INTERPOLATION_ORDER",
     "Align",
+    "Aperture",
     "Arithmetic",
     "Border",
     "ExactArithmetic",
@@ -72,6 +74,7 @@ __all__ = [
     "Sharpen",
     "StoredProductArithmetic",
     "automatic_units",
+    "best_picture",
     "check_raw",
     "derived_moment",
     "error_against_operator",
@@ -84,13 +87,14 @@ __all__ = [
     "output_offset",
     "parse_focus",
     "processors",
+    "real_focus",
     "refocus",
     "refocus_sums",
     "scatter_sums",
+    "setting_names",
     "sharpening_units",
     "shift_to_name",
     "shift_to_text",
-    "slice_names",
 ]
 
 

@@ -29,17 +29,21 @@ from plenofir.ground.files import as_text, cannot_write, write_flushed
 from plenofir.ground.images import encode_png, read_picture
 from plenofir.ground.shell import quoted
 from plenofir.refocus import (
+    Aperture,
+    Image,
     Sharpen,
+    best_picture,
     check_raw,
     focus_to_shift,
     interpolation_order,
     processors,
     refocus,
+    setting_names,
     sharpening_units,
-    slice_names,
 )
 from plenofir.refocus.checks import whole_number
 from plenofir.refocus.finished_frames import Content, Entry, Record
+from plenofir.refocus.pictures import WEIGHT
 
 Progress = Callable[[int, int], None]
 State = Literal["done", "kept", "failed"]
@@ -61,6 +65,9 @@ class Settings:
     order: int = 0  # order of the interpolation
     upsample: bool = True  # see `plenofir.refocus.refocus`
     sharpen: Sharpen = "off"  # see `plenofir.refocus.refocus`
+    best: bool = False  # pictures as of `plenofir.refocus.best_picture` instead
+    aperture: Aperture | None = None  # of these, as its tilt
+    tilt: tuple[float, float] = (0.0, 0.0)
 
     def check(self) -> None:
         """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
@@ -68,6 +75,8 @@ class Settings:
         interpolation_order(self.order)
         if not self.a:
             raise InputError("no focus settings were given; give one or more")
+        if self.best:
+            return
         for a, units in zip(self.a, self.weights(), strict=True):
             focus_to_shift(a, self.micro_image_size)
             if units and not self.upsample:
@@ -82,6 +91,21 @@ class Settings:
                     where="upsample",
                 )
 
+    def refocused(self, raw: Image, a: Fraction) -> Image:
+        """One of the pictures of a frame, by one thread."""
+        m = self.micro_image_size
+        if self.best:
+            return best_picture(raw, m, a, aperture=self.aperture, tilt=self.tilt, threads=1)
+        return refocus(
+            raw,
+            m,
+            a,
+            interpolation=self.order,
+            sharpen=self.sharpen,
+            upsample=self.upsample,
+            threads=1,
+        )
+
     def weights(self) -> list[int]:
         """Sharpening of each focus setting, see `plenofir.refocus.sharpening`."""
         m = self.micro_image_size
@@ -91,6 +115,8 @@ class Settings:
     def signature(self) -> str:
         """Text that is equal for equal settings."""
         focus = " ".join(str(a) for a in self.a)
+        if self.best:
+            return f"M={self.micro_image_size} a={focus} {WEIGHT} {self.aperture} {self.tilt}"
         text = f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
         weights = self.weights()
         # Old records, which have no sharpening, stay valid.
@@ -139,9 +165,8 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
 
 def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str, ...]]:
     """Names of the results of each frame: the frame's own, and the focus setting."""
-    m = settings.micro_image_size
-    shifts = [focus_to_shift(a, m) for a in settings.a]
-    suffixes = [f"_{name}.png" for name in slice_names(shifts, m)]
+    named = setting_names(settings.a, settings.micro_image_size)
+    suffixes = [f"_{name}.png" for name in named]
     names = []
     seen: dict[str, Path] = {}
     for source in sources:
@@ -170,15 +195,7 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
         picture = read_picture(source)
         check_raw(picture.pixels, settings.micro_image_size, where=str(source))
         for a in settings.a:
-            image = refocus(
-                picture.pixels,
-                settings.micro_image_size,
-                a,
-                interpolation=settings.order,
-                sharpen=settings.sharpen,
-                upsample=settings.upsample,
-                threads=1,
-            )
+            image = settings.refocused(picture.pixels, a)
             content = encode_png(picture.like(image))
             path = folder / uuid4().hex
             try:

@@ -57,16 +57,23 @@ def shift_to_name(shift: int, micro_image_size: int) -> str:
     return shift_to_text(shift, micro_image_size).replace("/", "_")
 
 
-def slice_names(shifts: Sequence[int], micro_image_size: int) -> list[str]:
+def setting_names(settings: Sequence[Fraction], micro_image_size: int) -> list[str]:
     """Focus settings as parts of file names that sort in the order of a.
 
-    Result: for each shift its place among them, where there are several, and a: ``"1_a-3_5"``.
+    Result: for each its place among them, where there are several, and a: ``"1_a-3_5"``, off the
+    grid of M ``"2_a0.2062"``.
     """
-    names = [f"a{shift_to_name(shift, micro_image_size)}" for shift in shifts]
+
+    def named(a: Fraction) -> str:
+        shift = a * micro_image_size
+        if shift.denominator > 1:
+            return f"a{float(a):.6g}"
+        return f"a{shift_to_name(int(shift), micro_image_size)}"
+
+    names = [named(a) for a in settings]
     if len(names) == 1:
         return names
-    digits, order = len(str(len(shifts))), sorted(shifts)
+    digits, order = len(str(len(settings))), sorted(settings)
     return [
-        f"{order.index(shift) + 1:0{digits}}_{name}"
-        for shift, name in zip(shifts, names, strict=True)
+        f"{order.index(a) + 1:0{digits}}_{name}" for a, name in zip(settings, names, strict=True)
     ]

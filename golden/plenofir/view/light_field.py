@@ -336,7 +336,7 @@ def live_page(
             return Part(b"", "application/octet-stream", ended)
         facts = {"number": str(found.number), "captured": f"{1000 * found.captured:.0f}"}
         auto = exposure(found.picture, live.micro_image_size)
-        facts["levels"] = f"{auto.black:.3f},{auto.white:.3f}"
+        facts["levels"] = f"{auto.black:.3f},{auto.white:.3f},{auto.shoulder:.3f}"
         field = LightField(found.picture.pixels, live.micro_image_size)
         return views_part(field, wanted.binning, facts)
 

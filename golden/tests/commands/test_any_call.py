@@ -4,6 +4,7 @@
 import itertools
 import re
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +25,13 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
-from plenofir.camera.exposure import exposure
-from plenofir.camera.lightfield import PICTURE
+from plenofir.camera.exposure import exposure, finer
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.recognise import Hints, recognise
 from plenofir.commands import options
+from plenofir.commands.looks import aperture_of, tilt_of
 from plenofir.ground.images import Picture, read_image, read_picture
-from plenofir.refocus import interpolation_order, refocus
+from plenofir.refocus import best_picture, interpolation_order, refocus, setting_names
 from plenofir_studies.reproduce import table_or_figure
 
 # They take ten seconds to minutes.
@@ -100,38 +101,37 @@ def check_compose(p: Parameters) -> set[str]:
     return {p["out"]}
 
 
-def as_shown(p: Parameters, picture: np.ndarray) -> np.ndarray:
-    """A picture of a raw image, exposed as asked for."""
+def as_shown(p: Parameters, made: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """A picture of a raw image, made of it and exposed as asked for."""
+    field, m = read(p)
     if p["exposure"] == "off" and p["gamma"] is None:
-        return picture
-    return exposure(*read(p), p["exposure"], p["gamma"]).apply(picture)
-
-
-def refocusing(p: Parameters) -> Parameters:
-    """Defaults of interpolation and sharpening."""
-    given = p["interpolation"], p["sharpen"]
-    if given == (None, None):
-        return dict(PICTURE) if p["upsample"] else {}
-    order = interpolation_order(given[0] or ("linear" if p["upsample"] else "nearest"))
-    return {"interpolation": order, "sharpen": given[1] or "off"}
+        return made(field.pixels)
+    look = exposure(field, m, p["exposure"], p["gamma"])
+    if look.as_stored(field):
+        return made(field.pixels)
+    fine, unit = finer(field)
+    return look.apply(made(fine), field.pixels.dtype, unit)
 
 
 def check_refocus(p: Parameters) -> set[str]:
-    picture, m = read(p)
+    _, m = read(p)
     area = None
     if p["region"]:
         ends = [int(n) if n else None for n in re.split("[:,]", p["region"].replace(" ", ""))]
         area = slice(*ends[:2]), slice(*ends[2:])
-    want = refocus(
-        picture.pixels,
-        m,
-        options.one_focus_setting(p["a"], m),
-        **refocusing(p),
-        upsample=p["upsample"],
-        border=p["border"],
-        region=area,
-    )
-    want = as_shown(p, want)
+    operator = (p["interpolation"], p["sharpen"], p["upsample"]) != (None, None, True)
+    a = options.one_focus_setting(p["a"], m, rounded=operator)
+
+    def made(raw: np.ndarray) -> np.ndarray:
+        where = {"border": p["border"], "region": area}
+        if not operator:
+            pupil, rise = aperture_of(p["aperture"]), tilt_of(p["tilt"])
+            return best_picture(raw, m, a, aperture=pupil, tilt=rise, **where)
+        order = interpolation_order(p["interpolation"] or ("linear" if p["upsample"] else 0))
+        how = {"interpolation": order, "sharpen": p["sharpen"] or "off"}
+        return refocus(raw, m, a, upsample=p["upsample"], **how, **where)
+
+    want = as_shown(p, made)
     got = read_image(Path(p["out"]))
     assert got.shape == want.shape
     assert p["out"].lower().endswith(("jpg", "jpeg")) or (got == want).all()
@@ -139,17 +139,21 @@ def check_refocus(p: Parameters) -> set[str]:
 
 
 def check_stack(p: Parameters) -> set[str]:
-    picture, m = read(p)
-    raw = picture.pixels
+    _, m = read(p)
     names = set()
-    settings = options.focus_settings(p["a"] or ["0:1"], m)
-    for a in settings:
-        place = f"{sorted(settings).index(a) + 1:0{len(str(len(settings)))}}_"
-        name = f"{place if len(settings) > 1 else ''}a{str(a).replace('/', '_')}"
+    settings = options.focus_settings(p["a"] or ["0:1"], m, rounded=p["index"])
+    for a, name in zip(settings, setting_names(settings, m), strict=True):
         file = Path(p["out"]) / f"refocused_{name}.png"
         border = p["border"] or ("zero" if p["index"] else "normalise")
-        want = refocus(raw, m, a, border=border, **({} if p["index"] else PICTURE))
-        want = as_shown(p, want)
+        pupil, rise = aperture_of(p["aperture"]), tilt_of(p["tilt"])
+        how = {"aperture": pupil, "tilt": rise, "border": border}
+
+        def made(raw: np.ndarray, a: Fraction = a, how: Parameters = how) -> np.ndarray:
+            if p["index"]:
+                return refocus(raw, m, a, border=how["border"])
+            return best_picture(raw, m, a, **how)
+
+        want = as_shown(p, made)
         assert (read_image(file) == want).all()
         names.add(str(file))
     # There is depth between three slices or more, in the order of their a.

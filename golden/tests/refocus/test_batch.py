@@ -19,7 +19,7 @@ import pytest
 from plenofir.commands.app import main
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.images import read_image, write_png
-from plenofir.refocus import batch, refocus
+from plenofir.refocus import batch, best_picture, refocus
 from plenofir.refocus.batch import (
     Made,
     Settings,
@@ -252,7 +252,7 @@ def test_a_scheduler_that_runs_already(frames, monkeypatch, capfd):
     captured = capfd.readouterr()
     assert "batch: 3 frames refocused, 0 there already, 1 failed" in captured.out
     assert captured.err.startswith("failed: ")
-    want = refocus(read_image(frames / "in" / "frame_10.png"), 5, "2/5")
+    want = best_picture(read_image(frames / "in" / "frame_10.png"), 5, "2/5")
     assert np.array_equal(read_image(frames / "batch" / "frame_10_a2_5.png"), want)
 
 
@@ -331,7 +331,7 @@ def test_workers_that_do_not_start(frames, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("-M", "5", "-a", "1/3"), "--a: 1/3 is not on the grid"),
+        (("-M", "5", "-a", "1/3", "--interpolation", "1"), "--a: 1/3 is not on the grid"),
         (("-M", "5", "-a", "1 1"), "--a: 1 is given twice"),
         (("-M", "0", "-a", "1"), "--micro-image: '0'"),
         (("-M", "5", "-a", "1", "--workers", "0"), "--workers: '0'"),

@@ -17,9 +17,9 @@ from plenofir.refocus import (
     interpolated_sums,
     refocus,
     refocus_sums,
+    setting_names,
     shift_to_name,
     shift_to_text,
-    slice_names,
 )
 
 pytestmark = pytest.mark.quick
@@ -96,10 +96,14 @@ def test_focus_settings_as_text_and_names():
     texts = [shift_to_text(shift, 5) for shift in (-10, -3, 0, 4, 5, 6)]
     assert texts == ["-2", "-3/5", "0", "4/5", "1", "6/5"]
     assert shift_to_name(-3, 5) == "-3_5"
-    assert slice_names([7], 5) == ["a7_5"]
-    assert slice_names([5, -3, 0], 5) == ["3_a1", "1_a-3_5", "2_a0"]
-    assert slice_names(range(10), 1)[8:] == ["09_a8", "10_a9"]
-    assert slice_names(range(9), 1)[8] == "9_a8"
+    assert setting_names([Fraction(7, 5)], 5) == ["a7_5"]
+    fifths = [Fraction(n, 5) for n in (5, -3, 0)]
+    assert setting_names([*fifths, Fraction("0.2062")], 5) == [
+        *("4_a1", "1_a-3_5", "2_a0", "3_a0.2062")
+    ]
+    whole = [Fraction(n) for n in range(10)]
+    assert setting_names(whole, 1)[8:] == ["09_a8", "10_a9"]
+    assert setting_names(whole[:9], 1)[8] == "9_a8"
 
 
 @pytest.mark.parametrize("a", ["1/3", "1/0", "x", "", "0.5", "1e0", "1_0", None, 0.5, True, "nan"])

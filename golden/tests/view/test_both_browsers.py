@@ -12,12 +12,11 @@ import pytest
 from firefox import Tab, firefox, missing
 from in_browser import pixels, served
 from PIL import Image as PillowImage
-from scipy.ndimage import correlate1d
 
 from plenofir.camera.exposure import exposure
 from plenofir.ground.images import Picture, bare, read_image, write_png
 from plenofir.ground.project import DATA
-from plenofir.refocus import refocus
+from plenofir.refocus import best_picture, refocus
 from plenofir.view import export, light_field_page, pictures_page
 
 M = 5
@@ -169,14 +168,15 @@ def test_the_screen_shows_pixels_or_what_lies_between_micro_lenses(window: Any) 
         shown = screen(tab)[y : y + 80, x : x + 80]
         want = refocus(raw, M, 0, border="normalise")[25:35, 30:40]
         assert (shown[4::8, 4::8] == want).all()
-        # The same through the micro lenses' squares: linear between them.
+        # Or, as the commands make it, what lies between micro lenses, sharpened.
         tab.evaluate("plenofir.setSmooth(true)")
-        smooth = screen(tab)[y : y + 80, x : x + 80][4::8, 4::8].astype(int)
-        linear = refocus(raw, M, 0, interpolation=1, border="normalise").astype(float)
-        for axis in (0, 1):
-            # The mean over half of one: 2.5 pixels.
-            linear = correlate1d(linear, np.array([0.75, 1, 0.75]) / 2.5, axis)
-        assert np.abs(smooth - linear[25:35, 30:40]).max() <= 2
+        # Settings between multiples of 1/M, too.
+        for a in (0, 0.27, -0.47):
+            tab.evaluate(f"plenofir.setFocus({a})")
+            smooth = screen(tab)[y : y + 80, x : x + 80][4::8, 4::8].astype(int)
+            off = np.abs(smooth - best_picture(raw, M, a)[25:35, 30:40])
+            # Pixels of the screen lie 1/16 of a pixel beside the middle of the picture's.
+            assert (off.max() <= 4, off.mean() < 1) == (True, True)
 
 
 def test_pictures_and_films_are_saved(window: Any, tmp_path: Path) -> None:

@@ -127,7 +127,7 @@ def _check_controls(tab: Any, raw: npt.NDArray[Any], m: int) -> None:
         "focus": 0,
         "aperture": 1,
         "view": [2, 2],
-        "exposure": {"black": 0, "white": 255, "gamma": 1, "ev": 0},
+        "exposure": {"black": 0, "white": 255, "gamma": 1, "ev": 0, "shoulder": 1},
         "smooth": True,
         "mode": "refocused",
         "zoom": 1,

@@ -368,7 +368,7 @@ def test_each_live_frame_has_its_own_levels() -> None:
     for last in (0, 1):
         facts = page.parts["frame"](Wanted(1, last)).facts
         levels.append([float(level) for level in facts["levels"].split(",")])
-    assert [round(white, -2) for _, white in levels] == [300, 900]
+    assert [round(white, -2) for _, white, _ in levels] == [300, 900]
     assert page.field["exposure"]["start"]["gamma"] == 2.2
 
 

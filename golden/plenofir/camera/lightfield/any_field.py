@@ -17,6 +17,7 @@ from plenofir.camera.lightfield.disparity import Searched, search_disparity, sea
 from plenofir.camera.lightfield.indexing import sub_aperture, views
 from plenofir.camera.lightfield.shift_and_add import refocus_views
 from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
+from plenofir.refocus import best_picture
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
@@ -82,6 +83,39 @@ def slices_of(
     if is_rectangle(pixels):
         return RectangleStack(pixels, settings, progress)
     return FocalStack(pixels, micro_image_size, settings, progress, **how)
+
+
+class PictureStack:
+    """Pictures of a raw image to look at, each made when it is needed."""
+
+    def __init__(
+        self, raw: Image, m: int, settings: Sequence[Fraction], progress: Progress, **how: Any
+    ) -> None:
+        self._raw, self._m, self._settings = raw, m, settings
+        self._progress, self._how = progress, how
+
+    def __len__(self) -> int:
+        """Number of pictures."""
+        return len(self._settings)
+
+    def __iter__(self) -> Iterator[Image]:
+        """Pictures in the order of the settings, of the raw image's size."""
+        for number, a in enumerate(self._settings, 1):
+            yield best_picture(self._raw, self._m, a, **self._how)
+            self._progress(number, len(self))
+
+
+def pictures_of(
+    pixels: Image,
+    micro_image_size: int,
+    settings: Sequence[Fraction],
+    progress: Progress,
+    **how: Any,
+) -> PictureStack | RectangleStack:
+    """Refocused pictures to look at; `how` is for raw images, see `best_picture`."""
+    if is_rectangle(pixels):
+        return RectangleStack(pixels, settings, progress)
+    return PictureStack(pixels, micro_image_size, settings, progress, **how)
 
 
 def sharp_everywhere(

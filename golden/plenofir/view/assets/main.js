@@ -147,12 +147,17 @@ async function follow() {
     say("the source has ended");
 }
 
-function followLevels([black, white]) {
+function followLevels([black, white, shoulder]) {
     const { exposure } = state;
     const part = live.frames ? FOLLOWS : 1;
     const between = (from, to) => from + part * (to - from);
-    change({ exposure: { ...exposure, black: between(exposure.black, black), white: between(exposure.white, white) } });
-    Object.assign(field.exposure.auto, { black, white });
+    const levels = {
+        black: between(exposure.black, black),
+        white: between(exposure.white, white),
+        shoulder: between(exposure.shoulder, shoulder),
+    };
+    change({ exposure: { ...exposure, ...levels } });
+    Object.assign(field.exposure.auto, { black, white, shoulder });
 }
 
 // ---- What the user does ----

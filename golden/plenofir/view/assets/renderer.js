@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light field on the GPU: refocused, all in focus, or its depth in false colours (WebGL 2).
 
-import { BOX, picture, SCREEN, VERTICES } from "./shaders.js";
+import { BOX, picture, SCREEN, SHARPEN, VERTICES } from "./shaders.js";
 
 const MODES = ["refocused", "sharp", "depth"];
 // Shifts this near to a whole number count as it: a comes from decimal fractions.
 const SNAP = 1e-6;
 // Pixels around what is shown that interpolation needs.
 const MARGIN = 2;
-// Widths of the means that smooth a picture, in micro lenses: linear between them, without edges.
-const SMOOTHING = [1, 0.5];
 // Pixels that are drawn at once for a file.
 const BAND = 1 << 22;
 
@@ -92,6 +90,7 @@ export class Renderer {
         this.programs = {
             picture: this.#program(picture(field, this.tiles)),
             box: this.#program(BOX),
+            sharpen: this.#program(SHARPEN),
             screen: this.#program(SCREEN),
         };
         gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
@@ -267,16 +266,25 @@ export class Renderer {
             view: state.view,
             radius: radiusOfShare(state.aperture, field.micro_image_size),
             unit: this.unit,
+            mixed: Number(state.smooth),
         });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         const lens = field.micro_image_size / stride;
         if (state.smooth && lens > 1 && state.mode !== "depth") {
-            for (const wide of SMOOTHING.map((share) => share * lens)) {
-                for (const [from, to, along] of [[pixels, smoothed, [1, 0]], [smoothed, pixels, [0, 1]]]) {
-                    this.#target(to, gl.RGBA16UI, width, height);
-                    this.#use(this.programs.box, { from: from.unit, along, width: wide });
-                    gl.drawArrays(gl.TRIANGLES, 0, 3);
-                }
+            const begins = origin.map((n) => -n / stride);
+            const ends = begins.map((n, axis) => n + this.size[axis] / stride);
+            const steps = [
+                [this.programs.box, [1, 0], { width: lens }],
+                [this.programs.box, [0, 1], { width: lens }],
+                [this.programs.sharpen, [0, 1], { lens: Math.round(lens), begins, ends }],
+                [this.programs.sharpen, [1, 0], { lens: Math.round(lens), begins, ends }],
+            ];
+            let [from, to] = [pixels, smoothed];
+            for (const [program, along, values] of steps) {
+                this.#target(to, gl.RGBA16UI, width, height);
+                this.#use(program, { from: from.unit, along, ...values });
+                gl.drawArrays(gl.TRIANGLES, 0, 3);
+                [from, to] = [to, from];
             }
         }
         this.drawn = key;
@@ -302,7 +310,8 @@ export class Renderer {
     /** The region that a part of the picture needs, from one place to another. */
     #region(state, from, to, stride) {
         const lens = state.smooth ? this.field.micro_image_size / stride : 0;
-        const around = MARGIN + SMOOTHING.reduce((sum, share) => sum + Math.ceil((share * lens) / 2), 0);
+        // Half a lens for the mean, one for the taps of sharpening.
+        const around = MARGIN + Math.ceil(1.5 * lens);
         const origin = from.map((x) => (Math.floor(Math.max(x, 0) / stride) - around) * stride);
         const ends = to.map((x, n) => Math.min(x, this.size[n]));
         const [width, height] = ends.map((x, n) => Math.max(Math.ceil((x - origin[n]) / stride) + around, 1));

@@ -4,9 +4,10 @@
 // Three steps. First pixels of the picture, in integers of 16 bit: views are layers of integer
 // textures, the shader adds them and rounds once, halves up. On the grid of a (shift a M whole) that
 // is Eq. (6.1) with a normalised border, as plenofir.refocus computes it; off the grid each view
-// moves by the whole number of pixels that is nearest. Then, for a smooth display, the mean over a
-// micro lens in both dimensions, which is linear interpolation between micro lenses, and over half
-// of one, which rounds its edges off. Last what the screen shows of that: zoomed, exposed, with 8
+// moves by the whole number of pixels that is nearest. Then, for a smooth display, what
+// plenofir.refocus.best_picture makes: off the grid a mixture of the pictures before and after, the
+// mean over a micro lens in both dimensions, which is linear interpolation between micro lenses, and
+// sharpening. Last what the screen shows of that: zoomed, exposed, with 8
 // bits.
 
 export const VERTICES = `#version 300 es
@@ -46,6 +47,7 @@ uniform float part;      // what is left of it, 0 to 1
 uniform vec2 view;       // centre of the aperture: u, v
 uniform float radius;    // of the aperture in views; negative: all views count
 uniform uint unit;       // of 16 bit values for one of a view
+uniform int mixed;       // 1: not rounded to values of a view
 out uvec4 value;
 
 // Micro lens of pixel n, -1 for none: n / M, rounded down, which is right for all n that count.
@@ -57,6 +59,10 @@ int lensOf(int n, int limit) {
 // Index of S that output 0 takes, centred.
 int offset(int shift) {
     return ((M - 1) * shift) >> 1;
+}
+
+uint fine() {
+    return mixed == 1 ? unit : 1u;
 }
 
 uvec3 texel(int column, int row, int u, int v) {
@@ -77,7 +83,7 @@ int lensAt(int k, int i, int whole, float rest, int limit, int length) {
     return lens * M + i < length ? lens : -1;
 }
 
-// Mean of all views that reach the pixel, rounded once, halves up.
+// Mean of all views that reach the pixel, in values of fine(), rounded once, halves up.
 uvec3 fullMean(ivec2 k, int whole, float rest) {
     uvec3 sums = uvec3(0u);
     int columns[M];
@@ -96,7 +102,7 @@ uvec3 fullMean(ivec2 k, int whole, float rest) {
         }
     }
     uint count = max(across * down, 1u);
-    return (sums + count / 2u) / count;
+    return (sums * fine() + count / 2u) / count;
 }
 
 // Mean of the views in the aperture that reach the pixel; those on its edge count in part.
@@ -116,7 +122,7 @@ uvec3 apertureMean(ivec2 k, int whole, float rest) {
             sums += weight * vec3(texel(column, row, u, v));
         }
     }
-    return weights > 0.0 ? uvec3(sums / weights + 0.5) : uvec3(0u);
+    return weights > 0.0 ? uvec3(sums / weights * float(fine()) + 0.5) : uvec3(0u);
 }
 
 // 0 to 65535, between micro lenses.
@@ -148,8 +154,16 @@ void main() {
         whole = int(floor(shift));
         rest = fract(shift);
     }
-    uvec3 mean = radius < 0.0 ? fullMean(k, whole, rest) : apertureMean(k, whole, rest);
-    value = uvec4(mean * unit, 0u);
+    uvec3 mean;
+    if (radius >= 0.0) {
+        mean = apertureMean(k, whole, rest);
+    } else if (mixed == 1 && rest > 0.0) {
+        vec3 before = vec3(fullMean(k, whole, 0.0));
+        mean = uvec3(mix(before, vec3(fullMean(k, whole + 1, 0.0)), rest) + 0.5);
+    } else {
+        mean = fullMean(k, whole, rest);
+    }
+    value = uvec4(mean * (unit / fine()), 0u);
 }`;
 
 /** Mean over a width in one dimension. */
@@ -171,6 +185,32 @@ void main() {
         weights += weight;
     }
     value = uvec4(uvec3(sums / weights + 0.5), 0u);
+}`;
+
+/** Taps a micro lens apart in one dimension, as plenofir.refocus.pictures has them. */
+export const SHARPEN = `${HEAD}
+uniform usampler2D from;
+uniform ivec2 along;     // 1, 0 or 0, 1
+uniform int lens;
+uniform vec2 begins;     // of the picture, in drawn pixels
+uniform vec2 ends;
+out uvec4 value;
+
+vec3 texel(ivec2 k, ivec2 otherwise) {
+    bool outside = any(lessThan(vec2(k), begins)) || any(greaterThanEqual(vec2(k), ends));
+    ivec2 last = textureSize(from, 0) - 1;
+    return vec3(texelFetch(from, clamp(outside ? otherwise : k, ivec2(0), last), 0).rgb);
+}
+
+void main() {
+    ivec2 k = ivec2(gl_FragCoord.xy);
+    vec3 here = texel(k, k);
+    vec3 before = here - texel(k - lens * along, k);
+    vec3 after = here - texel(k + lens * along, k);
+    vec3 limit = min(abs(before), abs(after));
+    limit += mix(vec3(0.0), limit, greaterThan(before * after, vec3(0.0)));
+    vec3 more = clamp(0.109375 * (before + after), -limit, limit);
+    value = uvec4(uvec3(clamp(here + more, 0.0, 65535.0) + 0.5), 0u);
 }`;
 
 /** What the screen shows of the picture. */

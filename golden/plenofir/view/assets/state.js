@@ -3,6 +3,7 @@
 
 export const MODES = ["refocused", "sharp", "depth"];
 const MOST_EV = 24;
+const MOST_SHOULDER = 100;
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const short = (x) => String(Number(x.toFixed(4)));
 
@@ -34,12 +35,13 @@ export function changedState(state, what, m, hasDepth) {
     next.aperture = clamp(number(next.aperture, "share"), 0, 1);
     next.view = next.view.map((x, n) => clamp(number(x, "uv"[n]), 0, m - 1));
     if (what.exposure) {
-        const { black, white, gamma, ev } = what.exposure;
+        const { black, white, gamma, ev, shoulder = 1 } = what.exposure;
         next.exposure = {
             black: Math.min(number(black, "black"), number(white, "white") - 1e-3),
             white,
             gamma: clamp(number(gamma, "gamma"), 0.2, 5),
             ev: clamp(number(ev, "exposure"), -MOST_EV, MOST_EV),
+            shoulder: clamp(number(shoulder, "shoulder"), 1, MOST_SHOULDER),
         };
     }
     next.smooth = Boolean(next.smooth);
@@ -56,7 +58,7 @@ export function changedState(state, what, m, hasDepth) {
 export function stateInAddress(state, home, pane) {
     const words = { a: state.focus, aperture: state.aperture, u: state.view[0], v: state.view[1] };
     words.ev = state.exposure.ev;
-    for (const name of ["black", "white", "gamma"]) {
+    for (const name of ["black", "white", "gamma", "shoulder"]) {
         if (state.exposure[name] !== home.exposure[name]) words[name] = state.exposure[name];
     }
     if (pane.zoom > 1) Object.assign(words, { zoom: pane.zoom, x: pane.centre[0], y: pane.centre[1] });

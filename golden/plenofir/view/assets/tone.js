@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Black, white and gamma, as plenofir.camera.exposure has them, and the histogram.
+// Black, white, gamma and shoulder, as plenofir.camera.exposure has them, and the histogram.
 
 // Screens have this gamma: one EV is twice their light.
 const SCREEN_GAMMA = 2.2;
 const BINS = 256;
 
 /** What the screen shows, 0 to 255, of 65,536 values; `unit` of them are one of the file's. */
-export function toneTable({ black, white, gamma, ev }, unit) {
+export function toneTable({ black, white, gamma, ev, shoulder = 1 }, unit) {
     const brighter = 2 ** (ev / SCREEN_GAMMA);
     const table = new Uint8Array(65536);
     for (let n = 0; n < table.length; n++) {
         const level = Math.max((n / unit - black) / (white - black), 0);
-        table[n] = Math.floor(255 * Math.min(brighter * level ** (1 / gamma), 1) + 0.5);
+        const light = (level * (shoulder + level)) / (1 + shoulder * level);
+        table[n] = Math.floor(255 * Math.min(brighter * light ** (1 / gamma), 1) + 0.5);
     }
     return table;
 }

@@ -13,7 +13,7 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield import PICTURE, focal_stack
+from plenofir.camera.lightfield import focal_stack
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import (
     TexturedPlane,
@@ -23,7 +23,7 @@ from plenofir.camera.synthetic import (
     white_image,
 )
 from plenofir.ground.images import Picture, encode_tiff, read_image, read_picture, write_png
-from plenofir.refocus import refocus
+from plenofir.refocus import Aperture, best_picture, refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
 
@@ -183,13 +183,12 @@ def test_chain(capture: Path) -> None:
 
     done = plenofir("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
     assert done.returncode == 0, done.stderr
-    want = refocus(aligned, M, "2/5", border="normalise", **PICTURE)
+    want = best_picture(aligned, M, "2/5")
     assert np.array_equal(read_image(capture / "refocused.png"), want)
     cases: list[tuple[tuple[str, ...], dict[str, Any]]] = [
         (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
         (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
         (("-a", "1/5", "--interpolation", "nearest"), {"a": "1/5"}),
-        (("-a", "1/5", "--border", "zero"), {"a": "1/5", "border": "zero", **PICTURE}),
         (
             ("-a", "0", "--sharpen", "off", "--region", "5:,:20"),
             {"a": 0, "region": (slice(5, None), slice(20)), "interpolation": 1},
@@ -199,6 +198,17 @@ def test_chain(capture: Path) -> None:
         done = plenofir("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
         assert done.returncode == 0, done.stderr
         want = refocus(aligned, M, **{"border": "normalise", **keywords})
+        assert np.array_equal(read_image(capture / "refocused.png"), want)
+    for options, keywords in (
+        (("-a", "1/5", "--border", "zero"), {"a": "1/5", "border": "zero"}),
+        (("-a", "0.2062"), {"a": Fraction("0.2062")}),
+        (("-a", "0", "--aperture", "0.4,0.5,0"), {"a": 0, "aperture": Aperture(0.4, 0.5)}),
+        (("-a", "0", "--tilt", "0.3,-0.1"), {"a": 0, "tilt": (0.3, -0.1)}),
+    ):
+        done = plenofir("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
+        assert done.returncode == 0, done.stderr
+        assert f"a = {options[1]}," in done.stdout
+        want = best_picture(aligned, M, **keywords)
         assert np.array_equal(read_image(capture / "refocused.png"), want)
     for bad, where in (("5:,20", "--region"), ("900:,:", "--region")):
         done = plenofir(
@@ -226,7 +236,7 @@ def test_chain(capture: Path) -> None:
         ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
     )
     found = read_image(capture / "stack" / "refocused_1_a-1_5.png")
-    assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise", **PICTURE))
+    assert np.array_equal(found, best_picture(aligned, M, "-1/5"))
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
     done = plenofir(*options, "--depth-index", "--radius", "2", cwd=capture)
@@ -350,9 +360,7 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, bits, colour)
         cwd=tmp_path,
     )
     assert done.returncode == 0
-    assert np.array_equal(
-        read_image(tmp_path / "b.png"), refocus(want, 7, "1/7", border="normalise", **PICTURE)
-    )
+    assert np.array_equal(read_image(tmp_path / "b.png"), best_picture(want, 7, "1/7"))
 
 
 def test_microscope_capture() -> None:

@@ -18,6 +18,8 @@ from scipy.io import savemat
 from plenofir.camera.calibration import calibration_of_grid, decode
 from plenofir.camera.lightfield import compose, light_field_disparity, sub_aperture
 from plenofir.camera.lightfield import views as views_of
+from plenofir.camera.lightfield.disparity import Disparity
+from plenofir.camera.lightfield.enlarged import at_sensor
 from plenofir.camera.lightfield.exports import (
     encode_float_tiff,
     encode_pfm,
@@ -254,3 +256,35 @@ def test_commands(flower: np.ndarray, tmp_path: Path, monkeypatch: pytest.Monkey
         assert theirs[both] == pytest.approx(known[both], rel=1e-6)
     cloud = PlyData.read(tmp_path / "depth" / "points.ply")["vertex"]
     assert len(cloud) == int(np.isfinite(known).sum())
+    # Without a camera disparities, for each micro lens or for each pixel.
+    for size, shape in (("views", (80, 86)), ("sensor", (400, 430))):
+        words = "depth-map", "flower.png", "-M", "5", "--resolution", size, "--out", size
+        assert plenofir(*words, "--pfm", "--tiff").returncode == 0
+        found = np.load(tmp_path / size / "disparity.npy")
+        assert found.shape == shape
+        for name in ("disparity.pfm", "disparity.tif"):
+            theirs = cv2.imread(str(tmp_path / size / name), cv2.IMREAD_UNCHANGED)
+            sure = np.isfinite(theirs)
+            assert 0.3 < sure.mean() <= 1
+            assert theirs[sure] == pytest.approx(found[sure], abs=1e-6)
+
+
+@pytest.mark.parametrize("m", [4, 5])
+def test_a_step_of_a_map_lies_where_the_picture_has_it(m: int) -> None:
+    # A bright thing, nearer by 1, in columns 7.3 to 13.3 of the micro lenses of the central view.
+    place = np.arange(20.0)
+    cover = np.clip(place + 0.5 - 7.3, 0, 1) * np.clip(13.3 - (place - 0.5), 0, 1)
+    view = np.rint(40 + 180 * np.tile(cover, (9, 1))).astype(np.uint8)
+    depth = np.tile((cover > 0.5).astype(float), (9, 1))
+    found = at_sensor(Disparity(depth, np.ones_like(depth)), view, m, (9 * m, 20 * m))
+    values = found.pixels_per_view
+    assert set(np.unique(values.round(9))) == {0.0, 1.0}
+    # For even M the view is half a view aside, by which near things move half a micro lens.
+    aside = (m // 2 - (m - 1) / 2) * 1.0
+    columns = np.flatnonzero(values[4 * m] > 0.5)
+    ends = (columns[[0, -1]] - (m - 1) / 2) / m + [-0.5 / m, 0.5 / m]
+    assert np.abs(ends - aside - [7.3, 13.3]).max() < 0.6
+    # Smooth between micro lenses of one thing.
+    ramp = np.tile(0.05 * place, (9, 1))
+    smooth = at_sensor(Disparity(ramp, np.ones_like(ramp)), view, 5, (45, 100)).pixels_per_view
+    assert smooth[20, 2:98] == pytest.approx(0.05 * (np.arange(2, 98) - 2) / 5, abs=1e-9)

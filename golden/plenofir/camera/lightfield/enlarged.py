@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of the micro lenses at the sensor's pixels, their steps where the picture has its edges."""
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.disparity import Disparity
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.float64]
+
+# Neighbours whose disparities differ by more than this, in pixels per view, are of two things.
+_STEP = 0.1
+# Lines processed at once.
+_LINES = 512
+
+
+def at_sensor(
+    found: Disparity, view: Image, micro_image_size: int, shape: tuple[int, int]
+) -> Disparity:
+    """A disparity map of the central view at the pixels of the raw image.
+
+    Between micro lenses that see one thing it is linear. Between those that see two a pixel takes
+    that of the lens which is likest to it in the central view, enlarged by cubic splines.
+
+    Parameters
+    ----------
+    found
+        Map of the central view, shape (t, s).
+    view
+        The central view, shape (t, s[, 3]).
+    micro_image_size
+        M in pixels.
+    shape
+        Rows and columns of the raw image.
+    """
+    m = micro_image_size
+    disparity, c = found.pixels_per_view, (m - 1) / 2
+    seen = grey(view).astype(np.float64)
+    spline = ndimage.spline_filter(seen, 3, np.float64, "nearest")
+    values, confidence = np.empty(shape), np.empty(shape)
+    columns = (np.arange(shape[1]) - c) / m
+    for first in range(0, shape[0], _LINES):
+        part = slice(first, min(first + _LINES, shape[0]))
+        lines = (np.arange(part.start, part.stop) - c) / m
+        places = np.stack(np.meshgrid(lines, columns, indexing="ij"))
+        if m // 2 != c:
+            # For even M the central view is half a view beside the middle.
+            near = ndimage.map_coordinates(disparity, places, order=1, mode="nearest")
+            places -= (m // 2 - c) * near
+        large = ndimage.map_coordinates(spline, places, order=3, mode="nearest", prefilter=False)
+        values[part] = _between(disparity, seen, large, places)
+        confidence[part] = ndimage.map_coordinates(
+            found.confidence, places, order=1, mode="nearest"
+        )
+    return Disparity(values, confidence)
+
+
+def _between(disparity: Floats, seen: Floats, large: Floats, places: Floats) -> Floats:
+    """Disparity at places, from the four micro lenses around each."""
+    corners = np.floor(places).astype(np.int64)
+    mean = np.zeros(large.shape)
+    low, high = np.full(large.shape, np.inf), np.full(large.shape, -np.inf)
+    least, likest = np.full(large.shape, np.inf), np.zeros(large.shape)
+    for down, right in np.ndindex(2, 2):
+        place = corners + np.array([down, right])[:, np.newaxis, np.newaxis]
+        shares = 1 - np.abs(places - place)
+        y, x = (np.clip(k, 0, n - 1) for k, n in zip(place, seen.shape, strict=True))
+        value, share = disparity[y, x], shares[0] * shares[1]
+        mean += share * value
+        low, high = np.minimum(low, value), np.maximum(high, value)
+        # Of lenses that are equally like it, the nearest.
+        unlike = np.abs(seen[y, x] - large) + 1 - share
+        better = unlike < least
+        least, likest = np.where(better, unlike, least), np.where(better, value, likest)
+    return np.where(high - low <= _STEP, mean, likest)

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Refocused pictures for people: any real a, sharp, without rings; round apertures, tilted planes.
+
+Whole micro images are interpolated linearly, and what that and the refocusing blur is taken back by
+taps a lens apart, along columns, then along rows: x + b (2 x - before - after). The correction is
+limited to the smaller one of the differences |x - before| and |x - after|, and to twice that where
+x is the largest or the smallest of the three. So beside an edge, where one of them is small, there
+is no ring; where both are alike, as in texture, it is made in full.
+"""
+
+from collections.abc import Callable
+from fractions import Fraction
+from math import floor
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.ground.errors import InputError
+from plenofir.refocus import checks
+from plenofir.refocus.border import Border, check_border
+from plenofir.refocus.operator import Image, clamped_shift
+from plenofir.refocus.threads import in_threads, processors
+
+Floats32 = npt.NDArray[np.float32]
+
+WEIGHT = Fraction(7, 64)
+"""b: least error over planes in focus, at whole and at fractional a (`plenofir report sharpening`).
+"""
+
+# Settings closer than this to the grid of M, in pixels, are on it.
+_SNAP = 1e-6
+_STEEPEST = 100
+# Least pixels that are worth another thread.
+_FOR_A_THREAD = 1 << 18
+
+
+class Aperture(NamedTuple):
+    """A round aperture in the pupil, which the M x M views fill."""
+
+    size: float  # its diameter, 1 for M views; 0 for a single view
+    right: float = 0.0  # its centre, from -1 to 1 over the pupil
+    down: float = 0.0
+
+    def weights(self, micro_image_size: int) -> Floats32:
+        """Share of each view, shape (v, u); views on the edge count in part."""
+        m, c = micro_image_size, (micro_image_size - 1) / 2
+        v, u = np.mgrid[:m, :m]
+        # The centre stays among the views, so that there is always one.
+        away = np.hypot(v - c - self.down * c, u - c - self.right * c)
+        shares = np.clip(max(self.size * m / 2, 0.5) + 0.5 - away, 0, 1)
+        return np.asarray(shares, np.float32)
+
+
+def real_focus(a: object) -> Fraction:
+    """A focus setting that may be any real number: int, float, `Fraction` or text.
+
+    Raises `InputError` for what is none.
+    """
+    try:
+        if isinstance(a, bool):
+            raise TypeError
+        if isinstance(a, str):
+            return Fraction(a)
+        if isinstance(a, Fraction):
+            return a
+        number: Any = a
+        return Fraction(int(number)) if int(number) == number else Fraction(float(number))
+    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+        raise InputError(
+            f"{a!r} is not a focus setting; use a number, such as 0.21, -3/5 or 1", where="a"
+        ) from None
+
+
+def best_picture(
+    raw: Image,
+    M: int,  # noqa: N803  (as `plenofir.refocus.refocus` has it)
+    a: int | float | str | Fraction,
+    *,
+    aperture: Aperture | None = None,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    border: Border = "normalise",
+    region: checks.Region | None = None,
+    threads: int | None = None,
+) -> Image:
+    """Refocus a calibrated raw image to a picture to look at, sharpened without rings.
+
+    Commands and the viewer show this. `plenofir.refocus.refocus` is the operator of the thesis and
+    the VHDL, to the bit.
+
+    Parameters
+    ----------
+    raw
+        As `refocus` takes it: (rows, columns[, 3]), uint8 or uint16, micro images of M x M pixels.
+    M
+        Micro image size in pixels.
+    a
+        Focus setting in micro lens pitches, any real number; between multiples of 1/M the pictures
+        before and after are mixed.
+    aperture
+        Views that count; None for all M x M.
+    tilt
+        By how much a grows from the middle of the picture to its right edge, and to its bottom.
+    border
+        As `refocus` has it. "zero" takes neither an aperture nor a tilt.
+    region
+        Rows and columns of the result to compute, as slices.
+    threads
+        Number of threads; as many as there are processors if None.
+
+    Returns
+    -------
+    numpy.ndarray
+        Picture of the size and type of `raw`, or of the region.
+
+    Raises
+    ------
+    InputError
+        If the image, M, a or an option is not supported.
+    """
+    # Compiled code is loaded only when needed.
+    from plenofir.refocus.picture_loops import sharpened_bytes, sharpened_lines
+
+    raw = checks.check_raw(raw, M)
+    m, focus = int(M), real_focus(a)
+    count = processors() if threads is None else checks.whole_number(threads, "threads", 1)
+    rows, columns = checks.region_ranges(region, raw.shape[:2])
+    if not all(abs(rise) <= _STEEPEST for rise in tilt):
+        raise InputError(
+            f"{tilt} is not a tilt; use two numbers from -{_STEEPEST} to {_STEEPEST}", where="tilt"
+        )
+    check_border(border)
+    normalise = border == "normalise"
+    plain = aperture is None and not any(tilt)
+    if not (plain or normalise):
+        raise InputError("'zero' takes neither an aperture nor a tilt", where="border")
+    channels = raw.shape[2] if raw.ndim > 2 else 1
+    # Of lines, and along one.
+    lens = m, m * channels
+    # Farther out no view reaches the picture.
+    far = sum(raw.shape[:2])
+    plane = float(np.clip(float(focus), -far, far)), float(tilt[0]), float(tilt[1])
+    weights = np.ones((m, m), np.float32) if aperture is None else aperture.weights(m)
+    # Taps of sharpening reach a lens farther.
+    left, right = max(columns.start - m, 0), min(columns.stop + m, raw.shape[1])
+    shift, most = _place(focus * m), float(np.iinfo(raw.dtype).max)
+    made = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
+
+    def band(first: int, last: int) -> None:
+        """Lines `first` to `last` - 1 of the region."""
+        top = max(rows.start + first - m, 0)
+        bottom = min(rows.start + last + m, raw.shape[0])
+        part = slice(top, bottom), slice(left, right)
+        share = 0.0
+        low: npt.NDArray[Any]
+        high: npt.NDArray[Any]
+        if plain:
+            low = high = _slice_at(raw, m, floor(shift), normalise, part)
+            if shift.denominator > 1:
+                high, share = _slice_at(raw, m, floor(shift) + 1, normalise, part), float(shift % 1)
+        else:
+            low = high = _mean_of_views(raw, m, plane, weights, part)
+        one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
+        out = made[first:last].reshape(last - first, -1)
+        start = rows.start + first - top
+        if share == 0 and one.dtype == np.uint8:
+            sharpened_bytes(one, *lens, start, out)
+        else:
+            sharpened_lines(one, other, share, *lens, start, float(WEIGHT), most, out)
+
+    if made.size:
+        _in_bands(band, made.shape, count)
+    return made[:, columns.start - left : columns.start - left + len(columns)]
+
+
+def _place(shift: Fraction) -> Fraction:
+    """A shift in pixels; what is close to a whole number is that number."""
+    nearest = round(shift)
+    return Fraction(nearest) if abs(shift - nearest) < _SNAP else shift
+
+
+def _slice_at(
+    raw: Image, m: int, shift: int, normalise: bool, region: tuple[slice, slice]
+) -> Image:
+    from plenofir.refocus.fast import fast_refocus
+
+    rows, columns = (range(part.start, part.stop) for part in region)
+    return fast_refocus(
+        raw,
+        m,
+        clamped_shift(m, shift, raw.shape),
+        order=1,
+        region=(rows, columns),
+        normalise=normalise,
+        threads=1,
+    )
+
+
+def _in_bands(work: Callable[[int, int], None], shape: tuple[int, ...], threads: int) -> None:
+    """Work on all lines, each thread on a band of its own, which needs 2 M lines more."""
+    threads = max(1, min(threads, shape[0] * shape[1] // _FOR_A_THREAD))
+    lines = max(-(-shape[0] // threads), 1)
+    bands = iter(range(0, shape[0], lines))
+
+    def some() -> None:
+        for first in bands:
+            work(first, min(first + lines, shape[0]))
+
+    in_threads(some, threads)
+
+
+def _mean_of_views(
+    raw: Image,
+    m: int,
+    plane: tuple[float, float, float],
+    weights: Floats32,
+    region: tuple[slice, slice],
+) -> Floats32:
+    """Weighted mean of the views that reach each pixel, each interpolated linearly."""
+    from plenofir.refocus.picture_loops import views_of_lines
+
+    rows, columns = (part.stop - part.start for part in region)
+    cube = np.ascontiguousarray(raw).reshape(*raw.shape[:2], -1)
+    made = np.empty((rows, columns, cube.shape[2]), np.float32)
+    v, u = np.nonzero(weights)
+    views_of_lines(cube, m, *plane, v, u, weights[v, u], region[0].start, region[1].start, made)
+    return made.reshape(rows, columns, *raw.shape[2:])

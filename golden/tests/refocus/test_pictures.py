@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures for people: near to the object at every a, without rings, seen through any aperture."""
+
+from fractions import Fraction
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from plenofir.ground.errors import InputError
+from plenofir.refocus import Aperture, best_picture, refocus
+from plenofir.refocus.pictures import WEIGHT
+from plenofir_studies import sharpening as study
+
+ALL = Aperture(3.0)
+"""Wider than the pupil: all views, by the loops for apertures."""
+
+
+def plane(m: int, shift: int, away: Fraction = Fraction(0)) -> study.Plane:
+    return study.plane(m, shift, study.TEXTURES[1], away=away)
+
+
+def decibels(field: study.Plane, picture: npt.NDArray[np.generic]) -> float:
+    inside = slice(field.border, -field.border)
+    return study.decibels(picture[inside, inside], field.pixels[inside, inside])
+
+
+@pytest.mark.parametrize(
+    ("m", "shift", "away", "least"),
+    [
+        (5, 5, Fraction(0), 36.0),
+        (3, 1, Fraction(0), 42.7),
+        (9, 3, Fraction(0), 42.7),
+        (5, 3, Fraction(0), 42.7),
+        # Between multiples of 1/M.
+        (5, 2, Fraction(1, 10), 42.0),
+    ],
+)
+def test_every_pixel_is_near_to_the_object(
+    m: int, shift: int, away: Fraction, least: float
+) -> None:
+    field, a = plane(m, shift, away), Fraction(shift, m) + away
+    assert decibels(field, best_picture(field.raw, m, a)) >= least
+    assert decibels(field, best_picture(field.raw, m, float(a), aperture=ALL)) >= least
+
+
+@pytest.mark.parametrize("m", [4, 6])
+def test_apertures_centre_even_micro_images(m: int) -> None:
+    field = plane(m, 2)
+    assert decibels(field, best_picture(field.raw, m, Fraction(2, m), aperture=ALL)) > 42
+
+
+def limited(picture: npt.NDArray[np.float64], m: int) -> npt.NDArray[np.float64]:
+    """The sharpening as its equation has it."""
+    for axis in (0, 1):
+        own = np.arange(picture.shape[axis])
+        before = picture.take(np.where(own < m, own, own - m), axis)
+        after = picture.take(np.where(own >= own.size - m, own, own + m), axis)
+        one, other = picture - before, picture - after
+        most = np.minimum(abs(one), abs(other)) * np.where(one * other > 0, 2, 1)
+        picture = picture + np.clip(float(WEIGHT) * (one + other), -most, most)
+    return picture
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("shape", [(40, 33), (26, 41, 3), (6, 5)])
+def test_is_the_mixture_sharpened_up_to_its_neighbours(
+    dtype: type[np.integer], shape: tuple[int, ...]
+) -> None:
+    raw = np.random.default_rng(7).integers(0, np.iinfo(dtype).max + 1, shape, dtype=dtype)
+    for a in (Fraction(-2, 5), Fraction(1), 0.27, "-0.27", Fraction(1000)):
+        shift = Fraction(a) * 5
+        first, share = shift // 1, float(shift % 1)
+        low, high = (
+            refocus(raw, 5, Fraction(n, 5), interpolation=1, border="normalise").astype(float)
+            for n in (first, first + 1)
+        )
+        want = limited(low + share * (high - low), 5).clip(0, np.iinfo(dtype).max)
+        got = best_picture(raw, 5, a)
+        assert got.dtype == dtype
+        # 8 bits are computed in 32nds of a grey level.
+        assert abs(got - want).max() < 0.6
+        part = slice(1, None), slice(2, 30)
+        assert (best_picture(raw, 5, a, region=part, threads=1) == got[part]).all()
+
+
+def test_no_ring_round_bright_and_dark_things() -> None:
+    lenses = np.full((30, 30), 60, np.uint8)
+    lenses[8:16, 8:16], lenses[20:24, 6:25] = 220, 10
+    raw = lenses.repeat(5, 0).repeat(5, 1)
+    for aperture in (None, ALL):
+        got = best_picture(raw, 5, 0, aperture=aperture)
+        assert (got.min(), got.max()) == (10, 220)
+        # Near to the bright square, far from the dark bar.
+        assert got[:85].min() == 60
+    assert refocus(raw, 5, 0, interpolation=1, sharpen=WEIGHT).max() > 230
+
+
+def test_an_aperture_takes_the_views_in_it() -> None:
+    rng = np.random.default_rng(3)
+    levels = rng.integers(0, 256, (5, 5), dtype=np.uint8)
+    raw = np.tile(levels, (9, 9))
+    one = Aperture(0, right=0.5, down=-1)
+    assert (best_picture(raw, 5, "1/5", aperture=one) == levels[0, 3]).all()
+    wide = Aperture(0.6).weights(5)
+    assert wide[2, 2] == 1
+    assert wide[0, 0] == 0
+    assert 0 < wide[1, 1] < 1
+    inside = best_picture(raw, 5, 0, aperture=Aperture(0.6))[20:25, 20:25]
+    assert abs(inside - (levels * wide).sum() / wide.sum()).max() <= 1
+
+
+def test_a_tilted_plane_has_the_focus_of_each_place() -> None:
+    field = plane(5, 2)
+    tilted = best_picture(field.raw, 5, 0, tilt=(0.8, 0))
+    # From the middle of the picture to its right edge a rises to 0.8: half of that is in focus.
+    column = field.raw.shape[1] * 3 // 4
+    place = slice(40, -40), slice(column - 2, column + 3)
+    sharp = best_picture(field.raw, 5, "2/5", aperture=ALL)
+    assert np.abs(tilted[place].astype(float) - sharp[place]).mean() < 2
+    there = slice(40, -40), slice(60, 65)
+    assert np.abs(tilted[there].astype(float) - sharp[there]).mean() > 8
+    down = best_picture(field.raw.T.copy(), 5, 0, tilt=(0, 0.8))
+    # Columns are sharpened before rows.
+    assert abs(down.T.astype(int) - tilted).mean() < 0.2
+
+
+def test_refuses_what_is_no_focus_aperture_or_tilt() -> None:
+    raw = np.zeros((10, 10), np.uint8)
+    for a in (float("nan"), float("inf"), "x", None, True, "1/0"):
+        with pytest.raises(InputError, match="focus setting"):
+            best_picture(raw, 5, a)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="tilt"):
+        best_picture(raw, 5, 0, tilt=(float("nan"), 0))
+    with pytest.raises(InputError, match="aperture"):
+        best_picture(raw, 5, 0, aperture=ALL, border="zero")
+    assert best_picture(raw, 5, 1e30, aperture=ALL).shape == raw.shape
