@@ -82,7 +82,7 @@ entity csi_receiver is
     -- other channels).
     left_counts : out   std_logic_vector(4 * COUNT_BITS - 1 downto 0);
     -- Data identifier of the last packet of pixels that was left out: virtual channel in bits 7 and 6, type; 0: none.
-    left_identifier : out   std_logic_vector(7 downto 0);
+    left_identifier : out   std_logic_vector(7 downto 0) := (others => '0');
     -- All counts begin anew, and the identifier.
     fault_clear : in    std_logic
   );

@@ -31,7 +31,7 @@ ENTITIES: dict[str, dict[str, int | bool | str]] = {
     "tmds_transmitter": {},
 }
 # Data, and what belongs to it.
-DATA = re.compile(r"data|dat_r$|tid$|pixel$|resp$|addr$|strb$|prot$|identifier$|timing$|words$")
+DATA = re.compile(r"data|dat_r$|tid$|pixel$|resp$|addr$|strb$|prot$|timing$|words$")
 
 
 def power_up(entity: str) -> Case:
