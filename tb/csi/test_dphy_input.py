@@ -38,7 +38,7 @@ def receive(
         folder,
         models=hdl.model_sources(library),
     )
-    assert (folder / "counts.txt").read_text().split() == ["0"] * 8
+    assert (folder / "counts.txt").read_text().split() == ["0"] * 12
     got = np.fromfile(folder / "output.bin", "<i4")
     assert np.array_equal(got, frames.ravel())
 

@@ -43,6 +43,7 @@ architecture test of dphy_bench is
   signal lane_valid   : std_logic_vector(LANES - 1 downto 0);
   signal lane_sync    : std_logic_vector(LANES - 1 downto 0);
   signal lane_data    : std_logic_vector(8 * LANES - 1 downto 0);
+  signal lane_missed  : std_logic_vector(LANES - 1 downto 0);
   signal columns_port : std_logic_vector(15 downto 0);
   signal rows_port    : std_logic_vector(15 downto 0);
   signal tvalid       : std_logic;
@@ -50,6 +51,8 @@ architecture test of dphy_bench is
   signal tuser        : std_logic_vector(0 downto 0);
   signal tlast        : std_logic;
   signal fault_counts : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+  signal left_counts  : std_logic_vector(4 * COUNT_BITS - 1 downto 0);
+  signal counts       : std_logic_vector(12 * COUNT_BITS - 1 downto 0);
 
 begin
 
@@ -86,16 +89,17 @@ begin
       SETTLE     => SETTLE
     )
     port map (
-      clk_p      => clk_p,
-      clk_n      => clk_n,
-      data_p     => data_p,
-      data_n     => data_n,
-      sync_clk   => sync_clk,
-      reset      => reset,
-      byte_clk   => byte_clk,
-      lane_valid => lane_valid,
-      lane_sync  => lane_sync,
-      lane_data  => lane_data
+      clk_p       => clk_p,
+      clk_n       => clk_n,
+      data_p      => data_p,
+      data_n      => data_n,
+      sync_clk    => sync_clk,
+      reset       => reset,
+      byte_clk    => byte_clk,
+      lane_valid  => lane_valid,
+      lane_sync   => lane_sync,
+      lane_data   => lane_data,
+      lane_missed => lane_missed
     );
 
   receiver : entity work.csi_receiver
@@ -109,6 +113,7 @@ begin
       lane_valid      => lane_valid,
       lane_sync       => lane_sync,
       lane_data       => lane_data,
+      lane_missed     => lane_missed,
       clk             => clk,
       reset           => reset,
       virtual_channel => "00",
@@ -120,8 +125,11 @@ begin
       m_axis_tuser    => tuser,
       m_axis_tlast    => tlast,
       fault_counts    => fault_counts,
+      left_counts     => left_counts,
       fault_clear     => '0'
     );
+
+  counts <= left_counts & fault_counts;
 
   take : process (clk) is
 
@@ -146,9 +154,9 @@ begin
       -- so nothing is judged here.
       if idle = 1000 and running then
 
-        for i in 0 to 7 loop
+        for i in 0 to 11 loop
 
-          write(text_line, to_integer(unsigned(fault_counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS))));
+          write(text_line, to_integer(unsigned(counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS))));
           writeline(counts_file, text_line);
 
         end loop;

@@ -12,16 +12,17 @@ entity bench_phy is
     SETTLE     : natural
   );
   port (
-    clk_p      : inout std_logic;
-    clk_n      : inout std_logic;
-    data_p     : inout std_logic_vector(3 downto 0);
-    data_n     : inout std_logic_vector(3 downto 0);
-    sync_clk   : in    std_logic;
-    reset      : in    std_logic;
-    byte_clk   : out   std_logic;
-    lane_valid : out   std_logic_vector(LANES - 1 downto 0);
-    lane_sync  : out   std_logic_vector(LANES - 1 downto 0);
-    lane_data  : out   std_logic_vector(8 * LANES - 1 downto 0)
+    clk_p       : inout std_logic;
+    clk_n       : inout std_logic;
+    data_p      : inout std_logic_vector(3 downto 0);
+    data_n      : inout std_logic_vector(3 downto 0);
+    sync_clk    : in    std_logic;
+    reset       : in    std_logic;
+    byte_clk    : out   std_logic;
+    lane_valid  : out   std_logic_vector(LANES - 1 downto 0);
+    lane_sync   : out   std_logic_vector(LANES - 1 downto 0);
+    lane_data   : out   std_logic_vector(8 * LANES - 1 downto 0);
+    lane_missed : out   std_logic_vector(LANES - 1 downto 0)
   );
 end entity bench_phy;
 
@@ -56,13 +57,14 @@ begin
       SETTLE => SETTLE
     )
     port map (
-      hs_clk     => hs_clk,
-      hs_data    => hs_data,
-      lp_data    => lp_data,
-      byte_clk   => byte_clk,
-      lane_valid => lane_valid,
-      lane_sync  => lane_sync,
-      lane_data  => lane_data
+      hs_clk      => hs_clk,
+      hs_data     => hs_data,
+      lp_data     => lp_data,
+      byte_clk    => byte_clk,
+      lane_valid  => lane_valid,
+      lane_sync   => lane_sync,
+      lane_data   => lane_data,
+      lane_missed => lane_missed
     );
 
 end architecture test;

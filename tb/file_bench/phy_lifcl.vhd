@@ -11,16 +11,17 @@ entity bench_phy is
     SETTLE     : natural
   );
   port (
-    clk_p      : inout std_logic;
-    clk_n      : inout std_logic;
-    data_p     : inout std_logic_vector(3 downto 0);
-    data_n     : inout std_logic_vector(3 downto 0);
-    sync_clk   : in    std_logic;
-    reset      : in    std_logic;
-    byte_clk   : out   std_logic;
-    lane_valid : out   std_logic_vector(LANES - 1 downto 0);
-    lane_sync  : out   std_logic_vector(LANES - 1 downto 0);
-    lane_data  : out   std_logic_vector(8 * LANES - 1 downto 0)
+    clk_p       : inout std_logic;
+    clk_n       : inout std_logic;
+    data_p      : inout std_logic_vector(3 downto 0);
+    data_n      : inout std_logic_vector(3 downto 0);
+    sync_clk    : in    std_logic;
+    reset       : in    std_logic;
+    byte_clk    : out   std_logic;
+    lane_valid  : out   std_logic_vector(LANES - 1 downto 0);
+    lane_sync   : out   std_logic_vector(LANES - 1 downto 0);
+    lane_data   : out   std_logic_vector(8 * LANES - 1 downto 0);
+    lane_missed : out   std_logic_vector(LANES - 1 downto 0) := (others => '0')
   );
 end entity bench_phy;
 
