@@ -4,7 +4,7 @@
 -- A lane at rest has both lines high (LP-11). It goes to high speed by LP-01 and LP-00; both lines then stay below the
 -- threshold of the low-power receivers. When the lines have settled, the bits are searched for the sync sequence
 -- 00011101, which marks the boundary of bytes. A burst ends with the next LP-11. LP-10 begins another mode, which is
--- skipped. A lane's clock may stand still while the lane is at rest.
+-- skipped, or a burst whose lines are exchanged, which is told as missed. A lane's clock may stand still while the lane is at rest.
 --
 -- Latency: 3 clocks from the bits of a byte; 2 to 3 from a level. Throughput: a byte each clock.
 -- Equation: data(n) = bits 8n to 8n + 7 behind the sync sequence, the first one in bit 0.
@@ -31,7 +31,7 @@ entity dphy_lane is
     lane_valid : out   std_logic := '0';
     lane_sync  : out   std_logic := '0';
     lane_data  : out   std_logic_vector(7 downto 0);
-    -- A burst has ended without a sync, for a clock.
+    -- A burst has ended without a sync, or its lines are exchanged; for a clock.
     lane_missed : out   std_logic := '0'
   );
 end entity dphy_lane;
@@ -43,11 +43,13 @@ architecture rtl of dphy_lane is
   constant STOP   : std_logic_vector(1 downto 0) := "11";
   constant BRIDGE : std_logic_vector(1 downto 0) := "00";
   constant ESCAPE : std_logic_vector(1 downto 0) := "10";
+  -- LP-01, which a lane whose lines are exchanged shows as LP-10.
+  constant REQUEST : std_logic_vector(1 downto 0) := "01";
   -- The sync sequence, its first bit in bit 0.
   constant SYNC_BYTE : std_logic_vector(7 downto 0) := x"B8";
 
-  -- Not known, at rest, lines settle, the sync is searched for, bytes come.
-  type state_t is (passed_over, rest, settling, search, burst);
+  -- Not known, at rest, lines settle, the sync is searched for, bytes come; LP-10 has come, and behind it LP-00 alone.
+  type state_t is (passed_over, rest, settling, search, burst, escaped, exchanged);
 
   -- Clocks of settling that are left; the last sixteen bits, the newest at the left; where in them
   -- a byte begins in this burst; the next byte is the burst's first.
@@ -125,6 +127,21 @@ begin
           if levels = BRIDGE then
             state <= settling;
           elsif levels = ESCAPE then
+            state <= escaped;
+          end if;
+
+        when escaped =>
+
+          if levels = BRIDGE then
+            state <= exchanged;
+          elsif levels = REQUEST then
+            state <= passed_over;
+          end if;
+
+        when exchanged =>
+
+          -- Any other mode has more such levels; a burst whose lines are exchanged has none.
+          if levels /= BRIDGE then
             state <= passed_over;
           end if;
 
@@ -159,7 +176,7 @@ begin
       if levels = STOP then
         state       <= rest;
         lane_valid  <= '0';
-        lane_missed <= to_logic(state = search);
+        lane_missed <= to_logic(state = search or state = exchanged);
       end if;
     end if;
 

@@ -95,6 +95,9 @@ async def other_states_are_passed_over(dut: Any) -> None:
     # The line stays low until the levels have come in: noise may look like a sync.
     await lane.play([*lane.noise(REQUEST, 32), *[(BRIDGE, 0)] * 400, *[(STOP, 0)] * 64])
     lane.check([], missed=1)
+    # The lines are exchanged: LP-01 looks like LP-10.
+    await lane.play([*lane.noise(ESCAPE, 32), *[(BRIDGE, 0)] * 400, *[(STOP, 0)] * 64])
+    lane.check([], missed=1)
     data = [1, 2, 3]
     await lane.play(lane.burst(data, 3))
     lane.check([data])

@@ -17,6 +17,7 @@ entity dphy_bench is
     CONTINUOUS : boolean;
     SKEW       : natural;
     SETTLE     : natural;
+    EXCHANGED  : boolean := false;
     PIXEL_BITS : positive;
     COLUMNS    : positive;
     ROWS       : positive
@@ -39,6 +40,8 @@ architecture test of dphy_bench is
   signal clk_n        : std_logic;
   signal data_p       : std_logic_vector(3 downto 0);
   signal data_n       : std_logic_vector(3 downto 0);
+  signal pins_p       : std_logic_vector(3 downto 0);
+  signal pins_n       : std_logic_vector(3 downto 0);
   signal byte_clk     : std_logic;
   signal lane_valid   : std_logic_vector(LANES - 1 downto 0);
   signal lane_sync    : std_logic_vector(LANES - 1 downto 0);
@@ -82,6 +85,11 @@ begin
       sent   => sent
     );
 
+  pins_p <= data_n when EXCHANGED else
+            data_p;
+  pins_n <= data_p when EXCHANGED else
+            data_n;
+
   phy : entity work.bench_phy
     generic map (
       LANES      => LANES,
@@ -91,8 +99,8 @@ begin
     port map (
       clk_p       => clk_p,
       clk_n       => clk_n,
-      data_p      => data_p,
-      data_n      => data_n,
+      data_p      => pins_p,
+      data_n      => pins_n,
       sync_clk    => sync_clk,
       reset       => reset,
       byte_clk    => byte_clk,
