@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,9 +14,10 @@ from plenofir.commands.console import print_json, print_table
 from plenofir.commands.options import AsJson, finite
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import write_png
-from plenofir.refocus.operator import Image
 from plenofir_studies.thesis_tables import TABLES
+
+if TYPE_CHECKING:
+    from plenofir.refocus.operator import Image
 
 app = typer.Typer()
 
@@ -26,11 +27,11 @@ class Figure:
     """A figure of the thesis that can be drawn anew."""
 
     what: str
-    draw: Callable[[], Image]
+    draw: "Callable[[], Image]"
 
 
-def _rays(name: str) -> Callable[[], Image]:
-    def draw() -> Image:
+def _rays(name: str) -> "Callable[[], Image]":
+    def draw() -> "Image":
         from plenofir_studies import ray_pictures
 
         picture: Callable[[], Image] = getattr(ray_pictures, name)
@@ -39,14 +40,14 @@ def _rays(name: str) -> Callable[[], Image]:
     return draw
 
 
-def _sharpness() -> Image:
+def _sharpness() -> "Image":
     from plenofir_studies.experiments_report import sharpness_pictures
 
     return sharpness_pictures()
 
 
-def _disparity(number: str) -> Callable[[], Image]:
-    def draw() -> Image:
+def _disparity(number: str) -> "Callable[[], Image]":
+    def draw() -> "Image":
         from plenofir_studies.experiments_report import disparity_maps
 
         return disparity_maps(number)[1]
@@ -260,6 +261,8 @@ def reproduce(
             f"figure {number} is not drawn anew (docs/thesis.md says where its content is); these "
             f"are: {', '.join(FIGURES)}"
         )
+    from plenofir.ground.images import write_png
+
     path = check_file(str(out or f"figure_{number.replace('.', '_')}.png"), (".png",))
     write_png(path, FIGURES[number].draw())
     typer.echo(f"Figure {number}: {FIGURES[number].what}")

@@ -12,7 +12,9 @@ from typing import get_args
 import numpy as np
 import pytest
 from any_call import COMMANDS
+from discs import disc_views
 
+from plenofir.camera.lightfield.indexing import compose
 from plenofir.commands import options
 from plenofir.commands.app import main
 from plenofir.commands.make_variables import arguments_of_make
@@ -51,12 +53,22 @@ def test_help(plenofir, words: tuple[str, ...]) -> None:
         assert parameter.help, parameter.name
 
 
-def test_help_and_version_load_no_numerics() -> None:
-    code = "import plenofir.commands.app, sys; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"numpy", "numba", "scipy", "cv2", "pydantic", "matplotlib"} & set(
-        done.stdout.split()
+@pytest.mark.parametrize(
+    ("words", "numerics"),
+    [(["--version"], []), (["--help"], []), (["inspect", "raster.png"], ["numpy", "scipy"])],
+)
+def test_what_is_not_loaded(words: list[str], numerics: list[str], tmp_path: Path) -> None:
+    """Commands start with what they need; pydantic is Typer's."""
+    write_png(tmp_path / "raster.png", compose(disc_views(3, 24, 32)))
+    code = (
+        "import plenofir.commands.app as app, sys; "
+        f"app.run({words}); print(*{{name.partition('.')[0] for name in sys.modules}})"
     )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    heavy = {"numpy", "scipy", "numba", "cv2", "matplotlib", "h5py", "distributed", "skimage"}
+    assert sorted(heavy & set(done.stdout.splitlines()[-1].split())) == numerics
 
 
 def test_options_agree_with_what_they_choose() -> None:
