@@ -185,9 +185,18 @@ class _Settings:
 
         if path.suffix.lower() not in FILMS and not has_pages(path):
             return None
-        source = recognised(path, self.hints)
+        source = recognised(path, self.hints._replace(calib=None))
         if source.kind != "film of frames":
             return None
+        as_told = self.hints.order or self.hints.flip not in (None, "none")
+        turned = [one.text for one in source.findings if one.heading == "axes" and one.notable]
+        if turned or as_told:
+            reason = turned[0].partition(":")[0] if turned else "--order and --flip are for one"
+            raise InputError(
+                f"{reason}; the frames of a film are shown as they lie: plenofir batch takes them "
+                "apart, plenofir compose puts one right",
+                where=str(path),
+            )
         size = self.hints.micro_image or source.micro_image_size
         return replace(self, hints=self.hints._replace(micro_image=size))
 

@@ -146,6 +146,48 @@ def test_a_part_of_the_sensor(folder: Path) -> None:
     assert psnr(expected[-rows:, -columns:], view) > 40
 
 
+def test_a_film_of_captures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages of captures are played with their calibration; what does not fit is told once."""
+    from plenofir.commands import view
+    from plenofir.view import Page
+    from plenofir.view.page import Wanted
+
+    raw = read_picture(folder / "raw_shifted.png").pixels
+    imwrite(folder / "pages.tif", np.stack([raw, raw // 2]), photometric="rgb")
+    pages: list[Page] = []
+    monkeypatch.setattr(view, "serve_page", lambda page, *_: pages.append(page))
+    done = plenofir(
+        "view", str(folder / "pages.tif"), "--calib", str(folder / "calib.json"), "-M", str(M)
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("did not fit") == 1
+    assert pages[0].parts["frame"](Wanted(1, 0)).content
+
+
+def test_batch_tells_what_it_changes(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Notes of each capture, by its name; the pictures themselves are left out here."""
+    from distributed import LocalCluster
+
+    from plenofir.commands import app, developed
+
+    monkeypatch.setattr(developed._Pictures, "make", lambda *_: [])
+    monkeypatch.setattr(developed._Pictures, "viewer", lambda *_: None)
+    monkeypatch.chdir(folder)
+    with LocalCluster(
+        n_workers=1, processes=False, protocol="tcp://", dashboard_address=None
+    ) as cluster:
+        frames = ["raw_shifted.png", "raw_rgb.tif"]
+        words = ["--calib", "calib.json", "--scheduler", cluster.scheduler_address]
+        assert app.run(["batch", *frames, *words, "--out", "developed"]) == 0
+    captured = capfd.readouterr()
+    assert "2 captures developed" in captured.out
+    notes = [line for line in captured.err.splitlines() if line.startswith("note: ")]
+    assert len(notes) == 1
+    assert notes[0].startswith("note: raw_shifted.png: calibration: the calibration did not fit")
+
+
 def test_develop_view_batch_and_simulation_tell_it(folder: Path) -> None:
     from plenofir.plan.sensor.sensor_run import load_sensor
 

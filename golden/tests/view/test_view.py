@@ -10,27 +10,31 @@ import socket
 import threading
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from discs import disc_views
 from in_browser import served
 from in_process import plenofir
 from lytro_writer import F01, write_capture
 from PIL import Image as PillowImage
 from scipy import ndimage
+from tifffile import imwrite
 
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield import named_views
+from plenofir.camera.lightfield import compose, named_views
 from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.commands import view as commands_view
 from plenofir.ground.files import checksum
 from plenofir.ground.images import Picture, encode_png, write_png
 from plenofir.view import (
     Live,
+    Page,
     export,
     folder_frames,
     light_field_page,
@@ -385,6 +389,55 @@ def test_a_folder_gives_what_is_there_and_what_is_added(tmp_path: Path) -> None:
     later.start()
     assert next(frames).picture.pixels.shape[0] == 9
     later.join()
+
+
+@pytest.fixture
+def page_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Page]:
+    """The page that the command would serve."""
+
+    def view(*words: str) -> Page:
+        pages: list[Page] = []
+        with monkeypatch.context() as patched:
+            patched.setattr(commands_view, "serve_page", lambda page, *_: pages.append(page))
+            done = plenofir("view", *words)
+        assert done.returncode == 0, done.stderr
+        return pages[0]
+
+    return view
+
+
+def test_films_and_pages_are_played(page_of: Callable[..., Page], tmp_path: Path) -> None:
+    """Frames of a film of rasters, pages of rasters, and of captures with a calibration."""
+    raster = compose(disc_views(5, 48, 64))
+    frames = np.stack([raster, raster // 2])
+    imwrite(tmp_path / "pages.tif", frames, photometric="rgb")
+    page = page_of(str(tmp_path / "pages.tif"), "--rate", "20")
+    seen: dict[int, bytes] = {}
+    while len(set(seen.values())) < 2 and len(seen) < 20:
+        part = page.parts["frame"](Wanted(1, max(seen, default=0)))
+        seen[int(part.facts["number"])] = bytes(part.content)
+    assert set(seen.values()) == {
+        np.ascontiguousarray(views_of(frame, 5)).tobytes() for frame in frames
+    }
+    cv2 = pytest.importorskip("cv2")
+    film = cv2.VideoWriter(
+        str(tmp_path / "film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, (320, 240)
+    )
+    # A film has one colour for several pixels.
+    grey = np.repeat(raster[..., 1:2], 3, axis=2)
+    for _ in range(3):
+        film.write(grey)
+    film.release()
+    content = page_of(str(tmp_path / "film.avi")).parts["frame"](Wanted(1, 0)).content
+    shown = np.frombuffer(content, np.uint8).astype(int)
+    assert np.abs(shown - views_of(grey, 5).ravel()).mean() < 12
+
+
+def test_a_film_that_lies_otherwise_is_refused(tmp_path: Path) -> None:
+    imwrite(tmp_path / "f.tif", np.stack(2 * [compose(disc_views(5, 48, 64)[::-1])]))
+    done = plenofir("view", "f.tif", "--no-browser", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "f.tif: rows count from below; the frames of a film are shown as" in done.stderr
 
 
 def test_a_video_is_read_by_opencv(tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ from plenofir.camera.recognise.stored import (
     RUNNING,
     Stored,
     check_sizes,
+    of_array,
     picture_findings,
 )
 from plenofir.ground.errors import InputError
@@ -373,9 +374,14 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """Pictures that are captures or rasters themselves: frames of a camera."""
     start = next(iter(stored.places()))
     is_jpeg = _is_jpeg(stored) or _is_film(stored)
-    first = recognise_picture(stored.at(start), stored.name_at(start), is_jpeg=is_jpeg)
+    frame = stored.at(start)
+    first = recognise_picture(frame, stored.name_at(start), is_jpeg=is_jpeg)
     if first.kind not in ("aligned raster", "raw capture", "white image"):
         return None
+    axes: tuple[Finding, ...] = ()
+    if first.micro_image_size is not None:
+        alone = of_array(stored.path, "yx", frame)
+        axes = raster_source(alone, hints, first.micro_image_size).findings
     name = Path(stored.name_at(start))
     is_folder = stored.path.is_dir()
     text = f"{prod(stored.counts)} pictures; the first of them, {name.name}: {first.kind}"
@@ -387,7 +393,7 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
         go_on = f"{command('batch', frames)} --white WHITE_IMAGE"
     return LightFieldSource(
         "folder of pictures" if is_folder else "film of frames",
-        (Finding("evidence", text), *first.findings[1:]),
+        (Finding("evidence", text), *first.findings[1:], *axes),
         (go_on,),
         first.micro_image_size,
         first.pitch_px,
