@@ -34,6 +34,7 @@ from plenofir.ground.images import (
     read_picture,
     write_png,
 )
+from plenofir.ground.pages import Pages
 
 RNG = np.random.default_rng(5)
 
@@ -297,6 +298,33 @@ def test_what_is_no_file(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=match):
             read_image(path)
+
+
+@pytest.mark.parametrize(
+    ("kind", "channels", "match"),
+    [
+        ("cielab", 3, "colours of the kind CIELAB"),
+        ("ycbcr", 3, "colours of the kind YCBCR"),
+        ("separated", 4, "colours of the kind SEPARATED"),
+        ("palette", 1, "takes its colours from a palette"),
+    ],
+)
+def test_colours_that_are_no_rgb(tmp_path: Path, kind: str, channels: int, match: str) -> None:
+    """Of one picture, and of pages: their samples are no levels of red, green and blue."""
+    samples = np.repeat(GREY[..., np.newaxis], channels, axis=2).squeeze()
+    colours = np.zeros((3, 256), np.uint16) if kind == "palette" else None
+    tifffile.imwrite(tmp_path / "one.tif", samples, photometric=kind, colormap=colours)
+    with pytest.raises(InputError, match=match):
+        read_picture(tmp_path / "one.tif", drop_alpha=True)
+    stack = np.stack(3 * [samples])
+    tifffile.imwrite(tmp_path / "pages.tif", stack, photometric=kind, colormap=colours)
+    with pytest.raises(InputError, match=match):
+        Pages(tmp_path / "pages.tif")[1]
+
+
+def test_pages_whose_white_is_zero(tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "pages.tif", np.stack(3 * [255 - GREY]), photometric="miniswhite")
+    assert np.array_equal(Pages(tmp_path / "pages.tif")[2].pixels, GREY)
 
 
 def test_metadata_that_are_damaged(

@@ -147,9 +147,36 @@ def _orientation(exif: bytes) -> int:
         return 1
 
 
+def page_pixels(page: Any, where: str = "") -> Image:
+    """Pixels of a page of a TIFF file (tifffile's), grey or RGB, black at 0.
+
+    Raises `InputError` for colours of other kinds, which are no levels of red, green and blue.
+    """
+    from tifffile import COMPRESSION, PHOTOMETRIC
+
+    kind = page.photometric
+    if kind == PHOTOMETRIC.PALETTE:
+        raise InputError(f"takes its colours from a palette; {_ADVICE}", where=where)
+    # Luminance and colour differences of a JPEG become RGB with its decoding.
+    decoded = kind == PHOTOMETRIC.YCBCR and page.compression == COMPRESSION.JPEG
+    levels_of_light = {
+        PHOTOMETRIC.MINISWHITE,
+        PHOTOMETRIC.MINISBLACK,
+        PHOTOMETRIC.RGB,
+        PHOTOMETRIC.CFA,
+        PHOTOMETRIC.LINEAR_RAW,
+    }
+    if kind not in levels_of_light and not decoded:
+        raise InputError(f"has colours of the kind {kind.name}; {_ADVICE}", where=where)
+    pixels = page.asarray()
+    if kind == PHOTOMETRIC.MINISWHITE:
+        pixels = (1 << page.bitspersample) - 1 - pixels
+    return np.asarray(pixels)
+
+
 def _tiff(data: bytes) -> Picture:
     from imagecodecs import lzw_decode
-    from tifffile import COMPRESSION, PHOTOMETRIC, TiffFile
+    from tifffile import COMPRESSION, TiffFile
 
     if is_canon_raw(data):
         raise InputError(
@@ -170,8 +197,6 @@ def _tiff(data: bytes) -> Picture:
         page: Any = file.pages[0]
         if len(file.pages) > 1:
             raise InputError(f"has {len(file.pages)} pages; one image is needed", where="")
-        if page.photometric == PHOTOMETRIC.PALETTE:
-            raise InputError(f"takes its colours from a palette; {_ADVICE}", where="")
         if page.compression == COMPRESSION.LZW:
             row = -(-page.imagewidth * page.samplesperpixel * page.bitspersample // 8)
             for number, (offset, count) in enumerate(
@@ -182,11 +207,9 @@ def _tiff(data: bytes) -> Picture:
                 rows = min(page.rowsperstrip, page.imagelength - number * page.rowsperstrip)
                 if len(lzw_decode(data[offset : offset + count])) != rows * row:
                     raise _DamagedError(f"strip {number} has a wrong length")
-        image = page.asarray()
+        image = page_pixels(page)
         if image.ndim == 3 and page.planarconfig != 1:
             image = np.moveaxis(image, 0, -1)
-        if page.photometric == PHOTOMETRIC.MINISWHITE:
-            image = (1 << page.bitspersample) - 1 - image
 
         def told(tag: int) -> Any:
             return page.tags[tag].value if tag in page.tags else None

@@ -9,7 +9,7 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import Picture
+from plenofir.ground.images import Picture, page_pixels
 from plenofir.ground.levels import levels
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -63,8 +63,11 @@ class Pages:
             with TiffFile(self._path) as file:
                 series: Any = max(file.series, key=lambda one: one.size)
                 each = len(series.pages) // self._count
-                parts = [series.pages[number * each + k].asarray() for k in range(each)]
+                pages = [series.pages[number * each + k] for k in range(each)]
+                parts = [page_pixels(page.aspage(), str(self._path)) for page in pages]
                 bits = int(series.keyframe.bitspersample)
+        except InputError:
+            raise
         except Exception as error:  # Decoders raise whatever a damaged file leads them to.
             raise self._damaged(error) from None
         image = parts[0] if each == 1 else np.stack(parts, axis=-1)

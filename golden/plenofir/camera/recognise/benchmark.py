@@ -69,7 +69,8 @@ def hci_files(folder: Path) -> dict[tuple[int, ...], Path]:
     if m * m != len(paths) or numbers != list(range(m * m)):
         raise InputError(
             f"has {len(paths)} views input_CamNNN.png; there must be a square number, "
-            "from 000 on without gaps",
+            "from 000 on without gaps; of a cross of views, the middle row in a folder of its own, "
+            "named view_000.png and so on, is a line of views",
             where=str(folder),
         )
     return {divmod(n, m): path for n, path in enumerate(paths)}
