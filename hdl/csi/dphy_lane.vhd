@@ -4,7 +4,8 @@
 -- A lane at rest has both lines high (LP-11). It goes to high speed by LP-01 and LP-00; both lines then stay below the
 -- threshold of the low-power receivers. When the lines have settled, the bits are searched for the sync sequence
 -- 00011101, which marks the boundary of bytes. A burst ends with the next LP-11. LP-10 begins another mode, which is
--- skipped, or a burst whose lines are exchanged, which is told as missed. A lane's clock may stand still while the lane is at rest.
+-- skipped, or a burst whose lines are exchanged, which is told as missed. A lane's clock may stand still while the lane
+-- is at rest.
 --
 -- Latency: 3 clocks from the bits of a byte; 2 to 3 from a level. Throughput: a byte each clock.
 -- Equation: data(n) = bits 8n to 8n + 7 behind the sync sequence, the first one in bit 0.
@@ -48,6 +49,33 @@ architecture rtl of dphy_lane is
   -- The sync sequence, its first bit in bit 0.
   constant SYNC_BYTE : std_logic_vector(7 downto 0) := x"B8";
 
+  -- A place that no byte begins at.
+  constant NO_PLACE : positive := 8;
+
+  -- The earliest place of the sync in a window, or NO_PLACE.
+  function sync_place (
+    bits_so_far : std_logic_vector(15 downto 0)
+  ) return natural is
+
+    variable place : natural range 0 to NO_PLACE;
+
+  begin
+
+    place := NO_PLACE;
+
+    -- From the last place to the first, so that the first one that fits is what is kept.
+    for i in 7 downto 0 loop
+
+      if bits_so_far(i + 7 downto i) = SYNC_BYTE then
+        place := i;
+      end if;
+
+    end loop;
+
+    return place;
+
+  end function sync_place;
+
   -- Not known, at rest, lines settle, the sync is searched for, bytes come; LP-10 has come, and behind it LP-00 alone.
   type state_t is (passed_over, rest, settling, search, burst, escaped, exchanged);
 
@@ -74,28 +102,14 @@ begin
 
   follow : process (clk) is
 
-    variable found : std_logic;
-    variable place : natural range 0 to 7;
+    variable place : natural range 0 to NO_PLACE;
 
   begin
 
     if rising_edge(clk) then
       -- Two bytes of bits: a byte that begins anywhere lies within them.
       window <= bits & window(15 downto 8);
-
-      -- The earliest place counts.
-      found := '0';
-      place := 0;
-
-      -- From the last place to the first, so that the first one that fits is what is kept.
-      for i in 7 downto 0 loop
-
-        if window(i + 7 downto i) = SYNC_BYTE then
-          found := '1';
-          place := i;
-        end if;
-
-      end loop;
+      place  := sync_place(window);
 
       lane_valid  <= '0';
       lane_sync   <= '0';
@@ -158,7 +172,7 @@ begin
 
           -- The sync itself is not passed on; the byte behind it is the first one.
           first <= '1';
-          if found = '1' then
+          if place /= NO_PLACE then
             phase <= place;
             state <= burst;
           end if;
