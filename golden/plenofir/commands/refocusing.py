@@ -55,6 +55,8 @@ def refocus_command(
     camera also where it is focused.
     """
     from plenofir.camera.described import described
+    from plenofir.camera.lightfield.any_field import is_rectangle
+    from plenofir.camera.lightfield.shift_and_add import refocus_views
     from plenofir.refocus import best_picture, interpolation_order, refocus, sharpening_units
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
@@ -66,7 +68,21 @@ def refocus_command(
         if given and operator:
             options.refuse_both(name, "--interpolation, --sharpen or --no-upsample")
     pupil, rise = aperture_of(aperture), tilt_of(tilt)
-    raw, m, *_ = read_field(raster, hints)
+    raw, m, *_ = read_field(raster, hints, rectangles=True)
+    rectangle = is_rectangle(raw.pixels)
+    if rectangle:
+        used = {
+            "interpolation": interpolation,
+            "sharpen": sharpen,
+            "upsample": not upsample,
+            "aperture": aperture,
+            "tilt": tilt,
+            "border": border != "normalise",
+            "camera": camera,
+            "region": region,
+        }
+        for option in filter(used.get, used):
+            raise InputError("is for a square of views; leave it out", where=options.typed(option))
     setting = options.one_focus_setting(a, m, rounded=operator)
     if operator:
         options.shifts_of((setting,), m)
@@ -75,7 +91,9 @@ def refocus_command(
     order = interpolation_order(interpolation or ("linear" if upsample else "nearest"))
     weight = sharpen or "off"
     with progress_bar("refocusing"):
-        if operator:
+        if rectangle:
+            image = refocus_views(look.source, float(setting))
+        elif operator:
             image = refocus(
                 look.source,
                 m,

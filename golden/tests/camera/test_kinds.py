@@ -281,11 +281,15 @@ def test_a_rectangle_through_the_commands(tmp_path: Path) -> None:
     assert (read_image(out / "views" / "view_02_04.png") == RECTANGLE[2, 4]).all()
     page = (out / "page.html").read_text()
     assert '"view_rows":3,"view_columns":5,"first_view":[0,1]' in page.replace(" ", "")
-    for command in ("compose", "refocus"):
-        more = ("-a", "0") if command == "refocus" else ()
-        done = plenofir(command, path, *more, "--out", str(out / "no.png"))
-        assert done.returncode == 2
-        assert "5 x 3 views are no square" in done.stderr
+    done = plenofir("refocus", path, "-a", "1", "--out", str(out / "near.png"))
+    assert done.returncode == 0, done.stderr
+    assert (read_image(out / "near.png") == near).all()
+    done = plenofir("refocus", path, "-a", "1", "--tilt", "0.1,0", "--out", str(out / "no.png"))
+    assert done.returncode == 2
+    assert "--tilt: is for a square of views" in done.stderr
+    done = plenofir("compose", path, "--out", str(out / "no.png"))
+    assert done.returncode == 2
+    assert "5 x 3 views are no square" in done.stderr
     assert not (out / "no.png").exists()
 
 

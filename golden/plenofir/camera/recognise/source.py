@@ -121,7 +121,8 @@ class LightFieldSource:
                 return Field(self.views(progress), max(rows, columns))
             raise InputError(
                 f"{columns} x {rows} views are no square, as an aligned raw image has them; "
-                "develop, stack, depth-map, view, views, mosaic and quilt take them as they are",
+                "develop, refocus, stack, depth-map, view, views, mosaic and quilt take them as "
+                "they are",
                 where=self.where,
             )
         from plenofir.camera.lightfield.indexing import compose

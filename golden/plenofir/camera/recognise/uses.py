@@ -34,7 +34,8 @@ class Use(NamedTuple):
         return self.refocused == _TAKEN
 
 
-_VIEWS = Use(_TAKEN, _TAKEN, _TAKEN)
+# An aligned raw image has one M.
+_VIEWS = Use(_TAKEN, _TAKEN, "a square of them")
 _CAPTURE = Use(
     "with `--calib` or `--white`", decoded="with `--calib`", batch="with `--calib` or `--white`"
 )
