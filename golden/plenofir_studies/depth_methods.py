@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from scipy import ndimage
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from plenofir.camera.lightfield import FocalStack, all_in_focus, sub_aperture
-from plenofir.camera.lightfield.disparity import Method, search_disparity
+from plenofir.camera.lightfield import FocalStack, all_in_focus, sad_disparity, sub_aperture, views
+from plenofir.camera.lightfield.disparity import RIGHT, Disparity, search_disparity
 from plenofir.ground.images import eight_bits
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
@@ -34,6 +34,8 @@ from plenofir_studies.depth_scenes import (
     ramp,
     rendered,
 )
+from plenofir_studies.depth_trials import NEAR_FOCUS, SIZE, TWIGS, trials
+from plenofir_studies.depth_trials import M as TRIALS_M
 from plenofir_studies.report_parts import Progress, Report, machine
 
 RAMP_TEXTURES = "gravel", "grass", "brick", "astronaut"
@@ -72,18 +74,35 @@ def by_depth_between(truth: Truth) -> Floats:
     return depth_index(stack, truth.m, _RADIUS, shifts=shifts).focus(shifts, truth.m)
 
 
-def _by_disparity(method: Method) -> Way:
-    return lambda truth: (
-        search_disparity(truth.raw, truth.m, method=method).disparity.pixels_per_view
-    )
+def by_disparity(truth: Truth) -> Floats:
+    """What the commands do."""
+    return found_disparity(truth).pixels_per_view
+
+
+def found_disparity(truth: Truth) -> Disparity:
+    """Disparity and confidence of a scene, in the range that is found."""
+    return search_disparity(truth.raw, truth.m).disparity
+
+
+def by_windows(truth: Truth) -> Floats:
+    """Absolute differences in whole windows, as in the thesis, over the true range."""
+    images, c = views(truth.raw, truth.m), truth.m // 2
+    gaps = [gap for gap in range(-c, truth.m - c) if gap]
+    others = [
+        *((images[c + gap, c], (float(gap), 0.0)) for gap in gaps),
+        *((images[c, c + gap], (0.0, float(gap))) for gap in gaps),
+    ]
+    low, high = (float(round_(f(truth.a))) for round_, f in _ENDS)
+    return sad_disparity(images[c, c], others, search=(low, high))
 
 
 WAYS: dict[str, Way] = {
-    **{f"disparity, {method}": _by_disparity(method) for method in get_args(Method)},
+    "disparity": by_disparity,
+    "absolute differences, windows of 7 x 7": by_windows,
     "focus, depth index": by_depth_index,
     "focus, depth between slices": by_depth_between,
 }
-GUIDED = "disparity, guided"
+TAKEN = "disparity"
 """The way that pictures are made with."""
 
 
@@ -231,7 +250,7 @@ def _maps_picture(rows: Iterable[tuple[Truth, Floats]]) -> Figure:
         places[0].images[0].set_clim(0, 255)
         places[0].set_title(f"{truth.name}: view", fontsize=8)
         places[1].set_title(f"truth, a {low:.2g} to {high:.2g}", fontsize=8)
-        places[2].set_title("guided", fontsize=8)
+        places[2].set_title("found", fontsize=8)
     return figure
 
 
@@ -299,10 +318,83 @@ def _say_ramps(report: Report) -> None:
     report.table(["texture", "noise", "step", "share", "index", "weighed", "between"], rows)
 
 
+def rightness(found: Disparity, truth: Truth, border: int = _BORDER) -> tuple[Floats, Floats]:
+    """Confidence of each pixel with truth, and 1 where it is right, 0 elsewhere."""
+    part = (slice(border, -border),) * 2
+    known = np.isfinite(truth.a[part])
+    right = np.abs(found.pixels_per_view - truth.a)[part][known] <= RIGHT
+    return found.confidence[part][known], right.astype(np.float64)
+
+
+def _say_trials(report: Report) -> list[tuple[Floats, Floats]]:
+    """Hard light fields; result as of `rightness`."""
+    report.say(
+        "### Hard light fields",
+        f"Drawn without the ray model, {SIZE} x {SIZE} micro lenses, M = {TRIALS_M}, 16 bit "
+        "(`plenofir_studies.depth_trials`). *Planes*, *bars* (3 to 8 lenses wide): textured. "
+        "*Ramp*: weak texture, a from -0.5 to 0.5. *Twigs*: four, three lenses wide, at a = "
+        f"{', '.join(map(str, TWIGS))} before a wall at -0.3. *Tiles*: even squares of 8 lenses. "
+        f"*In focus*: share of the pixels with |a| < {NEAR_FOCUS:g} that are off by more than "
+        f"{BAD[-1]:g}. *Sure*: pixels with a confidence of 0.9; of these, those that are off by "
+        "as much. *Windows*: absolute differences in windows of 7 x 7 lenses, over the true range.",
+    )
+    rows, sure = [], []
+    for _, _, truth in trials():
+        found, seconds = _timed(found_disparity, truth)
+        here, plain = score(found.pixels_per_view, truth), score(by_windows(truth), truth)
+        confidence, right = rightness(found, truth)
+        sure.append((confidence, right))
+        part = (slice(_BORDER, -_BORDER),) * 2
+        focused = np.abs(truth.a[part]).ravel() < NEAR_FOCUS
+        certain = confidence >= 0.9
+        rows.append(
+            [
+                truth.name,
+                *(f"{100 * share:.1f} %" for share in here.bad),
+                f"{here.mse:.2f}",
+                f"{100 * (1 - right[focused].mean()):.1f} %" if focused.any() else "",
+                f"{certain.mean():.0%}, {100 * (1 - right[certain].mean()):.1f} %",
+                f"{seconds:.2f}",
+                f"{100 * plain.bad[-1]:.1f} %, {plain.mse:.2f}",
+            ]
+        )
+    heads = ["scene, noise", f"off by more than {BAD[0]:g}", *(f"{bound:g}" for bound in BAD[1:])]
+    heads += ["mean square error x 100", "in focus", "sure, off", "processor s"]
+    report.table([*heads, f"windows: {BAD[-1]:g}, mean square error"], rows)
+    return sure
+
+
+def reliability(sure: Iterable[tuple[Floats, Floats]]) -> list[tuple[float, float, float]]:
+    """For each tenth of confidence its mean, the share that is right, and the share of pixels."""
+    confidence, right = (np.concatenate(values) for values in zip(*sure, strict=True))
+    tenth = np.minimum((10 * confidence).astype(int), 9)
+    return [
+        (float(confidence[here].mean()), float(right[here].mean()), float(here.mean()))
+        for here in (tenth == k for k in range(10))
+        if here.any()
+    ]
+
+
+def _say_reliability(report: Report, sure: Iterable[tuple[Floats, Floats]]) -> None:
+    report.say(
+        "### Confidence",
+        f"Of all scenes above: share of the pixels that are off by {RIGHT:g} at most, over the "
+        "confidence (a probability).",
+    )
+    rows = reliability(sure)
+    figure, axis = plt.subplots(figsize=(4.5, 4), constrained_layout=True)
+    axis.plot([0, 1], [0, 1], color="0.7")
+    axis.plot([row[0] for row in rows], [row[1] for row in rows], "o-")
+    axis.set(xlabel="confidence", ylabel="share that is right", xlim=(0, 1), ylim=(0, 1))
+    report.picture("reliability", figure, "Share of right pixels over the confidence")
+    heads = ["confidence", "right", "of the pixels"]
+    report.table(heads, [[f"{a:.2f}", f"{b:.2f}", f"{100 * share:.1f} %"] for a, b, share in rows])
+
+
 def _say_sharp(report: Report, names: list[str], found: Mapping[str, list[Likeness]]) -> None:
     report.say(
         "## All in focus",
-        "Pictures made with the depth of *disparity, guided*, against the truth at full "
+        "Pictures made with the depth of *disparity*, against the truth at full "
         f"resolution ({M * LENSES[1]} x {M * LENSES[0]}); detail is the mean gradient over the "
         "truth's. *Slices at their depth*: each pixel blended of the slices before and behind it.",
     )
@@ -327,6 +419,7 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
     scores = {name: list[Score]() for name in WAYS}
     pictures = {name: list[Likeness]() for name in PICTURES}
     maps = list[tuple[Truth, Floats]]()
+    sure = list[tuple[Floats, Floats]]()  # confidence, and whether it is right
     for kind in kinds:
         truth = hci_truth(kind) if isinstance(kind, Path) else rendered(kind)
         border = HCI_BORDER if isinstance(kind, Path) else _BORDER
@@ -339,11 +432,12 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
         for name, way in WAYS.items():
             found[name], seconds = _timed(way, truth)
             scores[name].append(score(found[name], truth, seconds, border))
-        maps.append((truth, found[GUIDED]))
+        maps.append((truth, found[TAKEN]))
+        sure.append(rightness(found_disparity(truth), truth, border))
         report.step()
         if truth.picture is not None:
             for name, sharp in PICTURES.items():
-                picture, seconds = _timed(sharp, truth, found[GUIDED])
+                picture, seconds = _timed(sharp, truth, found[TAKEN])
                 pictures[name].append(likeness(picture, truth, seconds))
         report.step()
     names = [truth.name for truth, _ in maps]
@@ -357,13 +451,17 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
         else f"Scenes of the HCI 4D benchmark, {HCI_BORDER} pixels at each border left out. No "
         "rank is claimed: the benchmark gives ranks over all of its scenes.",
         f"Measured on: {machine()}. Times depend on that.",
-        "*Disparity*: `plenofir depth-map` with each of its methods; it finds the range itself. "
+        "*Disparity*: `plenofir depth-map`, which finds the range itself. *Absolute differences*: "
+        "sums over whole windows, as in section 5.3.3 of the thesis, over the true range. "
         "*Focus, depth index*: the sharpest of whole slices, as the VHDL finds it, in windows of "
         "5 x 5 lenses, over the true range; slices are 1/M apart. *Depth between slices*: with "
         "the vertex of the parabola through it and its neighbours.",
     )
     report.picture("depth", _maps_picture(maps), "Central views, truth, what is found")
     _say_depth(report, names, scores)
+    if hci is None:
+        sure += _say_trials(report)
+    _say_reliability(report, sure)
     if hci is None:
         _say_ramps(report)
         _say_sharp(report, names, pictures)

@@ -253,7 +253,7 @@ def disparity_experiment(
             search=(-1 / gap, pair.largest_px / gap),
             window=pair.window,
         )
-        maps[pair] = gap * found.pixels_per_view
+        maps[pair] = gap * found
         convergence = -np.tan(np.radians(float(model.tilt(gap, pair.first))))
         baseline = float(model.baseline(gap))
         for depth, region in zip(depths_mm, scene.regions, strict=True):

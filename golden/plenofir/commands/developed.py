@@ -33,8 +33,10 @@ if TYPE_CHECKING:
 Show = Callable[[str, int, int], None]
 
 _REPORT = "develop.json"
-# Least confidence of a depth that counts.
-_SURE = 0.3
+# Least probability of a depth that counts.
+_SURE = 0.5
+# Share of a step by which a depth may lie beyond the first or last picture.
+_ASIDE = 0.3
 _VIEWER_BYTES = 8_000_000
 # Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
 _ANIMATION_PIXELS, _STAYS = 640, 120
@@ -205,8 +207,6 @@ class _Pictures:
 
     def make(self, job: Job) -> list[str]:
         """All of them; lines for the summary."""
-        import numpy as np
-
         from plenofir.camera.lightfield.any_field import (
             central_view,
             is_rectangle,
@@ -236,7 +236,6 @@ class _Pictures:
         )
         self.disparity = found.disparity
         low, high = _range(found.disparity, central)
-        values = np.clip(found.disparity.pixels_per_view, low, high)
         settings = _settings(low, high, m, job.slices)
         stack = pictures_of(
             source,
@@ -250,7 +249,8 @@ class _Pictures:
         for a, name, image in zip(settings, setting_names(settings, m), stack, strict=True):
             shown = self.look(image).pixels
             frames.append(self.add(f"refocused_{name}.png", shown, f"a = {a}", a))
-        sharp = self.look(sharp_everywhere(source, m, values)).pixels
+        nearest = found.disparity.limited(low, high)
+        sharp = self.look(sharp_everywhere(source, m, nearest)).pixels
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus", frames + frames[-2:0:-1], "Through the focus")
         views = [_small(self.look(view_at(source, m, v, u)).pixels) for v, u in _around(*counts)]
@@ -353,7 +353,7 @@ def _range(disparity: "Disparity", view: "Image") -> tuple[float, float]:
 
 def _settings(low: float, high: float, m: int, most: int) -> list[Fraction]:
     """Focus settings over a range of depths: multiples of 1/M, evenly apart."""
-    first, last = floor(low * m), ceil(high * m)
+    first, last = floor(low * m + _ASIDE), ceil(high * m - _ASIDE)
     step = max(1, ceil((last - first) / max(most - 1, 1)))
     return [Fraction(shift, m) for shift in range(first, last + 1, step)]
 

@@ -177,29 +177,15 @@ def depth_map(
             "Smallest disparity searched, pixels per view; without it -1, or less if needed.",
         ),
     ] = None,
-    window: Annotated[
-        int,
-        typer.Option(
-            "--window", help="Side of the matching window in pixels, an odd number.", min=1
-        ),
-    ] = 7,
-    method: Annotated[
-        Literal["guided", "windows", "structure-tensor"],
-        typer.Option(
-            help="How disparities are found: differences between views, averaged up to the edges "
-            "of objects (guided) or over whole windows; or slopes in epipolar plane images "
-            "(structure-tensor)."
-        ),
-    ] = "guided",
     confidence: Annotated[
         float,
         typer.Option(
             "--confidence",
-            help="Depth with less confidence than this counts as unknown.",
+            help="Depth that is less likely than this to be right counts as unknown.",
             min=0,
             max=1,
         ),
-    ] = 0.3,
+    ] = 0.5,
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
     resolution: Annotated[
         Literal["views", "sensor"],
@@ -257,9 +243,6 @@ def depth_map(
             m,
             smallest=far,
             largest=near,
-            window=window,
-            method=method,
-            least_confidence=confidence,
             progress=show,
         )
     disparity, view = found.disparity, central_view(raw, m)

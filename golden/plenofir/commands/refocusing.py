@@ -244,8 +244,8 @@ def stack(
             save(results, "sharpness.png", plot)
             lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
         if everywhere:
-            found = search_depth(pixels, m, progress=show).disparity.pixels_per_view
-            nearest = np.clip(found, float(min(settings)), float(max(settings)))
+            found = search_depth(pixels, m, progress=show).disparity
+            nearest = found.limited(float(min(settings)), float(max(settings)))
             sharp = sharp_everywhere(look.source, m, nearest, show)
             save(results, "all_in_focus.png", look(sharp))
         if index:

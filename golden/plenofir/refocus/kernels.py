@@ -52,9 +52,9 @@ Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
 
 
-def compiled(work: Work) -> Work:
+def compiled(work: Work, fastmath: bool | set[str] = False) -> Work:
     """Compile for this machine at the first call; cached on disk if possible."""
-    dispatcher: Any = numba.njit(nogil=True)(work)
+    dispatcher: Any = numba.njit(nogil=True, fastmath=fastmath)(work)
     with suppress(RuntimeError, OSError):  # no writable folder
         dispatcher._cache = KeptCode(work, _SHARED)
     return cast("Work", dispatcher)

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as Pillow
+from scipy import ndimage
 
 from plenofir.camera.calibration import calibrate, decode
-from plenofir.camera.lightfield import named_views
+from plenofir.camera.lightfield import all_in_focus, named_views, sub_aperture
 from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
@@ -60,6 +61,12 @@ def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
     found = calibrate(read_image(white), read_image(dark))
     want = decode(read_image(capture / "raw.png"), found, 13, dark=read_image(dark))
     assert np.array_equal(read_image(out / "aligned.png"), want)
+    # All in focus is as bright as the central view everywhere, without rings.
+    sharp = all_in_focus(want, 13).reshape(28, 13, 28, 13).mean((1, 3))
+    seen = sub_aperture(want, 13, 6, 6).astype(np.float64)
+    ratio = ndimage.gaussian_filter(sharp, 3) / ndimage.gaussian_filter(seen, 3)
+    assert np.abs(ratio - 1).max() < 0.02
+    assert (sharp > 0.7 * ndimage.minimum_filter(seen, 3)).all()
     page = (out / "index.html").read_text()
     assert all(f'href="{name}"' in page for name in PICTURES)
     assert page.count('src="data:image/jpeg') == len(PICTURES) - 2 + len(slices(out))

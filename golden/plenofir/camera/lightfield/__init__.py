@@ -5,12 +5,12 @@
 called with the parts done and to do.
 """
 
+from plenofir.camera.lightfield.absolute_differences import sad_disparity
 from plenofir.camera.lightfield.disparity import (
     DepthMap,
     Disparity,
     depth_map,
     light_field_disparity,
-    sad_disparity,
 )
 from plenofir.camera.lightfield.exports import named_views, write_views
 from plenofir.camera.lightfield.fourier import aperture_weights, fourier_slice, shifted_views

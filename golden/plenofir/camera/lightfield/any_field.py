@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.lightfield.disparity import Searched, search_disparity, search_views
+from plenofir.camera.lightfield.disparity import Disparity, Searched, search_disparity, search_views
 from plenofir.camera.lightfield.indexing import sub_aperture, views
 from plenofir.camera.lightfield.shift_and_add import refocus_views
 from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
@@ -119,12 +119,13 @@ def pictures_of(
 
 
 def sharp_everywhere(
-    pixels: Image, micro_image_size: int, disparity: Floats, progress: Progress | None = None
+    pixels: Image, micro_image_size: int, disparity: Disparity, progress: Progress | None = None
 ) -> Image:
-    """The picture that is sharp everywhere.
+    """The picture that is sharp everywhere, see `all_in_focus`.
 
     Of a rectangle that is the central view: each of its views is a camera of its own.
     """
     if is_rectangle(pixels):
         return central_view(pixels, micro_image_size)
-    return all_in_focus(pixels, micro_image_size, disparity, progress)
+    settings, confidence = disparity.pixels_per_view, disparity.confidence
+    return all_in_focus(pixels, micro_image_size, settings, progress, confidence=confidence)

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.lightfield.disparity import search_disparity
+from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, search_disparity
 from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
@@ -38,11 +39,17 @@ PICTURE: dict[str, Any] = {"interpolation": "linear", "sharpen": Fraction(3, 16)
 """How pictures for people are refocused (options of `plenofir.refocus.refocus`): without blocks
 where a is a whole number, and not softer than the central view."""
 
+_SOFT: dict[str, Any] = {"interpolation": "linear", "border": "normalise"}
 # `all_in_focus`: weight b of the taps, a micro lens apart, that sharpen the central view.
 _VIEW_SHARPENING = 1 / 16
-# Differences up to this many times the lower quartile are noise of the central view. (The median is
-# too large where most lenses see borders of objects.)
-_USUAL = 2.0
+# `all_in_focus`, sigmas in micro lenses: where means are those of the central view, and where its
+# share is decided.
+_MEAN_SIGMA, _DOUBT_SIGMA = 1.0, 1.0
+# Noise of the central view, from the lower quartile of the energy of differences in groups of like
+# brightness: its factor, groups at most, lenses in each at least; energy of rounding.
+_USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
+# Sigmas of the surroundings from which improbable settings are taken, and how much each counts.
+_SURROUNDINGS = (2.0, 1.0), (8.0, 0.02)
 
 
 class FocalStack:
@@ -201,53 +208,98 @@ def all_in_focus(
     micro_image_size: int,
     settings: npt.ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    confidence: npt.ArrayLike | None = None,
 ) -> Image:
     """Picture that is sharp everywhere: each pixel refocused to its own depth.
 
-    Slices are 1/M apart, made as `PICTURE` says, and blended between. Where they differ from the
-    central view by more than its noise (beside an object some views see what is behind it) the
-    central view is taken, enlarged by cubic splines. No pixel leaves the range of the lenses around
-    in the central view. Result: type and size of `raw`.
+    Slices are 1/M apart, made as `PICTURE` says, and blended between. Means over some lenses are
+    made those of the central view, so light from behind an object leaves no halo. Where slices
+    differ from the central view by more than its noise (beside an object some views see what is
+    behind it), the central view is mixed in, enlarged by cubic splines. Result: type and size of
+    `raw`.
 
     `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
-    None.
+    None. `confidence`: probability of each, 1 if None; improbable ones take the mean setting of the
+    surroundings, so that one slice is seen there.
     """
     m = micro_image_size
     raw = check_raw(raw, m)
     if settings is None:
-        settings = search_disparity(raw, m).disparity.pixels_per_view
-    view = _CentralView(raw, m, np.asarray(settings, np.float64))
+        found = search_disparity(raw, m).disparity
+        settings, confidence = found.pixels_per_view, found.confidence
+    settings = np.asarray(settings, np.float64)
+    if confidence is not None:
+        settings = _settled(settings, np.asarray(confidence, np.float64))
+    view = _CentralView(raw, m, settings)
     lenses = view.settings.shape
-    picture = np.empty_like(raw)
-    # For each micro lens, how far its mean differs from the central view's.
-    off = np.zeros(lenses)
+    picture, most = np.empty_like(raw), int(np.iinfo(raw.dtype).max)
+    # Means of each micro lens: of the slices, and how much higher those of the enlarged view are.
+    sharp_means, more = (np.zeros((*lenses, *raw.shape[2:])) for _ in range(2))
     for part in _parts(raw.shape[0], m):
-        blended = _blended_slices(raw, m, view.focus(part), part)
-        picture[part] = np.floor(blended + 0.5)
-        error = (blended - view.enlarged(part))[: (blended.shape[0] // m) * m, : lenses[1] * m]
-        of_lenses = error.reshape(-1, m, lenses[1], m, *raw.shape[2:]).mean((1, 3))
+        enlarged = view.enlarged(part)
+        sharp = _sharpened(raw, m, view, part, enlarged)
+        picture[part] = np.clip(np.floor(sharp + 0.5), 0, most)
         first = part.start // m
-        off[first : first + len(of_lenses)] = (
-            np.abs(of_lenses).reshape(*of_lenses.shape[:2], -1).mean(-1)
-        )
+        for means, values in ((sharp_means, sharp), (more, enlarged - sharp)):
+            of_lenses = _of_lenses(values, m)
+            means[first : first + len(of_lenses)] = of_lenses
         if progress is not None:
             progress(min(part.stop, raw.shape[0]), raw.shape[0])
-    most = int(np.iinfo(raw.dtype).max)
-    view.doubt = _doubt(off)
+    doubt = _doubt(more - _blurred(more, _MEAN_SIGMA), view.seen)
+    shares = doubt.reshape(*lenses, *[1] * (raw.ndim - 2))
+    lift = _blurred(view.seen - sharp_means - shares * more, _MEAN_SIGMA)
     for part in _parts(raw.shape[0], m):
-        share = view.interpolated(view.doubt, part)
+        share = view.interpolated(doubt, part)
         share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
-        mixed = picture[part] + share * (view.enlarged(part) - picture[part])
-        picture[part] = np.clip(np.floor(view.limited(mixed, part) + 0.5), 0, most)
+        sharp, enlarged = picture[part].astype(np.float64), view.enlarged(part)
+        mixed = sharp + share * (enlarged - sharp)
+        for k, channel in enumerate(np.moveaxis(np.atleast_3d(lift), 2, 0)):
+            mixed.reshape(*mixed.shape[:2], -1)[..., k] += view.interpolated(channel, part)
+        # No ring is darker than both.
+        picture[part] = np.clip(mixed + 0.5, np.minimum(sharp, enlarged), most)
     return picture
 
 
-def _doubt(off: Floats) -> Floats:
+def _of_lenses(values: Floats, m: int) -> Floats:
+    """Means of whole micro lenses."""
+    rows, columns = (length // m for length in values.shape[:2])
+    whole = values[: rows * m, : columns * m]
+    return np.asarray(whole.reshape(rows, m, columns, m, *values.shape[2:]).mean((1, 3)))
+
+
+def _settled(settings: Floats, confidence: Floats) -> Floats:
+    """Settings, and where they are improbable those of the surroundings."""
+    around, weight = np.zeros(settings.shape), np.full(settings.shape, 1e-9)
+    known = confidence >= LEAST_CONFIDENCE
+    around += 1e-9 * (np.median(settings[known]) if known.any() else 0.0)
+    for sigma, counts in _SURROUNDINGS:
+        around += counts * ndimage.gaussian_filter(confidence * settings, sigma, mode="nearest")
+        weight += counts * ndimage.gaussian_filter(confidence, sigma, mode="nearest")
+    return np.asarray(confidence * settings + (1 - confidence) * around / weight)
+
+
+def _blurred(values: Floats, sigma: float) -> Floats:
+    """Means over some micro lenses around."""
+    sigmas = (sigma, sigma, 0)[: values.ndim]
+    return np.asarray(ndimage.gaussian_filter(values, sigmas, mode="nearest"))
+
+
+def _doubt(off: Floats, seen: Floats) -> Floats:
     """Share of the central view in the mixture, from the differences of micro lenses' means."""
-    # Noise of the view contributes `usual`; the rest of the square is the slices' error. These
+    lenses = off.shape[:2]
+    energy = _blurred((off.reshape(*lenses, -1) ** 2).mean(2), _DOUBT_SIGMA)
+    # Noise grows with the brightness: that of a group of like brightness is what its calmest part
+    # has.
+    level = seen.reshape(*lenses, -1).mean(2)
+    order = np.argsort(level, axis=None)
+    groups = np.array_split(order, max(1, min(_GROUPS, order.size // _GROUP)))
+    levels = [float(np.median(level.flat[group])) for group in groups]
+    calm = [_USUAL * float(np.quantile(energy.flat[group], 0.25)) for group in groups]
+    noise = np.maximum(np.interp(level, levels, calm), _ROUNDING)
+    # Noise of the view contributes `noise`; the rest of the square is the slices' error. These
     # shares minimise the mean squared error.
-    usual = max(_USUAL * float(np.quantile(off, 0.25)), 1.0)
-    return np.asarray(1 - (usual / np.maximum(off, usual)) ** 2)
+    return np.asarray(1 - noise / np.maximum(energy, noise))
 
 
 def _parts(rows: int, m: int) -> list[slice]:
@@ -262,8 +314,7 @@ class _CentralView:
 
     def __init__(self, raw: Image, m: int, settings: Floats) -> None:
         self.m, self.shape, self.settings = m, raw.shape, settings
-        self.doubt: Floats = np.zeros(settings.shape)
-        view = seen = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
+        view = self.seen = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
         for axis in (0, 1):
             before, after = (
                 np.take(
@@ -273,7 +324,7 @@ class _CentralView:
             )
             view = view + _VIEW_SHARPENING * (2 * view - before - after)
         self.limits = [
-            np.atleast_3d(of_neighbours(seen, (3, 3, 1)[: seen.ndim], mode="nearest"))
+            np.atleast_3d(of_neighbours(self.seen, (3, 3, 1)[: view.ndim], mode="nearest"))
             for of_neighbours in (ndimage.minimum_filter, ndimage.maximum_filter)
         ]
         colours = np.atleast_3d(view)
@@ -299,23 +350,37 @@ class _CentralView:
         return self.interpolated(self.settings, part)
 
     def enlarged(self, part: slice) -> Floats:
-        """Lines of the view; shape of the picture's."""
+        """Lines of the view, in the range of the lenses around; shape of the picture's."""
         places = self.places(part)
+        low, high = self.limits
         colours = [
-            ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
-            for s in self.splines
+            np.clip(
+                ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False),
+                ndimage.map_coordinates(low[..., k], places, order=1, mode="nearest"),
+                ndimage.map_coordinates(high[..., k], places, order=1, mode="nearest"),
+            )
+            for k, s in enumerate(self.splines)
         ]
         return np.stack(colours, axis=-1).reshape(*places.shape[1:], *self.shape[2:])
 
-    def limited(self, values: Floats, part: slice) -> Floats:
-        """Lines limited to the range of the lenses around, so that edges get no halos."""
-        low, high = (
-            np.stack(
-                [self.interpolated(limit[..., k], part) for k in range(limit.shape[2])], axis=-1
-            ).reshape(values.shape)
-            for limit in self.limits
-        )
-        return np.clip(values, low, high)
+
+def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
+    """Lines at their depth, sharpened to the range of the pixels a lens around and of the view.
+
+    Without that limit a bright object has a dark ring.
+    """
+    lines = slice(max(0, part.start - m), min(len(raw), part.stop + m))
+    soft = _blended_slices(raw, m, view.focus(lines), lines)
+    places = np.arange(part.start, part.stop) - lines.start
+    here, *around = (np.take(soft, np.clip(places + by, 0, len(soft) - 1), 0) for by in (0, -m, m))
+    weight = float(PICTURE["sharpen"])
+    sharp = here + weight * (2 * here - around[0] - around[1])
+    columns = [np.clip(np.arange(raw.shape[1]) + by, 0, raw.shape[1] - 1) for by in (-m, m)]
+    sharp = sharp + weight * (2 * sharp - sharp[:, columns[0]] - sharp[:, columns[1]])
+    around += [here[:, beside] for beside in columns]
+    taps = here, *around, enlarged
+    low, high = (reduce(choose, taps) for choose in (np.minimum, np.maximum))
+    return np.asarray(np.clip(sharp, low, high))
 
 
 def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
@@ -339,12 +404,14 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
 def _slice_of_central_view(
     raw: Image, m: int, shift: int, region: tuple[slice, slice]
 ) -> Image | Floats32:
-    """A region of a slice as the central view sees it, which for even M is half a view aside.
+    """A region of a slice, not sharpened, as the central view sees it.
+
+    For even M that is half a view aside.
 
     What is in focus is `shift / 2` pixels beside its place in the slice then.
     """
     if m % 2:
-        return refocus(raw, m, Fraction(shift, m), border="normalise", region=region, **PICTURE)
+        return refocus(raw, m, Fraction(shift, m), region=region, **_SOFT)
     whole, half = divmod(shift, 2)
     first = [part.start + whole - half for part in region]
     last = [part.stop + whole + 2 * half for part in region]
@@ -352,9 +419,8 @@ def _slice_of_central_view(
         slice(min(max(a, 0), n - 1), max(min(b, n), 1))
         for a, b, n in zip(first, last, raw.shape, strict=False)
     )
-    image: Floats32 = refocus(
-        raw, m, Fraction(shift, m), border="normalise", region=(down, across), **PICTURE
-    ).astype(np.float32)
+    soft = refocus(raw, m, Fraction(shift, m), region=(down, across), **_SOFT)
+    image: Floats32 = soft.astype(np.float32)
     for axis, part in enumerate((down, across)):
         places = np.arange(first[axis], last[axis]) - part.start
         image = image.take(np.clip(places, 0, part.stop - part.start - 1), axis)

@@ -36,7 +36,7 @@ def test_range_grows_unless_it_is_given(a: float) -> None:
     found = search_disparity(raw, 3)
     assert np.median(found.disparity.pixels_per_view) == pytest.approx(a, abs=0.1)
     assert max(found.at_ends) < MANY
-    found = search_disparity(raw, 3, smallest=-1, largest=2, least_confidence=0.1)
+    found = search_disparity(raw, 3, smallest=-1, largest=2)
     assert found.search == (-1, 2)
     assert found.at_ends[int(a > 0)] > MANY
 

@@ -7,7 +7,7 @@ from drawn_views import drawn, snr, texture
 from scipy import ndimage
 
 from plenofir.camera.lightfield.between import views_between
-from plenofir.camera.lightfield.disparity import search_views, views_disparity
+from plenofir.camera.lightfield.disparity import search_views
 from plenofir.camera.lightfield.shift_and_add import refocus_views
 from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 
@@ -83,12 +83,6 @@ def test_refocusing_between_settings_and_at_the_border() -> None:
     assert snr(at[:10, 4:-4], views[0, 2][:10, 4:-4]) > 40
     even = np.full((2, 3, 16, 20), 1000, np.uint16)
     assert (refocus_views(even, 2.3) == 1000).all()
-
-
-def test_structure_tensor_of_a_line() -> None:
-    views, truth = drawn(1, 9, step=0.5)
-    found = views_disparity(views, search=(-1, 1), method="structure-tensor")
-    assert (np.abs(found.pixels_per_view - truth) < 0.15).mean() > 0.8
 
 
 def test_views_between_views() -> None:
