@@ -94,7 +94,6 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("stack raw.png -M 5 -a 0:1000", "5001 settings"),
         ("depth-map raw.png -M 5 --camera none", "no such camera"),
         ("depth-map raw.png -M 5 --camera f197-mla2 --focus 3", "focus"),
-        ("depth-map raw.png -M 5 --camera f197-mla2 --window 4", "odd"),
         ("depth-map raw.png -M 5 --camera f197-mla2 --near x", "--near"),
         ("depth-map raw.png -M 5 --camera f197-mla2 --near=-2", "search"),
         ("depth-map raw.png -M 5 --camera f197-mla2 --near 1e9", "use -28 to 28"),
