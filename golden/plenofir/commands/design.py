@@ -20,7 +20,12 @@ app = typer.Typer()
 
 
 def _length(flag: str, text: str) -> Any:
-    return typer.Option(flag, help=f"{text} in mm.")
+    return typer.Option(
+        flag,
+        help=f"{text} in mm, or with a unit: 50mm, 3m.",
+        parser=options.length_mm,
+        metavar="LENGTH",
+    )
 
 
 def _camera(name: str | None, lengths: dict[str, float | int | None]) -> "Camera":
@@ -41,9 +46,7 @@ def _camera(name: str | None, lengths: dict[str, float | int | None]) -> "Camera
 
 def _print(found: "Design") -> None:
     model = found.model
-    rows = [
-        [f.text, "unknown" if f.value is None else f"{f.value:.6g}", f.unit] for f in found.figures
-    ]
+    rows = [[f.text, f"{f.value:.6g}", f.unit] for f in found.figures if f.value is not None]
     print_table(
         ["figure", "", "unit"],
         rows,
@@ -70,6 +73,16 @@ def _print(found: "Design") -> None:
         f"{found.gap}, error of the distance for {found.disparity_error_px:g} pixels",
         width=100,
     )
+    unknown = len(found.figures) - len(rows)
+    if unknown:
+        camera = model.camera
+        facts = {
+            "pupil": camera.main_lens.entrance_pupil_diameter_mm,
+            "columns": camera.sensor.columns,
+            "rows": camera.sensor.rows,
+        }
+        needed = ", ".join(options.typed(name) for name, value in facts.items() if value is None)
+        typer.echo(f"left out: {unknown} figures, which follow from {needed}")
     for near, far_end in found.gaps_mm:
         typer.echo(f"not covered: {near:.1f} to {far_end:.1f} mm")
     for warning in found.warnings:

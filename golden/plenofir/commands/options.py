@@ -306,9 +306,25 @@ def numbers(flag: str, help_text: str) -> object:
     return typer.Option(flag, help=help_text, callback=all_finite)
 
 
+_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3}
+
+
+def length_mm(text: str | float) -> float:
+    """Length in mm of a number, or of one with its unit: 50mm, 3m, 5um."""
+    found = re.fullmatch(r"(.*?)\s*(um|mm|cm|m)", str(text).strip())
+    try:
+        return float(text) if found is None else float(found[1]) * _MM[found[2]]
+    except ValueError:
+        raise InputError(
+            f"{text!r} is not a length; write a number of mm, or one with its unit: 50mm, 5um, 3m"
+        ) from None
+
+
 def distance(flag: str, help_text: str) -> object:
     """Declare an option that takes a distance in mm, or inf."""
-    return number(flag, help_text, _distance)
+    return typer.Option(
+        flag, help=help_text, callback=_distance, parser=length_mm, metavar="LENGTH"
+    )
 
 
 # What several commands take.
