@@ -53,9 +53,10 @@ def develop(
 ) -> None:
     """Make all pictures of a capture: refocused, all in focus, depth, animations, and a page.
 
-    Data are kept beside them: aligned.png is linear, disparity.npy are numbers.
+    Data are kept beside them: aligned.png is linear, disparity.npy are numbers. A folder that has
+    all of this already, from the same file, stays as it is.
     """
-    from plenofir.commands.developed import Job, develop_capture
+    from plenofir.commands.developed import Job, develop_capture, summary_there
 
     start, folder = perf_counter(), Path(out)
     check_folder(folder, out)
@@ -70,6 +71,12 @@ def develop(
         aperture_of(aperture),
         tilt_of(tilt),
     )
+    there = summary_there(Path(capture), job, folder)
+    if there is not None:
+        for line in there:
+            typer.echo(line)
+        typer.echo(f"{out}: there already, from the same file and options; remove it to begin anew")
+        return
     with steps_bar("reading") as show:
         done = develop_capture(Path(capture), job, folder, show)
     for line in done.lines:

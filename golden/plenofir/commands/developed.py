@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from hashlib import sha256
+from importlib.metadata import version
 from itertools import chain
 from math import ceil, floor, inf
 from pathlib import Path
@@ -68,7 +69,8 @@ class Job(NamedTuple):
         files = [self.hints.white, self.hints.calib, self.hints.dark, self.camera]
         named = [Path(file) for file in files if file is not None]
         sums = [checksum(file) for file in [capture, *named] if file.is_file()]
-        return sha256(repr((str(capture.absolute()), self, sums)).encode()).hexdigest()
+        text = repr((version("plenofir"), str(capture.absolute()), self, sums))
+        return sha256(text.encode()).hexdigest()
 
 
 class Developed(NamedTuple):
@@ -152,6 +154,13 @@ def run_exposure(captures: Sequence[Path], job: Job, kept: Path) -> "Exposure | 
     exposed = one_exposure(chain([first], readable), job.exposure, job.gamma)
     write_file(kept, json.dumps({"asked": asked, "exposure": exposed._asdict()}).encode())
     return exposed
+
+
+def summary_there(capture: Path, job: Job, folder: Path) -> list[str] | None:
+    """The summary of a folder that has what this job made of a file, unchanged; else None."""
+    if not capture.is_file() or not is_developed(capture, job, folder):
+        return None
+    return [str(line) for line in json.loads((folder / _REPORT).read_bytes())["summary"]]
 
 
 def is_developed(capture: Path, job: Job, folder: Path) -> bool:

@@ -111,6 +111,13 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     assert "taken as aligned, M = 5 by its joints" in capsys.readouterr().out
     assert (out / "own.png").exists()
     assert len(slices(out)) <= 2 < len(first)
+    # The same again stays; after a change of the file or of the pictures it is made anew.
+    kept = (out / "index.html").stat().st_mtime_ns
+    assert run(["develop", str(tmp_path / "raw.png"), *words, "2"]) == 0
+    said = capsys.readouterr().out
+    assert "taken as aligned, M = 5 by its joints" in said
+    assert "there already" in said
+    assert (out / "index.html").stat().st_mtime_ns == kept
     report = json.loads((out / "develop.json").read_text())
     assert {*report["files"], "own.png"} == names(out)
     frames = list(film_frames(out / "focus.webm"))

@@ -179,6 +179,25 @@ def test_the_screen_shows_pixels_or_what_lies_between_micro_lenses(window: Any) 
             assert (off.max() <= 4, off.mean() < 1) == (True, True)
 
 
+INSIDE = """id => {
+    const { top, bottom, height } = document.getElementById(id).getBoundingClientRect();
+    return height > 0 && top >= 0 && bottom <= innerHeight;
+}"""
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_the_picture_and_its_files_stay_on_show(browser: Any, size: tuple[int, int]) -> None:
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+    tab = context.new_page()
+    with served(page_of(bare(read_image(DATA / "flower_detail_5x5.png")[:120, :150]))) as address:
+        opened(tab, address)
+        assert tab.evaluate(INSIDE, "save")
+        assert tab.evaluate(INSIDE, "picture")
+        tab.evaluate("scrollTo(0, document.body.scrollHeight)")
+        assert tab.evaluate(INSIDE, "picture")
+    context.close()
+
+
 def test_pictures_and_films_are_saved(window: Any, tmp_path: Path) -> None:
     cv2 = pytest.importorskip("cv2")
     raw = np.ascontiguousarray(read_image(DATA / "planes_5x5.png")[100:250, 150:385])
