@@ -9,64 +9,77 @@ from plenofir.refocus.kernels import compiled
 
 
 @compiled
-def _corrected(before: Any, here: Any, after: Any, weight: Any, result: Any) -> None:
-    """Sharpened values, from those a lens before and after."""
-    zero = np.float32(0)
+def _corrected(before: Any, near: Any, here: Any, next_: Any, after: Any, b: Any, out: Any) -> None:
+    """Sharpened values, from those a lens and half a lens before and after."""
     for k in range(here.size):
-        x = here[k]
-        one, other = x - before[k], x - after[k]
-        more = weight * (one + other)
-        same = one * other > zero
-        one, other = (one if one > zero else -one), (other if other > zero else -other)
-        limit = one if one < other else other
-        limit = limit + limit if same else limit
-        more = more if more < limit else limit
-        more = more if more > -limit else -limit
-        result[k] = x + more
+        x, one, other = here[k], before[k], after[k]
+        half, second = near[k], next_[k]
+        more = b * ((x - one) + (x - other))
+        large, small = (one, other) if one > other else (other, one)
+        # A peak is raised by up to twice its height over the higher neighbour.
+        peak, hollow = x - large, x - small
+        large = half if half > large else large
+        large = second if second > large else large
+        small = half if half < small else small
+        small = second if second < small else small
+        high, low = large - x, small - x
+        high = peak + peak if peak + peak > high else high
+        low = hollow + hollow if hollow + hollow < low else low
+        more = more if more < high else high
+        more = more if more > low else low
+        out[k] = x + more
 
 
 @compiled
-def _corrected_bytes(before: Any, here: Any, after: Any, scale: Any, result: Any) -> None:
+def _corrected_bytes(
+    before: Any, near: Any, here: Any, next_: Any, after: Any, scale: Any, out: Any
+) -> None:
     """`_corrected` in 32nds of a grey level, which 16 bits hold.
 
     Values come in units of `scale` 32nds.
     """
     for k in range(here.size):
-        x = np.int16(here[k] * scale)
-        one, other = np.int16(x - before[k] * scale), np.int16(x - after[k] * scale)
-        both = np.int16(one + other)
+        x, one = np.int16(here[k] * scale), np.int16(before[k] * scale)
+        other = np.int16(after[k] * scale)
+        half, second = np.int16(near[k] * scale), np.int16(next_[k] * scale)
+        both = np.int16(np.int16(x - one) + np.int16(x - other))
         # b = 7/64.
         more = np.int16((both >> 3) - (both >> 6))
-        # All ones where both have one sign.
-        same = np.int16(~np.int16(np.int16(one ^ other) >> 15))
-        one, other = np.int16(abs(one)), np.int16(abs(other))
-        limit = np.int16(min(one, other))
-        limit = np.int16(limit + np.int16(limit & same))
-        more = np.int16(min(more, limit))
-        more = np.int16(max(more, np.int16(-limit)))
-        result[k] = np.int16(x + more)
+        large, small = np.int16(max(one, other)), np.int16(min(one, other))
+        peak, hollow = np.int16(x - large), np.int16(x - small)
+        large = np.int16(max(large, np.int16(max(half, second))))
+        small = np.int16(min(small, np.int16(min(half, second))))
+        high = np.int16(max(np.int16(large - x), np.int16(peak + peak)))
+        low = np.int16(min(np.int16(small - x), np.int16(hollow + hollow)))
+        more = np.int16(max(np.int16(min(more, high)), low))
+        out[k] = np.int16(x + more)
 
 
 @compiled
 def sharpened_bytes(picture: Any, rows: Any, samples: Any, start: Any, out: Any) -> None:
     """`sharpened_lines` of a single picture of 8 bits."""
     height, width = picture.shape
+    half, last = samples // rows * (rows // 2), width - samples
     down, across = np.empty(width, np.int16), np.empty(width, np.int16)
     for number in range(out.shape[0]):
         r = start + number
         before = picture[r - rows] if r >= rows else picture[r]
+        near = picture[r - rows // 2] if r >= rows // 2 else picture[r]
+        next_ = picture[r + rows // 2] if r + rows // 2 < height else picture[r]
         after = picture[r + rows] if r + rows < height else picture[r]
-        _corrected_bytes(before, picture[r], after, np.int16(32), down)
+        _corrected_bytes(before, near, picture[r], next_, after, np.int16(32), down)
         line = down
         if width > 2 * samples:
             across[:samples] = down[:samples]
-            across[width - samples :] = down[width - samples :]
+            across[last:] = down[last:]
             _corrected_bytes(
-                down[: width - 2 * samples],
-                down[samples : width - samples],
+                down[: last - samples],
+                down[samples - half : last - half],
+                down[samples:last],
+                down[samples + half : last + half],
                 down[2 * samples :],
                 np.int16(1),
-                across[samples : width - samples],
+                across[samples:last],
             )
             line = across
         result = out[number]
@@ -89,15 +102,17 @@ def sharpened_lines(
 ) -> None:
     """Mix two pictures, sharpen the mixture and round it, from line `start` on."""
     height, width = low.shape
-    lines = np.empty((3, width), np.float32)
+    steps = np.array([-rows, -(rows // 2), 0, rows // 2, rows])
+    half, last = samples // rows * (rows // 2), width - samples
+    lines = np.empty((5, width), np.float32)
     down, across = np.empty(width, np.float32), np.empty(width, np.float32)
-    part, gain, half = np.float32(share), np.float32(weight), np.float32(0.5)
+    part, gain, rounding = np.float32(share), np.float32(weight), np.float32(0.5)
     limit, zero = np.float32(most), np.float32(0)
     for number in range(out.shape[0]):
         r = start + number
-        for n in range(3):
+        for n in range(5):
             # A tap outside the picture counts as the pixel itself.
-            place = r + (n - 1) * rows
+            place = r + steps[n]
             if place < 0 or place >= height:
                 place = r
             line, one, other = lines[n], low[place], high[place]
@@ -108,20 +123,21 @@ def sharpened_lines(
                 for k in range(width):
                     value = np.float32(one[k])
                     line[k] = value + part * (np.float32(other[k]) - value)
-        _corrected(lines[0], lines[1], lines[2], gain, down)
+        _corrected(lines[0], lines[1], lines[2], lines[3], lines[4], gain, down)
         across[:] = down
         if width > 2 * samples:
-            inner = across[samples : width - samples]
             _corrected(
-                down[: width - 2 * samples],
-                down[samples : width - samples],
+                down[: last - samples],
+                down[samples - half : last - half],
+                down[samples:last],
+                down[samples + half : last + half],
                 down[2 * samples :],
                 gain,
-                inner,
+                across[samples:last],
             )
         result = out[number]
         for k in range(width):
-            value = across[k] + half
+            value = across[k] + rounding
             value = value if value > zero else zero
             value = value if value < limit else limit
             result[k] = np.uint16(np.int32(value))

@@ -2,10 +2,10 @@
 """Refocused pictures for people: any real a, sharp, without rings; round apertures, tilted planes.
 
 Whole micro images are interpolated linearly, and what that and the refocusing blur is taken back by
-taps a lens apart, along columns, then along rows: x + b (2 x - before - after). The correction is
-limited to the smaller one of the differences |x - before| and |x - after|, and to twice that where
-x is the largest or the smallest of the three. So beside an edge, where one of them is small, there
-is no ring; where both are alike, as in texture, it is made in full.
+taps a lens apart, along columns, then along rows: x + b (2 x - before - after). The result stays
+within the range of x and what lies a lens and half a lens before and after. Only a peak, larger
+than the pixels a lens away, may rise by twice its height over the higher one; a hollow likewise.
+So there is no ring beside an edge, and texture is sharpened in full.
 """
 
 from collections.abc import Callable

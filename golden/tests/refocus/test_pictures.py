@@ -54,11 +54,23 @@ def limited(picture: npt.NDArray[np.float64], m: int) -> npt.NDArray[np.float64]
     """The sharpening as its equation has it."""
     for axis in (0, 1):
         own = np.arange(picture.shape[axis])
-        before = picture.take(np.where(own < m, own, own - m), axis)
-        after = picture.take(np.where(own >= own.size - m, own, own + m), axis)
-        one, other = picture - before, picture - after
-        most = np.minimum(abs(one), abs(other)) * np.where(one * other > 0, 2, 1)
-        picture = picture + np.clip(float(WEIGHT) * (one + other), -most, most)
+        before, near, next_, after = (
+            picture.take(np.where((own + k < 0) | (own + k >= own.size), own, own + k), axis)
+            for k in (-m, -(m // 2), m // 2, m)
+        )
+        if axis == 1:
+            # Near the ends of a line nothing is sharpened.
+            inside = (own >= m) & (own < own.size - m)
+            inside = inside.reshape(1, -1, *[1] * (picture.ndim - 2))
+        else:
+            inside = np.ones((), bool)
+        large, small = np.maximum(before, after), np.minimum(before, after)
+        high = np.maximum.reduce([large, near, next_]) - picture
+        low = np.minimum.reduce([small, near, next_]) - picture
+        high = np.maximum(high, 2 * (picture - large))
+        low = np.minimum(low, 2 * (picture - small))
+        more = np.clip(float(WEIGHT) * (2 * picture - before - after), low, high)
+        picture = picture + np.where(inside, more, 0)
     return picture
 
 

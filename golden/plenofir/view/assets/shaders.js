@@ -205,11 +205,15 @@ vec3 texel(ivec2 k, ivec2 otherwise) {
 void main() {
     ivec2 k = ivec2(gl_FragCoord.xy);
     vec3 here = texel(k, k);
-    vec3 before = here - texel(k - lens * along, k);
-    vec3 after = here - texel(k + lens * along, k);
-    vec3 limit = min(abs(before), abs(after));
-    limit += mix(vec3(0.0), limit, greaterThan(before * after, vec3(0.0)));
-    vec3 more = clamp(0.109375 * (before + after), -limit, limit);
+    vec3 before = texel(k - lens * along, k);
+    vec3 after = texel(k + lens * along, k);
+    vec3 near = texel(k - lens / 2 * along, k);
+    vec3 next = texel(k + lens / 2 * along, k);
+    vec3 large = max(before, after);
+    vec3 small = min(before, after);
+    vec3 high = max(max(large, max(near, next)) - here, 2.0 * (here - large));
+    vec3 low = min(min(small, min(near, next)) - here, 2.0 * (here - small));
+    vec3 more = clamp(0.109375 * (2.0 * here - before - after), low, high);
     value = uvec4(uvec3(clamp(here + more, 0.0, 65535.0) + 0.5), 0u);
 }`;
 
