@@ -34,10 +34,10 @@ class SensorPicture(NamedTuple):
 
 def _pages(pages: Any) -> list[Any]:
     """All directories of a file, those within directories too."""
-    found = []
+    all_pages = []
     for page in pages:
-        found += [page, *(_pages(page.pages) if page.subifds else [])]
-    return found
+        all_pages += [page, *(_pages(page.pages) if page.subifds else [])]
+    return all_pages
 
 
 def _numbers(page: Any, tag: int) -> list[float] | None:
@@ -76,13 +76,13 @@ def sensor_picture(file: Any) -> SensorPicture | None:
         raise InputError(f"its white level, {white:g}, is not above black, {lowest}", where="")
     levels = np.clip(np.rint(pixels - black), 0, 65535).astype(np.uint16)
     neutral = _numbers(first, _NEUTRAL) or _numbers(page, _NEUTRAL)
-    known = neutral is not None and len(neutral) == 3 and min(neutral) > 0
+    is_neutral = neutral is not None and len(neutral) == 3 and min(neutral) > 0
     turned = (_numbers(page, _ORIENTATION) or _numbers(first, _ORIENTATION) or [1])[0]
     return SensorPicture(
         levels,
         int(white) - lowest,
         mosaic,
-        (neutral[0], neutral[1], neutral[2]) if known and neutral is not None else None,
+        (neutral[0], neutral[1], neutral[2]) if is_neutral and neutral is not None else None,
         int(turned),
     )
 

@@ -51,9 +51,9 @@ def as_text(name: str | Path) -> str:
 
 def input_file(path: Path) -> Path:
     """Register an input file, so that no result can overwrite it."""
-    known = _inputs.get()
-    if known is not None:
-        known.add(path)
+    inputs = _inputs.get()
+    if inputs is not None:
+        inputs.add(path)
     return path
 
 

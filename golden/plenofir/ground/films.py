@@ -25,14 +25,14 @@ _ADVICE = "give a video that OpenCV can read"
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """Suppress what FFmpeg prints itself."""
-    kept = os.dup(2)
+    stderr = os.dup(2)
     try:
         with open(os.devnull, "wb") as nowhere:
             os.dup2(nowhere.fileno(), 2)
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 def opened(path: str) -> tuple[Any, float]:

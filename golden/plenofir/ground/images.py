@@ -278,10 +278,10 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(f"cannot be read ({reason}); {_ADVICE}", where=where) from None
     read = next((read for magic, read in _READERS if data.startswith(magic)), None)
     if read is None:
-        what = "an empty file" if not data else "no image of a known kind"
-        raise InputError(f"{what}; {_ADVICE}", where=where)
+        content = "an empty file" if not data else "no image of a known kind"
+        raise InputError(f"{content}; {_ADVICE}", where=where)
     try:
-        found = read(data)
+        picture = read(data)
     except InputError as error:
         raise InputError(error.problem, where=where) from None
     except MemoryError:
@@ -291,7 +291,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(
             f"is damaged ({reason}); copy or convert the file again", where=where
         ) from None
-    image, full_scale = found.pixels, found.full_scale
+    image, full_scale = picture.pixels, picture.full_scale
     if 0 < full_scale < 128:
         raise InputError(f"pixels of {full_scale.bit_length()} bit; {_ADVICE}", where=where)
     if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16):
@@ -317,7 +317,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(
             f"counts {full_scale} as white, but its pixels hold at most {most}", where=where
         )
-    return found._replace(pixels=image, full_scale=full_scale or most, alpha=alpha)
+    return picture._replace(pixels=image, full_scale=full_scale or most, alpha=alpha)
 
 
 def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
@@ -409,9 +409,9 @@ def encode_picture(suffix: str, image: Image | Picture) -> bytes:
     from PIL import Image as Pillow
 
     file, eight = io.BytesIO(), eight_bits(picture.pixels, picture.full_scale)
-    known: dict[str, Any] = {} if picture.xmp is None else {"xmp": picture.xmp}
+    metadata: dict[str, Any] = {} if picture.xmp is None else {"xmp": picture.xmp}
     Pillow.fromarray(eight).save(
-        file, "JPEG", quality=_JPEG_QUALITY, icc_profile=picture.profile, subsampling=0, **known
+        file, "JPEG", quality=_JPEG_QUALITY, icc_profile=picture.profile, subsampling=0, **metadata
     )
     return file.getvalue()
 

@@ -43,11 +43,11 @@ def levels(array: npt.NDArray[Any], where: str) -> Levels:
                 where=where,
             )
         return _whole(array, most, kind)
-    known = np.isfinite(array)
-    dark = array.size - int(known.sum())
+    is_number = np.isfinite(array)
+    dark = array.size - int(is_number.sum())
     notes = (f"{100 * dark / array.size:.1f} % of the values are no numbers: black",) * (dark > 0)
     if dark:
-        array = np.where(known, array, 0)
+        array = np.where(is_number, array, 0)
     low, high = float(array.min()), float(array.max())
     if low >= 0 and 2 <= high <= _MOST and _are_whole(array):
         whole = _whole(array, int(high), kind)

@@ -73,9 +73,11 @@ class Pages:
         image = parts[0] if each == 1 else np.stack(parts, axis=-1)
         if image.ndim == 3:
             image = image[..., 0] if image.shape[2] == 1 else image[..., :3]
-        found = levels(image, f"{self._path}, page {number + 1}")
-        white = (1 << bits) - 1 if image.dtype.kind == "u" and 8 <= bits <= 16 else found.full_scale
-        return Picture(np.ascontiguousarray(found.values), white)
+        as_levels = levels(image, f"{self._path}, page {number + 1}")
+        white = (
+            (1 << bits) - 1 if image.dtype.kind == "u" and 8 <= bits <= 16 else as_levels.full_scale
+        )
+        return Picture(np.ascontiguousarray(as_levels.values), white)
 
     def _damaged(self, error: Exception) -> InputError:
         reason = " ".join(str(error).split()) or type(error).__name__

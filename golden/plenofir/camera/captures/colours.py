@@ -46,7 +46,7 @@ def noticed_mosaic(pixels: Image) -> tuple[BayerOrder, ...]:
     few = blocks[::step].astype(np.float32)
     means = np.array([few[:, y::2, x::2].mean(axis=(1, 2)) for y in (0, 1) for x in (0, 1)])
     level = float(np.sqrt((means.mean(axis=0) ** 2).mean()))
-    found: list[BayerOrder] = []
+    likely: list[BayerOrder] = []
     orders: tuple[tuple[tuple[int, ...], tuple[BayerOrder, BayerOrder]], ...] = (
         ((1, 2, 0, 3), ("rggb", "bggr")),
         ((0, 3, 1, 2), ("grbg", "gbrg")),
@@ -56,8 +56,8 @@ def noticed_mosaic(pixels: Image) -> tuple[BayerOrder, ...]:
         middle = (means[one] + means[other] - means[first] - means[second]) / 2
         apart = float(np.sqrt((middle**2).mean()))
         if apart > _COLOURED * level and apart > _GREENS_ALIKE * greens:
-            found += names
-    return tuple(found)
+            likely += names
+    return tuple(likely)
 
 
 def order_of_mosaic(picture: Picture, told: str | None, where: str) -> BayerOrder | None:
@@ -163,9 +163,9 @@ def without_hot_pixels(
     values = pixels[near[..., 0], near[..., 1]].astype(np.float32)
     values[hot[near[..., 0], near[..., 1]]] = np.nan
     middle = np.nanmedian(values, axis=1) if values.size else values
-    known = ~np.isnan(middle)
+    is_measured = ~np.isnan(middle)
     rows, columns = places.T
-    result[rows, columns] = np.where(known, np.rint(middle), pixels[rows, columns])
+    result[rows, columns] = np.where(is_measured, np.rint(middle), pixels[rows, columns])
     return result, len(places)
 
 

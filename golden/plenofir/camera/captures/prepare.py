@@ -124,7 +124,7 @@ def calibrated(
     mosaic = _order_of_white(white, bayer)
     unnamed = mosaic is None and bayer is None and bool(noticed_mosaic(pixels))
     if mosaic is None and not unnamed:
-        found = calibrate(
+        calibration = calibrate(
             pixels,
             dark,
             layout=layout,
@@ -134,17 +134,17 @@ def calibrated(
             dark_where=dark_where,
         )
         colours = colours_of_white(pixels, None, full_scale, dark)
-        return found.model_copy(update={"colours": colours})
+        return calibration.model_copy(update={"colours": colours})
     if dark is not None:
         check_same_size(dark, pixels.shape, dark_where, f"the white image {where}")
         less = np.clip(pixels.astype(np.int64) - dark, 0, None)
     else:
         less = pixels
     levels = even_mosaic(less.astype(pixels.dtype), full_scale)
-    found = calibrate(levels, layout=layout, order=order, full_scale=full_scale, where=where)
+    calibration = calibrate(levels, layout=layout, order=order, full_scale=full_scale, where=where)
     colours = colours_of_white(pixels, mosaic, full_scale, dark)
     level = 0.0 if dark is None else float(np.median(dark))
-    return found.model_copy(update={"colours": colours, "dark_level": level})
+    return calibration.model_copy(update={"colours": colours, "dark_level": level})
 
 
 def _order_of_white(white: Picture, bayer: str | None) -> BayerOrder | None:
@@ -188,10 +188,12 @@ def prepared(
             return None
         if other is dark and same:
             return developed(other.pixels, mosaic if other.pixels.ndim == 2 else None, name)
-        found = developed(other.pixels, _order_of_white(other, of_white), name)
-        check_same_size(found, calibration.image_shape, name, "the calibration's white image")
-        same_pixels = fit.as_it_was and found.shape[:2] == image.shape[:2]
-        return found if same_pixels else fit.place.image(found)
+        white_levels = developed(other.pixels, _order_of_white(other, of_white), name)
+        check_same_size(
+            white_levels, calibration.image_shape, name, "the calibration's white image"
+        )
+        same_pixels = fit.as_it_was and white_levels.shape[:2] == image.shape[:2]
+        return white_levels if same_pixels else fit.place.image(white_levels)
 
     divisor, black = in_its_pixels(white, "white image"), in_its_pixels(dark, "dark frame")
     lines: list[tuple[str, str]] = []

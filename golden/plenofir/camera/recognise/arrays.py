@@ -214,7 +214,7 @@ def _chosen(shapes: Mapping[str, tuple[int, ...]], where: str) -> str:
 
     many = of((4, 5))
     if len(many) > 1:
-        named = [[name for name in many if last(name) == wanted] for wanted in _NAMES]
+        named = [[name for name in many if last(name) == likely_name] for likely_name in _NAMES]
         likely = [name for name in many if not _NOT_VIEWS.match(last(name))]
         many = next((names for names in [*named, likely] if len(names) == 1), many)
     if not many:
@@ -234,9 +234,9 @@ def _meaning(array: npt.NDArray[Any], name: str, where: str) -> StoredArray:
     if ordered.ndim == {"views": 5, "sequence": 4, "picture": 3}[kind]:
         # The fourth channel is a weight, or opacity.
         ordered = ordered[..., 0] if ordered.shape[-1] == 1 else ordered[..., :3]
-    found = levels(ordered, where)
-    lines += [("values", note) for note in found.notes]
-    picture = Picture(np.ascontiguousarray(found.values), found.full_scale)
+    as_levels = levels(ordered, where)
+    lines += [("values", note) for note in as_levels.notes]
+    picture = Picture(np.ascontiguousarray(as_levels.values), as_levels.full_scale)
     return StoredArray(kind, picture, tuple(lines))
 
 

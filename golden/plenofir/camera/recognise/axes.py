@@ -319,21 +319,21 @@ def _hiding(view: View, counts: _Place) -> float:
     for v, u in product(*({0, middle[axis], counts[axis] - 1} for axis in (0, 1))):
         if (v, u) == middle:
             continue
-        shown = _levels(view(v, u))
+        levels = _levels(view(v, u))
         down = np.rint(y - moves * (v - middle[0])).astype(int)
         right = np.rint(x - moves * (u - middle[1])).astype(int)
         inside = np.flatnonzero(
-            (down >= 0) & (right >= 0) & (down < shown.shape[0]) & (right < shown.shape[1])
+            (down >= 0) & (right >= 0) & (down < levels.shape[0]) & (right < levels.shape[1])
         )
         # The last one written stays: of the largest disparity, and of the smallest.
         ends = []
         for some in (inside, inside[::-1]):
-            both = np.full((2, *shown.shape), np.nan, np.float32)
+            both = np.full((2, *levels.shape), np.nan, np.float32)
             both[:, down[some], right[some]] = values[some], moves[some]
             ends.append(both)
         (near, most), (behind, least) = ends
         meet = (most - least > _STEP) & (np.abs(near - behind) > _CONTRAST)
-        votes.append(np.sign(np.abs(shown - behind) - np.abs(shown - near))[meet])
+        votes.append(np.sign(np.abs(levels - behind) - np.abs(levels - near))[meet])
     cast = np.concatenate(votes) if votes else np.zeros(0)
     mean = float(cast.mean()) if len(cast) >= _FEWEST else 0.0
     return mean if abs(mean) > _MOST and abs(mean) * len(cast) ** 0.5 > _CERTAIN / 2 else 0.0

@@ -44,9 +44,9 @@ class HciScene:
         d = b f R / s (1 / Z - 1 / D), with the baseline b, focal length f, resolution R, sensor
         size s, focus distance D and the lens formula's D / (D - f).
         """
-        wanted = ("baseline_mm", "focal_length_mm", "sensor_size_mm", "focus_distance_m")
+        lengths = ("baseline_mm", "focal_length_mm", "sensor_size_mm", "focus_distance_m")
         sides = ("image_resolution_x_px", "image_resolution_y_px")
-        numbers = {name: self.number(name) for name in (*wanted, *sides)}
+        numbers = {name: self.number(name) for name in (*lengths, *sides)}
         missing = [name for name, value in numbers.items() if value is None]
         if missing:
             raise InputError(f"{missing[0]} is missing, or no number", where="parameters.cfg")

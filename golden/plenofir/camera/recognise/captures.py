@@ -45,27 +45,27 @@ def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress)
     # What is missing is told before the calibration, which takes long.
     order_of_mosaic(picture, told.bayer, where)
     if hints.calib is not None:
-        calibration, made = load_calibration(hints.calib), None
+        calibration, new = load_calibration(hints.calib), None
     else:
         assert hints.white is not None
         calibration = calibration_of(hints.white, hints.dark, hints.bayer)
-        made = calibration.text()
+        new = calibration.text()
     dark = read_picture(hints.dark) if hints.dark else None
     ready = prepared(picture, calibration, told, dark=dark, where=where)
     pitch = " x ".join(f"{p:.3f}" for p in ready.calibration.grid.pitch[::-1])
     text = f"{calibration.grid.layout}, {pitch} pixels a lens"
     field = _field(ready, hints, where, progress)
     lines = (Finding("calibrated", text, "told"), *field.lines)
-    return field._replace(lines=lines, calibration=made)
+    return field._replace(lines=lines, calibration=new)
 
 
 def of_lytro(
-    taken: LytroCapture, where: str, calib: str | None = None, white: Path | None = None
+    reading: LytroCapture, where: str, calib: str | None = None, white: Path | None = None
 ) -> Prepared:
     """A capture of a Lytro, with its own grid, or with a calibration and a white image for it."""
-    picture = Picture(taken.image, FULL_SCALE, 1.0)
+    picture = Picture(reading.image, FULL_SCALE, 1.0)
     if calib is None:
-        return Prepared(picture, taken.calibration, None, taken.white, None, (), taken.lines)
+        return Prepared(picture, reading.calibration, None, reading.white, None, (), reading.lines)
     ready = prepared(
         picture,
         load_calibration(calib),
@@ -73,7 +73,7 @@ def of_lytro(
         white=read_picture(white) if white else None,
         where=where,
     )
-    return replace(ready, lines=(*taken.lines[:-1], *ready.lines))
+    return replace(ready, lines=(*reading.lines[:-1], *ready.lines))
 
 
 def _field(ready: Prepared, hints: Hints, where: str, progress: Progress) -> Field:
@@ -88,8 +88,8 @@ def _field(ready: Prepared, hints: Hints, where: str, progress: Progress) -> Fie
 
 def _lytro_field(path: Path, hints: Hints, progress: Progress) -> Field:
     """The aligned raw image of a Lytro's capture."""
-    taken = read_lytro(path, white=None if hints.calib else hints.white, colour="best")
-    return _field(of_lytro(taken, str(path), hints.calib), hints, str(path), progress)
+    reading = read_lytro(path, white=None if hints.calib else hints.white, colour="best")
+    return _field(of_lytro(reading, str(path), hints.calib), hints, str(path), progress)
 
 
 def capture_source(picture: Picture, where: str, hints: Hints) -> LightFieldSource:

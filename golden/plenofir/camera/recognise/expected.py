@@ -35,11 +35,11 @@ def doubt(picture: Picture, micro_image_size: int, name: str, *, is_jpeg: bool) 
     levels = grey(whole)
     raster = find_raster(levels, is_jpeg=is_jpeg)
     if raster is not None:
-        found = raster.micro_image_size
-        if found == m or is_flat(whole, found):
+        size = raster.micro_image_size
+        if size == m or is_flat(whole, size):
             return None
-        text = f"its micro images have {found} x {found} pixels, not {m}; give -M {found}"
-        return Doubt(text, certain=found % m != 0 and m % found != 0)
+        text = f"its micro images have {size} x {size} pixels, not {m}; give -M {size}"
+        return Doubt(text, certain=size % m != 0 and m % size != 0)
     inner = middle(levels.shape)
     lenses = find_lenslets(levels[inner])
     if lenses is None or coherence(levels, m) > COHERENT:

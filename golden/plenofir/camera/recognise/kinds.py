@@ -233,14 +233,14 @@ _QUILT = re.compile(r"_qs(\d+)x(\d+)(?:a(\d+(?:\.\d+)?))?")
 
 def _quilt_by_name(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """A quilt of a Looking Glass, whose name tells columns, rows and aspect: _qs8x6a0.75."""
-    found = _QUILT.search(stored.path.stem)
-    if found is None or hints.layout == "raster":
+    match = _QUILT.search(stored.path.stem)
+    if match is None or hints.layout == "raster":
         return None
-    columns, rows = int(found[1]), int(found[2])
+    columns, rows = int(match[1]), int(match[2])
     findings = [Finding("quilt", f"{columns} x {rows} views by its name", "told")]
     height, width = stored.load().pixels.shape[:2]
-    if found[3] and columns * rows:
-        told, aspect = float(found[3]), width * rows / (height * columns)
+    if match[3] and columns * rows:
+        told, aspect = float(match[3]), width * rows / (height * columns)
         if abs(told / aspect - 1) > _ASPECT:
             text = f"views are shown {told:g} times as wide as high, their pixels make {aspect:.3g}"
             findings.append(Finding("aspect", text, "told", notable=True))
@@ -273,9 +273,9 @@ def quilt_source(
         raise InputError(f"no quilt has {columns} x {rows} views", where=stored.where)
     # Quilts of a round size may have some pixels more above and to the right.
     view = height // rows, width // columns
-    kept = picture.pixels[height - rows * view[0] :, : columns * view[1]]
-    tiles = kept.reshape(rows, view[0], columns, view[1], *kept.shape[2:])
-    line = np.moveaxis(tiles, 2, 1)[::-1].reshape(1, rows * columns, *view, *kept.shape[2:])
+    whole = picture.pixels[height - rows * view[0] :, : columns * view[1]]
+    tiles = whole.reshape(rows, view[0], columns, view[1], *whole.shape[2:])
+    line = np.moveaxis(tiles, 2, 1)[::-1].reshape(1, rows * columns, *view, *whole.shape[2:])
     text = f"{columns * rows} views of {view[1]} x {view[0]} pixels in a line, from the left"
     return views_source(
         "quilt of views",
@@ -294,16 +294,16 @@ def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
     if hints.micro_image is not None or hints.layout != "auto":
         return None
     picture = stored.load()
-    found = find_elemental(picture.pixels)
-    if found is None:
+    elemental = find_elemental(picture.pixels)
+    if elemental is None:
         return None
-    rows, columns = found.centres.shape[:2]
+    rows, columns = elemental.centres.shape[:2]
     # The largest square within a round picture.
-    side = int(np.sqrt(2) * found.radius * _WITHIN)
+    side = int(np.sqrt(2) * elemental.radius * _WITHIN)
     offsets = np.arange(side) - (side - 1) / 2
 
     def view(v: int, u: int) -> Picture:
-        y, x = found.centres[v, u]
+        y, x = elemental.centres[v, u]
         places = np.stack(np.meshgrid(y + offsets, x + offsets, indexing="ij"))
         most = np.iinfo(picture.pixels.dtype).max
         colours = [
@@ -319,11 +319,11 @@ def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
         return picture._replace(pixels=np.array(views))
 
     text = (
-        f"{found.seen} round pictures of {2 * found.radius:.0f} pixels with dark between: a "
-        "Fourier light-field microscope, each is a view"
+        f"{elemental.seen} round pictures of {2 * elemental.radius:.0f} pixels with dark between: "
+        "a Fourier light-field microscope, each is a view"
     )
     findings = [Finding("evidence", text)]
-    if rows * columns < found.seen:
+    if rows * columns < elemental.seen:
         text = f"the {columns} in the fullest row are taken: the others stand between columns"
         findings.append(Finding("views", text, notable=True))
     return views_source(

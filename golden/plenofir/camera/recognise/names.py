@@ -59,14 +59,14 @@ def _pictures(folder: Path, deepest: int) -> list[Path]:
     pictures = [p for p in entries if p.suffix.lower() in _SUFFIXES and p.is_file()]
     if pictures or deepest == 0:
         return pictures
-    parts = {p: found for p in entries if p.is_dir() if (found := _pictures(p, deepest - 1))}
-    if len(parts) > 1 and len({len(found) for found in parts.values()}) > 1:
+    parts = {p: files for p in entries if p.is_dir() if (files := _pictures(p, deepest - 1))}
+    if len(parts) > 1 and len({len(files) for files in parts.values()}) > 1:
         names = ", ".join(p.name for p in list(parts)[:_NAMED])
         raise InputError(
             f"has {len(parts)} folders of pictures ({names}); name the one of the views",
             where=str(folder),
         )
-    return [path for found in parts.values() for path in found]
+    return [path for files in parts.values() for path in files]
 
 
 def named_views(paths: Sequence[Path], folder: Path) -> Named:
@@ -85,27 +85,27 @@ def named_views(paths: Sequence[Path], folder: Path) -> Named:
         groups.setdefault(_ANY_NUMBER.sub("#", names[path]), []).append(path)
     fitting = {}
     for pattern, group in groups.items():
-        if len(group) > 1 and (found := _arranged([names[p] for p in group], group)) is not None:
-            fitting[pattern] = found
-    most = max((len(found.places) for found in fitting.values()), default=0)
-    kept = {p: found for p, found in fitting.items() if not _NOT_VIEWS.search(p)} or fitting
-    kept = {p: found for p, found in kept.items() if 4 * len(found.places) >= most}
-    if len(kept) > 1:
+        if len(group) > 1 and (views := _arranged([names[p] for p in group], group)) is not None:
+            fitting[pattern] = views
+    most = max((len(views.places) for views in fitting.values()), default=0)
+    likely = {p: views for p, views in fitting.items() if not _NOT_VIEWS.search(p)} or fitting
+    likely = {p: views for p, views in likely.items() if 4 * len(views.places) >= most}
+    if len(likely) > 1:
         raise InputError(
-            f"has {len(kept)} sets of pictures that can be views ({', '.join(list(kept)[:_NAMED])}"
-            "); leave one of them there",
+            f"has {len(likely)} sets of pictures that can be views "
+            f"({', '.join(list(likely)[:_NAMED])}); leave one of them there",
             where=where,
         )
-    if not kept:
+    if not likely:
         largest = max(groups.values(), key=len)
         raise InputError(_problem([names[p] for p in largest], len(paths)), where=where)
-    pattern, found = next(iter(kept.items()))
+    pattern, views = next(iter(likely.items()))
     others = [names[p] for p in paths if p not in set(groups[pattern])]
-    if others and len(others) >= len(found.places) and not _NOT_VIEWS.search(" ".join(others)):
-        text = f"{len(found.places)} of {len(paths)} pictures have rows and columns in their names"
+    if others and len(others) >= len(views.places) and not _NOT_VIEWS.search(" ".join(others)):
+        text = f"{len(views.places)} of {len(paths)} pictures have rows and columns in their names"
         raise InputError(f"{text}; {_ADVICE}", where=where)
     note = f"left alone: {_listed(others)}, named otherwise than the views"
-    return found._replace(notes=(note,) if others else ())
+    return views._replace(notes=(note,) if others else ())
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -66,14 +66,14 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
         return _by_lenses(picture, levels, size, name)
     even = even_mosaic(image, picture.full_scale)
     levels = grey_levels(even[:LARGEST_SIDE, :LARGEST_SIDE])
-    found = _by_lenses(picture._replace(pixels=even), levels, size, name)
+    source = _by_lenses(picture._replace(pixels=even), levels, size, name)
     text = f"a mosaic, {orders[0].upper()} by its file"
     if not picture.mosaic:
         text = (
             f"a mosaic, noticed in its pixels; its order is told by --bayer {' or '.join(orders)}"
         )
     colours = Finding("colours", text, notable=not picture.mosaic)
-    return replace(found, findings=(found.findings[0], colours, *found.findings[1:]))
+    return replace(source, findings=(source.findings[0], colours, *source.findings[1:]))
 
 
 def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> LightFieldSource:
@@ -84,22 +84,22 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
     guesses = lattices(inner)
     if not guesses or guesses[0].score < _LEAST_SCORE:
         return _mosaic(levels, whole, size, name) or _none(size)
-    found = find_lenslets(inner, guesses)
+    lenses = find_lenslets(inner, guesses)
     few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(inner.shape)
-    even = found is None or (
-        unevenness_of_neighbours(inner, found.grid) < _EVEN
-        and unevenness_of_light(inner, found.grid) < 2 * LARGEST_UNEVENNESS
+    even = lenses is None or (
+        unevenness_of_neighbours(inner, lenses.grid) < _EVEN
+        and unevenness_of_light(inner, lenses.grid) < 2 * LARGEST_UNEVENNESS
     )
-    if (few or found is not None) and even:
+    if (few or lenses is not None) and even:
         white = _white(picture, name, size)
         if white is not None:
             return white
     seen = repetition(levels, guesses[0])
-    if found is not None and found.match.strength > _LEAST_STRENGTH:
-        known = found.match.agreement > SURE and seen is not None and seen.of_lenses(found.grid)
-        if seen is None or seen.even or not seen.all_over or known:
-            return _capture(found, size, name)
-        return _focused(seen.smallest, seen.largest, found.match.agreement, size, name)
+    if lenses is not None and lenses.match.strength > _LEAST_STRENGTH:
+        agrees = lenses.match.agreement > SURE and seen is not None and seen.of_lenses(lenses.grid)
+        if seen is None or seen.even or not seen.all_over or agrees:
+            return _capture(lenses, size, name)
+        return _focused(seen.smallest, seen.largest, lenses.match.agreement, size, name)
     if seen is not None and seen.all_over and not seen.even:
         return _focused(seen.smallest, seen.largest, None, size, name)
     mosaic = _mosaic(levels, whole, size, name)
@@ -209,30 +209,30 @@ def _white(picture: Picture, name: str, size: Finding) -> LightFieldSource | Non
         if part.pixels.shape != picture.pixels.shape:
             # Only what is white there is looked at as a whole, which takes longer.
             inspect_white(part.pixels, full_scale=picture.full_scale, where=name)
-        found = inspect_white(picture.pixels, full_scale=picture.full_scale, where=name)
+        inspection = inspect_white(picture.pixels, full_scale=picture.full_scale, where=name)
     except InputError:
         return None
-    pitch = found.calibration.grid.lens_pitch
-    text = f"a regular grid, evenly lit: lenses differ by {100 * found.unevenness:.1f} %"
+    pitch = inspection.calibration.grid.lens_pitch
+    text = f"a regular grid, evenly lit: lenses differ by {100 * inspection.unevenness:.1f} %"
     advice = command("calibrate", Path(name), "--out", "calib.json")
     evidence = (size, Finding("evidence", text))
-    return LightFieldSource("white image", evidence, (advice,), pitch_px=pitch, white=found)
+    return LightFieldSource("white image", evidence, (advice,), pitch_px=pitch, white=inspection)
 
 
-def _capture(found: Lenslets, size: Finding, name: str) -> LightFieldSource:
+def _capture(lenses: Lenslets, size: Finding, name: str) -> LightFieldSource:
     """A raw capture of a standard camera."""
     text = (
-        f"micro images brighter in their middle, {found.pitch:.2f} pixels apart, {found.layout}, "
-        f"rotated by {found.rotation_degrees:.2f} degrees, all over the picture (agreement "
-        f"{found.evidence:.2f}, contrast {100 * found.match.strength:.0f} %)"
+        f"micro images brighter in their middle, {lenses.pitch:.2f} pixels apart, {lenses.layout}, "
+        f"rotated by {lenses.rotation_degrees:.2f} degrees, all over the picture (agreement "
+        f"{lenses.evidence:.2f}, contrast {100 * lenses.match.strength:.0f} %)"
     )
-    m = max(3, odd_size_within(found.pitch))
+    m = max(3, odd_size_within(lenses.pitch))
     advice = (
         command("calibrate", "WHITE_IMAGE", "--out", "calib.json"),
         command(*("decode", Path(name), "--calib", "calib.json", "-M", m, "--out", "aligned.png")),
     )
     return LightFieldSource(
-        "raw capture", (size, Finding("evidence", text)), advice, pitch_px=found.pitch
+        "raw capture", (size, Finding("evidence", text)), advice, pitch_px=lenses.pitch
     )
 
 

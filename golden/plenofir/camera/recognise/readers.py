@@ -138,14 +138,14 @@ def _archive(path: Path, hints: Hints) -> Stored | LightFieldSource:
 
 def _metadata(path: Path, hints: Hints) -> LightFieldSource | None:
     """Metadata of a Lytro's frame in a file of their own."""
-    found: FrameMetadata
+    metadata: FrameMetadata
     try:
-        found = frame_metadata(read_json(file_bytes(path, "a file"), str(path)), str(path))
+        metadata = frame_metadata(read_json(file_bytes(path, "a file"), str(path)), str(path))
     except InputError:
         return None
     raw = path.with_suffix(".raw")
     text = f"metadata alone: pixels are in {raw.name}"
-    findings = (*found.described(), ("evidence", text))
+    findings = (*metadata.described(), ("evidence", text))
     advice = command("inspect", raw)
     return LightFieldSource(
         "Lytro file without a raw frame", tuple(Finding(*one) for one in findings), (advice,)

@@ -66,9 +66,9 @@ def sequence_layout(pictures: Sequence[Image]) -> SequenceLayout | None:
         scale = max(1, max(levels[0].shape) // side)
         if min(levels[0].shape) // scale < _SMALLEST_SIDE:
             break
-        found = _layout_at([_reduced(one, scale) for one in levels])
-        if found is not None and (best is None or found[0] > best[0]):
-            best = found
+        layout = _layout_at([_reduced(one, scale) for one in levels])
+        if layout is not None and (best is None or layout[0] > best[0]):
+            best = layout
     return None if best is None else best[1]
 
 
@@ -90,7 +90,7 @@ def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
     forwards, backwards = _agreements(levels, changes, axis)
     order: Literal["rows", "columns"] = "rows" if axis == 1 else "columns"
     count = len(levels)
-    found: list[tuple[float, SequenceLayout]] = []
+    layouts: list[tuple[float, SequenceLayout]] = []
     for length in (n for n in range(2, count + 1) if count % n == 0):
         lines = count // length
         steps = np.arange(count - 1)
@@ -105,8 +105,8 @@ def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
             if (forwards[joints] > limit).any():
                 continue
             shape = (lines, length) if order == "rows" else (length, lines)
-            found.append((within, SequenceLayout(*shape, order, serpentine)))
-    return max(found, key=lambda one: one[0], default=None)
+            layouts.append((within, SequenceLayout(*shape, order, serpentine)))
+    return max(layouts, key=lambda one: one[0], default=None)
 
 
 def _mean(values: Floats) -> Floats:
@@ -117,14 +117,16 @@ def _direction(levels: list[Floats], change: Floats) -> int | None:
     """The axis along which the first step moves; None where it moves in another way."""
     slopes = np.array(np.gradient((levels[0] + levels[1]) / 2))
     power = np.array([[_mean(a * b) for a in slopes] for b in slopes])
-    known = np.array([_mean(a * change) for a in slopes])
+    slopes_seen = np.array([_mean(a * change) for a in slopes])
     eased = power + 1e-3 * float(np.trace(power.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
     whole = float((change**2).sum())
-    moves = [np.zeros_like(known) for _ in range(3)]
+    moves = [np.zeros_like(slopes_seen) for _ in range(3)]
     for axis in (0, 1):
-        moves[axis][axis] = known[axis] / eased[axis, axis]
+        moves[axis][axis] = slopes_seen[axis] / eased[axis, axis]
     moves[2] = np.moveaxis(
-        np.linalg.solve(np.moveaxis(eased, (0, 1), (2, 3)), np.moveaxis(known, 0, 2)[..., None]),
+        np.linalg.solve(
+            np.moveaxis(eased, (0, 1), (2, 3)), np.moveaxis(slopes_seen, 0, 2)[..., None]
+        ),
         2,
         0,
     )[..., 0]

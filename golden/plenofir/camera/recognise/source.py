@@ -133,8 +133,10 @@ class LightFieldSource:
     def refusal(self) -> InputError:
         """Why there is no light field in it, and what helps."""
         reason = self.findings[-1].text if self.findings else ""
-        what = f"{self.kind}: {reason}" if reason else self.kind
-        return InputError(f"{what}; {self.advice[0] if self.advice else _HELP}", where=self.where)
+        reasoned = f"{self.kind}: {reason}" if reason else self.kind
+        return InputError(
+            f"{reasoned}; {self.advice[0] if self.advice else _HELP}", where=self.where
+        )
 
     def all_views(self, progress: Progress = quiet) -> Picture:
         """The views, shape (v, u, t, s[, 3]); InputError if there are none."""
@@ -142,5 +144,5 @@ class LightFieldSource:
 
         if self.views is not None:
             return self.views(progress)
-        found = self.field(progress)
-        return found.picture.like(views(found.picture.pixels, found.micro_image_size))
+        field = self.field(progress)
+        return field.picture.like(views(field.picture.pixels, field.micro_image_size))
