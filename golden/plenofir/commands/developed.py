@@ -119,7 +119,7 @@ def run_exposure(captures: Sequence[Path], job: Job, kept: Path) -> "Exposure | 
     None if none of them can be read: that is told where they are developed.
     """
     from plenofir.camera.exposure import Exposure, one_exposure
-    from plenofir.ground.files import write_file
+    from plenofir.ground.files import publish
 
     asked = [job.exposure, job.gamma]
     with suppress(OSError, ValueError, KeyError, TypeError):
@@ -152,7 +152,8 @@ def run_exposure(captures: Sequence[Path], job: Job, kept: Path) -> "Exposure | 
     if first is None:
         return None
     exposed = one_exposure(chain([first], readable), job.exposure, job.gamma)
-    write_file(kept, json.dumps({"asked": asked, "exposure": exposed._asdict()}).encode())
+    content = json.dumps({"asked": asked, "exposure": exposed._asdict()})
+    publish({kept.name: content}, kept.parent)
     return exposed
 
 
