@@ -44,7 +44,7 @@ _SOFT: dict[str, Any] = {"interpolation": "linear", "border": "normalise"}
 _VIEW_SHARPENING = 1 / 16
 # `all_in_focus`, sigmas in micro lenses: where means are those of the central view, and where its
 # share is decided.
-_MEAN_SIGMA, _DOUBT_SIGMA = 1.0, 1.0
+_MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
 # brightness: its factor, groups at most, lenses in each at least; energy of rounding.
 _USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
@@ -213,7 +213,7 @@ def all_in_focus(
 ) -> Image:
     """Picture that is sharp everywhere: each pixel refocused to its own depth.
 
-    Slices are 1/M apart, made as `PICTURE` says, and blended between. Means over some lenses are
+    Slices are 1/M apart, made as `PICTURE` says, and blended between. Means of neighbouring lenses are
     made those of the central view, so light from behind an object leaves no halo. Where slices
     differ from the central view by more than its noise (beside an object some views see what is
     behind it), the central view is mixed in, enlarged by cubic splines. Result: type and size of
@@ -234,21 +234,20 @@ def all_in_focus(
     view = _CentralView(raw, m, settings)
     lenses = view.settings.shape
     picture, most = np.empty_like(raw), int(np.iinfo(raw.dtype).max)
-    # Means of each micro lens: of the slices, and how much higher those of the enlarged view are.
-    sharp_means, more = (np.zeros((*lenses, *raw.shape[2:])) for _ in range(2))
+    # Means of each micro lens: how much higher those of the enlarged view are than the slices'.
+    more = np.zeros((*lenses, *raw.shape[2:]))
     for part in _parts(raw.shape[0], m):
         enlarged = view.enlarged(part)
         sharp = _sharpened(raw, m, view, part, enlarged)
         picture[part] = np.clip(np.floor(sharp + 0.5), 0, most)
+        of_lenses = _of_lenses(enlarged - sharp, m)
         first = part.start // m
-        for means, values in ((sharp_means, sharp), (more, enlarged - sharp)):
-            of_lenses = _of_lenses(values, m)
-            means[first : first + len(of_lenses)] = of_lenses
+        more[first : first + len(of_lenses)] = of_lenses
         if progress is not None:
             progress(min(part.stop, raw.shape[0]), raw.shape[0])
     doubt = _doubt(more - _blurred(more, _MEAN_SIGMA), view.seen)
     shares = doubt.reshape(*lenses, *[1] * (raw.ndim - 2))
-    lift = _blurred(view.seen - sharp_means - shares * more, _MEAN_SIGMA)
+    lift = _blurred((1 - shares) * more, _MEAN_SIGMA)
     for part in _parts(raw.shape[0], m):
         share = view.interpolated(doubt, part)
         share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
@@ -323,9 +322,14 @@ class _CentralView:
                 for k in (-1, 1)
             )
             view = view + _VIEW_SHARPENING * (2 * view - before - after)
+        # Of the four lenses around each place between lenses.
+        sizes = (2, 2, 1)[: view.ndim]
+        padded = np.pad(self.seen, ((1, 1), (1, 1), (0, 0))[: view.ndim], mode="edge")
         self.limits = [
-            np.atleast_3d(of_neighbours(self.seen, (3, 3, 1)[: view.ndim], mode="nearest"))
-            for of_neighbours in (ndimage.minimum_filter, ndimage.maximum_filter)
+            np.atleast_3d(
+                of_corners(padded, sizes, mode="nearest", origin=(-1, -1, 0)[: view.ndim])
+            )
+            for of_corners in (ndimage.minimum_filter, ndimage.maximum_filter)
         ]
         colours = np.atleast_3d(view)
         self.splines = [
@@ -350,18 +354,19 @@ class _CentralView:
         return self.interpolated(self.settings, part)
 
     def enlarged(self, part: slice) -> Floats:
-        """Lines of the view, in the range of the lenses around; shape of the picture's."""
+        """Lines of the view, in the range of the four lenses around; shape of the picture's."""
         places = self.places(part)
-        low, high = self.limits
-        colours = [
-            np.clip(
-                ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False),
-                ndimage.map_coordinates(low[..., k], places, order=1, mode="nearest"),
-                ndimage.map_coordinates(high[..., k], places, order=1, mode="nearest"),
-            )
-            for k, s in enumerate(self.splines)
+        cells = [
+            np.clip(np.floor(axis).astype(int) + 1, 0, n - 1)
+            for axis, n in zip(places, self.limits[0].shape, strict=False)
         ]
-        return np.stack(colours, axis=-1).reshape(*places.shape[1:], *self.shape[2:])
+        low, high = (limit[cells[0], cells[1]] for limit in self.limits)
+        colours = [
+            ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
+            for s in self.splines
+        ]
+        limited = np.clip(np.stack(colours, axis=-1), low, high)
+        return np.asarray(limited.reshape(*places.shape[1:], *self.shape[2:]))
 
 
 def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
