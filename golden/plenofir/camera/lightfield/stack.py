@@ -213,11 +213,11 @@ def all_in_focus(
 ) -> Image:
     """Picture that is sharp everywhere: each pixel refocused to its own depth.
 
-    Slices are 1/M apart, made as `PICTURE` says, and blended between. Means of neighbouring lenses are
-    made those of the central view, so light from behind an object leaves no halo. Where slices
-    differ from the central view by more than its noise (beside an object some views see what is
-    behind it), the central view is mixed in, enlarged by cubic splines. Result: type and size of
-    `raw`.
+    Slices are 1/M apart, blended between, and sharpened as `PICTURE` says. Means of neighbouring
+    lenses are drawn to those of the central view, so light from behind an object leaves no halo.
+    Where slices differ from the central view by more than its noise (beside an object some views
+    see what is behind it), the central view is mixed in, enlarged by cubic splines. Result: type
+    and size of `raw`.
 
     `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
     None. `confidence`: probability of each, 1 if None; improbable ones take the mean setting of the
