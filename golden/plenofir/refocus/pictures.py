@@ -201,6 +201,9 @@ def _in_bands(work: Callable[[int, int], None], shape: tuple[int, ...], threads:
     threads = max(1, min(threads, shape[0] * shape[1] // _FOR_A_THREAD))
     lines = max(-(-shape[0] // threads), 1)
     bands = iter(range(0, shape[0], lines))
+    if threads > 1:
+        # Compiles what the threads need, once.
+        work(0, 1)
 
     def some() -> None:
         for first in bands:
