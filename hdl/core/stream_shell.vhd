@@ -91,7 +91,7 @@ architecture rtl of stream_shell is
   constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
   constant STREAM_BITS : positive := IN_BITS + 2;
   -- Places for slices of frames that begin within the input FIFO.
-  constant SLICE_WORDS : positive := 4;
+  constant SLICE_WORDS : positive := 2;
 
   -- Sequencer 2, gather, engine.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 2, 0) + ENGINE_LATENCY;

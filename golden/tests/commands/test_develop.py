@@ -94,7 +94,7 @@ def test_aligned_image_and_folder_of_views_are_the_same(tmp_path: Path, capsys) 
 
 def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     """A film's frames are views; M is seen in a raster; files of an earlier run go."""
-    raster = read_image(DATA / "flower_detail_5x5.png")[:150, :160]
+    raster = read_image(DATA / "planes_5x5.png")[:150, :160]
     frames = [raster[v::5, u::5] for v in range(5) for u in range(5)]
     assert write_webm(tmp_path / "views.webm", frames, 5)
     out = tmp_path / "out"

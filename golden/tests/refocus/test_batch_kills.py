@@ -19,7 +19,8 @@ from plenofir.ground.images import write_png
 from plenofir.refocus.batch import find_frames
 from plenofir.refocus.finished_frames import RECORD
 
-COMMAND = ("batch", "in/*.png", "-M", "5", "-a", "1 1/5", "--out", "out", "--workers")
+OPTIONS = ("--interpolation", "nearest")
+COMMAND = ("batch", "in/*.png", "-M", "5", "-a", "1 1/5", *OPTIONS, "--out", "out", "--workers")
 
 FRAMES = 24
 REFUSED = "another run is writing here; let it end first"

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.lightfield.indexing import views
-from plenofir.camera.lightfield.matching import add_paths, joined, match_costs
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -251,6 +250,8 @@ class _Match:
 
     def _noise(self) -> tuple[Floats, Floats]:
         """Variance of a pixel's noise over its brightness: both ascending in brightness."""
+        from plenofir.camera.lightfield.matching import match_costs
+
         seen = _smooth(self.seen)
         rows = np.arange(min(4, len(seen) // 2), len(seen), max(_EACH, len(seen) // _LINES))
         costs = np.empty((len(rows), seen.shape[1], len(self.candidates)), np.float32)
@@ -286,6 +287,8 @@ class _Match:
 
     def found(self, rows: slice, columns: slice) -> tuple[Floats32, Floats32]:
         """Disparity and confidence of a part of the picture."""
+        from plenofir.camera.lightfield.matching import add_paths, joined, match_costs
+
         seen = _smooth(_prefiltered(self.seen[rows, columns], self.soft))
         gain = _gain(self.soft)
         noise = gain * np.interp(seen, *self.noise)

@@ -26,6 +26,10 @@ VIDEO_USAGES: dict[Family, Usage] = {
 """A board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 
 
+_SLICES_THAT_WAIT = Usage(lut=20, flip_flops=12)
+"""The FIFO of slices beside the input FIFO, of cores with several."""
+
+
 def slice_engine(core: CoreConfiguration) -> SliceEngine:
     """The engine of a core for one slice at a time; others cannot be estimated here."""
     assert isinstance(core.engine, SliceEngine), core.engine.kind
@@ -91,5 +95,7 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     engine = slice_engine(core)
     parts, found = structure(core, family), memories(core)
     usage = usage_of_parts(engine.kind, parts, found, family, multipliers(core, family))
+    if len(core.shifts) > 1:
+        usage += _SLICES_THAT_WAIT
     usage += sharpener_usage(core, core.pixels_per_clock, family)
     return usage + border_usage(core, core.pixels_per_clock, family)
