@@ -250,7 +250,7 @@ def test_disparity_of_a_plane(a: float, m: int) -> None:
     # Small M has small gaps between views, and so less resolution.
     assert np.median(inside) == pytest.approx(a, abs=0.01 + 0.03 / (m // 2))
     assert np.abs(inside - a).mean() < 0.01 + 0.04 / (m // 2)
-    assert np.median(found.confidence) > (0.7 if m > 4 else 0.4)
+    assert np.median(found.confidence) > (0.7 if m > 5 else 0.5)
 
 
 def test_absolute_differences_of_a_plane() -> None:
