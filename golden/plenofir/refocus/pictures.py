@@ -144,7 +144,7 @@ def best_picture(
     # Taps of sharpening reach a lens farther.
     left, right = max(columns.start - m, 0), min(columns.stop + m, raw.shape[1])
     shift, most = _place(focus * m), float(np.iinfo(raw.dtype).max)
-    made = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
+    picture = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
 
     def band(first: int, last: int) -> None:
         """Lines `first` to `last` - 1 of the region."""
@@ -161,16 +161,16 @@ def best_picture(
         else:
             low = high = _mean_of_views(raw, m, plane, weights, part)
         one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
-        out = made[first:last].reshape(last - first, -1)
+        out = picture[first:last].reshape(last - first, -1)
         start = rows.start + first - top
         if share == 0 and one.dtype == np.uint8:
             sharpened_bytes(one, *lens, start, out)
         else:
             sharpened_lines(one, other, share, *lens, start, float(WEIGHT), most, out)
 
-    if made.size:
-        _in_bands(band, made.shape, count)
-    return made[:, columns.start - left : columns.start - left + len(columns)]
+    if picture.size:
+        _in_bands(band, picture.shape, count)
+    return picture[:, columns.start - left : columns.start - left + len(columns)]
 
 
 def _place(shift: Fraction) -> Fraction:
@@ -224,7 +224,7 @@ def _mean_of_views(
 
     rows, columns = (part.stop - part.start for part in region)
     cube = np.ascontiguousarray(raw).reshape(*raw.shape[:2], -1)
-    made = np.empty((rows, columns, cube.shape[2]), np.float32)
+    means = np.empty((rows, columns, cube.shape[2]), np.float32)
     v, u = np.nonzero(weights)
-    views_of_lines(cube, m, *plane, v, u, weights[v, u], region[0].start, region[1].start, made)
-    return made.reshape(rows, columns, *raw.shape[2:])
+    views_of_lines(cube, m, *plane, v, u, weights[v, u], region[0].start, region[1].start, means)
+    return means.reshape(rows, columns, *raw.shape[2:])
