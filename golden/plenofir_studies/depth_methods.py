@@ -15,7 +15,8 @@ from scipy import ndimage
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 from plenofir.camera.lightfield import FocalStack, all_in_focus, sad_disparity, sub_aperture, views
-from plenofir.camera.lightfield.disparity import RIGHT, Disparity, search_disparity
+from plenofir.camera.lightfield.disparity import Disparity, search_disparity
+from plenofir.camera.lightfield.matching import RIGHT
 from plenofir.ground.images import eight_bits
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image

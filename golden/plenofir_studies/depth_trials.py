@@ -2,7 +2,8 @@
 """Light fields that are hard for depth, drawn without the ray model, each at several noises.
 
 A point of a layer that the central view sees at x is at x - a g in the view g places from it. Views
-are drawn with several samples a pixel, so layers cover pixels in part.
+are drawn with several samples a pixel, so layers cover pixels in part. The samples are a Fibonacci
+lattice: no two lie in one line or column, so edges along these move evenly from view to view.
 """
 
 from collections.abc import Callable, Iterator
@@ -32,8 +33,8 @@ NOISES = {
 """Scenes, and noises (standard deviations as shares of white) of each."""
 NEAR_FOCUS = 0.05
 """Largest |a| that counts as the plane in focus."""
-# Samples of a pixel along each side.
-_FINE = 3
+# Samples of a pixel: number, and steps of one along the columns for each along the lines.
+_SAMPLES, _ASIDE = 13, 8
 TWIGS = (0.2, 0.5, 0.8, 1.1)
 _BEHIND = -0.3
 
@@ -161,8 +162,10 @@ _SCENES: dict[str, Callable[[int], list[_Layer]]] = {
 def clean(name: str, size: int = SIZE, m: int = M, seed: int = 0) -> tuple[Floats, Floats]:
     """Views (v, u, t, s) of a scene from 0 to 1 without noise, and a of the middle one."""
     layers = _SCENES[name](seed)
-    fine = (np.arange(size * _FINE) + 0.5) / _FINE - 0.5
-    y, x = np.meshgrid(fine, fine, indexing="ij")
+    sample = np.arange(_SAMPLES)[:, np.newaxis, np.newaxis]
+    down_pixel, right_pixel = np.mgrid[:size, :size].astype(np.float64)
+    y = down_pixel + (sample + 0.5) / _SAMPLES - 0.5
+    x = right_pixel + (sample * _ASIDE % _SAMPLES + 0.5) / _SAMPLES - 0.5
     middle = (SIZE - 1) / 2
     views = np.empty((m, m, size, size))
     for v, u in np.ndindex(m, m):
@@ -175,8 +178,8 @@ def clean(name: str, size: int = SIZE, m: int = M, seed: int = 0) -> tuple[Float
             along = y + a * down
             there = layer.there(along, across)
             image[there] = layer.brightness(along[there], across[there])
-        views[v, u] = image.reshape(size, _FINE, size, _FINE).mean((1, 3))
-    y, x = np.mgrid[:size, :size].astype(np.float64)
+        views[v, u] = image.mean(0)
+    y, x = down_pixel, right_pixel
     truth = np.zeros(y.shape)
     for layer in layers:
         truth = np.where(layer.there(y, x), layer.a + layer.slope * (x - middle), truth)

@@ -86,6 +86,9 @@ def test_hard_light_fields(hard: dict[tuple[str, float], tuple[Truth, Disparity]
     """Weak texture with noise has no hole at the plane in focus; twigs and bars are there."""
     for key, (truth, found) in hard.items():
         assert score(found.pixels_per_view, truth).bad[-1] < HARD[key], key
+    # Between the candidates.
+    truth, found = hard["bars", 0.02]
+    assert score(found.pixels_per_view, truth).bad[1] < 0.13
     truth, found = hard["ramp", 0.02]
     error, focused = np.abs(found.pixels_per_view - truth.a), np.abs(truth.a) < NEAR_FOCUS
     assert (error[focused] > BAD[-1]).mean() < 0.15
@@ -98,7 +101,7 @@ def test_confidence_is_a_probability(
 ) -> None:
     rows = reliability(rightness(found, truth) for truth, found in hard.values())
     assert rows[-1][1] > 0.9
-    assert rows[-1][2] > 0.15
+    assert rows[-1][2] > 0.1
     # It may be more often right than it says, and hardly less often.
     assert all(right > said - 0.1 for said, right, share in rows if share > 0.02)
 
@@ -106,7 +109,7 @@ def test_confidence_is_a_probability(
 @pytest.mark.slow
 def test_all_hard_light_fields() -> None:
     """The whole set: share of pixels off by more than 0.07, and of these sure ones."""
-    most = {"planes": 0.01, "bars": 0.012, "ramp": 0.01, "twigs": 0.05, "tiles": 0.05}
+    most = {"planes": 0.01, "bars": 0.012, "ramp": 0.01, "twigs": 0.05, "tiles": 0.03}
     sure = []
     for name, _, truth in trials(seed=3):
         found = found_disparity(truth)

@@ -13,6 +13,7 @@ import pytest
 import tifffile
 from in_process import plenofir
 from plyfile import PlyData
+from scipy import ndimage
 from scipy.io import savemat
 
 from plenofir.camera.calibration import calibration_of_grid, decode
@@ -141,12 +142,7 @@ def test_hci_scene(tmp_path: Path) -> None:
     for n in range(81):
         down, right = n // 9 - 4, n % 9 - 4
         places = np.stack([y + 40 + disparity * down, x + 40 + disparity * right])
-        view = cv2.remap(
-            texture.astype(np.float32),
-            places[1].astype(np.float32),
-            places[0].astype(np.float32),
-            cv2.INTER_CUBIC,
-        )
+        view = ndimage.map_coordinates(texture, places, order=3)
         write_png(tmp_path / f"input_Cam{n:03}.png", np.clip(view * 255, 0, 255).astype(np.uint8))
     write_png(tmp_path / "objectids_lowres.png", np.zeros((64, 72), np.uint8))
     true = np.full((64, 72), disparity)
