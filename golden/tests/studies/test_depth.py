@@ -109,7 +109,7 @@ def test_confidence_is_a_probability(
 @pytest.mark.slow
 def test_all_hard_light_fields() -> None:
     """The whole set: share of pixels off by more than 0.07, and of these sure ones."""
-    most = {"planes": 0.01, "bars": 0.012, "ramp": 0.01, "twigs": 0.05, "tiles": 0.03}
+    most = {"planes": 0.01, "bars": 0.015, "ramp": 0.01, "twigs": 0.05, "tiles": 0.03}
     sure = []
     for name, _, truth in trials(seed=3):
         found = found_disparity(truth)
