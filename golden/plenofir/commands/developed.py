@@ -309,7 +309,7 @@ class _Pictures:
             model=self.model,
             gamma=picture.gamma,
             look=exposed,
-            disparity=None if self.disparity is None else self.disparity.pixels_per_view,
+            disparity=self.disparity,
         )
         self.results.write("viewer.html", export(page, _VIEWER_BYTES))
 

@@ -20,6 +20,7 @@ from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Page, Part, Wanted
 
 if TYPE_CHECKING:
+    from plenofir.camera.lightfield.disparity import Disparity
     from plenofir.camera.rays import RayModel
     from plenofir.view.live import Live
 
@@ -32,8 +33,6 @@ _LENSES = 500_000
 # Entries of the table of distances for each step of the grid.
 _FINE = 8
 _MAX_ENTRIES = 4000
-# Size of the median that removes single micro lenses with a wrong depth.
-_MEDIAN = 5
 # Default focus settings of the slider, and of the table of distances.
 _RANGE, _TABLE = (-1.0, 2.0), (-2.0, 4.0)
 # Guaranteed by WebGL 2.
@@ -112,15 +111,14 @@ class LightField:
         self,
         search: tuple[float, float] | None = None,
         progress: Callable[[int, int], None] | None = None,
-        disparity: Floats | None = None,
+        disparity: "Disparity | None" = None,
     ) -> tuple[Floats, tuple[float, float]]:
         """Focus setting of what each micro lens sees, shape (t, s) or coarser, and its range.
 
-        By disparity, in a range that fits the picture if none is given; or of a map (t, s) that is
-        there already.
+        By disparity, in a range that fits the picture if none is given; or by one that is there
+        already. Where it is improbable, that of the surroundings, as in
+        `plenofir.camera.lightfield.all_in_focus`.
         """
-        from scipy import ndimage
-
         from plenofir.camera.lightfield.disparity import search_views
 
         binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
@@ -129,13 +127,12 @@ class LightField:
         if disparity is None:
             low, high = (None, None) if search is None else (end / binning for end in search)
             found = search_views(self.views(binning), smallest=low, largest=high, progress=progress)
-            disparity = found.disparity.pixels_per_view * binning
+            settings = found.disparity.settled() * binning
             search = found.search[0] * binning, found.search[1] * binning
         else:
-            disparity = disparity[::binning, ::binning]
-        smooth = ndimage.median_filter(disparity, _MEDIAN, mode="nearest")
-        low, high = search or (float(smooth.min()), float(smooth.max()))
-        return np.asarray(np.clip(smooth, low, high)), (low, max(high, low + 1e-3))
+            settings = disparity.settled()[::binning, ::binning]
+        low, high = search or (float(settings.min()), float(settings.max()))
+        return np.asarray(np.clip(settings, low, high)), (low, max(high, low + 1e-3))
 
 
 def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any]:
@@ -188,7 +185,7 @@ class _Content:
         field: LightField,
         search: tuple[float, float] | None,
         progress: Callable[[int, int], None] | None,
-        disparity: Floats | None,
+        disparity: "Disparity | None",
     ) -> None:
         self.field, self.search, self.progress = field, search, progress
         self.disparity = disparity
@@ -283,7 +280,7 @@ def light_field_page(
     progress: Callable[[int, int], None] | None = None,
     gamma: float | None = None,
     look: Exposure | None = None,
-    disparity: Floats | None = None,
+    disparity: "Disparity | None" = None,
 ) -> Page:
     """Make the page of a light field, from a raw image (rows, columns[, 3]), uint8 or uint16.
 
@@ -291,7 +288,7 @@ def light_field_page(
     `full_scale` is the value of white, `gamma` that of the values, as in `Picture`; `look` is the
     exposure that the page starts with, auto if none is given. `search` is the first and last focus
     setting of the slider and of the search for depth; without it the slider goes from -1 to 2, and
-    the search as far as it needs. `disparity`: a map (t, s) that is there already. Without a
+    the search as far as it needs. `disparity`: one that is there already. Without a
     camera's model, focused as it was, there are no distances. `progress` is called with the numbers
     of depth candidates done and of all.
     """

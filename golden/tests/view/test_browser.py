@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The viewer in a real browser: its pictures equal those of `refocus`."""
 
+import base64
+import io
 import json
 import re
 import signal
@@ -16,8 +18,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from in_browser import pixels, served
+from PIL import Image
+from scipy import ndimage
 
-from plenofir.camera.lightfield import compose
+from plenofir.camera.lightfield import all_in_focus, compose
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.images import eight_bits, encode_png, read_image, write_png
 from plenofir.ground.project import DATA
@@ -32,6 +36,10 @@ from plenofir.view import (
 )
 from plenofir.view.light_field import LightField
 
+SAVED = """async () => {
+    const bytes = new Uint8Array(await (await plenofir.picture()).arrayBuffer());
+    return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+}"""
 DETAIL = DATA / "flower_detail_5x5.png"
 
 
@@ -287,6 +295,21 @@ def test_an_export_opens_from_a_file_without_a_network(open_page: Any, tmp_path:
     want = refocus(raw, m, "3/5", border="normalise")
     error = np.abs(pixels(tab).astype(int) - want).mean()
     assert 0 < error < 5
+
+
+def test_all_in_focus_is_that_of_the_commands(open_page: Any) -> None:
+    """Brightness around each micro lens; pixels differ at edges, where it adds the central view."""
+    m, raw = 5, cut(200, 240)
+    with served(page_of(raw, m)) as address:
+        tab = open_page(address)
+        tab.evaluate("plenofir.setLevels('stored')")
+        tab.evaluate("plenofir.setMode('sharp')")
+        png = base64.b64decode(tab.evaluate(SAVED))
+    shown = np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), np.float64)
+    want = coloured(all_in_focus(raw, m)).astype(np.float64)
+    around = [ndimage.gaussian_filter(each, (m, m, 0))[10:-10, 10:-10] for each in (shown, want)]
+    assert np.abs(around[0] - around[1]).max() < 0.02 * 255
+    assert np.abs(shown - want)[10:-10, 10:-10].mean() < 2
 
 
 def test_pictures_of_a_simulation(open_page: Any, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from tifffile import imwrite
 
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield import compose, named_views
+from plenofir.camera.lightfield import Disparity, compose, named_views
 from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.commands import view as commands_view
@@ -272,7 +272,9 @@ def test_pictures_of_another_run_are_refused(tmp_path: Path) -> None:
 
 
 def test_depth_that_is_there_is_not_searched_again() -> None:
-    disparity = np.linspace(-0.5, 3, 70).reshape(7, 10)
+    disparity = Disparity(np.linspace(-0.5, 3, 70).reshape(7, 10), np.ones((7, 10)))
+    # Nothing is seen there.
+    disparity.pixels_per_view[2, 4], disparity.confidence[2, 4] = 30, 0
     told: list[int] = []
     page = light_field_page(
         RAW[:21, :30],
@@ -285,7 +287,9 @@ def test_depth_that_is_there_is_not_searched_again() -> None:
     part = page.parts["depth"](Wanted())
     low, high = (float(end) for end in part.facts["range"].split(","))
     values = np.frombuffer(zlib.decompress(part.content), "<u2").reshape(7, 10)
-    assert (low + (high - low) * values[3, 5] / 65535) == pytest.approx(disparity[3, 5], abs=0.2)
+    settings = low + (high - low) * values / 65535
+    assert settings[3, 5] == pytest.approx(disparity.pixels_per_view[3, 5], abs=1e-3)
+    assert settings[2, 4] == pytest.approx(settings[2, 3:6].mean(), abs=0.2)
     assert told == []
 
 

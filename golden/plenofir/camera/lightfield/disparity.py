@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.lightfield.matching import Matcher
@@ -25,6 +26,8 @@ SEARCH = -1.0, 2.0
 LEAST_CONFIDENCE = 0.5
 """Confidence from which on a depth counts as known, if nothing else is said."""
 
+# Sigmas of the surroundings from which improbable values are taken, and how much each counts.
+_SURROUNDINGS = (2.0, 1.0), (8.0, 0.02)
 # If more than this share of the matched pixels is found at an end of the range, it is too small.
 MANY = 0.03
 # Limit to which an end of the range is moved automatically.
@@ -48,6 +51,17 @@ class Disparity:
     def limited(self, low: float, high: float) -> "Disparity":
         """The same with disparities limited to a range."""
         return replace(self, pixels_per_view=np.clip(self.pixels_per_view, low, high))
+
+    def settled(self) -> Floats:
+        """Disparities, and where they are improbable those of the surroundings, shape (t, s)."""
+        around, weight = np.zeros(self.confidence.shape), np.full(self.confidence.shape, 1e-9)
+        known = self.confidence >= LEAST_CONFIDENCE
+        around += 1e-9 * (np.median(self.pixels_per_view[known]) if known.any() else 0.0)
+        probable = self.confidence * self.pixels_per_view
+        for sigma, counts in _SURROUNDINGS:
+            around += counts * ndimage.gaussian_filter(probable, sigma, mode="nearest")
+            weight += counts * ndimage.gaussian_filter(self.confidence, sigma, mode="nearest")
+        return np.asarray(probable + (1 - self.confidence) * around / weight)
 
 
 @dataclass(frozen=True)

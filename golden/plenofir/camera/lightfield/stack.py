@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, search_disparity
+from plenofir.camera.lightfield.disparity import Disparity, search_disparity
 from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
@@ -48,8 +48,6 @@ _MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
 # brightness: its factor, groups at most, lenses in each at least; energy of rounding.
 _USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
-# Sigmas of the surroundings from which improbable settings are taken, and how much each counts.
-_SURROUNDINGS = (2.0, 1.0), (8.0, 0.02)
 
 
 class FocalStack:
@@ -230,7 +228,7 @@ def all_in_focus(
         settings, confidence = found.pixels_per_view, found.confidence
     settings = np.asarray(settings, np.float64)
     if confidence is not None:
-        settings = _settled(settings, np.asarray(confidence, np.float64))
+        settings = Disparity(settings, np.asarray(confidence, np.float64)).settled()
     view = _CentralView(raw, m, settings)
     lenses = view.settings.shape
     picture, most = np.empty_like(raw), int(np.iinfo(raw.dtype).max)
@@ -265,17 +263,6 @@ def _of_lenses(values: Floats, m: int) -> Floats:
     rows, columns = (length // m for length in values.shape[:2])
     whole = values[: rows * m, : columns * m]
     return np.asarray(whole.reshape(rows, m, columns, m, *values.shape[2:]).mean((1, 3)))
-
-
-def _settled(settings: Floats, confidence: Floats) -> Floats:
-    """Settings, and where they are improbable those of the surroundings."""
-    around, weight = np.zeros(settings.shape), np.full(settings.shape, 1e-9)
-    known = confidence >= LEAST_CONFIDENCE
-    around += 1e-9 * (np.median(settings[known]) if known.any() else 0.0)
-    for sigma, counts in _SURROUNDINGS:
-        around += counts * ndimage.gaussian_filter(confidence * settings, sigma, mode="nearest")
-        weight += counts * ndimage.gaussian_filter(confidence, sigma, mode="nearest")
-    return np.asarray(confidence * settings + (1 - confidence) * around / weight)
 
 
 def _blurred(values: Floats, sigma: float) -> Floats:
