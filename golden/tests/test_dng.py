@@ -72,9 +72,13 @@ def test_the_largest_sensor_picture_of_all_directories(tmp_path: Path) -> None:
         small = [*cfa(), (50717, 3, 1, 4095, True)]
         file.write(SENSOR[:8, :8].copy(), photometric=CFA, metadata=None, extratags=small)
         file.write(SENSOR, photometric=CFA, metadata=None, extratags=small)
-    picture = read_picture(path)
+    picture = read_picture(path, as_stored=True)
     assert (picture.pixels == SENSOR).all()
     assert (picture.mosaic, picture.full_scale, picture.orientation) == ("rggb", 4095, 6)
+    picture = read_picture(path)
+    assert (picture.pixels == np.rot90(SENSOR, -1)).all()
+    # The colours of an even number of rows, the lower left pixel first: g r over b g.
+    assert (picture.mosaic, picture.orientation) == ("grbg", 1)
 
 
 @pytest.mark.parametrize("how", ["adobe_deflate", "packed", "ljpeg", "tiles"])

@@ -341,7 +341,7 @@ def test_metadata_that_are_damaged(
         for _ in range(cut > 0):
             damaged[rng.randrange(len(damaged))] = rng.choice((0, 1, 2, 7, 255))
         path.write_bytes(with_chunk(encode_png(GREY), b"eXIf", bytes(damaged[: 180 - cut])))
-        read = read_picture(path)
+        read = read_picture(path, as_stored=True)
         assert np.array_equal(read.pixels, GREY)
         turned.append(read.orientation == 3)
     assert turned[0]

@@ -11,9 +11,9 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
-from plenofir.commands.console import progress_bar
+from plenofir.commands.console import note, progress_bar
 from plenofir.commands.looks import aperture_of, tilt_of
-from plenofir.commands.rasters import recognised
+from plenofir.commands.rasters import recognised, tell
 from plenofir.ground.errors import InputError
 from plenofir.ground.shell import command
 
@@ -62,6 +62,8 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
         pictures = (Picture(frame, 255, SCREEN_GAMMA) for frame in film_frames(film))
     else:
         pages = Pages(film)
+        if pages.left_out:
+            note(f"{film}: {pages.left_out_text}")
         pictures = (pages[n] for n in range(len(pages)))
     names = []
     with Results(folder) as results:
@@ -84,6 +86,7 @@ def _check_first(frame: Path, hints: "Hints") -> None:
     source = recognised(frame, hints)
     if source.raster is None:
         raise source.refusal()
+    tell(*(one for one in source.findings if one.heading != "axes"))
     turned = [one for one in source.findings if one.heading == "axes" and one.notable]
     if turned or hints.order or hints.flip not in (None, "none"):
         reason = turned[0].text.partition(":")[0] if turned else "frames are refocused as they lie"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from plenofir.commands import file_options, options
-from plenofir.commands.console import progress_bar
+from plenofir.commands.console import note, progress_bar
 from plenofir.commands.results import check_file, publish
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results
@@ -27,7 +27,7 @@ app = typer.Typer()
 def _optional(path: Path | None) -> "Image | None":
     from plenofir.ground.images import read_image
 
-    return read_image(path) if path else None
+    return read_image(path, as_stored=True) if path else None
 
 
 @app.command()
@@ -83,7 +83,9 @@ def calibrate(
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
     pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
-    picture_of_white = read_picture(Path(white))
+    picture_of_white = read_picture(Path(white), as_stored=True)
+    for text in picture_of_white.notes:
+        note(f"{white}: {text}")
     with progress_bar("calibrating"):
         found = find(
             picture_of_white,
@@ -159,7 +161,7 @@ class _Pupils:
         lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
-            calibration = calibrated(read_picture(white), where=str(white))
+            calibration = calibrated(read_picture(white, as_stored=True), where=str(white))
             other = self._measured(model, calibration)
             lines.append(f"              entrance {pupil_text(other)}")
             length, error = measured_focal_length(self.model, pupil, model, other)
@@ -302,11 +304,11 @@ def decode(
                     f"{options.typed('calib')} is missing; plenofir calibrate makes one"
                 )
             ready = prepared(
-                read_picture(Path(raw)),
+                read_picture(Path(raw), as_stored=True),
                 load_calibration(calib),
                 Told(bayer, white_balance, roi),
-                white=read_picture(white) if white else None,
-                dark=read_picture(dark) if dark else None,
+                white=read_picture(white, as_stored=True) if white else None,
+                dark=read_picture(dark, as_stored=True) if dark else None,
                 where=raw,
             )
         raster, m = ready.decoded(
@@ -317,8 +319,8 @@ def decode(
             devignette=devignette,
             progress=show,
         )
-    for note in ready.notes:
-        typer.echo(f"note: {raw}: {note}", err=True)
+    for text in ready.notes:
+        typer.echo(f"note: {raw}: {text}", err=True)
     encoded = raster.gamma or 1.0
     decoded = raster._replace(
         pixels=with_gamma(raster.pixels, gamma, raster.full_scale), gamma=encoded * gamma

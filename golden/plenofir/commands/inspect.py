@@ -141,12 +141,12 @@ def _white(
 
     # M does not matter here.
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, 2)
-    dark_image = None if dark is None else read_image(dark)
-    star = None if collimator is None else read_image(collimator)
+    dark_image = None if dark is None else read_image(dark, as_stored=True)
+    star = None if collimator is None else read_image(collimator, as_stored=True)
     if known is not None:
         found = known
     else:
-        image, full_scale, *_ = read_picture(Path(file))
+        image, full_scale, *_ = read_picture(Path(file), as_stored=True)
         with progress_bar("inspecting"):
             found = inspect_white(
                 image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
@@ -334,12 +334,12 @@ def _spots(
     from plenofir.camera.calibration.spots import focus_score, measure_spots
     from plenofir.ground.images import read_image, read_picture
 
-    dark_image = None if dark is None else read_image(dark)
+    dark_image = None if dark is None else read_image(dark, as_stored=True)
     spots = []
     with progress_bar("inspecting") as show:
         for number, (file, place) in enumerate(zip(files, positions, strict=True)):
             show(number, len(files))
-            image, full_scale, *_ = read_picture(Path(file))
+            image, full_scale, *_ = read_picture(Path(file), as_stored=True)
             signal = white_signal(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )

@@ -10,7 +10,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
-from plenofir.commands.rasters import recognised
+from plenofir.commands.rasters import recognised, tell
 from plenofir.fpga.names import (
     DEFAULT_BOARD,
     DEFAULT_ENGINE,
@@ -261,6 +261,7 @@ def _warn(raw: Path, micro_image: int) -> None:
     check_raw(read_picture(raw).pixels, micro_image, where=str(raw))
     try:
         source = recognised(raw, Hints(micro_image))
+        tell(*(one for one in source.findings if one.heading != "axes"))
         for finding in source.findings:
             if finding.heading == "axes" and finding.notable:
                 text = finding.text.partition(":")[0]

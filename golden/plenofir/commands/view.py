@@ -262,11 +262,17 @@ class _Settings:
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
         """What makes a picture an aligned raw image."""
+        from plenofir.ground.images import upright
         from plenofir.refocus import check_raw
 
         m = self.hints.micro_image or 1
         if self.hints.calib is None:
-            return lambda picture: picture.like(check_raw(picture.pixels, m, where=where))
+
+            def aligned(picture: "Picture") -> "Picture":
+                raster = upright(picture)
+                return raster.like(check_raw(raster.pixels, m, where=where))
+
+            return aligned
         from plenofir.camera.calibration import load_calibration
         from plenofir.camera.captures.prepare import Prepared, Told, prepared
 

@@ -45,6 +45,7 @@ _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
 _TAG_ORIENTATION = 274
+_NUMBER_OF_IMAGES = 0xB001  # of the index of a multi-picture file
 # Approximate gamma of screens, sRGB and JPEG.
 SCREEN_GAMMA = 2.2
 
@@ -57,9 +58,9 @@ class Picture(NamedTuple):
     camera's linear data, 2.2 for pictures made for screens, None if the file does not tell.
     `profile`: ICC profile of the colours. `xmp`: packet of other metadata, only written.
     `orientation`: how the picture is to be turned to be looked at, as of EXIF (`upright`). `alpha`:
-    whether a transparency that is not opaque everywhere was left out. Of a sensor's picture (DNG),
-    whose black is subtracted: `mosaic`, colours of the first 2 x 2 pixels ("rggb"); `neutral`, what
-    the sensor sees of white.
+    whether a transparency that is not opaque everywhere was left out. `notes`: what else of the
+    file was left out, for people. Of a sensor's picture (DNG), whose black is subtracted: `mosaic`,
+    colours of the first 2 x 2 pixels ("rggb"); `neutral`, what the sensor sees of white.
     """
 
     pixels: Image
@@ -69,6 +70,7 @@ class Picture(NamedTuple):
     xmp: bytes | None = None
     orientation: int = 1
     alpha: bool = False
+    notes: tuple[str, ...] = ()
     mosaic: str | None = None
     neutral: tuple[float, float, float] | None = None
 
@@ -86,16 +88,29 @@ def bare(pixels: Image) -> Picture:
     return Picture(pixels, int(np.iinfo(pixels.dtype).max))
 
 
-def upright(picture: Picture) -> Picture:
-    """A picture turned as its orientation says."""
-    pixels, orientation = picture.pixels, picture.orientation
+def turned(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
+    """Pixels (rows, columns, ...) turned as an orientation says, a view of them."""
     if orientation in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)
     if orientation in (3, 4, 7, 8):
         pixels = pixels[::-1]
     if orientation in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
-    return picture._replace(pixels=pixels, orientation=1)
+    return pixels
+
+
+def upright(picture: Picture) -> Picture:
+    """A picture turned as its orientation says, with the mosaic of its first pixels then."""
+    if picture.orientation == 1:
+        return picture
+    mosaic = picture.mosaic
+    if mosaic is not None:
+        # The last two rows and columns become the first, so sides of odd lengths count.
+        sides = tuple(2 + length % 2 for length in picture.pixels.shape[:2])
+        tile = np.tile(np.array(list(mosaic)).reshape(2, 2), (2, 2))[: sides[0], : sides[1]]
+        mosaic = "".join(turned(tile, picture.orientation)[:2, :2].ravel())
+    pixels = np.ascontiguousarray(turned(picture.pixels, picture.orientation))
+    return picture._replace(pixels=pixels, orientation=1, mosaic=mosaic)
 
 
 class _DamagedError(ValueError):
@@ -106,7 +121,7 @@ def _png(data: bytes) -> Picture:
     from imagecodecs import png_decode
 
     place, kind = len(_PNG), b""
-    full_scale, gamma, profile, orientation = 0, None, None, 1
+    full_scale, gamma, profile, orientation, frames = 0, None, None, 1, 1
     while kind != b"IEND":
         head = data[place : place + 8]
         length, kind = int.from_bytes(head[:4], "big"), head[4:]
@@ -127,9 +142,18 @@ def _png(data: bytes) -> Picture:
             profile = zlib.decompressobj().decompress(packed, _LARGEST_PROFILE)
         elif kind == b"eXIf":
             orientation = _orientation(body)
+        elif kind == b"acTL":
+            frames = int.from_bytes(body[:4], "big")
         elif kind == b"tEXt" and body.startswith(_WHITE_LEVEL + b"\0"):
             full_scale = int(body[len(_WHITE_LEVEL) + 1 :])
-    return Picture(png_decode(data), full_scale, gamma, profile, orientation=orientation)
+    return Picture(
+        png_decode(data),
+        full_scale,
+        gamma,
+        profile,
+        orientation=orientation,
+        notes=_first_of(frames, "frames of the animation (APNG)"),
+    )
 
 
 def _orientation(exif: bytes) -> int:
@@ -145,6 +169,11 @@ def _orientation(exif: bytes) -> int:
     except (SyntaxError, ValueError, TypeError, OSError, struct.error):
         # What Pillow raises at damaged metadata, which are no reason to refuse a picture.
         return 1
+
+
+def page_orientation(page: Any) -> int:
+    """Orientation of a page of a TIFF file (tifffile's), as EXIF counts."""
+    return int(page.tags[_TAG_ORIENTATION].value) if _TAG_ORIENTATION in page.tags else 1
 
 
 def page_pixels(page: Any, where: str = "") -> Image:
@@ -217,8 +246,14 @@ def _tiff(data: bytes) -> Picture:
         full_scale = int(np.max(told(_TAG_WHITE_LEVEL) or (1 << page.bitspersample) - 1))
         above, below = told(_TAG_GAMMA) or (0, 0)
         gamma = above / below if below else None
-        turned = int(told(_TAG_ORIENTATION) or 1)
-        return Picture(image, full_scale, gamma, told(_TAG_PROFILE), orientation=turned)
+        return Picture(
+            image,
+            full_scale,
+            gamma,
+            told(_TAG_PROFILE),
+            orientation=page_orientation(page),
+            notes=("of a pyramid of sizes the largest is taken",) if page.subifds else (),
+        )
 
 
 def _netpbm(data: bytes) -> Picture:
@@ -226,6 +261,8 @@ def _netpbm(data: bytes) -> Picture:
 
     with NetpbmFile(io.BytesIO(data)) as file:
         image, largest = file.asarray(), int(file.maxval)
+        if file.axes.startswith("I"):
+            raise InputError(f"has {len(image)} pictures; one image is needed", where="")
     if image.max() > largest:
         raise _DamagedError(f"a pixel of {image.max()}, the largest value is {largest}")
     return Picture(image, largest)
@@ -237,9 +274,28 @@ def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
         image.load()
         if image.mode not in ("L", "RGB"):
             raise InputError(f"has pixels of mode {image.mode}; {_ADVICE}", where="")
-        turned = _orientation(image.info.get("exif", b""))
-        profile = image.info.get("icc_profile")
-        return Picture(np.asarray(image), 255, gamma, profile, orientation=turned)
+        return Picture(
+            np.asarray(image),
+            255,
+            gamma,
+            image.info.get("icc_profile"),
+            orientation=_orientation(image.info.get("exif", b"")),
+            notes=_first_of(_pictures_of_mpo(image), "pictures in the JPEG (MPO)"),
+        )
+
+
+def _pictures_of_mpo(image: Any) -> int:
+    """Number of pictures in a JPEG file, by its multi-picture format (CIPA DC-007)."""
+    try:
+        index = image._getmp() if "mpoffset" in image.info else None
+        return int(index[_NUMBER_OF_IMAGES]) if index else 1
+    except (SyntaxError, ValueError, KeyError, TypeError, OSError, struct.error):
+        return 2  # A damaged index is one of several pictures, too.
+
+
+def _first_of(count: int, name: str) -> tuple[str, ...]:
+    """What to tell of a file with several pictures."""
+    return (f"of {count} {name} the first is taken",) if count > 1 else ()
 
 
 _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
@@ -254,13 +310,13 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
 )
 
 
-def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
-    """Read an image as it is stored, with the meaning of its values.
+def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = False) -> Picture:
+    """Read an image, upright, with the meaning of its values.
 
-    An alpha channel is left out if it is opaque; `drop_alpha`: another one too, instead of refusing
-    it. Raises `InputError` if the file
-    cannot be read, is damaged, holds several images, or its depth or number of channels is not
-    supported.
+    `as_stored`: in the sensor's own rows and columns, its orientation untouched, as calibrations
+    have them. An alpha channel is left out if it is opaque; `drop_alpha`: another one too, instead
+    of refusing it. Raises `InputError` if the file cannot be read, is damaged, holds several
+    images, or its depth or number of channels is not supported.
     """
     where = str(path)
     try:
@@ -317,7 +373,13 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(
             f"counts {full_scale} as white, but its pixels hold at most {most}", where=where
         )
-    return picture._replace(pixels=image, full_scale=full_scale or most, alpha=alpha)
+    picture = picture._replace(
+        pixels=image,
+        full_scale=full_scale or most,
+        alpha=alpha,
+        orientation=picture.orientation if picture.orientation in range(1, 9) else 1,
+    )
+    return picture if as_stored else upright(picture)
 
 
 def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
@@ -328,9 +390,9 @@ def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
     return values, white
 
 
-def read_image(path: Path) -> Image:
+def read_image(path: Path, *, as_stored: bool = False) -> Image:
     """Pixels of `read_picture`."""
-    return read_picture(path).pixels
+    return read_picture(path, as_stored=as_stored).pixels
 
 
 def eight_bits(image: Image, full_scale: int | None = None) -> Image:
@@ -353,6 +415,10 @@ def _chunks(picture: Picture) -> bytes:
         putchunk(chunks, b"gAMA", round(1e5 / picture.gamma).to_bytes(4, "big"))
     if picture.full_scale != np.iinfo(picture.pixels.dtype).max:
         putchunk(chunks, b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale)
+    if picture.orientation != 1:
+        # A TIFF header, and a directory of one tag.
+        short = struct.pack("<HHIHHI", _TAG_ORIENTATION, 3, 1, picture.orientation, 0, 0)
+        putchunk(chunks, b"eXIf", b"II*\0\x08\0\0\0\x01\0" + short)
     if picture.xmp is not None:
         # Neither compressed nor translated.
         putchunk(chunks, b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0", picture.xmp)

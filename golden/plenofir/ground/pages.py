@@ -9,7 +9,7 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import Picture, page_pixels
+from plenofir.ground.images import Picture, page_orientation, page_pixels
 from plenofir.ground.levels import levels
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -29,8 +29,8 @@ def has_pages(path: Path) -> bool:
 class Pages:
     """Pictures of the largest series of a TIFF file, in their order.
 
-    A series is what has one size and type: a thumbnail beside it is left alone. Raises `InputError`
-    for a damaged file.
+    A series is what has one size and type: a thumbnail beside it is left alone, and counted in
+    `left_out`. Raises `InputError` for a damaged file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,6 +41,7 @@ class Pages:
             with TiffFile(path) as file:
                 series: Any = max(file.series, key=lambda one: one.size)
                 axes, shape = series.axes, series.shape
+                self.left_out = sum(len(one.pages) for one in file.series if one is not series)
         except (OSError, ValueError, KeyError, IndexError, TypeError, struct.error) as error:
             raise self._damaged(error) from None
         size = dict(zip(axes, shape, strict=True))
@@ -51,12 +52,17 @@ class Pages:
         at_end = channels in ("", axes[-1]) or axes.find(channels) == len(axes) - 3
         self._count = int(np.prod(outer, dtype=np.int64)) if is_picture and at_end else 1
 
+    @property
+    def left_out_text(self) -> str:
+        """What to tell of pages of other sizes."""
+        return f"{self.left_out} pages of other sizes are left out"
+
     def __len__(self) -> int:
         """Number of pictures."""
         return self._count
 
     def __getitem__(self, number: int) -> Picture:
-        """A picture by its number from 0."""
+        """A picture by its number from 0, as stored."""
         from tifffile import TiffFile
 
         try:
@@ -66,6 +72,7 @@ class Pages:
                 pages = [series.pages[number * each + k] for k in range(each)]
                 parts = [page_pixels(page.aspage(), str(self._path)) for page in pages]
                 bits = int(series.keyframe.bitspersample)
+                orientation = page_orientation(pages[0].aspage())
         except InputError:
             raise
         except Exception as error:  # Decoders raise whatever a damaged file leads them to.
@@ -77,7 +84,7 @@ class Pages:
         white = (
             (1 << bits) - 1 if image.dtype.kind == "u" and 8 <= bits <= 16 else as_levels.full_scale
         )
-        return Picture(np.ascontiguousarray(as_levels.values), white)
+        return Picture(np.ascontiguousarray(as_levels.values), white, orientation=orientation)
 
     def _damaged(self, error: Exception) -> InputError:
         reason = " ".join(str(error).split()) or type(error).__name__

@@ -25,7 +25,7 @@ _WAIT_SECONDS = 10.0
 class Captured(NamedTuple):
     """A frame of a source."""
 
-    picture: Picture  # as the camera gave it
+    picture: Picture  # as the camera stored it
     captured: float  # time in seconds since 1970
 
 
@@ -52,7 +52,7 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
             written = time.time()
             try:
                 written = path.stat().st_mtime
-                picture = read_picture(path)
+                picture = read_picture(path, as_stored=True)
             except (InputError, OSError):
                 if not path.exists() or time.time() - written > _WRITING_SECONDS:
                     known.add(path)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.grid import Floats, Grid, exponents, polynomial_terms
+from plenofir.camera.calibration.grid import Floats, Grid, Layout, exponents, polynomial_terms
 from plenofir.camera.calibration.record import Calibration
 from plenofir.camera.calibration.shading import (
     lens_indices,
@@ -36,9 +36,10 @@ class PixelMap(NamedTuple):
     shift: Floats
     shape: tuple[int, int]
 
-    def then(self, matrix: Floats, shift: Floats) -> "PixelMap":
+    def then(self, after: "PixelMap") -> "PixelMap":
         """Return this map and another one after it, as one."""
-        return PixelMap(matrix @ self.matrix, matrix @ self.shift + shift, self.shape)
+        matrix, shift, shape = after
+        return PixelMap(matrix @ self.matrix, matrix @ self.shift + shift, shape)
 
     def image(self, image: Image) -> Image:
         """What a white image or a dark frame is in the capture's pixels, bilinear."""
@@ -60,9 +61,38 @@ class PixelMap(NamedTuple):
         return np.stack([channel(image[..., k]) for k in range(image.shape[2])], axis=-1)
 
 
+def turning(shape: tuple[int, int], orientation: int) -> PixelMap:
+    """The map of a capture that is a white image turned by an orientation, as EXIF counts."""
+    matrix = np.eye(2)
+    end = np.array(shape) - 1.0
+    if orientation in (5, 6, 7, 8):
+        matrix, end, shape = matrix[::-1], end[::-1], shape[::-1]
+    sign = np.array(
+        [-1.0 if orientation in of_axis else 1.0 for of_axis in ((3, 4, 7, 8), (2, 3, 6, 7))]
+    )
+    return PixelMap(sign[:, np.newaxis] * matrix, np.where(sign < 0, end, 0.0), shape)
+
+
 def same_pixels(shape: tuple[int, int]) -> PixelMap:
     """The map of a capture whose pixels are the white image's."""
     return PixelMap(np.eye(2), np.zeros(2), shape)
+
+
+def _transposed(grid: Grid) -> Grid:
+    """The same lenses with rows counted as columns."""
+    layouts: dict[Layout, Layout] = {
+        "rectangular": "rectangular",
+        "hexagonal-rows": "hexagonal-columns",
+        "hexagonal-columns": "hexagonal-rows",
+    }
+    of_powers = dict(zip(exponents(grid.order), grid.coefficients, strict=True))
+    return grid.model_copy(
+        update={
+            "layout": layouts[grid.layout],
+            "middle": grid.middle[::-1],
+            "coefficients": tuple(of_powers[n, m] for m, n in exponents(grid.order)),
+        }
+    )
 
 
 def _reversed(grid: Grid, axis: int) -> Grid:
@@ -86,13 +116,16 @@ def _reversed(grid: Grid, axis: int) -> Grid:
 def mapped(calibration: Calibration, place: PixelMap) -> Calibration:
     """The calibration of captures whose pixels lie elsewhere.
 
-    `place`: turns by 180 degrees, mirrors, scales, small rotations and shifts. Result: lenses
+    `place`: turns by 90 degrees, mirrors, scales, small rotations and shifts. Result: lenses
     counted anew from the capture's upper left one. Raises `InputError` if the capture holds none.
     """
     matrix, shift, shape = place
     grid = calibration.grid.mapped(matrix, shift)
     sign = [1, 1]
     profile = np.array(calibration.profile)
+    is_transposed = abs(matrix[0, 0]) < abs(matrix[0, 1])
+    if is_transposed:
+        grid, profile = _transposed(grid), profile.T
     for axis in (0, 1):
         if grid.vectors[axis][axis] < 0:
             sign[axis] = -1
@@ -107,6 +140,8 @@ def mapped(calibration: Calibration, place: PixelMap) -> Calibration:
     lenses = int(rows[-1] - rows[0] + 1), int(columns[-1] - columns[0] + 1)
 
     def counted(row: int, column: int) -> tuple[int, int] | None:
+        if is_transposed:
+            row, column = column, row
         new = sign[0] * row - first[0], sign[1] * column - first[1]
         return new if 0 <= new[0] < lenses[0] and 0 <= new[1] < lenses[1] else None
 

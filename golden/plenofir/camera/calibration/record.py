@@ -68,6 +68,9 @@ class Calibration(BaseModel):
     colours
         What the sensor sees of white: red, green and blue, the largest of them 1; None if the white
         image is grey.
+    orientation
+        How the white image is to be turned to be looked at, as EXIF counts; None as it lies. The
+        grid is that of its pixels as they are stored.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -86,6 +89,7 @@ class Calibration(BaseModel):
     clipped_share: Annotated[Number, Field(ge=0, le=1)] = 0.0
     evidence: Evidence | None = None
     colours: tuple[Share, Share, Share] | None = None
+    orientation: Annotated[int, Field(ge=2, le=8)] | None = None
 
     @model_validator(mode="after")
     def _fits_together(self) -> "Calibration":
@@ -150,7 +154,7 @@ class Calibration(BaseModel):
 
     def text(self) -> str:
         """What `save` writes."""
-        content = self.model_dump()
+        content = self.model_dump(exclude={"orientation"} if self.orientation is None else None)
         # One line for each field keeps the file readable and small.
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in content.items()]
         return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -104,12 +104,13 @@ def grey_of(pixels: Image, order: BayerOrder | None, full_scale: int) -> Image32
 
 
 def order_before(order: BayerOrder, place: PixelMap) -> BayerOrder:
-    """Order of a white image's mosaic by the capture's: it begins elsewhere, or is mirrored.
+    """Order of a white image's mosaic by the capture's: it begins elsewhere, or is turned.
 
     The same where pixels are added up, or micro lenses alone were moved.
     """
     matrix, shift, _ = place
-    if not (np.abs(matrix) == np.eye(2)).all() or (shift != np.rint(shift)).any():
+    is_turned = any((np.abs(matrix) == one).all() for one in (np.eye(2), np.eye(2)[::-1]))
+    if not is_turned or (shift != np.rint(shift)).any():
         return order
     places = [matrix @ divmod(n, 2) + shift for n in range(4)]
     return cast(BayerOrder, "".join(order[int(y % 2) * 2 + int(x % 2)] for y, x in places))

@@ -12,7 +12,7 @@ import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats, Grid
-from plenofir.camera.calibration.moving import PixelMap, mapped, same_pixels
+from plenofir.camera.calibration.moving import PixelMap, mapped, same_pixels, turning
 from plenofir.camera.calibration.record import Calibration
 from plenofir.camera.patterns.lenslets import Lenslets, find_lenslets
 from plenofir.camera.patterns.match import Match, match_capture
@@ -28,11 +28,18 @@ _MOST_SCALE, _MOST_TURN = 0.05, 2.0
 # Steps between lenses of one grid, measured twice, differ by less than this share.
 _SAME_STEPS = 0.03
 _BINNED = (2, 3, 4)
-_FLIPS = (
-    ((-1.0, -1.0), "turned by 180 degrees"),
-    ((1.0, -1.0), "mirrored from left to right"),
-    ((-1.0, 1.0), "mirrored from top to bottom"),
-)
+# Ways in which a capture's rows and columns may lie against a white image's, by EXIF's numbers.
+_TURNS = {
+    3: "turned by 180 degrees",
+    2: "mirrored from left to right",
+    4: "mirrored from top to bottom",
+    6: "turned by 90 degrees to the right",
+    8: "turned by 90 degrees to the left",
+    5: "mirrored with rows and columns exchanged",
+    7: "mirrored and turned by 90 degrees with rows and columns exchanged",
+}
+_OPPOSITE = {6: 8, 8: 6}
+_TRANSPOSING = 5  # this number, and those above, exchange rows and columns
 
 
 @dataclass(frozen=True)
@@ -77,28 +84,34 @@ def fitted(
     calibration: Calibration,
     *,
     roi: tuple[int, int] | None = None,
+    orientation: int = 1,
     where: str = "raw capture",
 ) -> Fitted:
     """Check a calibration with a capture's pixels, and move it to where they have the grid.
 
-    `levels`: grey levels of the capture, shape (rows, columns). `roi`: column and row of the white
-    image at which the capture begins, if it is a part of the sensor. Result: the calibration as it
-    is where it fits. Raises `InputError` if the capture cannot be of this camera as it was then.
+    `levels`: grey levels of the capture as its file stores them, shape (rows, columns). `roi`:
+    column and row of the white image at which the capture begins, if it is a part of the sensor.
+    `orientation`: how the capture is to be turned to be looked at, as EXIF counts. A camera stores
+    its sensor's rows whichever way it is held, so the pixels decide, and orientations that differ
+    say only which turn is tried first. Result: the calibration as it is where it fits. Raises
+    `InputError` if the capture cannot be of this camera as it was then.
     """
     shape = levels.shape[0], levels.shape[1]
-    place, notes = _by_size(shape, calibration, roi, where)
+    try:
+        place, notes = _by_size(shape, calibration, roi, where)
+    except InputError:
+        turned = _turned(levels, calibration, roi, orientation, where)
+        if turned is None:
+            raise
+        return turned
     moved = calibration if place is None else mapped(calibration, place)
     place = place or same_pixels(shape)
     match = match_capture(levels, moved.grid)
     if _fits(match, moved.grid):
         return Fitted(moved, place, notes)
-    for (down, right), words in _FLIPS:
-        end = np.array(shape) - 1.0
-        flip = np.diag((down, right)), np.where(np.array((down, right)) < 0, end, 0.0)
-        other = mapped(calibration, place.then(*flip))
-        if _fits(match_capture(levels, other.grid), other.grid, strict=True):
-            note = f"it is {words} against the calibration, which was {words.split()[0]} with it"
-            return Fitted(other, place.then(*flip), (*notes, note))
+    turned = _turned(levels, calibration, roi, orientation, where)
+    if turned is not None:
+        return turned
     lenses = find_lenslets(levels)
     if match.seen and (lenses is None or _alike(lenses.grid, match.grid)):
         return _moved(levels, calibration, moved.grid, place, match, notes, where)
@@ -109,6 +122,37 @@ def fitted(
         "calibration fits"
     )
     return Fitted(moved, place, (*notes, note))
+
+
+def _turned(
+    levels: Image32,
+    calibration: Calibration,
+    roi: tuple[int, int] | None,
+    orientation: int,
+    where: str,
+) -> Fitted | None:
+    """A calibration that fits after a turn, what the orientations tell tried first."""
+    shape = levels.shape[0], levels.shape[1]
+    # Upright both look the same way: the white image's turn, then the capture's back.
+    upright = turning(calibration.image_shape, calibration.orientation or 1)
+    told = upright.then(turning(upright.shape, _OPPOSITE.get(orientation, orientation)))
+
+    def is_unlikely(way: int) -> bool:
+        return bool((turning(calibration.image_shape, way).matrix != told.matrix).any())
+
+    for way in sorted(_TURNS, key=is_unlikely):
+        before = shape[::-1] if way >= _TRANSPOSING else shape
+        try:
+            as_white, notes = _by_size(before, calibration, roi, where)
+        except InputError:
+            continue
+        place = (as_white or same_pixels(before)).then(turning(before, way))
+        other = mapped(calibration, place)
+        if _fits(match_capture(levels, other.grid), other.grid, strict=True):
+            verb = _TURNS[way].split()[0]
+            note = f"it is {_TURNS[way]} against the calibration, which was {verb} with it"
+            return Fitted(other, place, (*notes, note))
+    return None
 
 
 def _unfit(problem: str, where: str) -> InputError:
@@ -149,7 +193,11 @@ def _by_size(
             map_ = PixelMap(np.eye(2) * n, np.full(2, (n - 1) / 2), shape)
             return map_, (f"{sizes}: the white image is taken as binned {n} x {n}",)
     if shape == white[::-1]:
-        raise InputError(f"{sizes}: it is turned by 90 degrees; turn it back", where=where)
+        raise InputError(
+            f"{sizes}: it is turned by 90 degrees, and its pixels do not tell which way; turn it "
+            "back",
+            where=where,
+        )
     if shape[0] <= white[0] and shape[1] <= white[1]:
         middle = (white[1] - shape[1]) // 2, (white[0] - shape[0]) // 2
         raise InputError(
@@ -184,7 +232,7 @@ def _moved(
     sure = again.seen and max(again.agreement, again.smoothness) >= _TRUSTED
     if not sure or abs(scale) > _MOST_SCALE or abs(turn) > _MOST_TURN or not _fits(again, grid):
         raise _unfit(f"the calibration does not fit its pixels: micro images lie {words}", where)
-    whole = place.then(matrix, shift)
+    whole = place.then(PixelMap(matrix, shift, place.shape))
     note = (
         f"the calibration did not fit its pixels: micro images lie {words}; the grid was moved "
         "there, and a white image of the camera as it is now is better"

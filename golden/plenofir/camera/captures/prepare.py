@@ -134,7 +134,8 @@ def calibrated(
             dark_where=dark_where,
         )
         colours = colours_of_white(pixels, None, full_scale, dark)
-        return calibration.model_copy(update={"colours": colours})
+        told = {"colours": colours, "orientation": _if_turned(white)}
+        return calibration.model_copy(update=told)
     if dark is not None:
         check_same_size(dark, pixels.shape, dark_where, f"the white image {where}")
         less = np.clip(pixels.astype(np.int64) - dark, 0, None)
@@ -144,7 +145,13 @@ def calibrated(
     calibration = calibrate(levels, layout=layout, order=order, full_scale=full_scale, where=where)
     colours = colours_of_white(pixels, mosaic, full_scale, dark)
     level = 0.0 if dark is None else float(np.median(dark))
-    return calibration.model_copy(update={"colours": colours, "dark_level": level})
+    return calibration.model_copy(
+        update={"colours": colours, "dark_level": level, "orientation": _if_turned(white)}
+    )
+
+
+def _if_turned(white: Picture) -> int | None:
+    return white.orientation if white.orientation != 1 else None
 
 
 def _order_of_white(white: Picture, bayer: str | None) -> BayerOrder | None:
@@ -179,7 +186,13 @@ def prepared(
         mosaic=mosaic is not None,
         dark=dark.pixels if same and dark is not None else None,
     )
-    fit = fitted(grey_of(pixels, mosaic, full_scale), calibration, roi=corner, where=where)
+    fit = fitted(
+        grey_of(pixels, mosaic, full_scale),
+        calibration,
+        roi=corner,
+        orientation=capture.orientation,
+        where=where,
+    )
     image = developed(pixels, mosaic, where)
     of_white = bayer if mosaic is None else order_before(mosaic, fit.place)
 
@@ -221,7 +234,7 @@ def prepared(
         black,
         divisor,
         gains,
-        fit.notes,
+        (*capture.notes, *fit.notes),
         tuple(lines),
         mosaic,
     )

@@ -113,6 +113,8 @@ class FrameMetadata(Numbers):
     matrix: tuple[float, ...] | None = Field(default=None, min_length=9, max_length=9)
     # Exponent that the camera's own pictures are encoded with, where the file tells.
     gamma: float | None = Field(default=None, gt=0.1, le=4)
+    # How the picture is to be turned, as EXIF counts; the cameras write 1.
+    orientation: int = Field(default=1, ge=1, le=8)
     pixel_pitch: float = Field(gt=0, le=1e-3)  # In metres.
     mla: MicroLenses
     lens: MainLens = MainLens()
@@ -234,6 +236,7 @@ def frame_metadata(content: Json, where: str, private: Json | None = None) -> Fr
     image = part_of(content, "image") or {}
     details = part_of(image, "rawDetails") or image
     sensor = part_of(content, "devices", "sensor") or {}
+    orientation = part_of(image, "orientation")
     gains = _first(
         content, ("algorithms", "awb", "computed", "gain"), ("image", "color", "whiteBalanceGain")
     )
@@ -249,6 +252,7 @@ def frame_metadata(content: Json, where: str, private: Json | None = None) -> Fr
         "gains": gains,
         "matrix": _first(image, ("color", "ccm"), ("color", "ccmRgbToSrgbArray")),
         "gamma": part_of(image, "color", "gamma"),
+        "orientation": orientation if orientation in range(2, 9) else None,
         "pixel_pitch": part_of(sensor, "pixelPitch"),
         "mla": part_of(content, "devices", "mla"),
         "lens": part_of(content, "devices", "lens"),

@@ -31,8 +31,8 @@ _NO_FRAME = {
 def calibration_of(white: Path, dark: Path | None, bayer: str | None = None) -> Calibration:
     """Calibration of a white image, and the dark frame if there is one."""
     return calibrated(
-        read_picture(white),
-        read_image(dark) if dark else None,
+        read_picture(white, as_stored=True),
+        read_image(dark, as_stored=True) if dark else None,
         bayer=bayer,
         where=str(white),
         dark_where=str(dark),
@@ -50,7 +50,7 @@ def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress)
         assert hints.white is not None
         calibration = calibration_of(hints.white, hints.dark, hints.bayer)
         new = calibration.text()
-    dark = read_picture(hints.dark) if hints.dark else None
+    dark = read_picture(hints.dark, as_stored=True) if hints.dark else None
     ready = prepared(picture, calibration, told, dark=dark, where=where)
     pitch = " x ".join(f"{p:.3f}" for p in ready.calibration.grid.pitch[::-1])
     text = f"{calibration.grid.layout}, {pitch} pixels a lens"
@@ -63,14 +63,14 @@ def of_lytro(
     reading: LytroCapture, where: str, calib: str | None = None, white: Path | None = None
 ) -> Prepared:
     """A capture of a Lytro, with its own grid, or with a calibration and a white image for it."""
-    picture = Picture(reading.image, FULL_SCALE, 1.0)
+    picture = Picture(reading.image, FULL_SCALE, 1.0, orientation=reading.metadata.orientation)
     if calib is None:
         return Prepared(picture, reading.calibration, None, reading.white, None, (), reading.lines)
     ready = prepared(
         picture,
         load_calibration(calib),
         Told(white_balance="off"),
-        white=read_picture(white) if white else None,
+        white=read_picture(white, as_stored=True) if white else None,
         where=where,
     )
     return replace(ready, lines=(*reading.lines[:-1], *ready.lines))

@@ -216,6 +216,8 @@ def _by_pixels(stored: Stored, hints: Hints) -> LightFieldSource:
     """A picture of which nothing is told."""
     picture = stored.load()
     seen = recognise_picture(picture, stored.where, is_jpeg=_is_jpeg(stored))
+    if stored.orientation != 1 and seen.kind in ("aligned raster", "mosaic of views"):
+        return _by_pixels(stored.upright, hints)
     if seen.kind == "aligned raster" and seen.micro_image_size is not None:
         told = Finding("raster", f"taken as aligned, M = {seen.micro_image_size} by its joints")
         return raster_source(
@@ -225,7 +227,14 @@ def _by_pixels(stored: Stored, hints: Hints) -> LightFieldSource:
         return _quilt_by_motion(stored, hints, seen) or mosaic_source(
             stored, hints, seen.counts, seen.findings, seen.advice
         )
-    return replace(seen, where=stored.where)
+    findings = [*seen.findings[:1], *stored.findings, *seen.findings[1:]]
+    if stored.orientation != 1:
+        text = (
+            f"as the sensor lies; what is made of it is turned (EXIF orientation "
+            f"{stored.orientation})"
+        )
+        findings.insert(1, Finding("orientation", text, "told"))
+    return replace(seen, findings=tuple(findings), where=stored.where)
 
 
 _QUILT = re.compile(r"_qs(\d+)x(\d+)(?:a(\d+(?:\.\d+)?))?")
@@ -393,7 +402,12 @@ def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
         go_on = f"{command('batch', frames)} --white WHITE_IMAGE"
     return LightFieldSource(
         "folder of pictures" if is_folder else "film of frames",
-        (Finding("evidence", text), *first.findings[1:], *axes),
+        (
+            Finding("evidence", text),
+            *(one for one in stored.findings if one.notable),
+            *first.findings[1:],
+            *axes,
+        ),
         (go_on,),
         first.micro_image_size,
         first.pitch_px,
@@ -444,7 +458,8 @@ def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
             views[place] = whole.pixels[n]
         return whole._replace(pixels=views)
 
-    shape = stored.at((0,)).pixels.shape
+    first = stored.at((0,))
+    shape = first.pixels.shape
     text = f"{count} pictures of {shape[1]} x {shape[0]} pixels"
     kind: Kind = "folder of views" if stored.path.is_dir() else "sequence of views"
     return views_source(
@@ -452,7 +467,7 @@ def _sequence_of_views(stored: Stored, hints: Hints) -> LightFieldSource | None:
         stored,
         hints,
         (layout.rows, layout.columns),
-        (Finding("evidence", text), finding),
+        (Finding("evidence", text), *picture_findings(first), finding),
         (command("develop", stored.path),),
         view=lambda v, u: stored.at((numbers[v, u],)),
         load=load,
@@ -472,8 +487,17 @@ def _unknown_series(stored: Stored, hints: Hints) -> LightFieldSource:
     )
 
 
+def _turned(decide: Classifier) -> Classifier:
+    """What looks at a picture as its orientation says; captures stay as their sensor lies."""
+    return lambda stored, hints: decide(stored.upright, hints)
+
+
 CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
-    "yx": (_calibrated, _told_layout, _quilt_by_name, _given_size, _elemental, _by_pixels),
+    "yx": (
+        _calibrated,
+        *map(_turned, (_told_layout, _quilt_by_name, _given_size, _elemental)),
+        _by_pixels,
+    ),
     "vuyx": (_views,),
     "nyx": (_frames, _sequence_of_views, _unknown_series),
 }

@@ -33,7 +33,7 @@ from plenofir.camera.recognise.stored import (
 )
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import FILMS, first_frames
-from plenofir.ground.images import SCREEN_GAMMA, Picture, read_picture
+from plenofir.ground.images import SCREEN_GAMMA, Picture, read_picture, upright
 from plenofir.ground.pages import Pages, has_pages
 from plenofir.ground.shell import command
 
@@ -122,12 +122,14 @@ def _pages(path: Path, hints: Hints) -> Stored | None:
     pages = Pages(path)
     if len(pages) < 2:
         return None
+    told = (Finding("pages", pages.left_out_text, "told", notable=True),) if pages.left_out else ()
     return Stored(
         path,
         "nyx",
         (len(pages),),
-        lambda place: pages[place[0]],
+        lambda place: upright(pages[place[0]]),
         lambda place: f"{path}, page {place[0] + 1}",
+        told,
     )
 
 
@@ -164,7 +166,7 @@ def _calibration(path: Path, hints: Hints) -> LightFieldSource:
 
 def _picture(path: Path, hints: Hints) -> Stored:
     """One picture."""
-    picture = read_picture(path, drop_alpha=True)
+    picture = read_picture(path, drop_alpha=True, as_stored=True)
     return of_array(path, "yx", picture, picture_findings(picture))
 
 

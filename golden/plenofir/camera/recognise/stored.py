@@ -8,6 +8,7 @@ without a letter.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 from pathlib import Path
 
@@ -43,6 +44,21 @@ class Stored:
         """The path, for messages."""
         return str(self.path)
 
+    @property
+    def orientation(self) -> int:
+        """How a single picture is to be turned, as EXIF counts."""
+        return 1 if self.whole is None else self.whole.orientation
+
+    @cached_property
+    def upright(self) -> "Stored":
+        """The same pixels turned as their orientation says, which is told."""
+        if self.whole is None or self.orientation == 1:
+            return self
+        text = f"turned as its file says (EXIF orientation {self.orientation})"
+        finding = Finding("orientation", text, "told", notable=True)
+        picture = upright(self.whole)
+        return of_array(self.path, self.axes, picture, (finding, *self.findings))
+
     def places(self) -> Iterator[tuple[int, ...]]:
         """Places of all pictures, in their order."""
         return np.ndindex(*self.counts)
@@ -65,7 +81,9 @@ class Stored:
                 result = np.empty((*self.counts, *image.shape), dtype=image.dtype)
                 first = picture
             if image.shape != first.pixels.shape or image.dtype != result.dtype:
-                raise self.odd(place)
+                unlike = self.odd()
+                assert unlike is not None
+                raise unlike
             if picture.full_scale != first.full_scale:
                 raise InputError(
                     f"counts {picture.full_scale} as white, the first view {first.full_scale}",
@@ -77,14 +95,16 @@ class Stored:
             raise InputError("has no pictures", where=self.where)
         return first.like(result)
 
-    def odd(self, place: tuple[int, ...]) -> InputError:
-        """The picture that is unlike most others, when one at a place is unlike the first."""
+    def odd(self) -> InputError | None:
+        """The picture that is unlike most others; None if all are alike."""
         kinds: dict[str, list[tuple[int, ...]]] = {}
         for each in self.places():
             image = self.at(each).pixels
             size = f"{image.shape[1]} x {image.shape[0]} pixels"
             colours = "RGB" if image.ndim == 3 else "grey"
             kinds.setdefault(f"{size}, {colours}, {image.dtype}", []).append(each)
+        if len(kinds) == 1:
+            return None
         usual = max(kinds, key=lambda kind: len(kinds[kind]))
         odd, places = min(kinds.items(), key=lambda one: len(one[1]))
         if odd == usual:  # As many of one kind as of the other.
@@ -110,15 +130,19 @@ def check_sizes(stored: Stored) -> None:
             continue  # Told when its pixels are read.
         first = first or size
         if size != first:
-            raise stored.odd(place)
+            unlike = stored.odd()
+            if unlike is None:  # Some are turned by their orientation.
+                return
+            raise unlike
 
 
 def picture_findings(picture: Picture) -> tuple[Finding, ...]:
     """What a picture's file has that is not used, for people."""
-    if not picture.alpha:
-        return ()
-    text = "transparency, which is not opaque everywhere, is left out"
-    return (Finding("alpha", text, "told", notable=True),)
+    findings = [Finding("file", note, "told", notable=True) for note in picture.notes]
+    if picture.alpha:
+        text = "transparency, which is not opaque everywhere, is left out"
+        findings.append(Finding("alpha", text, "told", notable=True))
+    return tuple(findings)
 
 
 def of_array(path: Path, axes: str, picture: Picture, findings: tuple[Finding, ...] = ()) -> Stored:
@@ -148,7 +172,7 @@ def of_files(
         path,
         axes,
         counts,
-        lambda place: upright(read_picture(files[place], drop_alpha=True)),
+        lambda place: read_picture(files[place], drop_alpha=True),
         lambda place: str(files[place]),
         findings,
         kind,

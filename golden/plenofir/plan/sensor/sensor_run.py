@@ -158,7 +158,7 @@ def load_sensor(
     them. The calibration is moved to where the capture's pixels have the grid. InputError if it
     does not fit them, or the chip cannot follow the grid.
     """
-    capture = read_picture(raw)
+    capture = read_picture(raw, as_stored=True)
     bayer = order_of_mosaic(capture, bayer, str(raw))
     levels = grey_of(capture.pixels, bayer, capture.full_scale)
     fit = fitted(levels, load_calibration(calib), where=str(raw))
