@@ -87,10 +87,10 @@ def viewer() -> None:
 def developed() -> None:
     """The page that `plenofir develop` makes of the microscope's capture."""
     with tempfile.TemporaryDirectory() as folder, browser() as chromium:
-        files = [str(MICROSCOPE / f"{name}.png") for name in ("raw", "white", "dark")]
-        command = [sys.executable, "-m", "plenofir", "develop", files[0], "--white", files[1]]
-        command += ["--dark", files[2], "-M", "13", "--out", folder]
-        subprocess.run(command, check=True)
+        # In their folder, so that the page shows no path of this machine.
+        command = [sys.executable, "-m", "plenofir", "develop", "raw.png", "--white", "white.png"]
+        command += ["--dark", "dark.png", "-M", "13", "--out", folder]
+        subprocess.run(command, check=True, cwd=MICROSCOPE)
         tab = chromium.new_context(viewport={"width": 1000, "height": 1100}).new_page()
         tab.goto((Path(folder) / "index.html").as_uri())
         shot(tab, "developed.jpg")

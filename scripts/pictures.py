@@ -7,6 +7,7 @@ Without a name it lists them. The block diagrams (fir.svg and others) are drawn 
 is its own source. `make bench RECORD=1` draws bench.png.
 """
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,7 @@ from plenofir.camera.lightfield import (
     light_field,
     sub_aperture,
 )
+from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, search_disparity
 from plenofir.camera.plots import depth_picture
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import render
@@ -265,7 +267,7 @@ def real_captures() -> None:
 def developed_row(raw: Pixels, made: Path) -> Figure:
     """Part of a capture beside what develop made of it."""
     slices = sorted(made.glob("refocused_*.png"), key=lambda path: Fraction(a_of(path)))
-    shown = slices[1], slices[-2], made / "all_in_focus.png"
+    shown = slices[0], slices[-1], made / "all_in_focus.png"
     middle = tuple(slice(n // 2 - n // 16, n // 2 + n // 16) for n in raw.shape)
     part = Exposure(0, float(np.percentile(raw[middle], 99.9)), 2.2).apply(raw[middle], np.uint8)
     panels = [part, *(eight_bits(read_image(path)) for path in shown)]
@@ -276,13 +278,17 @@ def developed_row(raw: Pixels, made: Path) -> Figure:
     for axis, panel, title in zip(axes, panels, titles, strict=False):
         axis.imshow(panel, cmap="gray", vmin=0, vmax=255)
         axis.set_title(title, fontsize=10)
-    disparity = np.load(made / "disparity.npy")
-    low, high = np.percentile(disparity, [2, 98])
-    shown_map = axes[4].imshow(disparity, cmap="viridis", vmin=low, vmax=high)
-    axes[4].set_title("depth: a", fontsize=10)
+    m = json.loads((made / "develop.json").read_text())["micro_image_size"]
+    disparity = search_disparity(read_image(made / "aligned.png"), m).disparity
+    sure = disparity.confidence >= LEAST_CONFIDENCE
+    low, high = np.percentile(disparity.pixels_per_view[sure], [2, 98])
+    axes[4].set_facecolor("lightgrey")
+    sure_map = np.ma.masked_array(disparity.pixels_per_view, ~sure)
+    shown_map = axes[4].imshow(sure_map, cmap="viridis", vmin=low, vmax=high)
+    axes[4].set_title("depth: a (grey: not sure)", fontsize=10)
     figure.colorbar(shown_map, ax=axes[4], shrink=0.8)
     for axis in axes:
-        axis.set_axis_off()
+        axis.set(xticks=[], yticks=[], frame_on=axis is axes[4])
     return figure
 
 
