@@ -6,7 +6,7 @@ from typing import Any
 
 import cocotb
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge, First, Timer, ValueChange
+from cocotb.triggers import FallingEdge, Timer, ValueChange
 
 from board.unit_bench import I2cMaster
 from plenofir.fpga.hdmi.status import parse_status
@@ -53,14 +53,14 @@ class Control:
         for name in ("scl", "sda", "uart_rx"):
             getattr(dut, name).value = 1
         dut.button_clear.value = 0
-        cocotb.start_soon(self._locks())
+        for side in ("receive", "transmit"):
+            cocotb.start_soon(self._locks(side))
 
-    async def _locks(self) -> None:
-        dut = self.dut
+    async def _locks(self, side: str) -> None:
+        reset, locked = (getattr(self.dut, f"{side}_{name}") for name in ("reset", "locked"))
         while True:
-            dut.receive_locked.value = int(str(dut.receive_reset.value) == "0")
-            dut.transmit_locked.value = int(str(dut.transmit_reset.value) == "0")
-            await First(ValueChange(dut.receive_reset), ValueChange(dut.transmit_reset))
+            locked.value = int(str(reset.value) == "0")
+            await ValueChange(reset)
 
     async def clocks(self, count: int) -> None:
         await Timer(10 * count, "ns")

@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import cocotb
-from cocotb.triggers import First, Timer
+from cocotb.triggers import Timer
+from cocotb.utils import get_sim_time
+
+from plenofir_tb.levels import levels
 
 DEVICE = 0x50
 
@@ -36,8 +39,13 @@ class EdidDevice:
         self._mode = "idle"
         self._bits = self._byte = self._place = self._sent = self._taken = 0
         self._mine = False
+        self._scl_low, self._sda_low = levels(dut.scl_low), levels(dut.sda_low)
+        # When the master last moved the clock line, in ns.
+        self.clock_moved = 0.0
         dut.scl.value = dut.sda.value = 1
-        cocotb.start_soon(self._run())
+        self.update()
+        cocotb.start_soon(self._follow(dut.scl_low))
+        cocotb.start_soon(self._follow(dut.sda_low))
 
     def send_from_reset(self, byte: int) -> None:
         """Start in the middle of sending a byte, as after an aborted read."""
@@ -45,21 +53,23 @@ class EdidDevice:
         self._low = not byte >> 7
         self.update()
 
-    async def _run(self) -> None:
+    async def _follow(self, line: Any) -> None:
+        change = line.value_change
         while True:
+            await change
+            if line is self.dut.scl_low:
+                self.clock_moved = get_sim_time("ns")
             self.update()
-            await First(self.dut.scl_low.value_change, self.dut.sda_low.value_change)
 
     def update(self) -> None:
         """Drive the lines, and react to their changes."""
-
-        def pulled(port: Any) -> bool:
-            return str(port.value) == "1"
-
-        scl = int(not (pulled(self.dut.scl_low) or self._hold or self.scl_stuck))
-        sda = int(not (pulled(self.dut.sda_low) or self._low or self.sda_stuck))
+        scl = int(not (self._scl_low() == "1" or self._hold or self.scl_stuck))
+        sda = int(not (self._sda_low() == "1" or self._low or self.sda_stuck))
         before, self._lines = self._lines, (scl, sda)
-        self.dut.scl.value, self.dut.sda.value = scl, sda
+        if scl != before[0]:
+            self.dut.scl.value = scl
+        if sda != before[1]:
+            self.dut.sda.value = sda
         if before == (1, 1) and (scl, sda) == (1, 0):
             self.starts += 1
             self._mode, self._bits, self._taken, self._low = "take", 0, 0, False

@@ -6,7 +6,7 @@ from typing import Any
 
 import cocotb
 from cocotb.clock import Clock
-from cocotb.triggers import ClockCycles, FallingEdge
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
 from plenofir.fpga.hdmi.pll import HIGH, LOW
 from plenofir.fpga.hdmi.pll import registers as registers_of
@@ -368,7 +368,9 @@ async def frame_rates(dut: Any) -> None:
         for _ in range(count):
             for level, clocks in ((1, tick * units // 3), (0, tick * units - tick * units // 3)):
                 dut.v_sync.value = level
-                await ClockCycles(dut.clk, clocks)
+                # As many rising edges, of which only the last one wakes the bench.
+                await Timer(10_000 * (clocks - 1) + 1, "ps")
+                await RisingEdge(dut.clk)
 
     dut.v_sync.value = 0
     dut.reset.value = 1
@@ -385,7 +387,8 @@ async def frame_rates(dut: Any) -> None:
         }, units
     # Silence: the rate is 0 when the counter of the time since the last edge is full.
     dut.v_sync.value = 1
-    await ClockCycles(dut.clk, tick * 65536)
+    await Timer(10_000 * (tick * 65536 - 1) + 1, "ps")
+    await RisingEdge(dut.clk)
     assert int(dut.rate.value) != 0
     await ClockCycles(dut.clk, 2)
     assert int(dut.rate.value) == 0

@@ -6,7 +6,6 @@ Every pixel of every frame, of a stack every pixel of every slice, against the b
 
 import logging
 import random
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from plenofir_tb.axi_video import (
 )
 from plenofir_tb.case import read_case
 from plenofir_tb.frames import KINDS, damaged, make_frame, repaired_frames
+from plenofir_tb.levels import levels
 from plenofir_tb.scoreboard import FrameScoreboard
 from plenofir_tb.slices import SliceModel
 
@@ -102,7 +102,7 @@ class Bench:
         width = self.channels * self.core.pixel_bits
         used = ((frame.shape[1] - 1) % self.pixels + 1) * width
         return [
-            replace(b, data=b.data | self.rng.getrandbits(self.pixels * width) >> used << used)
+            b._replace(data=b.data | self.rng.getrandbits(self.pixels * width) >> used << used)
             if b.end_of_line
             else b
             for b in beats
@@ -159,12 +159,14 @@ class Bench:
     async def record(self, clocks: list[tuple[str, ...]]) -> None:
         """Record the core's outputs clock by clock."""
         dut = self.dut
-        ports = [dut.s_axis_tready, dut.error_flags, dut.m_axis_tvalid]
-        offer = [dut.m_axis_tdata, dut.m_axis_tuser, dut.m_axis_tlast]
+        offers = levels(dut.m_axis_tvalid)
+        ports = [levels(dut.s_axis_tready), levels(dut.error_flags), offers]
+        offer = [levels(dut.m_axis_tdata), levels(dut.m_axis_tuser), levels(dut.m_axis_tlast)]
+        edge = RisingEdge(dut.clk)
         while True:
-            await RisingEdge(dut.clk)
-            shown = [*ports, *offer] if str(dut.m_axis_tvalid.value) == "1" else ports
-            clocks.append(tuple(str(port.value) for port in shown))
+            await edge
+            shown = [*ports, *offer] if offers() == "1" else ports
+            clocks.append(tuple([read() for read in shown]))
 
     async def disturb(self, columns: int, rows: int, begin: int = 0) -> None:
         """Send frames, most of them broken, up to a random point, or `begin` clocks into a line."""
@@ -439,7 +441,7 @@ async def complete_frames_come_out(dut: Any) -> None:
         frame = bench.frame("random", columns, rows)
         beats = bench.beats(frame)
         if behind == "silence":
-            beats[-1] = replace(beats[-1], end_of_line=False)
+            beats[-1] = beats[-1]._replace(end_of_line=False)
         else:
             beats += [Beat(1, False, True)] * 3 * bench.patience
         bench.scoreboard.expect(bench.golden(frame))

@@ -3,8 +3,7 @@
 
 import random
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +11,14 @@ from cocotb.triggers import RisingEdge
 from cocotb_bus.drivers import BusDriver
 from cocotb_bus.monitors import BusMonitor
 
+from plenofir_tb.levels import levels
+
 SIGNALS = ["tvalid", "tready", "tdata", "tuser", "tlast"]
 StallPattern = Iterator[bool]
 Frame = npt.NDArray[np.integer]
 
 
-@dataclass(frozen=True)
-class Beat:
+class Beat(NamedTuple):
     """One transfer: a pixel and its side band; only outputs have a slice."""
 
     data: int
@@ -98,6 +98,7 @@ class AxiVideoSource(BusDriver):
         """Send transfers, one each clock unless a side stalls."""
         edge = RisingEdge(self.clock)
         bus = self.bus
+        ready = levels(bus.tready)
         # Signals are only written when they change: a write costs more than a clock of the
         # simulator.
         shown: Beat | None = None
@@ -121,7 +122,7 @@ class AxiVideoSource(BusDriver):
                 bus.tlast.value = int(beat.end_of_line)
             shown = beat
             await edge
-            while not int(bus.tready.value):
+            while not int(ready()):
                 self.refused_clocks += 1
                 await edge
         if offered:
@@ -145,7 +146,10 @@ class AxiVideoSink(BusMonitor):
     async def _monitor_recv(self) -> None:
         edge = RisingEdge(self.clock)
         bus = self.bus
-        slice_ = bus.tid if hasattr(bus, "tid") else None
+        offers = levels(bus.tvalid)
+        shown = [levels(bus.tdata), levels(bus.tuser), levels(bus.tlast)]
+        if hasattr(bus, "tid"):
+            shown.append(levels(bus.tid))
         ready = False
         refused: Beat | None = None
         bus.tready.value = 0
@@ -153,13 +157,9 @@ class AxiVideoSink(BusMonitor):
             await edge
             offer = None
             # Before the first reset signals may be undefined.
-            if str(bus.tvalid.value) == "1":
-                offer = Beat(
-                    int(bus.tdata.value),
-                    bool(int(bus.tuser.value)),
-                    bool(int(bus.tlast.value)),
-                    int(slice_.value) if slice_ is not None else 0,
-                )
+            if offers() == "1":
+                data, start, end, *slices = [int(read(), 2) for read in shown]
+                offer = Beat(data, bool(start), bool(end), *slices)
             if refused is not None or (offer is not None and not ready):
                 running = str(self.reset.value) == "0"
                 assert not running or refused in (None, offer), f"{refused} became {offer}"

@@ -3,7 +3,6 @@
 
 import random
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -58,7 +57,7 @@ def damaged(beats: Sequence[Beat], tokens: int, rng: random.Random) -> list[Beat
         broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
     # A start that lasts into the next frame would be that one's.
     if broken:
-        broken[-1] = replace(broken[-1], start_of_frame=False)
+        broken[-1] = broken[-1]._replace(start_of_frame=False)
     return broken
 
 

@@ -12,6 +12,7 @@ from cocotb.triggers import ClockCycles, FallingEdge
 
 from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, raster_signals, split_frames
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir_tb.levels import levels
 
 COUNT_BITS = 12
 """Bits of a count of ``video_pkg``."""
@@ -133,14 +134,17 @@ class VideoTap:
         packed = rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16
         columns = (signals.active, signals.h_sync, signals.v_sync, packed)
         before: tuple[int | None, ...] = (None,) * len(columns)
+        edge = FallingEdge(self.clk)
+        sink = [levels(port) for port in self.sink]
         for values in zip(*(column.tolist() for column in columns), strict=True):
             for port, value, last in zip(self.source, values, before, strict=True):
                 if value != last:
                     port.value = int(value)
             before = values
-            await FallingEdge(self.clk)
+            await edge
             with suppress(ValueError):  # Undefined before the first reset.
-                self.taken.append(tuple(int(port.value) for port in self.sink))
+                active, h_sync, v_sync, pixel = [int(read(), 2) for read in sink]
+                self.taken.append((active, h_sync, v_sync, pixel))
 
     def frames(self, *, from_start: bool = False) -> list[ReceivedFrame]:
         """Whole frames in what was taken since the last call (see `split_frames`)."""
@@ -178,11 +182,14 @@ class VideoBench:
         cocotb.start_soon(self._watch())
 
     async def _watch(self) -> None:
+        edge, read = FallingEdge(self.dut.clk), levels(self.dut.errors)
         while True:
-            await FallingEdge(self.dut.clk)
-            if self.dut.errors.value.is_resolvable:
-                flags = int(self.dut.errors.value)
-                self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
+            await edge
+            flags = read()
+            if "1" in flags:
+                self.errors |= {
+                    name for name, flag in zip(ERRORS, flags[::-1], strict=True) if flag == "1"
+                }
 
     async def reset(self) -> None:
         self.dut.reset.value = 1

@@ -12,6 +12,7 @@ from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.case import read_case
+from plenofir_tb.levels import levels
 from plenofir_tb.slices import SliceModel
 from plenofir_tb.video import VideoBench, part, shrunken
 
@@ -225,9 +226,10 @@ async def slices_change_between_frames(dut: Any) -> None:
 async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
     """Slice, output and whether it is raw, as reported at the first pixel of each frame."""
     blank_lines, was = 1000, 0
+    edge, read = FallingEdge(dut.clk), levels(dut.out_active)
     while True:
-        await FallingEdge(dut.clk)
-        active = int(dut.out_active.value) if dut.out_active.value.is_resolvable else 0
+        await edge
+        active = read() == "1"
         blank_lines = 0 if active else blank_lines + 1
         # Longer than a line's blanking: the first pixel after is that of a frame.
         if active and was > 2 * MINI_BLANK:
