@@ -3,6 +3,7 @@
 
 import importlib.metadata
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,6 +116,16 @@ def check_timing(
             )
 
 
+def check_constraints(log: Path) -> None:
+    """Refuse a placement from which nextpnr left out a constraint, which it only warns of."""
+    ignored = re.search(r"^Warning: *(.*\bignoring\b.*)$", log.read_text(errors="replace"), re.M)
+    if ignored:
+        raise InputError(
+            f"nextpnr left a constraint out: {ignored[1]}; name what the netlist has",
+            where=str(log),
+        )
+
+
 def versions(build: OpenBuild) -> dict[str, str]:
     """Versions of the tools; InputError if one is missing."""
     build.check()
@@ -153,6 +164,7 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
         files = ("--json", netlist.name, "--report", report.name, "--timing-allow-fail")
         told = lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(steps))  # noqa: E731
         run_tool([*build.place, *files], log, poll=told)
+        check_constraints(log)
         content = json.loads(report.read_text())
         judged = build.judge(content)
         check_timing(*judged, report)

@@ -17,7 +17,7 @@ def open_tools(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, Any]]
     """Installs stand-ins, whose report and failure can be changed."""
 
     def stand_in(report: dict[str, Any], bits: str) -> dict[str, Any]:
-        content: dict[str, Any] = {"report": report, "fails": ""}
+        content: dict[str, Any] = {"report": report, "fails": "", "log": "Info: Packing IOs..\n"}
 
         def run_tool(command: Sequence[str], log: Path, **_: object) -> None:
             name = Path(command[0]).name
@@ -32,7 +32,7 @@ def open_tools(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, Any]]
             if "--textcfg" in command:
                 config = command[command.index("--textcfg") + 1]
                 (log.parent / config).write_text(".tile R1C2:X\n")
-            log.write_text("Info: Packing IOs..\n")
+            log.write_text(content["log"])
 
         monkeypatch.setattr(open_build, "run_tool", run_tool)
         monkeypatch.setattr(open_build, "write_verilog", lambda *_, **__: None)

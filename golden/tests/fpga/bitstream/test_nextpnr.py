@@ -113,6 +113,24 @@ def test_beyond_the_data_sheet(tools: dict[str, Any], tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "told",
+    [
+        "net 'noclk' does not exist in design, ignoring clock constraint",
+        """    ignoring unsupported LPF command 'BLOCK PATH TO CELL "*q*"' (on line 11)""",
+    ],
+)
+def test_a_constraint_that_nextpnr_leaves_out_is_an_error(
+    tools: dict[str, Any], tmp_path: Path, told: str
+) -> None:
+    """Lines as nextpnr 0.11 writes them."""
+    tools["log"] = f"Info: Packing IOs..\nWarning: {told}\nInfo: Routing..\n"
+    with pytest.raises(InputError, match="left a constraint out") as error:
+        build(tmp_path)
+    assert "nextpnr.log" in error.value.where
+    assert not (tmp_path / "plenofir.bit").exists()
+
+
+@pytest.mark.parametrize(
     ("changed", "fails", "message"),
     [
         ({"clocks": {"$glbnet$clk": (FASTEST, 30.0)}}, "", "timing is not met: clk reaches 30 of"),
