@@ -296,6 +296,10 @@ class RingProof:
                 log,
             )
         except ToolError as error:
+            trace = directory / TRACE
+            if trace.exists():
+                # Steps of a proof have no time; readers of waves need a unit.
+                trace.write_text("$timescale 1ns $end\n" + trace.read_text())
             raise _not_proved(directory, self.name, str(error)) from None
         if "Induction step proven" not in log.read_text():
             raise _not_proved(directory, self.name, log.read_text()[-500:])
