@@ -64,7 +64,9 @@ entity resampler is
     -- Size of the raw frame, read with its first pixel.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what.
+    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what. A frame has one
+    -- calibration, that of its first pixel; where its mark of start lasts several pixels, one committed between these
+    -- may act on it already.
     load_write   : in    std_logic;
     load_kind    : in    std_logic_vector(1 downto 0);
     load_address : in    std_logic_vector(19 downto 0);

@@ -145,6 +145,36 @@ async def commits_around_the_first_pixel(dut: Any) -> None:
     assert max(used) > 2 * SHAPE[1] if MOSAIC else {1, 2} <= used
 
 
+@cocotb.test()
+async def commits_between_two_marks_of_a_start(dut: Any) -> None:
+    """A start whose mark lasts two pixels, with a commit between: no frame mixes two loads."""
+    bench = LoadBench(dut)
+    old, new = await bench.begin(2)
+    await bench.load([*bench.words(old), COMMIT])
+    await bench.load(bench.words(new))
+    got: list[int] = []
+    bench.sink.add_callback(lambda beat: got.append(beat.data))
+    bench.scoreboard.listening = False
+    frame = bench.frame("random")
+    if MOSAIC:
+        dut.red_place.value = 0
+        frame = frame[..., 0]
+    first, second, *rest = frame_beats(frame, bench.core.pixel_bits)
+    await bench.source.send([first])
+    await bench.load([COMMIT])
+    await bench.source.send([second._replace(start_of_frame=True), *rest])
+    await ClockCycles(dut.clk, 600)
+    pixels = interpolate_mosaic(frame, "rggb") if MOSAIC else frame
+    bits = bench.core.pixel_bits
+    rasters = [
+        pack_pixels(resample(pixels, *camera, full_scale=(1 << bits) - 1), bits).ravel().tolist()
+        for camera in (old, new)
+    ]
+    assert got in rasters
+    assert not bench.errors()
+    bench.scoreboard.listening = True
+
+
 async def seen(dut: Any, *signals: Any) -> float:
     """Time in ns of the first rising edge at which all signals are 1."""
     while True:
