@@ -24,9 +24,9 @@ _LEAST_AGREEMENT, SURE = 0.7, 0.9
 _SMALLEST_PITCH = 2.8
 _FEWEST_LENSES = 5
 # Size of the parts whose pitch of repetition is compared (share of the picture, limit in pixels).
-_PART, _SMALLEST_PART, _LARGEST_PART, _PERIODS = 0.5, 256, 768, 32
+_PART, _SMALLEST_PART, _LARGEST_PART, _PERIODS = 0.5, 256, 768, 24
 _PLACES = ((0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0))
-_REPEATS, _MOST_PARTS = 0.25, 4
+_REPEATS, _MOST_PARTS, _ENOUGH = 0.25, 4, 3
 _SAME_PITCH = 0.04
 
 
@@ -111,14 +111,22 @@ class Repetition:
 
     def of_lenses(self, grid: Grid) -> bool:
         """Whether the median pitch is the grid's; content with parallax repeats at another."""
-        side = float(np.sqrt(abs(np.linalg.det(np.array(grid.vectors)))))
-        return abs(self.middle / side - 1) < _SAME_PITCH
+        return _like_lenses(self.middle, grid)
 
 
-def repetition(grey: Image32, seen: Lattice | None = None) -> Repetition | None:
+def _like_lenses(pitch: float, grid: Grid) -> bool:
+    """Whether a pitch of repetition is a grid's."""
+    side = float(np.sqrt(abs(np.linalg.det(np.array(grid.vectors)))))
+    return abs(pitch / side - 1) < _SAME_PITCH
+
+
+def repetition(
+    grey: Image32, seen: Lattice | None = None, grid: Grid | None = None
+) -> Repetition | None:
     """Look for repetitions in five parts of a picture.
 
-    `seen`: a lattice of the picture; parts need not have many more than its periods.
+    `seen`: a lattice of the picture; parts need not have many more than its periods. `grid`: lenses
+    that are sure; three parts that repeat like them are enough, as the median is theirs then.
     """
     largest, smallest_pitch = _LARGEST_PART, 0.0
     if seen is not None:
@@ -137,6 +145,8 @@ def repetition(grey: Image32, seen: Lattice | None = None) -> Repetition | None:
             pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
             if lattice.score > _REPEATS and pitch * _FEWEST_LENSES < min(side):
                 found.append((pitch, lattice.score))
+        if grid is not None and sum(_like_lenses(pitch, grid) for pitch, _ in found) >= _ENOUGH:
+            break
     if not found:
         return None
     pitches = [pitch for pitch, _ in found]

@@ -33,6 +33,8 @@ _SMALLEST_SIDE = 32
 _LEAST_CONTRAST = 0.01
 # Lattice scores: below the first, repetitions are ignored; from the second on, as in a white image.
 _LEAST_SCORE, _LIKE_WHITE = 0.15, 0.35
+# Pitch in pixels from which on lattices are looked for without a finer version of the picture.
+_LARGE_PITCH = 8.0
 # Largest relative difference of neighbouring micro images in a white image.
 _EVEN = 0.04
 _LEAST_STRENGTH = 0.05
@@ -81,7 +83,7 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
     whole = levels.shape == picture.pixels.shape[:2]
     # Lenses show everywhere, so the middle is enough for them.
     inner = levels[middle(levels.shape)]
-    guesses = lattices(inner)
+    guesses = _lattices(inner)
     if not guesses or guesses[0].score < _LEAST_SCORE:
         return _mosaic(levels, whole, size, name) or _none(size)
     lenses = find_lenslets(inner, guesses)
@@ -94,9 +96,10 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
         white = _white(picture, name, size)
         if white is not None:
             return white
-    seen = repetition(levels, guesses[0])
+    is_sure = lenses is not None and lenses.match.agreement > SURE
+    seen = repetition(levels, guesses[0], lenses.grid if lenses and is_sure else None)
     if lenses is not None and lenses.match.strength > _LEAST_STRENGTH:
-        agrees = lenses.match.agreement > SURE and seen is not None and seen.of_lenses(lenses.grid)
+        agrees = is_sure and seen is not None and seen.of_lenses(lenses.grid)
         if seen is None or seen.even or not seen.all_over or agrees:
             return _capture(lenses, size, name)
         return _focused(seen.smallest, seen.largest, lenses.match.agreement, size, name)
@@ -114,6 +117,18 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
         )
         return LightFieldSource("can't tell", (size, Finding("evidence", text)))
     return _none(size)
+
+
+def _lattices(inner: Image32) -> list[Lattice]:
+    """Lattices of a picture; those of small pitches only where no clear one is large.
+
+    A lattice of some pixels would have been seen beside its sublattices; to look for smaller ones
+    takes most of the time.
+    """
+    coarse = lattices(inner, smallest_pitch=_LARGE_PITCH)
+    if coarse and coarse[0].score > _LIKE_WHITE and _pitch(coarse[0]) > _LARGE_PITCH:
+        return coarse
+    return lattices(inner)
 
 
 def middle(shape: tuple[int, ...]) -> tuple[slice, slice]:
