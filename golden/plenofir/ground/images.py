@@ -46,6 +46,11 @@ _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
 _TAG_ORIENTATION = 274
 _NUMBER_OF_IMAGES = 0xB001  # of the index of a multi-picture file
+# What a Raspberry Pi's raspistill -r writes behind a JPEG.
+_BROADCOM = b"BRCMo"
+_RAW_BEHIND = (
+    "the sensor's data behind the JPEG are left out; write them as DNG (rpicam-still --raw)"
+)
 # Approximate gamma of screens, sRGB and JPEG.
 SCREEN_GAMMA = 2.2
 
@@ -59,8 +64,9 @@ class Picture(NamedTuple):
     `profile`: ICC profile of the colours. `xmp`: packet of other metadata, only written.
     `orientation`: how the picture is to be turned to be looked at, as of EXIF (`upright`). `alpha`:
     whether a transparency that is not opaque everywhere was left out. `notes`: what else of the
-    file was left out, for people. Of a sensor's picture (DNG), whose black is subtracted: `mosaic`,
-    colours of the first 2 x 2 pixels ("rggb"); `neutral`, what the sensor sees of white.
+    file was left out, for people. `is_jpeg`: whether it was compressed in blocks of 8 x 8 pixels.
+    Of a sensor's picture (DNG), whose black is subtracted: `mosaic`, colours of the first 2 x 2
+    pixels ("rggb"); `neutral`, what the sensor sees of white.
     """
 
     pixels: Image
@@ -71,6 +77,7 @@ class Picture(NamedTuple):
     orientation: int = 1
     alpha: bool = False
     notes: tuple[str, ...] = ()
+    is_jpeg: bool = False
     mosaic: str | None = None
     neutral: tuple[float, float, float] | None = None
 
@@ -252,6 +259,7 @@ def _tiff(data: bytes) -> Picture:
             gamma,
             told(_TAG_PROFILE),
             orientation=page_orientation(page),
+            is_jpeg=page.compression == COMPRESSION.JPEG,
             notes=("of a pyramid of sizes the largest is taken",) if page.subifds else (),
         )
 
@@ -280,7 +288,11 @@ def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
             gamma,
             image.info.get("icc_profile"),
             orientation=_orientation(image.info.get("exif", b"")),
-            notes=_first_of(_pictures_of_mpo(image), "pictures in the JPEG (MPO)"),
+            notes=(
+                *_first_of(_pictures_of_mpo(image), "pictures in the JPEG (MPO)"),
+                *((_RAW_BEHIND,) if _BROADCOM in data else ()),
+            ),
+            is_jpeg=plugin == "JpegImage",
         )
 
 

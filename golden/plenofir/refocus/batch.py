@@ -21,6 +21,7 @@ from hashlib import sha256
 from itertools import islice
 from multiprocessing import resource_tracker
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any, Literal, NamedTuple
 from uuid import uuid4
 
@@ -248,6 +249,15 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
             f"the package {error.name} is not installed; pip install distributed cryptography"
         ) from None
     if scheduler == "local":
+        temporary = dask.config.get("temporary-directory") or gettempdir()
+        try:
+            str(temporary).encode()
+        except UnicodeEncodeError:
+            raise InputError(
+                f"{as_text(temporary)} is no text, which the folder for temporary files of worker "
+                "processes must be; name another one",
+                where="TMPDIR",
+            ) from None
         # Only this process handles Ctrl-C: workers inherit the signals blocked in the cluster's
         # threads, unless the first worker starts multiprocessing's tracker, which unblocks them.
         resource_tracker.ensure_running()

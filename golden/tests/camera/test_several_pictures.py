@@ -39,10 +39,15 @@ def test_the_first_picture_is_taken_and_told(
     FIRST.save(path, format_, **MORE)
     assert text in said(path)
     assert text in plenofir("inspect", name, "-M", "5", cwd=tmp_path).stdout
-    done = plenofir("batch", name, "-M", "5", "-a", "0", "--workers", "1", cwd=tmp_path)
-    assert text in done.stderr
     FIRST.save(path)
     assert "note" not in said(path)
+
+
+def test_batch_tells_too(tmp_path: Path) -> None:
+    FIRST.save(tmp_path / "pair.jpg", "MPO", **MORE)
+    words = ("-M", "5", "-a", "0", "--workers", "1")
+    done = plenofir("batch", "pair.jpg", *words, cwd=tmp_path)
+    assert "(MPO) the first is taken" in done.stderr
 
 
 def test_a_folder_of_pairs(tmp_path: Path) -> None:

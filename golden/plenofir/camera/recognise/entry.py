@@ -21,6 +21,10 @@ def recognise(path: Path, hints: Hints = _NO_HINTS) -> LightFieldSource:
     try:
         if not path.exists():
             raise InputError("no such file or folder", where=str(path))
+        if path.is_fifo():
+            raise InputError(
+                "is a pipe, which can be read once only; save it to a file first", where=str(path)
+            )
         # Readers and classifiers load SciPy, which takes most of a second.
         from plenofir.camera.recognise.kinds import classify
         from plenofir.camera.recognise.readers import read

@@ -57,7 +57,7 @@ Classifier = Callable[[Stored, Hints], LightFieldSource | None]
 
 
 def _is_jpeg(stored: Stored) -> bool:
-    return stored.path.suffix.lower() in (".jpg", ".jpeg")
+    return stored.whole is not None and stored.whole.is_jpeg
 
 
 def views_source(
@@ -379,11 +379,26 @@ def _views(stored: Stored, hints: Hints) -> LightFieldSource:
 # Series.
 
 
+def _film_of_quilts(stored: Stored, hints: Hints) -> LightFieldSource | None:
+    """A film whose name says that its frames are quilts."""
+    match = _QUILT.search(stored.path.stem)
+    if match is None or not _is_film(stored):
+        return None
+    text = (
+        f"a film whose frames are quilts of {match[1]} x {match[2]} views, by its name: films of "
+        "quilts are not read"
+    )
+    advice = f"save a frame as a picture named NAME{match[0]}.png"
+    return LightFieldSource(
+        "can't tell", (Finding("evidence", text, "told"),), (advice,), where=stored.where
+    )
+
+
 def _frames(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """Pictures that are captures or rasters themselves: frames of a camera."""
     start = next(iter(stored.places()))
-    is_jpeg = _is_jpeg(stored) or _is_film(stored)
     frame = stored.at(start)
+    is_jpeg = frame.is_jpeg or _is_film(stored)
     first = recognise_picture(frame, stored.name_at(start), is_jpeg=is_jpeg)
     if first.kind not in ("aligned raster", "raw capture", "white image"):
         return None
@@ -499,7 +514,7 @@ CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
         _by_pixels,
     ),
     "vuyx": (_views,),
-    "nyx": (_frames, _sequence_of_views, _unknown_series),
+    "nyx": (_film_of_quilts, _frames, _sequence_of_views, _unknown_series),
 }
 """What decides, by the axes of what is stored."""
 

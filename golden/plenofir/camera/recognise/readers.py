@@ -39,6 +39,7 @@ from plenofir.ground.shell import command
 
 # Bytes of frames in memory; a light field's views are fewer, and others are looked at in part.
 _LARGEST_FILM = 1 << 30
+_UNREAD = (".exr", ".hdr", ".webp", ".heic", ".heif", ".avif", ".jxl", ".jp2", ".psd")
 
 
 class Reader(NamedTuple):
@@ -75,11 +76,7 @@ def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
     """A folder of pictures: views by their names, or a series."""
     files = picture_files(path)
     if not files:
-        return LightFieldSource(
-            "can't tell",
-            (Finding("evidence", "no image files in the folder", "unknown"),),
-            ("give a folder of views, or a picture",),
-        )
+        return _no_pictures(path)
     try:
         named = named_views(files, path)
     except InputError as error:
@@ -91,6 +88,21 @@ def _folder(path: Path, hints: Hints) -> Stored | LightFieldSource:
         run: dict[tuple[int, ...], Path] = {(n,): file for (_, n), file in named.places.items()}
         return of_files(path, "nyx", run, findings, kind=RUNNING)
     return of_files(path, "vuyx", {place: file for place, file in named.places.items()}, findings)
+
+
+def _no_pictures(path: Path) -> LightFieldSource:
+    """A folder without pictures, as far as its names tell what it is."""
+    names = [file.name for file in sorted(path.iterdir())[:1000]]
+    text, advice = "no image files in the folder", "give a folder of views, or a picture"
+    endings = {Path(name).suffix.lower() for name in names} - {""}
+    unread = [f"*{ending}" for ending in _UNREAD if ending in endings]
+    if {".zgroup", ".zarray", "zarr.json"} & set(names):
+        text = "a Zarr array, which is not read"
+        advice = "save it as .npy (numpy.save) or HDF5"
+    elif unread:
+        text = f"pictures that are not read: {', '.join(unread)}"
+        advice = "convert them to PNG or TIFF"
+    return LightFieldSource("can't tell", (Finding("evidence", text, "unknown"),), (advice,))
 
 
 def _array(path: Path, hints: Hints) -> Stored:
