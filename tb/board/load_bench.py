@@ -140,3 +140,12 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     assert "the next frame uses it" in out
     core = described(CASE["description"], where="board")
     assert line.words == calibration_loads(core, load_calibration(CASE["calib"]), where="board")
+
+
+@cocotb.test()
+async def commands_behind_the_load_port(dut: Any) -> None:
+    """A command ends with a byte that is valid, whatever the bus shows between bytes."""
+    line = Line(dut)
+    await line.reset()
+    assert await line.ask("s 2") == "ok"
+    assert await line.ask("s 3") == "error"

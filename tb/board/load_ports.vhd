@@ -38,6 +38,7 @@ architecture test of load_ports is
   signal out_ready    : std_logic;
   signal in_data      : std_logic_vector(7 downto 0);
   signal other_data   : std_logic_vector(7 downto 0);
+  signal other_shown  : std_logic_vector(7 downto 0);
   signal answer_data  : std_logic_vector(7 downto 0);
   signal out_data     : std_logic_vector(7 downto 0);
   signal command      : command_t;
@@ -83,6 +84,10 @@ begin
       load_data     => load_data
     );
 
+  -- The end of a line that is not valid: only bytes with TVALID count.
+  other_shown <= other_data when other_valid = '1' else
+                 x"0D";
+
   commands : entity work.command_line
     generic map (
       STATUS => "slices=#", FIELDS => 1
@@ -91,7 +96,7 @@ begin
       clk           => clk,
       reset         => reset,
       s_axis_tvalid => other_valid,
-      s_axis_tdata  => other_data,
+      s_axis_tdata  => other_shown,
       m_axis_tvalid => answer_valid,
       m_axis_tready => answer_ready,
       m_axis_tdata  => answer_data,

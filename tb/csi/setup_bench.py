@@ -30,6 +30,11 @@ class Sensor:
         self.rng = random.Random(cocotb.RANDOM_SEED)
         self.written: list[tuple[int, int, int]] = []
         self.starts = self.clocks = 0
+        # Clocks of the master until now, and the longest time without a clock on the line between a
+        # transfer that was refused and the next one.
+        self.now = self._rose = self._quiet = 0
+        self.pauses: list[int] = []
+        self._was_refused = False
         # Faults: transfers without acknowledge; clocks of stretching; lines that stay low; a data
         # line held for a number of clocks; registers that reset the sensor, which does not
         # acknowledge them and is busy for clocks.
@@ -50,6 +55,7 @@ class Sensor:
         """A clock of the master."""
         dut = self.dut
         await FallingEdge(dut.clk)
+        self.now += 1
         low = [str(port.value) == "1" for port in (dut.scl_low, dut.sda_low)]
         scl = int(not (low[0] or self.scl_low or self._stretched > 0))
         sda = int(not (low[1] or self.sda_low or self.holds > 0 or self._pulls))
@@ -59,11 +65,15 @@ class Sensor:
         if before[0] and scl and before[1] != sda:
             if sda:
                 self._stop()
+            elif self._was_refused:
+                self.pauses.append(self._quiet)
+                self._was_refused = False
             self._bits = None if sda or self.busy else []
             self.starts += not sda
             self._pulls = False
         elif scl and not before[0]:
             self.clocks += 1
+            self._quiet, self._rose = max(self._quiet, self.now - self._rose), self.now
             self.holds -= self.holds > 0
             if self._bits is not None:
                 self._bits.append(sda)
@@ -88,7 +98,7 @@ class Sensor:
                 self.busy, self._bits, self._pulls = self.resets[now], None, False
         elif len(bits) == 27 and self.refuses:
             self.refuses -= 1
-            self._bits = None
+            self._bits, self._was_refused, self._quiet = None, True, 0
 
     def _register(self, bits: list[int]) -> tuple[int, int, int]:
         """Address, value and bytes of the value in the bits of a transfer."""
@@ -167,6 +177,9 @@ async def transfers_are_repeated(dut: Any) -> None:
         await sensor.begin()
         assert sensor.written == WRITTEN
         assert sensor.told() == (1, REFUSED, refuses)
+    # The first millisecond may have begun before.
+    assert len(sensor.pauses) == 1 + CASE["retries"]
+    assert min(sensor.pauses) >= CASE["retry_pause"]
     sensor.refuses = CASE["retries"] + 1
     await sensor.start()
     assert sensor.written == []

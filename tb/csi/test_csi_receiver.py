@@ -56,7 +56,7 @@ def test_sensor_setup() -> None:
     ]
     case = {
         "entries": [(*entry, 1 + isinstance(entry, WideEntry)) for entry in entries],
-        **{"quarter": 4, "retries": 3, "pause": 60},
+        **{"quarter": 4, "retries": 3, "pause": 60, "retry_pause": 4 * 20},
     }
     generics = {
         **{"REGISTERS": registers_text(entries), "QUARTER": 4, "RETRIES": 3},
