@@ -247,6 +247,36 @@ def microscope() -> None:
     save("microscope.png", microscope_picture())
 
 
+def volume() -> None:
+    """Slices of the vesicle's volume, and a section along z, both with the file's micrometres."""
+    from tifffile import TiffFile, xml2dict
+
+    with tempfile.TemporaryDirectory() as folder:
+        out = str(Path(folder) / "volume.ome.tif")
+        captures = [str(MICROSCOPE / f"{name}.png") for name in ("raw", "white", "dark")]
+        raw, white, dark = captures
+        words = ["batch", raw, "--white", white, "--dark", dark, "--camera", "lfm-vesicle-60x"]
+        words += ["-M", "15", "--z", "-12:12:1/2", "--out", out]
+        subprocess.run([sys.executable, "-m", "plenofir", *words], check=True)
+        with TiffFile(out) as file:
+            stack = file.asarray().astype(float)
+            pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
+    across, along = pixels["PhysicalSizeX"], pixels["PhysicalSizeZ"]
+    rows, columns = stack.shape[1:]
+    wide, deep = columns * across, len(stack) * along
+    low, high = np.percentile(stack, [1, 99.8])
+    figure, axes = plt.subplots(1, 4, figsize=(11, 3), layout="constrained")
+    for axis, number in zip(axes, (8, 24, 40), strict=False):
+        extent = (0, wide, rows * across, 0)
+        axis.imshow(stack[number], "gray", vmin=low, vmax=high, extent=extent)
+        axis.set(title=f"z = {number * along - 12:g} um", xlabel="x / um")
+    section = stack[:, rows // 2 - 8 : rows // 2 + 8].mean(1)
+    extent = (0, wide, deep / 2, -deep / 2)
+    axes[3].imshow(section, "gray", vmin=low, vmax=high, extent=extent)
+    axes[3].set(title="section along z", xlabel="x / um", ylabel="z / um")
+    figure.savefig(IMAGES / "volume.jpg", dpi=90, pil_kwargs={"quality": 85})
+
+
 def real_captures() -> None:
     """Whole captures of two microscopes: as they are, refocused, all in focus, their depth."""
     with tempfile.TemporaryDirectory() as parent:
@@ -430,6 +460,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "focus": focus,
     "calibration": calibration,
     "microscope": microscope,
+    "volume": volume,
     "real-captures": real_captures,
     "depth": depth,
     "smooth": smooth,

@@ -2,7 +2,7 @@
 """The command ``batch``: many frames through Dask."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,9 +13,9 @@ from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import note, progress_bar
 from plenofir.commands.looks import aperture_of, tilt_of
-from plenofir.commands.rasters import recognised, tell
+from plenofir.commands.rasters import check_aligned
+from plenofir.commands.results import VOLUMES, check_file, is_volume
 from plenofir.ground.errors import InputError
-from plenofir.ground.shell import command
 
 if TYPE_CHECKING:
     from plenofir.camera.recognise import Hints
@@ -58,13 +58,14 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
             return there
     except (OSError, ValueError, KeyError, TypeError):
         pass
+    pictures: Iterator[Picture]
     if film.suffix.lower() in FILMS:
         pictures = (Picture(frame, 255, SCREEN_GAMMA) for frame in film_frames(film))
     else:
         pages = Pages(film)
         if pages.left_out:
             note(f"{film}: {pages.left_out_text}")
-        pictures = (pages[n] for n in range(len(pages)))
+        pictures = iter(pages)
     names = []
     with Results(folder) as results:
         for number, picture in enumerate(pictures, 1):
@@ -72,26 +73,6 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
             results.write(names[-1], encode_png(picture))
         results.write(_UNPACKED, json.dumps({"film": mark, "frames": names}))
     return [folder / name for name in names]
-
-
-def _check_first(frame: Path, hints: "Hints") -> None:
-    """Refuse frames that are no aligned raw images of M, as the first of them shows."""
-    from plenofir.ground.images import read_picture
-
-    try:
-        read_picture(frame)
-    except InputError:
-        # One that cannot be read is a failed frame.
-        return
-    source = recognised(frame, hints)
-    if source.raster is None:
-        raise source.refusal()
-    tell(*(one for one in source.findings if one.heading != "axes"))
-    turned = [one for one in source.findings if one.heading == "axes" and one.notable]
-    if turned or hints.order or hints.flip not in (None, "none"):
-        reason = turned[0].text.partition(":")[0] if turned else "frames are refocused as they lie"
-        go_on = command("compose", frame, "-M", hints.micro_image or 1, "--out", "aligned.png")
-        raise InputError(f"{reason}; {go_on} puts one right", where=str(frame))
 
 
 def _develop_frame(source: Path, job: "Job", folder: Path) -> tuple[str, tuple[str, ...]]:
@@ -197,13 +178,35 @@ def _refocused(
     settings = Settings(micro_image, chosen, **how)
     found = find_frames(frames)
     sources = _unpacked(found, out)
-    _check_first(sources[0], hints)
+    check_aligned(sources[0], hints)
     with progress_bar("refocusing") as show:
         done = run_batch(
             sources, settings, out, scheduler=scheduler, workers=workers, progress=show
         )
     failed = [frame.reason for frame in done if frame.state == "failed"]
     return sum(frame.state == "kept" for frame in done), failed, len(done)
+
+
+def _volume(
+    patterns: list[str],
+    hints: "Hints",
+    planes: tuple[list[str] | None, list[str] | None, str | None, float],
+    out: str,
+    **how: Any,
+) -> str:
+    """Write the slices of all frames as one file; what was written, for people."""
+    from plenofir.commands.volumes import Film, slices_of_volume, volume_of_film
+    from plenofir.refocus.batch import find_frames
+
+    if hints.white is not None and hints.calib is not None:
+        raise InputError("cannot be combined with --calib; give one of them", where="white")
+    if hints.dark is not None:
+        options.require("dark", "calib", hints.white is None and hints.calib is None)
+    sources = find_frames(patterns)
+    path = check_file(out, VOLUMES, *sources)
+    film = Film(sources, hints)
+    with progress_bar("refocusing") as show:
+        return volume_of_film(film, lambda m: slices_of_volume(*planes, m), path, show, **how)
 
 
 @app.command()
@@ -218,7 +221,15 @@ def batch(
     ],
     hints: "Hints",
     a: options.SettingsIfGiven = None,
-    out: options.OutFolder = "batch",
+    z: options.Heights = None,
+    out: Annotated[
+        str,
+        typer.Option(
+            "--out",
+            help="Folder for the results, or one volume of all frames: NAME.ome.tif (OME-TIFF) or "
+            "NAME.tif (a hyperstack of ImageJ).",
+        ),
+    ] = "batch",
     scheduler: Annotated[
         str,
         typer.Option(
@@ -249,7 +260,7 @@ def batch(
     focus: options.Focus = inf,
     aperture: options.Aperture = None,
     tilt: options.Tilt = None,
-    exposure: options.Exposure = "auto",
+    exposure: options.ExposureIfGiven = None,
     gamma: options.Gamma = None,
     per_frame: Annotated[
         bool,
@@ -269,6 +280,9 @@ def batch(
 
     With --white or --calib each capture gets a folder with all that plenofir develop makes, with
     one calibration and one exposure for all of them (exposure.json).
+
+    A volume has the slices of every frame, aligned or captured, in one file: the frames' values in
+    16 bits, and with a microscope as --camera sizes in um. One frame is in memory at a time.
     """
     from plenofir.commands.developed import Job
     from plenofir.ground.files import check_folder
@@ -276,12 +290,35 @@ def batch(
     from plenofir.refocus.batch import find_frames
 
     pupil, rise = aperture_of(aperture), tilt_of(tilt)
+    captured = hints._replace(white=white, calib=calib, dark=dark)
     try:
+        if is_volume(out):
+            used = {
+                "scheduler": scheduler != "local",
+                "workers": workers,
+                "interpolation": interpolation,
+                "sharpen": sharpen,
+                "upsample": not upsample,
+                "exposure": exposure,
+                "gamma": gamma,
+                "exposure_per_frame": per_frame,
+            }
+            for option in filter(used.get, used):
+                raise InputError(
+                    "is for a folder of results; leave it out", where=options.typed(option)
+                )
+            planes = (a, z, camera, focus)
+            typer.echo(_volume(frames, captured, planes, out, aperture=pupil, tilt=rise))
+            return
+        if z:
+            raise InputError(
+                "is for volumes; give --out NAME.ome.tif, too", where=options.typed("z")
+            )
         if white is None and calib is None:
             for name, given in (("dark", dark), ("camera", camera)):
                 options.require(name, "calib", given is not None)
             options.require("focus", "camera", focus != inf)
-            options.require("exposure", "calib", exposure != "auto")
+            options.require("exposure", "calib", exposure is not None)
             options.require("gamma", "calib", gamma is not None)
             options.require("exposure_per_frame", "calib", per_frame)
             operator = interpolation is not None or sharpen is not None or not upsample
@@ -316,10 +353,10 @@ def batch(
             check_folder(Path(out), out)
             sources = _unpacked(find_frames(frames), Path(out))
             job = Job(
-                hints._replace(white=white, calib=calib, dark=dark),
+                captured,
                 camera,
                 focus,
-                exposure=exposure,
+                exposure=exposure or "auto",
                 gamma=gamma,
                 aperture=pupil,
                 tilt=rise,
@@ -331,7 +368,8 @@ def batch(
             total = len(sources)
             what = "captures developed"
     except KeyboardInterrupt:
-        typer.echo("plenofir: stopped; the same command goes on from here", err=True)
+        rest = "nothing was written" if is_volume(out) else "the same command goes on from here"
+        typer.echo(f"plenofir: stopped; {rest}", err=True)
         raise typer.Exit(130) from None
     for text in failed:
         typer.echo(f"failed: {text}", err=True)

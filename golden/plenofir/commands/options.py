@@ -168,9 +168,9 @@ def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmeti
 
 
 def focus_settings(
-    texts: Iterable[str], micro_image_size: int, *, rounded: bool = True
+    texts: Iterable[str], micro_image_size: int, *, rounded: bool = True, where: str = "a"
 ) -> tuple[Fraction, ...]:
-    """Focus settings of the option a: fractions, decimals and ranges, each setting once.
+    """Focus settings of an option: fractions, decimals and ranges, each setting once.
 
     `rounded`: decimals stand for a multiple of 1/M that is near, which is noted.
     """
@@ -178,7 +178,7 @@ def focus_settings(
     taken: dict[str, Fraction] = {}
 
     def setting(text: str) -> Fraction:
-        return _focus_setting(text, micro_image_size if rounded else None, taken)
+        return _focus_setting(text, micro_image_size if rounded else None, taken, where)
 
     words = [word for text in texts for word in re.split(r"[,\s]+", text.strip()) if word]
     for word in words:
@@ -187,36 +187,40 @@ def focus_settings(
             found.append(setting(word))
             continue
         if len(parts) > 3:
-            raise InputError(f"{word!r} is not a range; write FIRST:LAST[:STEP]", where="a")
+            raise InputError(f"{word!r} is not a range; write FIRST:LAST[:STEP]", where=where)
         first, last = (setting(part) for part in parts[:2])
         step = setting(parts[2]) if parts[2:] else Fraction(1, micro_image_size)
         if step <= 0 or first > last:
             raise InputError(
                 f"{word!r} is empty: FIRST must not be above LAST, and STEP must be positive",
-                where="a",
+                where=where,
             )
         count = (last - first) // step + 1
         if count > MAX_SETTINGS:
-            raise InputError(f"{word!r} has {count} settings, more than {MAX_SETTINGS}", where="a")
+            raise InputError(
+                f"{word!r} has {count} settings, more than {MAX_SETTINGS}", where=where
+            )
         found += [first + n * step for n in range(count)]
     if not found:
-        raise InputError("give a focus setting, such as -3/5", where="a")
+        raise InputError("give a focus setting, such as -3/5", where=where)
     twice = next((a for n, a in enumerate(found) if a in found[:n]), None)
     if twice is not None:
-        raise InputError(f"{twice} is given twice", where="a")
+        raise InputError(f"{twice} is given twice", where=where)
     if taken:
         notes = ", ".join(f"{text} as {value}" for text, value in taken.items())
         typer.echo(f"note: a = {notes}, in steps of 1/{micro_image_size}", err=True)
     return tuple(found)
 
 
-def _focus_setting(text: str, micro_image_size: int | None, taken: dict[str, Fraction]) -> Fraction:
+def _focus_setting(
+    text: str, micro_image_size: int | None, taken: dict[str, Fraction], where: str
+) -> Fraction:
     """A focus setting; decimals stand for the multiple of 1/M within a quarter of a step."""
     from plenofir.refocus.shifts import parse_focus, shift_to_text
 
     decimal = re.fullmatch(r"[+-]?(\d+\.\d*|\.\d+)", text)
     if decimal is None:
-        return parse_focus(text, where="a")
+        return parse_focus(text, where=where)
     exact = Fraction(text)
     if micro_image_size is None:
         return exact
@@ -225,7 +229,7 @@ def _focus_setting(text: str, micro_image_size: int | None, taken: dict[str, Fra
     if abs(exact * m - nearest) > _NEAR:
         below = floor(exact * m)
         neighbours = " and ".join(shift_to_text(shift, m) for shift in (below, below + 1))
-        raise InputError(f"{text} lies between {neighbours}; use a multiple of 1/{m}", where="a")
+        raise InputError(f"{text} lies between {neighbours}; use a multiple of 1/{m}", where=where)
     found = Fraction(nearest, m)
     if found != exact:
         taken[text] = found
@@ -403,13 +407,12 @@ _BORDER = typer.Option(
     "zero counts the missing ones as black, which darkens the border.",
 )
 Border = Annotated[Literal["normalise", "zero"], _BORDER]
-Exposure = Annotated[
-    str,
-    typer.Option(
-        help="Exposure: auto takes black and white levels from the picture; a number adds EV (1 "
-        "doubles the light) to the values as they are, auto+1 to auto; off changes nothing."
-    ),
-]
+_EXPOSURE = typer.Option(
+    help="Exposure: auto, the default, takes black and white levels from the picture; a number "
+    "adds EV (1 doubles the light) to the values as they are, auto+1 to auto; off changes nothing."
+)
+Exposure = Annotated[str, _EXPOSURE]
+ExposureIfGiven = Annotated[str | None, _EXPOSURE]
 Gamma = Annotated[
     float | None,
     typer.Option(
@@ -451,6 +454,15 @@ BorderIfGiven = Annotated[Literal["normalise", "zero"] | None, _BORDER]
 CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
 SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]
+Heights = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--z",
+        metavar="LIST",
+        help="Planes by their heights in um over the plane in focus, towards the objective, in "
+        "place of -a: FIRST:LAST[:STEP]. Of volumes, with a microscope as --camera.",
+    ),
+]
 EngineIfGiven = Annotated[SliceEngineName | None, _ENGINE]
 EngineOrStack = Annotated[EngineName, _ENGINE_OR_STACK]
 InterpolationIfGiven = Annotated[InterpolationName | None, _INTERPOLATION]

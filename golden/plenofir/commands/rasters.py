@@ -10,6 +10,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import note
 from plenofir.ground.errors import InputError
+from plenofir.ground.shell import command
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +32,26 @@ def recognised(path: str | Path, hints: "Hints") -> "LightFieldSource":
     for text in source.warnings:
         typer.echo(f"warning: {path}: {text}", err=True)
     return source
+
+
+def check_aligned(frame: Path, hints: "Hints") -> None:
+    """Refuse frames that are no aligned raw images of M, as the first of them shows."""
+    from plenofir.ground.images import read_picture
+
+    try:
+        read_picture(frame)
+    except InputError:
+        # One that cannot be read is a failed frame.
+        return
+    source = recognised(frame, hints)
+    if source.raster is None:
+        raise source.refusal()
+    tell(*(one for one in source.findings if one.heading != "axes"))
+    turned = [one for one in source.findings if one.heading == "axes" and one.notable]
+    if turned or hints.order or hints.flip not in (None, "none"):
+        reason = turned[0].text.partition(":")[0] if turned else "frames are refocused as they lie"
+        go_on = command("compose", frame, "-M", hints.micro_image or 1, "--out", "aligned.png")
+        raise InputError(f"{reason}; {go_on} puts one right", where=str(frame))
 
 
 def read_field(

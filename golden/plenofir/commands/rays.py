@@ -9,13 +9,15 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
 from plenofir.commands.rasters import focused, warn_of_camera
-from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
+from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot_and_csv
+from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from fractions import Fraction
+    from pathlib import Path
     from types import ModuleType
 
-    from plenofir.camera.rays import Distances, RayModel
+    from plenofir.camera.rays import Distances, Microscope, RayModel
 
 MicroImage = Annotated[
     int | None,
@@ -106,9 +108,24 @@ def distance(
         ),
     ] = False,
 ) -> None:
-    """Distance and depth of field of refocused planes."""
-    from plenofir.camera.rays import condition_numbers, diffraction_note, rayleigh_limit
+    """Distance and depth of field of refocused planes; of a microscope their heights in um."""
+    from plenofir.camera.rays import (
+        Microscope,
+        condition_numbers,
+        diffraction_note,
+        load_instrument,
+        rayleigh_limit,
+    )
 
+    known = load_instrument(camera)
+    if isinstance(known, Microscope):
+        used = {"focus": focus != inf, "plot": plot, "verbose": verbose}
+        for option in filter(used.get, used):
+            raise InputError(
+                "is for cameras with a main lens; leave it out", where=options.typed(option)
+            )
+        _heights(known, a, micro_image, as_json, csv_file)
+        return
     model = _model(camera, focus, micro_image)
     settings = options.focus_settings(a, model.micro_image_size, rounded=False)
     rows = [
@@ -161,6 +178,42 @@ def distance(
             width=100,
         )
     _note(diffraction_note(model.camera))
+
+
+def _heights(
+    microscope: "Microscope",
+    a: list[str],
+    micro_image: int | None,
+    as_json: bool,
+    csv_file: "Path | None",
+) -> None:
+    """Heights of a microscope's planes over the plane in focus."""
+    from plenofir.camera.rays import MicroscopeModel
+
+    model = MicroscopeModel(microscope, micro_image or max(2, microscope.micro_image_size))
+    settings = options.focus_settings(a, model.micro_image_size, rounded=False)
+    rows: list[dict[str, object]] = []
+    cells = []
+    for setting in settings:
+        far, near = model.depth_of_field_um(float(setting))
+        um = [options.finite(float(n)) for n in (far, model.height_um(float(setting)), near)]
+        names = ("far_um", "z_um", "near_um")
+        rows.append({"a": _fraction(setting), **dict(zip(names, um, strict=True))})
+        cells.append([str(setting), *("none" if n is None else f"{n:.3f}" for n in um)])
+    check_plot_and_csv(None, csv_file)
+    write_csv(csv_file, rows)
+    if words := model.micro_image_note():
+        typer.echo(f"warning: {words}", err=True)
+    if as_json:
+        sizes = {"um_per_a": model.um_per_a, "pixel_um": model.pixel_um}
+        print_json({"camera": microscope.name, **sizes, "planes": rows})
+        return
+    print_table(
+        ["a", "far", "z", "near"],
+        cells,
+        title=f"{microscope.name}, M = {model.micro_image_size}; um over the plane in focus",
+    )
+    typer.echo(f"z / a: {model.um_per_a:.4f} um; a pixel of a picture: {model.pixel_um:.4f} um")
 
 
 def _baseline_row(model: "RayModel", gap: int, view: int) -> dict[str, float | None]:
@@ -325,13 +378,14 @@ _SYMBOLS = (
 
 @app.command()
 def cameras(as_json: options.AsJson = False) -> None:
-    """List the shipped cameras."""
-    from plenofir.camera.rays import camera_names, load_camera
+    """List the shipped cameras and microscopes."""
+    from plenofir.camera.rays import Microscope, camera_names, load_instrument, microscope_names
 
-    known = [load_camera(name) for name in camera_names()]
+    known = [load_instrument(name) for name in (*camera_names(), *microscope_names())]
     if as_json:
         print_json([camera.model_dump() for camera in known])
         return
+    microscopes = [one for one in known if isinstance(one, Microscope)]
     rows = [
         [
             camera.name,
@@ -341,10 +395,24 @@ def cameras(as_json: options.AsJson = False) -> None:
             str(camera.sensor.pixel_pitch_mm),
         ]
         for camera in known
+        if not isinstance(camera, Microscope)
     ]
     print_table(["name", *(symbol for symbol, _ in _SYMBOLS)], rows, title="shipped cameras, mm")
     for symbol, meaning in _SYMBOLS:
         typer.echo(f"{symbol}: {meaning}")
+    rows = [
+        [
+            one.name,
+            f"{one.objective.real_magnification:g}x / {one.objective.numerical_aperture:g}",
+            f"{one.objective.immersion_index:g}",
+            str(one.micro_lenses.focal_length_mm),
+            str(one.micro_lenses.pitch_mm),
+            f"{one.sensor.pixel_pitch_mm:.5g}",
+        ]
+        for one in microscopes
+    ]
+    print_table(["name", "V / NA", "n", "f_s", "p_M", "p_p"], rows, title="microscopes, mm")
+    typer.echo("V: magnification; NA: numerical aperture; n: index of immersion")
 
 
 @app.command()

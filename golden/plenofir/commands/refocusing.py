@@ -13,7 +13,7 @@ from plenofir.commands import file_options, options
 from plenofir.commands.console import print_lines, progress_bar
 from plenofir.commands.looks import aperture_of, look_for, setting_text, tilt_of
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
-from plenofir.commands.results import PICTURES, check_file, publish, save
+from plenofir.commands.results import PICTURES, VOLUMES, check_file, is_volume, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
 
@@ -130,13 +130,50 @@ def _region(text: str) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
+def _volume(
+    raster: str,
+    hints: "Hints",
+    planes: tuple[list[str] | None, list[str] | None],
+    out: str,
+    camera: str | None,
+    focus: float,
+    **how: Any,
+) -> str:
+    """Write the stack of a light field as one file; what was written, for people."""
+    from plenofir.camera.lightfield.any_field import is_rectangle, pictures_of
+    from plenofir.commands.volumes import deepened, slices_of_volume
+    from plenofir.ground.volumes import write_volume
+
+    path = check_file(out, VOLUMES, raster)
+    field, m, *_ = read_field(raster, hints, rectangles=True)
+    pixels = deepened(field.pixels, field.full_scale)
+    if is_rectangle(pixels):
+        used: dict[str, object] = {"camera": camera, "aperture": how["aperture"]}
+        used["tilt"] = any(how["tilt"])
+        for option in filter(used.get, used):
+            raise InputError("is for a square of views; leave it out", where=options.typed(option))
+    chosen = slices_of_volume(*planes, camera, focus, m)
+    with progress_bar("refocusing") as show:
+        slices = pictures_of(pixels, m, chosen.settings, show, **how)
+        total = len(chosen.settings)
+        shape = write_volume(path, [slices], 1, total, voxel=chosen.voxel, about=chosen.about())
+    return f"{out}: {chosen.words(1, shape[3:], pixels.dtype)}"
+
+
 @app.command()
 @file_options.takes_light_fields
 def stack(
     raster: options.LightField,
     hints: "Hints",
     a: options.SettingsIfGiven = None,
-    out: Annotated[str, typer.Option(help="Folder for the slices.")] = "stack",
+    z: options.Heights = None,
+    out: Annotated[
+        str,
+        typer.Option(
+            help="Folder for the slices, or a volume: NAME.ome.tif (OME-TIFF) or NAME.tif (a "
+            "hyperstack of ImageJ)."
+        ),
+    ] = "stack",
     everywhere: Annotated[
         bool,
         typer.Option(
@@ -156,7 +193,7 @@ def stack(
     aperture: options.Aperture = None,
     tilt: options.Tilt = None,
     border: options.BorderIfGiven = None,
-    exposure: options.Exposure = "auto",
+    exposure: options.ExposureIfGiven = None,
     gamma: options.Gamma = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
@@ -165,7 +202,8 @@ def stack(
 
     Without focus settings it goes from 0 to 1 in steps of 1/M. Slices are made as refocus makes
     them, with one exposure for all, and the border is normalised; with --depth-index they are the
-    VHDL's.
+    VHDL's. A volume keeps the light field's values, in 16 bits, and with a microscope as --camera
+    has sizes in um.
     """
     import numpy as np
 
@@ -190,6 +228,23 @@ def stack(
         has_order,
     )
 
+    how: dict[str, Any] = {"aperture": aperture_of(aperture), "tilt": tilt_of(tilt)}
+    used: dict[str, object]
+    if is_volume(out):
+        used = {
+            "all_in_focus": everywhere,
+            "depth_index": index,
+            "radius": radius != 1,
+            "exposure": exposure is not None,
+            "gamma": gamma is not None,
+        }
+        for option in filter(used.get, used):
+            raise InputError("is for a folder of slices; leave it out", where=options.typed(option))
+        how["border"] = border or "normalise"
+        typer.echo(_volume(raster, hints, (a, z), out, camera, focus, **how))
+        return
+    if z:
+        raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
     if index and everywhere:
         raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
     options.require("radius", "depth_index", radius != 1 and not index)
@@ -197,7 +252,6 @@ def stack(
     for name, given in (("aperture", aperture), ("tilt", tilt)):
         if given and index:
             options.refuse_both(name, "--depth-index")
-    how: dict[str, Any] = {"aperture": aperture_of(aperture), "tilt": tilt_of(tilt)}
     check_folder(Path(out), out)
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     if is_rectangle(raw.pixels):
@@ -217,7 +271,7 @@ def stack(
         shape, lens = raw.pixels.shape[2:4], 1
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * lens
-    look = look_for(raw, m, exposure, gamma)
+    look = look_for(raw, m, exposure or "auto", gamma)
     lines = [f"{out}: {len(settings)} slices", look.words()]
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.

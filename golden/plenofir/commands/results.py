@@ -24,8 +24,15 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 """Endings of pictures that can be written."""
+VOLUMES = (".tif", ".tiff")
+"""Endings of volumes, see `plenofir.ground.volumes`."""
 # Endings of plots, as of `plenofir.camera.plots.encode_figure`.
 _PLOTS = (".svg", ".pdf", ".png")
+
+
+def is_volume(out: str) -> bool:
+    """Whether a result's name is that of a volume, not of a folder."""
+    return out.lower().endswith(VOLUMES)
 
 
 def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) -> Path:
@@ -68,6 +75,12 @@ def write_plot_and_csv(
         files[csv_file] = _csv(rows)
     for path, content in files.items():
         write_file(path, content)
+
+
+def write_csv(path: Path | None, rows: "Sequence[Mapping[str, object]]") -> None:
+    """Write rows, if there is a path."""
+    if path is not None:
+        write_file(path, _csv(rows))
 
 
 def _csv(rows: "Sequence[Mapping[str, object]]") -> bytes:

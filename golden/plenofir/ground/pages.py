@@ -2,6 +2,7 @@
 """Pages of a TIFF file (plain, ImageJ's, OME's) as pictures, one at a time."""
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import Picture, page_orientation, page_pixels
+from plenofir.ground.images import Image, Picture, page_orientation, page_pixels
 from plenofir.ground.levels import levels
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -63,21 +64,33 @@ class Pages:
 
     def __getitem__(self, number: int) -> Picture:
         """A picture by its number from 0, as stored."""
+        return next(self._from(number))
+
+    def __iter__(self) -> Iterator[Picture]:
+        """All pictures, each read when it is needed."""
+        return self._from(0)
+
+    def _from(self, first: int) -> Iterator[Picture]:
         from tifffile import TiffFile
 
         try:
             with TiffFile(self._path) as file:
                 series: Any = max(file.series, key=lambda one: one.size)
                 each = len(series.pages) // self._count
-                pages = [series.pages[number * each + k] for k in range(each)]
-                parts = [page_pixels(page.aspage(), str(self._path)) for page in pages]
                 bits = int(series.keyframe.bitspersample)
-                orientation = page_orientation(pages[0].aspage())
+                for number in range(first, self._count):
+                    pages = [series.pages[number * each + k] for k in range(each)]
+                    parts = [page_pixels(page.aspage(), str(self._path)) for page in pages]
+                    orientation = page_orientation(pages[0].aspage())
+                    picture = self._picture(parts, bits, number)
+                    yield picture._replace(orientation=orientation)
         except InputError:
             raise
         except Exception as error:  # Decoders raise whatever a damaged file leads them to.
             raise self._damaged(error) from None
-        image = parts[0] if each == 1 else np.stack(parts, axis=-1)
+
+    def _picture(self, parts: list[Image], bits: int, number: int) -> Picture:
+        image = parts[0] if len(parts) == 1 else np.stack(parts, axis=-1)
         if image.ndim == 3:
             image = image[..., 0] if image.shape[2] == 1 else image[..., :3]
         as_levels = levels(image, f"{self._path}, page {number + 1}")

@@ -75,7 +75,7 @@ def film_file_frames(path: Path, rate: float) -> Iterator[Captured]:
         if pages is None:
             pictures = (Picture(frame, 255) for frame in film_frames(path))
         else:
-            pictures = (pages[n] for n in range(len(pages)))
+            pictures = iter(pages)
         for picture in pictures:
             yield Captured(picture, time.time())
             time.sleep(1 / rate)

@@ -75,7 +75,8 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "frames": ("grey.png", "*.png"),
     "folder": ("views", "mosaic.png", "field.mat", "new.mat", "hci"),
     "scene": ("scene.toml", "rgb-480p", "lifcl40"),
-    "camera": ("camera.toml", "f193-mla2", "odd_camera.toml"),
+    "camera": ("camera.toml", "f193-mla2", "odd_camera.toml", "lfm-levoy-25x"),
+    "z": ("0", "-2:2", "-1:1:1/2"),
     "prescription": ("lens.csv", "f100"),
     "a": ("a.vcd", "b.vcd"),
     "b": ("a.vcd", "b.vcd"),
@@ -220,7 +221,7 @@ def value(draw: Any, command: Words, parameter: Any) -> str:
         return mostly(draw, st.sampled_from(get_args(kind)), TEXT)
     if name == "out":
         usual = st.just(f"results/{parameter.default or 'out'}")
-        taken = st.sampled_from(("grey.png", "known.json", "folder", "views"))
+        taken = st.sampled_from(("grey.png", "known.json", "folder", "views", "results/x.tif"))
         return mostly(draw, usual, NAME | taken)
     return mostly(draw, st.sampled_from(NAMES[name]), NAME)
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ray model: distances and depths of field of refocused planes, and virtual cameras.
 
-`RayModel` is the model; `load_camera` reads what it is made from.
+`RayModel` is the model; `load_camera` reads what it is made from. `MicroscopeModel` is that of
+microscopes, `load_instrument` reads cameras and microscopes.
 """
 
 from plenofir.camera.rays.camera import (
@@ -13,6 +14,7 @@ from plenofir.camera.rays.camera import (
     camera_names,
     camera_of,
     load_camera,
+    microscope_names,
 )
 from plenofir.camera.rays.condition import condition_numbers
 from plenofir.camera.rays.cover import Cover, Slice, covering_slices, depth_of_field, gaps_between
@@ -34,6 +36,12 @@ from plenofir.camera.rays.measured import (
     measure_pupil,
     measured_focal_length,
 )
+from plenofir.camera.rays.microscope import (
+    Microscope,
+    MicroscopeModel,
+    Objective,
+    load_instrument,
+)
 from plenofir.camera.rays.model import RayModel
 
 __all__ = [
@@ -44,6 +52,9 @@ __all__ = [
     "MainLens",
     "MeasuredPupil",
     "MicroLensArray",
+    "Microscope",
+    "MicroscopeModel",
+    "Objective",
     "Planes",
     "RayModel",
     "Sensor",
@@ -63,8 +74,10 @@ __all__ = [
     "iterated_image_distance",
     "lens_extension",
     "load_camera",
+    "load_instrument",
     "measure_pupil",
     "measured_focal_length",
+    "microscope_names",
     "object_side_distance",
     "rayleigh_limit",
 ]

@@ -8,15 +8,23 @@ import tomllib
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 
 CAMERAS = project.DATA / "cameras"
+MICROSCOPES = project.DATA / "microscopes"
 
 # Beyond any camera, but small enough for products and quotients of lengths not to overflow.
 _SHORTEST, _LONGEST = 1e-30, 1e30
@@ -47,18 +55,34 @@ SignedLength = Annotated[float, AfterValidator(_signed_length)]
 PupilDistance = Annotated[float, AfterValidator(_pupil_distance)]
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A part of a description: fields are checked, others refused."""
+
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class MicroLensArray(_Part):
+class MicroLensArray(Part):
     """Micro lenses at one focal length from the sensor.
 
-    `focal_length_mm`: f_s. `pitch_mm`: p_M, distance between neighbouring micro lenses.
+    `focal_length_mm`: f_s; a file may have `f_number` instead, f_s / p_M. `pitch_mm`: p_M, distance
+    between neighbouring micro lenses.
     """
 
     focal_length_mm: Length
     pitch_mm: Length
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_f_number(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or "f_number" not in values:
+            return values
+        rest = {name: value for name, value in values.items() if name != "f_number"}
+        number, pitch = values["f_number"], values.get("pitch_mm")
+        if "focal_length_mm" in rest:
+            raise ValueError("give focal_length_mm or f_number, not both")
+        if not isinstance(number, int | float) or not isinstance(pitch, int | float):
+            raise ValueError("f_number and pitch_mm must be numbers")
+        return {**rest, "focal_length_mm": number * pitch}
 
 
 def _thin_lens(values: dict[str, Any]) -> float:
@@ -67,7 +91,7 @@ def _thin_lens(values: dict[str, Any]) -> float:
     return pupil
 
 
-class MainLens(_Part):
+class MainLens(Part):
     """Paraxial data of the main lens.
 
     Attributes
@@ -97,7 +121,7 @@ class MainLens(_Part):
     entrance_pupil_diameter_mm: Length | None = None
 
 
-class Sensor(_Part):
+class Sensor(Part):
     """Image sensor.
 
     `pixel_pitch_mm`: p_p. `columns`, `rows`: number of pixels, if known.
@@ -108,12 +132,11 @@ class Sensor(_Part):
     rows: Annotated[int, Field(ge=1)] | None = None
 
 
-class Camera(_Part):
-    """A standard plenoptic camera."""
+class Instrument(Part):
+    """What cameras and microscopes have in common: micro lenses before a sensor."""
 
     name: Annotated[str, Field(min_length=1)]
     title: str = ""
-    main_lens: MainLens
     micro_lenses: MicroLensArray
     sensor: Sensor
 
@@ -126,6 +149,23 @@ class Camera(_Part):
     def micro_image_size(self) -> int:
         """M: the largest odd number of pixels that a micro image has, 1 or more."""
         return max(1, int((self.pixels_per_lens - 1) // 2 * 2 + 1))
+
+    def micro_image_note(self, micro_image_size: int) -> str:
+        """What is wrong with M for this instrument; empty if its micro images have M pixels."""
+        pixels, wrong = self.pixels_per_lens, ""
+        # Compared with the size that decoding chooses.
+        if micro_image_size < self.micro_image_size:
+            wrong = "hold only if the picture has their middle pixels, as decode crops them"
+        if micro_image_size > pixels + 0.5:
+            wrong = "are wrong"
+        have = f"the micro images of {self.name} have {pixels:.1f} pixels, not {micro_image_size}"
+        return f"{have}; distances {wrong}" if wrong else ""
+
+
+class Camera(Instrument):
+    """A standard plenoptic camera."""
+
+    main_lens: MainLens
 
     def thin_lens_note(self) -> str:
         """Say that the exit pupil is assumed; empty where the camera's data have it."""
@@ -189,8 +229,12 @@ def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
     try:
         return Camera.model_validate(content)
     except ValidationError as error:
-        wrong, *_ = error.errors()
-        name = next((n for n, place in FIELDS.items() if place == wrong["loc"]), "camera")
+        places: dict[object, str] = {place: name for name, place in FIELDS.items()}
+        order = [*FIELDS, "camera"]
+        name, wrong = min(
+            ((places.get(one["loc"], "camera"), one) for one in error.errors()),
+            key=lambda pair: order.index(pair[0]),
+        )
         message = wrong["msg"].removeprefix("Value error, ").replace("Input should", "it should")
         raise InputError(f"{wrong['input']!r}; {message}", where=name) from None
 
@@ -200,26 +244,52 @@ def camera_names() -> list[str]:
     return sorted(path.stem for path in CAMERAS.glob("*.toml"))
 
 
+def microscope_names() -> list[str]:
+    """Names of the shipped microscopes."""
+    return sorted(path.stem for path in MICROSCOPES.glob("*.toml"))
+
+
 def load_camera(source: str | Path) -> Camera:
     """Load a shipped camera by name, or any camera from a file.
 
     `source`: name (`camera_names`) or path of a TOML file. Raises `InputError` if there is no such
     camera, or the file is not valid: field, value and what is allowed.
     """
-    shipped = CAMERAS / f"{source}.toml"
-    path = shipped if str(source) in camera_names() else Path(source)
+    content, path = description(source, camera_names())
+    if "objective" in content:
+        raise InputError(
+            "is a microscope; plenofir distance takes one, and stack and batch with --out "
+            "NAME.ome.tif, a volume",
+            where=path,
+        )
+    return checked(Camera, content, path)
+
+
+def description(source: str | Path, names: list[str]) -> tuple[dict[str, Any], str]:
+    """What a shipped description says, or a file, and its path; `names` may be given instead."""
+    shipped = (folder / f"{source}.toml" for folder in (CAMERAS, MICROSCOPES))
+    known = {*camera_names(), *microscope_names()}
+    path = Path(source)
+    if str(source) in known:
+        path = next(file for file in shipped if file.is_file())
     if not path.is_file():
         raise InputError(
-            f"no such camera; give a TOML file, or one of {', '.join(camera_names())}",
-            where=str(source),
+            f"no such camera; give a TOML file, or one of {', '.join(names)}", where=str(source)
         )
     try:
-        content = tomllib.loads(input_file(path).read_text(encoding="utf-8"))
+        return tomllib.loads(input_file(path).read_text(encoding="utf-8")), str(path)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(
             f"cannot be read ({error}); it must be a TOML file of a camera", where=str(path)
         ) from None
+
+
+Described = TypeVar("Described", bound=Instrument)
+
+
+def checked(kind: type[Described], content: dict[str, Any], path: str) -> Described:
+    """An instrument of a description; raises `InputError` for one that is not valid."""
     try:
-        return Camera.model_validate(content)
+        return kind.model_validate(content)
     except ValidationError as error:
-        raise validation_error(error, where=str(path)) from None
+        raise validation_error(error, where=path) from None

@@ -50,15 +50,7 @@ class FocusedCamera:
 
     def micro_image_note(self) -> str:
         """What is wrong with M for this camera; empty if its micro images have M pixels."""
-        m, camera = self.micro_image_size, self.camera
-        pixels, wrong = camera.pixels_per_lens, ""
-        # Compared with the size that decoding chooses.
-        if m < camera.micro_image_size:
-            wrong = "hold only if the picture has their middle pixels, as decode crops them"
-        if m > pixels + 0.5:
-            wrong = "are wrong"
-        have = f"the micro images of {camera.name} have {pixels:.1f} pixels, not {m}; distances "
-        return have + wrong if wrong else ""
+        return self.camera.micro_image_note(self.micro_image_size)
 
     @property
     def extension_mm(self) -> float:
