@@ -269,7 +269,7 @@ def volume() -> None:
     for axis, number in zip(axes, (8, 24, 40), strict=False):
         extent = (0, wide, rows * across, 0)
         axis.imshow(stack[number], "gray", vmin=low, vmax=high, extent=extent)
-        axis.set(title=f"z = {number * along - 12:g} um", xlabel="x / um")
+        axis.set(title=f"z = {round(number * along - 12)} um", xlabel="x / um")
     section = stack[:, rows // 2 - 8 : rows // 2 + 8].mean(1)
     extent = (0, wide, deep / 2, -deep / 2)
     axes[3].imshow(section, "gray", vmin=low, vmax=high, extent=extent)

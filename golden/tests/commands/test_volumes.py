@@ -241,18 +241,40 @@ def test_failures_in_the_middle_leave_nothing(
     assert sorted(folder.rglob("*")) == before
 
 
-def test_captures_over_time(tmp_path: Path) -> None:
-    """Two captures of the vesicle with one calibration: values and sizes."""
+def ring(slice_: Any, centre: tuple[float, float]) -> float:
+    """Radius in pixels of the brightest ring about a centre."""
+    y, x = np.indices(slice_.shape)
+    far = np.hypot(y - centre[0], x - centre[1]).astype(int) // 2
+    light = [np.median(slice_[far == k]) for k in range(20, 90)]
+    smooth = np.convolve(light, np.ones(5) / 5, "same")[2:-2]
+    return float(2 * (22 + np.argmax(smooth)) + 1)
+
+
+def test_a_vesicle_is_round(tmp_path: Path) -> None:
+    """A captured giant vesicle, a sphere: as high in z as it is wide in x and y.
+
+    Two frames with one calibration have the values that decode and refocus give.
+    """
     from plenofir.ground import project
 
     data = project.DATA / "microscope"
     run(tmp_path, "calibrate", str(data / "white.png"), "--out", "calib.json")
     Pillow.open(data / "raw.png").save(tmp_path / "raw_2.png")
-    words = "--calib calib.json -M 13 --z 0:2:2 --camera lfm-vesicle-60x --out v.ome.tif"
+    words = "--calib calib.json -M 15 --z -8:8:2 --camera lfm-vesicle-60x --out v.ome.tif"
     said = run(tmp_path, "batch", str(data / "raw.png"), "raw_2.png", *words.split())
-    assert "2 frames of 2 slices of 364 x 364 pixels" in said
-    found = imread(tmp_path / "v.ome.tif")
+    assert "2 frames of 9 slices of 420 x 420 pixels" in said
+    with TiffFile(tmp_path / "v.ome.tif") as file:
+        found = file.asarray()
+        pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
     np.testing.assert_array_equal(found[0], found[1])
-    run(tmp_path, "decode", str(data / "raw.png"), "--calib", "calib.json", "-M", "13")
+    words = "--calib calib.json -M 15 --out aligned.png"
+    run(tmp_path, "decode", str(data / "raw.png"), *words.split())
     decoded = np.asarray(Pillow.open(tmp_path / "aligned.png")).astype(np.uint16)
-    np.testing.assert_array_equal(found[0, 0], best_picture(decoded, 13, 0))
+    np.testing.assert_array_equal(found[0, 4], best_picture(decoded, 15, 0))
+
+    radii = [pixels["PhysicalSizeX"] * ring(one, (214.9, 203.9)) for one in found[0]]
+    heights = pixels["PhysicalSizeZ"] * (np.arange(9) - 4)
+    # r^2 = R^2 - q^2 (z - z_0)^2, and q is 1 for a sphere: 1.12 found, 0.75 without g.
+    square, _, offset = np.polyfit(heights, np.square(radii), 2)
+    print(f"q = {np.sqrt(-square):.3f}, R = {np.sqrt(offset):.2f} um")
+    assert np.sqrt(-square) == pytest.approx(1, abs=0.15)
