@@ -81,8 +81,8 @@ class Pages:
                 for number in range(first, self._count):
                     pages = [series.pages[number * each + k] for k in range(each)]
                     parts = [page_pixels(page.aspage(), str(self._path)) for page in pages]
-                    orientation = page_orientation(pages[0].aspage())
                     picture = self._picture(parts, bits, number)
+                    orientation = page_orientation(pages[0].aspage())
                     yield picture._replace(orientation=orientation)
         except InputError:
             raise
@@ -97,7 +97,7 @@ class Pages:
         white = (
             (1 << bits) - 1 if image.dtype.kind == "u" and 8 <= bits <= 16 else as_levels.full_scale
         )
-        return Picture(np.ascontiguousarray(as_levels.values), white, orientation=orientation)
+        return Picture(np.ascontiguousarray(as_levels.values), white)
 
     def _damaged(self, error: Exception) -> InputError:
         reason = " ".join(str(error).split()) or type(error).__name__

@@ -2,6 +2,7 @@
 """Volumes as other programs read them, and what they hold."""
 
 import tracemalloc
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def test_ome_tiff_as_napari_reads_it(folder: Path) -> None:
         assert file.is_ome
         series = file.series[0]
         found = series.asarray()
-        pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
+        pixels = xml2dict(file.ome_metadata or "")["OME"]["Image"]["Pixels"]
         # Readers of TIFF alone.
         across = 1e4 * file.pages[0].tags["XResolution"].value[1]  # type: ignore[union-attr]
         across /= file.pages[0].tags["XResolution"].value[0]  # type: ignore[union-attr]
@@ -112,7 +113,7 @@ def test_colours_are_channels(folder: Path, name: str) -> None:
     with TiffFile(folder / name) as file:
         found, axes = file.asarray(), file.series[0].axes
         if file.is_ome:
-            pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
+            pixels = xml2dict(file.ome_metadata or "")["OME"]["Image"]["Pixels"]
             assert not [key for key in pixels if key.startswith("Physical")]
             assert [one["Name"] for one in pixels["Channel"]] == ["red", "green", "blue"]
         else:
@@ -160,7 +161,7 @@ def test_memory_does_not_grow_with_frames(folder: Path) -> None:
         film = np.full((frames, 20 * M, 20 * M), 9, np.uint16)
         imwrite(folder / "long.tif", film, photometric="minisblack")
         del film
-        slices = volumes.Slices((volumes.Fraction(0),), None)
+        slices = volumes.Slices((Fraction(0),), None)
         tracemalloc.start()
         source = volumes.Film([folder / "long.tif"], volumes_hints())
         volumes.volume_of_film(
@@ -265,7 +266,7 @@ def test_a_vesicle_is_round(tmp_path: Path) -> None:
     assert "2 frames of 9 slices of 420 x 420 pixels" in said
     with TiffFile(tmp_path / "v.ome.tif") as file:
         found = file.asarray()
-        pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
+        pixels = xml2dict(file.ome_metadata or "")["OME"]["Image"]["Pixels"]
     np.testing.assert_array_equal(found[0], found[1])
     words = "--calib calib.json -M 15 --out aligned.png"
     run(tmp_path, "decode", str(data / "raw.png"), *words.split())
