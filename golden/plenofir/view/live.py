@@ -72,6 +72,7 @@ def film_file_frames(path: Path, rate: float) -> Iterator[Captured]:
     """Frames of a film or pages of a TIFF file, `rate` a second, over and over."""
     while True:
         pages = None if path.suffix.lower() in FILMS else Pages(path)
+        pictures: Iterator[Picture]
         if pages is None:
             pictures = (Picture(frame, 255) for frame in film_frames(path))
         else:
