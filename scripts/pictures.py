@@ -260,7 +260,7 @@ def volume() -> None:
         subprocess.run([sys.executable, "-m", "plenofir", *words], check=True)
         with TiffFile(out) as file:
             stack = file.asarray().astype(float)
-            pixels = xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
+            pixels = xml2dict(file.ome_metadata or "")["OME"]["Image"]["Pixels"]
     across, along = pixels["PhysicalSizeX"], pixels["PhysicalSizeZ"]
     rows, columns = stack.shape[1:]
     wide, deep = columns * across, len(stack) * along
