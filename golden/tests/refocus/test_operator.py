@@ -203,3 +203,18 @@ def test_linear_in_the_image():
 def test_unknown_alignment_is_refused():
     with pytest.raises(ValueError, match="align"):
         output_offset(3, 1, "left")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("m", [4, 5, 6])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_even_m_moves_pictures_by_halves(m: int, order: int) -> None:
+    """Pixel u of lens j is seen at M j + c + a' (u - c), and (n + a' mod 2) / 2 more for even M."""
+    c, lens = (m - 1) / 2, 30
+    for shift in range(-3, 4):
+        more = (order + shift % 2) / 2 if m % 2 == 0 else 0
+        for u in range(m):
+            line = np.zeros(60 * m, np.int64)
+            line[lens * m + u] = 1
+            sums = interpolated_sums(line, m, shift, axis=0, order=order)
+            middle = (sums * np.arange(sums.size)).sum() / sums.sum()
+            assert middle == pytest.approx(lens * m + c + shift * (u - c) + more)
