@@ -68,7 +68,7 @@ def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lensle
 
     None if no lattice is found all over the picture; `guesses` are its `lattices`, if known.
     """
-    found: list[Lenslets] = []
+    candidates: list[Lenslets] = []
     for lattice in (lattices(grey) if guesses is None else guesses)[:_CANDIDATES]:
         try:
             start = guess(grey, lattice.vectors)
@@ -79,10 +79,10 @@ def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lensle
             continue
         match = match_capture(grey, start)
         if match.seen and max(match.agreement, match.smoothness) >= _LEAST_AGREEMENT:
-            found.append(Lenslets(match, lattice.score))
+            candidates.append(Lenslets(match, lattice.score))
             if match.agreement > SURE:
                 break
-    return max(found, key=lambda one: one.evidence * one.match.strength, default=None)
+    return max(candidates, key=lambda one: one.evidence * one.match.strength, default=None)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def repetition(
         largest = int(np.clip(_PERIODS * pitch, _SMALLEST_PART, _LARGEST_PART))
         smallest_pitch = pitch / 2
     side = [min(int(n * _PART), largest) for n in grey.shape]
-    found = []
+    parts = []
     for down, right in _PLACES:
         top = int((grey.shape[0] - side[0]) * down)
         left = int((grey.shape[1] - side[1]) * right)
@@ -144,16 +144,16 @@ def repetition(
         for lattice in best:
             pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
             if lattice.score > _REPEATS and pitch * _FEWEST_LENSES < min(side):
-                found.append((pitch, lattice.score))
-        if grid is not None and sum(_like_lenses(pitch, grid) for pitch, _ in found) >= _ENOUGH:
+                parts.append((pitch, lattice.score))
+        if grid is not None and sum(_like_lenses(pitch, grid) for pitch, _ in parts) >= _ENOUGH:
             break
-    if not found:
+    if not parts:
         return None
-    pitches = [pitch for pitch, _ in found]
+    pitches = [pitch for pitch, _ in parts]
     # Parts in which a multiple of the pitch was found are left out.
     middle = float(np.median(pitches))
     near = [pitch for pitch in pitches if 0.75 * middle < pitch < 1.33 * middle]
-    score = float(np.median([score for _, score in found]))
+    score = float(np.median([score for _, score in parts]))
     return Repetition(min(near), float(np.median(near)), max(near), len(near), score)
 
 
