@@ -127,3 +127,45 @@ def test_an_interrupt_while_it_is_loaded() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (130, "plenofir: interrupted\n")
+
+
+# What each library warns of where someone brings odd data, and what it logs.
+_WARNINGS = {
+    "numpy": "import numpy as n; n.ones(1) / n.zeros(1)",
+    "scipy": "import scipy.linalg as s; s.solve([[1, 1], [1, 1 + 3e-16]], [1, 2])",
+    "numba": "import warnings, numba.core.errors as e; warnings.warn(e.NumbaWarning('slow'))",
+    "skimage": "import numpy as n, skimage.io as s; s.imsave('a.png', n.zeros((9, 9), 'uint8'))",
+    "imageio": "import imageio; imageio.imread('a.png')",
+    "log": "import logging; logging.getLogger('imageio').warning('a frame was resized')",
+}
+
+
+@pytest.fixture(scope="module")
+def warned(tmp_path_factory: pytest.TempPathFactory) -> dict[bool, list[str]]:
+    """Standard error of the command, with and without --debug, cut at the end of each library."""
+    lines = "\n".join(
+        f"    {work}\n    print('end', file=sys.stderr)" for work in _WARNINGS.values()
+    )
+    script = (
+        "import sys\nfrom plenofir import __main__\nfrom plenofir.commands import app\n"
+        f"def run(_):\n{lines}\n    return 0\napp.run = run\n__main__.main()\n"
+    )
+    texts = {}
+    for debug in (False, True):
+        arguments = [sys.executable, "-c", script, *(["--debug"] if debug else [])]
+        done = subprocess.run(
+            arguments,
+            cwd=tmp_path_factory.mktemp("warned"),
+            stderr=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
+        texts[debug] = done.stderr.split("end\n")
+    return texts
+
+
+@pytest.mark.parametrize("library", _WARNINGS)
+def test_warnings_of_libraries_do_not_reach_the_user(warned, library: str) -> None:
+    place = list(_WARNINGS).index(library)
+    assert warned[False][place] == ""
+    assert warned[True][place] != ""
