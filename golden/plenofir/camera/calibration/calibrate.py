@@ -3,6 +3,7 @@
 
 import numpy as np
 from scipy import ndimage
+from threadpoolctl import threadpool_limits
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.fit import Fit, fit_grid
@@ -53,7 +54,9 @@ def calibrate(
     signal = white_signal(white, dark, where=where, dark_where=dark_where, full_scale=full_scale)
     try:
         clipped = clipped_level(white, signal, full_scale)
-        fit = fit_grid(signal, layout=layout, order=order, clipped=clipped)
+        # No matrix here is large enough for a second thread to help, and threads that wait spin.
+        with threadpool_limits(limits=1, user_api="blas"):
+            fit = fit_grid(signal, layout=layout, order=order, clipped=clipped)
     except InputError as error:
         raise InputError(error.problem, where=where) from None
     t, s = np.indices(fit.shape)

@@ -2,12 +2,14 @@
 """Calibration: accuracy on images with known centres, damage, bad input, the file."""
 
 import json
+import sys
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from plenofir.camera.calibration import (
     Calibration,
@@ -16,6 +18,7 @@ from plenofir.camera.calibration import (
     load_calibration,
     thesis_calibration,
 )
+from plenofir.camera.calibration.fit import fit_grid
 from plenofir.camera.calibration.frames import clipped_share, grey
 from plenofir.camera.calibration.thesis_method import normalised, regression, rotated
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
@@ -380,3 +383,22 @@ def test_equations_of_the_text() -> None:
     assert rotated(middle, 33.0, (100, 120)) == pytest.approx(middle)
     right, down = np.array([[50.0, 61.0]]), np.array([[51.0, 60.0]])
     assert rotated(right, 90.0, (100, 120)) == pytest.approx(down)
+
+
+def test_linear_algebra_has_one_thread(monkeypatch) -> None:
+    """Threads of OpenBLAS wait by spinning; the caller's limit holds again afterwards."""
+    seen = []
+
+    def observed(*arguments, **options):
+        seen.extend(blas_threads())
+        return fit_grid(*arguments, **options)
+
+    def blas_threads() -> list[int]:
+        return [n["num_threads"] for n in threadpool_info() if n["user_api"] == "blas"]
+
+    monkeypatch.setattr(sys.modules[calibrate.__module__], "fit_grid", observed)
+    image = white_image((60, 60), regular_grid((60, 60), 10.4, rotation_degrees=2.0))
+    with threadpool_limits(limits=2, user_api="blas"):
+        calibrate(image)
+        assert set(blas_threads()) == {2}
+    assert set(seen) == {1}
