@@ -2,7 +2,7 @@
 """The command ``batch``: many frames through Dask."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
-from plenofir.commands.console import note, progress_bar
+from plenofir.commands.console import progress_bar
 from plenofir.commands.looks import aperture_of, tilt_of
 from plenofir.commands.rasters import check_aligned
 from plenofir.commands.results import VOLUMES, check_file, is_volume
@@ -43,10 +43,9 @@ def _unpacked(sources: list[Path], out: Path) -> list[Path]:
 
 
 def _frames_of(film: Path, out: Path) -> list[Path]:
+    from plenofir.commands.volumes import pictures_of_file
     from plenofir.ground.files import Results
-    from plenofir.ground.films import FILMS, film_frames
-    from plenofir.ground.images import SCREEN_GAMMA, Picture, encode_png
-    from plenofir.ground.pages import Pages
+    from plenofir.ground.images import encode_png
 
     folder = out / f"frames_of_{film.name}"
     status = film.stat()
@@ -58,17 +57,9 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
             return there
     except (OSError, ValueError, KeyError, TypeError):
         pass
-    pictures: Iterator[Picture]
-    if film.suffix.lower() in FILMS:
-        pictures = (Picture(frame, 255, SCREEN_GAMMA) for frame in film_frames(film))
-    else:
-        pages = Pages(film)
-        if pages.left_out:
-            note(f"{film}: {pages.left_out_text}")
-        pictures = iter(pages)
     names = []
     with Results(folder) as results:
-        for number, picture in enumerate(pictures, 1):
+        for number, (picture, _) in enumerate(pictures_of_file(film), 1):
             names.append(f"{film.stem}_{number:05}.png")
             results.write(names[-1], encode_png(picture))
         results.write(_UNPACKED, json.dumps({"film": mark, "frames": names}))
@@ -293,7 +284,7 @@ def batch(
     captured = hints._replace(white=white, calib=calib, dark=dark)
     try:
         if is_volume(out):
-            used = {
+            of_folders = {
                 "scheduler": scheduler != "local",
                 "workers": workers,
                 "interpolation": interpolation,
@@ -303,10 +294,7 @@ def batch(
                 "gamma": gamma,
                 "exposure_per_frame": per_frame,
             }
-            for option in filter(used.get, used):
-                raise InputError(
-                    "is for a folder of results; leave it out", where=options.typed(option)
-                )
+            options.refuse_used(of_folders, "is for a folder of results")
             planes = (a, z, camera, focus)
             typer.echo(_volume(frames, captured, planes, out, aperture=pupil, tilt=rise))
             return

@@ -252,6 +252,12 @@ def refuse_both(option: str, other: str, advice: str = "use one of them") -> NoR
     raise InputError(f"{typed(option)} cannot be combined with {other}; {advice}")
 
 
+def refuse_used(used: Mapping[str, object], reason: str) -> None:
+    """Refuse the first option with a value, which is for something else."""
+    for option in filter(used.get, used):
+        raise InputError(f"{reason}; leave it out", where=typed(option))
+
+
 def shifts_of(settings: Iterable[Fraction], micro_image_size: int) -> tuple[int, ...]:
     """The shifts a' = a M of focus settings, all of them on the grid of M."""
     from plenofir.refocus.shifts import focus_to_shift

@@ -10,7 +10,6 @@ from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
 from plenofir.commands.rasters import focused, warn_of_camera
 from plenofir.commands.results import check_plot_and_csv, write_csv, write_plot_and_csv
-from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -117,14 +116,11 @@ def distance(
         rayleigh_limit,
     )
 
-    known = load_instrument(camera)
-    if isinstance(known, Microscope):
-        used = {"focus": focus != inf, "plot": plot, "verbose": verbose}
-        for option in filter(used.get, used):
-            raise InputError(
-                "is for cameras with a main lens; leave it out", where=options.typed(option)
-            )
-        _heights(known, a, micro_image, as_json, csv_file)
+    instrument = load_instrument(camera)
+    if isinstance(instrument, Microscope):
+        of_cameras = {"focus": focus != inf, "plot": plot, "verbose": verbose}
+        options.refuse_used(of_cameras, "is for cameras with a main lens")
+        _heights(instrument, a, micro_image, as_json, csv_file)
         return
     model = _model(camera, focus, micro_image)
     settings = options.focus_settings(a, model.micro_image_size, rounded=False)
@@ -381,11 +377,11 @@ def cameras(as_json: options.AsJson = False) -> None:
     """List the shipped cameras and microscopes."""
     from plenofir.camera.rays import Microscope, camera_names, load_instrument, microscope_names
 
-    known = [load_instrument(name) for name in (*camera_names(), *microscope_names())]
+    shipped = [load_instrument(name) for name in (*camera_names(), *microscope_names())]
     if as_json:
-        print_json([camera.model_dump() for camera in known])
+        print_json([camera.model_dump() for camera in shipped])
         return
-    microscopes = [one for one in known if isinstance(one, Microscope)]
+    microscopes = [one for one in shipped if isinstance(one, Microscope)]
     rows = [
         [
             camera.name,
@@ -394,7 +390,7 @@ def cameras(as_json: options.AsJson = False) -> None:
             str(camera.micro_lenses.pitch_mm),
             str(camera.sensor.pixel_pitch_mm),
         ]
-        for camera in known
+        for camera in shipped
         if not isinstance(camera, Microscope)
     ]
     print_table(["name", *(symbol for symbol, _ in _SYMBOLS)], rows, title="shipped cameras, mm")

@@ -81,8 +81,7 @@ def refocus_command(
             "camera": camera,
             "region": region,
         }
-        for option in filter(used.get, used):
-            raise InputError("is for a square of views; leave it out", where=options.typed(option))
+        options.refuse_used(used, "is for a square of views")
     setting = options.one_focus_setting(a, m, rounded=operator)
     if operator:
         options.shifts_of((setting,), m)
@@ -146,12 +145,11 @@ def _volume(
 
     path = check_file(out, VOLUMES, raster)
     field, m, *_ = read_field(raster, hints, rectangles=True)
-    pixels = deepened(field.pixels, field.full_scale)
+    pixels = deepened(field.pixels)
     if is_rectangle(pixels):
         used: dict[str, object] = {"camera": camera, "aperture": how["aperture"]}
         used["tilt"] = any(how["tilt"])
-        for option in filter(used.get, used):
-            raise InputError("is for a square of views; leave it out", where=options.typed(option))
+        options.refuse_used(used, "is for a square of views")
     chosen = slices_of_volume(*planes, camera, focus, m)
     with progress_bar("refocusing") as show:
         slices = pictures_of(pixels, m, chosen.settings, show, **how)
@@ -238,8 +236,7 @@ def stack(
             "exposure": exposure is not None,
             "gamma": gamma is not None,
         }
-        for option in filter(used.get, used):
-            raise InputError("is for a folder of slices; leave it out", where=options.typed(option))
+        options.refuse_used(used, "is for a folder of slices")
         how["border"] = border or "normalise"
         typer.echo(_volume(raster, hints, (a, z), out, camera, focus, **how))
         return
@@ -256,8 +253,7 @@ def stack(
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     if is_rectangle(raw.pixels):
         used = {"depth_index": index, "border": border, "aperture": aperture, "tilt": tilt}
-        for option in filter(used.get, used):
-            raise InputError("is for a square of views; leave it out", where=options.typed(option))
+        options.refuse_used(used, "is for a square of views")
     settings = options.focus_settings(a or ["0:1"], m, rounded=index)
     shifts = options.shifts_of(settings, m) if index else ()
     if index and len(settings) > MAX_STACK:

@@ -95,8 +95,8 @@ def _microscope(camera: str | None, focus: float, m: int) -> "MicroscopeModel | 
     options.require("focus", "camera", focus != inf and camera is None)
     if camera is None:
         return None
-    known = load_instrument(camera)
-    if not isinstance(known, Microscope):
+    instrument = load_instrument(camera)
+    if not isinstance(instrument, Microscope):
         raise InputError(
             "is no microscope, whose slices lie in equal steps of um; leave it out for a volume "
             "without sizes, or write a folder",
@@ -104,14 +104,12 @@ def _microscope(camera: str | None, focus: float, m: int) -> "MicroscopeModel | 
         )
     if focus != inf:
         raise InputError("is for cameras; a microscope is focused by its stage", where="focus")
-    return MicroscopeModel(known, m)
+    return MicroscopeModel(instrument, m)
 
 
-def deepened(pixels: Image, full_scale: int) -> Image:
-    """Pixels of 8 bits in 16, so that means of views keep what they gain."""
-    if pixels.dtype != np.uint8:
-        return pixels
-    return pixels.astype(np.uint16) * np.uint16(max(65535 // max(full_scale, 1), 1))
+def deepened(pixels: Image) -> Image:
+    """Pixels of 8 bits in 16, times 257, so that means of views keep what they gain."""
+    return pixels.astype(np.uint16) * np.uint16(257) if pixels.dtype == np.uint8 else pixels
 
 
 class Film:
@@ -126,7 +124,7 @@ class Film:
 
     def aligned(self) -> tuple[Iterator[Picture], int]:
         """Aligned raw images of the frames, each read when it is needed, and their M."""
-        frames = (one for source in self._sources for one in _pictures(source))
+        frames = (one for source in self._sources for one in pictures_of_file(source))
         first, where = next(frames)
         hints = self._hints
         if hints.calib is None and hints.white is None:
@@ -139,14 +137,14 @@ class Film:
         from plenofir.camera.captures.prepare import Told, prepared
         from plenofir.camera.recognise.captures import calibration_of
 
-        told = Told(hints.bayer, hints.white_balance, hints.roi)
+        hinted = Told(hints.bayer, hints.white_balance, hints.roi)
         if hints.calib is not None:
             calibration = load_calibration(hints.calib)
         else:
             assert hints.white is not None
             calibration = calibration_of(hints.white, hints.dark, hints.bayer)
         dark = read_picture(hints.dark, as_stored=True) if hints.dark else None
-        ready = prepared(first, calibration, told, dark=dark, where=where)
+        ready = prepared(first, calibration, hinted, dark=dark, where=where)
         for text in ready.notes:
             note(f"{where}: {text}")
         _, m = ready.decoded(hints.micro_image, where)
@@ -174,6 +172,8 @@ class Film:
         from plenofir.refocus import check_raw
 
         check_raw(upright(first).pixels, m, where=where)
+        for text in first.notes:
+            note(f"{where}: {text}")
         source = self._sources[0]
         with TemporaryDirectory(prefix="plenofir-") as folder:
             frame = Path(folder) / f"{source.stem}.png"
@@ -195,13 +195,16 @@ def _count(source: Path) -> int:
     return len(Pages(source)) if has_pages(source) else 1
 
 
-def _pictures(source: Path) -> Iterator[tuple[Picture, str]]:
+def pictures_of_file(source: Path) -> Iterator[tuple[Picture, str]]:
     """Pictures of a file as stored, and the name of each in messages."""
     if _is_film(source):
         for number, frame in enumerate(film_frames(source), 1):
             yield Picture(frame, 255, SCREEN_GAMMA), f"{source}, frame {number}"
     elif has_pages(source):
-        for number, picture in enumerate(Pages(source), 1):
+        pages = Pages(source)
+        if pages.left_out:
+            note(f"{source}: {pages.left_out_text}")
+        for number, picture in enumerate(pages, 1):
             yield picture, f"{source}, page {number}"
     else:
         yield read_picture(source, as_stored=True), str(source)
@@ -219,7 +222,7 @@ def volume_of_film(
 
     def stacks() -> Iterator[Iterator[Image]]:
         for number, picture in enumerate(frames, 1):
-            raw = deepened(picture.pixels, picture.full_scale)
+            raw = deepened(picture.pixels)
             yield (best_picture(raw, m, a, **how) for a in chosen.settings)
             show(number, count)
 

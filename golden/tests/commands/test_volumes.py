@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from in_process import plenofir
 from PIL import Image as Pillow
-from tifffile import TiffFile, imread, imwrite, xml2dict
+from tifffile import TiffFile, TiffWriter, imread, imwrite, xml2dict
 
 from plenofir.camera.rays import Microscope, MicroscopeModel, load_instrument
 from plenofir.commands import volumes
 from plenofir.ground import volumes as written
+from plenofir.ground.images import Picture, encode_png
 from plenofir.refocus import best_picture
 
 M, LENSES = 5, 16
@@ -104,6 +105,26 @@ def test_hyperstack_of_imagej(folder: Path) -> None:
     # Frames of 8 bits have finer values in the volume, white at 65535.
     frame = np.asarray(Pillow.open(folder / "grey_2.png")).astype(np.uint16) * 257
     np.testing.assert_array_equal(found[2, 1], best_picture(frame, M, 0))
+
+
+def test_white_below_the_largest_number(tmp_path: Path) -> None:
+    """Pixels of 8 bits that are brighter than what the file calls white do not begin anew at 0."""
+    raster = np.full((40, 40), 90, np.uint8)
+    raster[10:20, 10:20] = 250
+    picture = Picture(raster, 150)
+    (tmp_path / "white150.png").write_bytes(encode_png(picture))
+    run(tmp_path, *f"batch white150.png -M {M} -a 0 --out x.tif".split())
+    want = best_picture(raster.astype(np.uint16) * 257, M, 0)
+    np.testing.assert_array_equal(imread(tmp_path / "x.tif").squeeze(), want)
+
+
+def test_pages_of_other_sizes_are_told(folder: Path) -> None:
+    with TiffWriter(folder / "thumbnail.tif") as file:
+        file.write(imread(folder / "film.tif")[:2], photometric="minisblack")
+        file.write(np.zeros((8, 8), np.uint16), photometric="minisblack")
+    done = plenofir(*f"batch thumbnail.tif -M {M} -a 0 --out y.tif".split(), cwd=folder)
+    assert (done.returncode, imread(folder / "y.tif").shape[0]) == (0, 2)
+    assert "1 pages of other sizes are left out" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["c.ome.tif", "c.tif"])
