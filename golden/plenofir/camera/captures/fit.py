@@ -135,10 +135,10 @@ def _turned(
     shape = levels.shape[0], levels.shape[1]
     # Upright both look the same way: the white image's turn, then the capture's back.
     upright = turning(calibration.image_shape, calibration.orientation or 1)
-    told = upright.then(turning(upright.shape, _OPPOSITE.get(orientation, orientation)))
+    likely = upright.then(turning(upright.shape, _OPPOSITE.get(orientation, orientation)))
 
     def is_unlikely(way: int) -> bool:
-        return bool((turning(calibration.image_shape, way).matrix != told.matrix).any())
+        return bool((turning(calibration.image_shape, way).matrix != likely.matrix).any())
 
     for way in sorted(_TURNS, key=is_unlikely):
         before = shape[::-1] if way >= _TRANSPOSING else shape

@@ -134,8 +134,8 @@ def calibrated(
             dark_where=dark_where,
         )
         colours = colours_of_white(pixels, None, full_scale, dark)
-        told = {"colours": colours, "orientation": _if_turned(white)}
-        return calibration.model_copy(update=told)
+        of_white = {"colours": colours, "orientation": _if_turned(white)}
+        return calibration.model_copy(update=of_white)
     if dark is not None:
         check_same_size(dark, pixels.shape, dark_where, f"the white image {where}")
         less = np.clip(pixels.astype(np.int64) - dark, 0, None)

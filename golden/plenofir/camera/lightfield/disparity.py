@@ -55,8 +55,8 @@ class Disparity:
     def settled(self) -> Floats:
         """Disparities, and where they are improbable those of the surroundings, shape (t, s)."""
         around, weight = np.zeros(self.confidence.shape), np.full(self.confidence.shape, 1e-9)
-        known = self.confidence >= LEAST_CONFIDENCE
-        around += 1e-9 * (np.median(self.pixels_per_view[known]) if known.any() else 0.0)
+        sure = self.confidence >= LEAST_CONFIDENCE
+        around += 1e-9 * (np.median(self.pixels_per_view[sure]) if sure.any() else 0.0)
         probable = self.confidence * self.pixels_per_view
         for sigma, counts in _SURROUNDINGS:
             around += counts * ndimage.gaussian_filter(probable, sigma, mode="nearest")

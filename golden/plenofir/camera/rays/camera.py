@@ -267,10 +267,9 @@ def load_camera(source: str | Path) -> Camera:
 
 def description(source: str | Path, names: list[str]) -> tuple[dict[str, Any], str]:
     """What a shipped description says, or a file, and its path; `names` may be given instead."""
-    shipped = (folder / f"{source}.toml" for folder in (CAMERAS, MICROSCOPES))
-    known = {*camera_names(), *microscope_names()}
     path = Path(source)
-    if str(source) in known:
+    if str(source) in {*camera_names(), *microscope_names()}:
+        shipped = (folder / f"{source}.toml" for folder in (CAMERAS, MICROSCOPES))
         path = next(file for file in shipped if file.is_file())
     if not path.is_file():
         raise InputError(

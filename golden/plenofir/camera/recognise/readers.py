@@ -134,14 +134,16 @@ def _pages(path: Path, hints: Hints) -> Stored | None:
     pages = Pages(path)
     if len(pages) < 2:
         return None
-    told = (Finding("pages", pages.left_out_text, "told", notable=True),) if pages.left_out else ()
+    findings: tuple[Finding, ...] = ()
+    if pages.left_out:
+        findings = (Finding("pages", pages.left_out_text, "told", notable=True),)
     return Stored(
         path,
         "nyx",
         (len(pages),),
         lambda place: upright(pages[place[0]]),
         lambda place: f"{path}, page {place[0] + 1}",
-        told,
+        findings,
     )
 
 
