@@ -155,9 +155,12 @@ def best_picture(
         low: npt.NDArray[Any]
         high: npt.NDArray[Any]
         if plain:
-            low = high = _slice_at(raw, m, floor(shift), normalise, part)
+            low = high = registered_slice(raw, m, floor(shift), part, normalise, 1)
             if shift.denominator > 1:
-                high, share = _slice_at(raw, m, floor(shift) + 1, normalise, part), float(shift % 1)
+                high = registered_slice(raw, m, floor(shift) + 1, part, normalise, 1)
+                share = float(shift % 1)
+                if low.dtype != high.dtype:
+                    low, high = (image.astype(np.float32) for image in (low, high))
         else:
             low = high = _mean_of_views(raw, m, plane, weights, part)
         one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
@@ -179,21 +182,51 @@ def _place(shift: Fraction) -> Fraction:
     return Fraction(nearest) if abs(shift - nearest) < _SNAP else shift
 
 
-def _slice_at(
-    raw: Image, m: int, shift: int, normalise: bool, region: tuple[slice, slice]
-) -> Image:
-    from plenofir.refocus.fast import fast_refocus
+def registered_slice(
+    raw: Image,
+    m: int,
+    shift: int,
+    region: tuple[slice, slice],
+    normalise: bool = True,
+    threads: int | None = None,
+) -> npt.NDArray[Any]:
+    """A region of a picture, not sharpened, at a whole shift, and at the exact place for every M.
 
-    rows, columns = (range(part.start, part.stop) for part in region)
-    return fast_refocus(
+    For even M the operator rounds offsets down (`plenofir.refocus.operator.output_offset`), so that
+    its pictures lie half a pixel right and below for even shifts, and a whole one for odd shifts.
+    Linear interpolation has its knots at whole pixels, so the mean of four pixels is exact between
+    them. Result: type of `raw`, or 32 bit floats for such means. The last line and column of the
+    picture, which the operator has no pixels beyond, stay where they are.
+    """
+    from plenofir.refocus.fast import fast_refocus
+    from plenofir.refocus.picture_loops import means_of_four
+
+    beyond = 0 if m % 2 else 1
+    first = [part.start + beyond * (shift % 2) for part in region]
+    last = [part.stop + beyond for part in region]
+    rows, columns = (
+        range(min(a, n - 1), min(b, n)) for a, b, n in zip(first, last, raw.shape, strict=False)
+    )
+    image = fast_refocus(
         raw,
         m,
         clamped_shift(m, shift, raw.shape),
         order=1,
         region=(rows, columns),
         normalise=normalise,
-        threads=1,
+        threads=threads,
     )
+    lacking = [b - a - n for a, b, n in zip(first, last, image.shape, strict=False)]
+    if any(lacking):
+        ends = [(0, n) for n in lacking]
+        image = np.pad(image, [*ends, *[(0, 0)] * (raw.ndim - 2)], mode="edge")
+    if not beyond or shift % 2:
+        return image
+    means = np.empty((image.shape[0] - 1, image.shape[1] - 1, *raw.shape[2:]), np.float32)
+    lines = image.reshape(image.shape[0], -1)
+    samples = raw.shape[2] if raw.ndim > 2 else 1
+    means_of_four(lines, samples, means.reshape(len(means), -1))
+    return means
 
 
 def _in_bands(work: Callable[[int, int], None], shape: tuple[int, ...], threads: int) -> None:

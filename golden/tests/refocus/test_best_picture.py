@@ -44,10 +44,33 @@ def test_every_pixel_is_near_to_the_object(
     assert decibels(field, best_picture(field.raw, m, float(a), aperture=ALL)) >= least
 
 
-@pytest.mark.parametrize("m", [4, 6])
-def test_apertures_centre_even_micro_images(m: int) -> None:
-    field = plane(m, 2)
-    assert decibels(field, best_picture(field.raw, m, Fraction(2, m), aperture=ALL)) > 42
+@pytest.mark.parametrize(("m", "shift"), [(4, 3), (6, 2), (6, 1)])
+def test_even_micro_images_are_centred(m: int, shift: int) -> None:
+    field = plane(m, shift)
+    for aperture in (None, ALL):
+        assert (
+            decibels(field, best_picture(field.raw, m, Fraction(shift, m), aperture=aperture)) > 42
+        )
+
+
+def spot(m: int, d: float, at: tuple[float, float]) -> npt.NDArray[np.uint16]:
+    """Light field of a soft spot at disparity d: pixel u of lens j sees M j + c + d M (u - c)."""
+    c, k = (m - 1) / 2, np.arange(30 * m)
+    seen = k // m * m + c + d * m * (k % m - c)
+    down, across = (np.exp(-(((seen - x) / (1.5 * m)) ** 2)) for x in at)
+    return np.rint(40_000 * np.outer(down, across)).astype(np.uint16)
+
+
+@pytest.mark.parametrize("m", [4, 5, 6, 8])
+@pytest.mark.parametrize("aperture", [None, ALL])
+def test_planes_of_a_stack_lie_over_each_other(m: int, aperture: Aperture | None) -> None:
+    at = 14.2 * m, 15.6 * m
+    raw = spot(m, 0.3, at)
+    k = np.arange(30 * m)
+    for shift in (-2, -1, 0, 3, 0.5) if aperture is None else (-1, 2):
+        got = best_picture(raw, m, shift / m, aperture=aperture).astype(float)
+        middle = (got.sum(1) * k).sum() / got.sum(), (got.sum(0) * k).sum() / got.sum()
+        assert middle == pytest.approx(at, abs=0.05), shift
 
 
 def limited(picture: npt.NDArray[np.float64], m: int) -> npt.NDArray[np.float64]:

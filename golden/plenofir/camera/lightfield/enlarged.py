@@ -15,6 +15,31 @@ Floats = npt.NDArray[np.float64]
 _STEP = 0.1
 # Lines processed at once.
 _LINES = 512
+# Steps from a place in the picture to that in the central view, for even M.
+_STEPS = 3
+
+
+def places_in_view(
+    disparity: Floats, micro_image_size: int, lines: npt.ArrayLike, columns: npt.ArrayLike
+) -> Floats:
+    """Where the central view sees pixels of a picture, in micro lenses, shape (2, lines, columns).
+
+    Pictures are seen from the middle of the pupil. For even M the central view, whose disparity is
+    known, is half a view beside it: what it sees at place s lies at s + disparity(s) / 2. The
+    nearest thing hides others.
+    """
+    c = (micro_image_size - 1) / 2
+    straight = [(np.asarray(k) - c) / micro_image_size for k in (lines, columns)]
+    places = np.stack(np.meshgrid(*straight, indexing="ij"))
+    beside = micro_image_size // 2 - c
+    if beside:
+        there = places
+        around = 2 * int(np.ceil(beside * np.abs(disparity).max(initial=0))) + 1
+        seen = ndimage.maximum_filter(disparity, around, mode="nearest")
+        for _ in range(_STEPS):
+            here = ndimage.map_coordinates(seen, places, order=1, mode="nearest")
+            places, seen = there - beside * here, disparity
+    return np.asarray(places)
 
 
 def at_sensor(
@@ -37,19 +62,14 @@ def at_sensor(
         Rows and columns of the raw image.
     """
     m = micro_image_size
-    disparity, c = found.pixels_per_view, (m - 1) / 2
+    disparity = found.pixels_per_view
     seen = grey(view).astype(np.float64)
     spline = ndimage.spline_filter(seen, 3, np.float64, "nearest")
     values, confidence = np.empty(shape), np.empty(shape)
-    columns = (np.arange(shape[1]) - c) / m
     for first in range(0, shape[0], _LINES):
         part = slice(first, min(first + _LINES, shape[0]))
-        lines = (np.arange(part.start, part.stop) - c) / m
-        places = np.stack(np.meshgrid(lines, columns, indexing="ij"))
-        if m // 2 != c:
-            # For even M the central view is half a view beside the middle.
-            near = ndimage.map_coordinates(disparity, places, order=1, mode="nearest")
-            places -= (m // 2 - c) * near
+        lines = np.arange(part.start, part.stop)
+        places = places_in_view(disparity, m, lines, np.arange(shape[1]))
         large = ndimage.map_coordinates(spline, places, order=3, mode="nearest", prefilter=False)
         values[part] = _between(disparity, seen, large, places)
         confidence[part] = ndimage.map_coordinates(

@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
+from plenofir.camera.lightfield.enlarged import places_in_view
 from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
@@ -25,6 +26,7 @@ from plenofir.refocus import (
 )
 from plenofir.refocus.border import check_border
 from plenofir.refocus.operator import Image
+from plenofir.refocus.pictures import registered_slice
 from plenofir.refocus.sharpness import Slices
 
 Floats = npt.NDArray[np.float64]
@@ -39,7 +41,6 @@ PICTURE: dict[str, Any] = {"interpolation": "linear", "sharpen": Fraction(3, 16)
 """How pictures for people are refocused (options of `plenofir.refocus.refocus`): without blocks
 where a is a whole number, and not softer than the central view."""
 
-_SOFT: dict[str, Any] = {"interpolation": "linear", "border": "normalise"}
 # `all_in_focus`: weight b of the taps, a micro lens apart, that sharpen the central view.
 _VIEW_SHARPENING = 1 / 16
 # `all_in_focus`, sigmas in micro lenses: where means are those of the central view, and where its
@@ -247,15 +248,25 @@ def all_in_focus(
     shares = doubt.reshape(*lenses, *[1] * (raw.ndim - 2))
     lift = _blurred((1 - shares) * more, _MEAN_SIGMA)
     for part in _parts(raw.shape[0], m):
-        share = view.interpolated(doubt, part)
+        lines, columns = (
+            (np.arange(*ends) - (m - 1) / 2) / m
+            for ends in ((part.start, part.stop), (0, raw.shape[1]))
+        )
+        places = np.stack(np.meshgrid(lines, columns, indexing="ij"))
+        share = _interpolated(doubt, places)
         share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
         sharp, enlarged = picture[part].astype(np.float64), view.enlarged(part)
         mixed = sharp + share * (enlarged - sharp)
         for k, channel in enumerate(np.moveaxis(np.atleast_3d(lift), 2, 0)):
-            mixed.reshape(*mixed.shape[:2], -1)[..., k] += view.interpolated(channel, part)
+            mixed.reshape(*mixed.shape[:2], -1)[..., k] += _interpolated(channel, places)
         # No ring is darker than both.
         picture[part] = np.clip(mixed + 0.5, np.minimum(sharp, enlarged), most)
     return picture
+
+
+def _interpolated(values: Floats, places: Floats) -> Floats:
+    """Values of the micro lenses, between them."""
+    return np.asarray(ndimage.map_coordinates(values, places, order=1, mode="nearest"))
 
 
 def _of_lenses(values: Floats, m: int) -> Floats:
@@ -325,20 +336,13 @@ class _CentralView:
         ]
 
     def places(self, part: slice) -> Floats:
-        """Where pixels of lines are in the array of micro lenses, shape (2, lines, columns)."""
-        lines, columns = (
-            (np.arange(n) - (self.m - 1) / 2) / self.m for n in (part.stop, self.shape[1])
-        )
-        return np.stack(np.meshgrid(lines[part.start :], columns, indexing="ij"))
-
-    def interpolated(self, values: Floats, part: slice) -> Floats:
-        """Values of the micro lenses, at the pixels of lines."""
-        places = self.places(part)
-        return np.asarray(ndimage.map_coordinates(values, places, order=1, mode="nearest"))
+        """Where the view sees pixels of lines, see `places_in_view`."""
+        lines = np.arange(part.start, part.stop)
+        return places_in_view(self.settings, self.m, lines, np.arange(self.shape[1]))
 
     def focus(self, part: slice) -> Floats:
         """Focus settings of pixels."""
-        return self.interpolated(self.settings, part)
+        return _interpolated(self.settings, self.places(part))
 
     def enlarged(self, part: slice) -> Floats:
         """Lines of the view, in the range of the four lenses around; shape of the picture's."""
@@ -387,38 +391,7 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
             # Only the columns that need this slice.
             across = slice(int(there[0]), int(there[-1]) + 1)
             lines = part, across
-            image = _slice_of_central_view(raw, m, shift, lines)
+            image = registered_slice(raw, m, shift, lines)
             share = share[:, across].reshape(*image.shape[:2], *[1] * (raw.ndim - 2))
             picture[:, across] += share * image
     return picture
-
-
-def _slice_of_central_view(
-    raw: Image, m: int, shift: int, region: tuple[slice, slice]
-) -> Image | Floats32:
-    """A region of a slice, not sharpened, as the central view sees it.
-
-    For even M that is half a view aside.
-
-    What is in focus is `shift / 2` pixels beside its place in the slice then.
-    """
-    if m % 2:
-        return refocus(raw, m, Fraction(shift, m), region=region, **_SOFT)
-    whole, half = divmod(shift, 2)
-    first = [part.start + whole - half for part in region]
-    last = [part.stop + whole + 2 * half for part in region]
-    down, across = (
-        slice(min(max(a, 0), n - 1), max(min(b, n), 1))
-        for a, b, n in zip(first, last, raw.shape, strict=False)
-    )
-    soft = refocus(raw, m, Fraction(shift, m), region=(down, across), **_SOFT)
-    image: Floats32 = soft.astype(np.float32)
-    for axis, part in enumerate((down, across)):
-        places = np.arange(first[axis], last[axis]) - part.start
-        image = image.take(np.clip(places, 0, part.stop - part.start - 1), axis)
-        if half:
-            # Half way between pixels, by cubic interpolation.
-            image = image.swapaxes(0, axis)
-            image = 9 / 16 * (image[1:-2] + image[2:-1]) - 1 / 16 * (image[:-3] + image[3:])
-            image = image.swapaxes(0, axis)
-    return image

@@ -29,7 +29,7 @@ from plenofir.camera.lightfield.disparity import views_disparity
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
-from plenofir.refocus import refocus
+from plenofir.refocus import best_picture, refocus
 from plenofir.refocus.sharpness import depth_index
 
 
@@ -196,6 +196,24 @@ def test_all_in_focus(m: int, rgb: bool) -> None:
     steps = np.abs(np.diff(grey_, axis=1)).mean(0)
     between = steps[m - 1 :: m].mean() / steps.mean()
     assert 0.7 < between < 1.4
+
+
+@pytest.mark.parametrize("m", [4, 5, 6])
+def test_all_in_focus_lies_over_the_refocused_pictures(m: int) -> None:
+    """Two planes, each over that of its own picture: no part jumps from one to the other."""
+    settings_ = -0.5, 1.0
+    raws = [plane_light_field(m, a) for a in settings_]
+    left = np.arange(raws[0].shape[1]) < raws[0].shape[1] // 2
+    raw = np.where(left, *raws)
+    lenses = np.where(left[::m], *settings_) * np.ones((raw.shape[0] // m, 1))
+    found = all_in_focus(raw, m, lenses).astype(float)
+    for a, columns in zip(settings_, (slice(6 * m, -26 * m), slice(26 * m, -6 * m)), strict=True):
+        part = slice(6 * m, -6 * m), columns
+        want = best_picture(raw, m, a)[part].astype(float)
+        # Least squares of a small move: difference over slope.
+        for axis, slope in enumerate(np.gradient(want)):
+            moved = ((found[part] - want) * slope).sum() / (slope**2).sum()
+            assert abs(moved) < 0.15, (a, axis)
 
 
 def test_all_in_focus_takes_the_central_view_where_slices_differ() -> None:
