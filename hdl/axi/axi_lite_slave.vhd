@@ -1,14 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- AXI4-Lite with words of 32 bits: one write and one read at a time, each as a single clock on the side of the words.
+-- AXI4-Lite with words of 32 bits: one write and one read at a time, each for a single clock on the register side.
 --
--- A write's address and data are taken in any order, because some masters offer the second only when the first is
--- taken. Addresses are those of bytes, as of a processor's store of a byte: their low two bits are of no account, as
--- the strobes say which bytes are meant. A write without any strobe, as a width converter makes of half a word of 64
--- bits, is answered with OKAY and writes nothing.
+-- Address and data of a write are taken in any order, because some masters offer the second only when the first is
+-- taken. Addresses count bytes. Their low two bits are ignored, because the strobes say which bytes are written. A
+-- write without any strobe, as a width converter makes of half a 64-bit word, is answered with OKAY and writes nothing.
 --
--- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 2 clocks.
--- Equation: each request that is taken is answered once, in order, with OKAY or SLVERR; an answer stays until it is
---   taken.
+-- Latency: 2 clocks from address and data to the answer. Throughput: a write and a read every 2 clocks.
+-- Equation: each accepted request is answered once, in order, with OKAY or SLVERR; an answer stays until it is taken.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -22,7 +20,7 @@ entity axi_lite_slave is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- AXI4-Lite. The handshakes have a level from the very first moment, as some simulated masters look at them then.
+    -- AXI4-Lite. The handshakes have initial values, because some simulated masters read them at once.
     s_axi_awaddr  : in    std_logic_vector(ADDRESS_BITS - 1 downto 0);
     s_axi_awvalid : in    std_logic;
     s_axi_awready : out   std_logic := '0';
@@ -40,14 +38,14 @@ entity axi_lite_slave is
     s_axi_rresp   : out   std_logic_vector(1 downto 0);
     s_axi_rvalid  : out   std_logic := '0';
     s_axi_rready  : in    std_logic;
-    -- For a clock: writes the bytes of a word whose bits in write_bytes are 1. In the same clock write_refused says
-    -- whether there is no such word to write.
+    -- write is high for one clock, with the word's place, the bytes to write (bits of write_bytes that are 1) and the
+    -- data. In the same clock write_refused says that there is no such register to write.
     write         : out   std_logic;
     write_place   : out   unsigned(ADDRESS_BITS - 3 downto 0);
     write_bytes   : out   std_logic_vector(3 downto 0);
     write_data    : out   std_logic_vector(31 downto 0);
     write_refused : in    std_logic;
-    -- The word at read_place, and whether there is no such word to read.
+    -- The word at read_place; read_refused: there is no such register to read.
     read_place   : out   unsigned(ADDRESS_BITS - 3 downto 0);
     read_data    : in    std_logic_vector(31 downto 0);
     read_refused : in    std_logic
@@ -59,7 +57,8 @@ architecture rtl of axi_lite_slave is
   constant OKAY   : std_logic_vector(1 downto 0) := "00";
   constant SLVERR : std_logic_vector(1 downto 0) := "10";
 
-  -- Address and data of a write are there; its answer is on offer.
+  -- has_address, has_data: the parts of a write that have come; takes_write: it is carried out; answers_write: its
+  -- answer is on offer.
   signal has_address   : std_logic                           := '0';
   signal has_data      : std_logic                           := '0';
   signal takes_write   : std_logic;
@@ -67,7 +66,7 @@ architecture rtl of axi_lite_slave is
   signal write_address : unsigned(ADDRESS_BITS - 3 downto 0) := (others => '0');
   signal strobes       : std_logic_vector(3 downto 0)        := (others => '0');
   signal writes_bytes  : std_logic;
-  -- The address of a read is there; its answer is on offer.
+  -- has_read: the address of a read has come; takes_read: it is carried out; answers_read: its answer is on offer.
   signal has_read     : std_logic                           := '0';
   signal takes_read   : std_logic;
   signal answers_read : std_logic                           := '0';
@@ -75,8 +74,7 @@ architecture rtl of axi_lite_slave is
 
 begin
 
-  -- Each ready is a register of its own and depends on no valid, so no path goes through the slave
-  -- from input to output.
+  -- Each ready is a register and depends on no valid, so no combinational path leads from input to output.
   s_axi_awready <= not has_address;
   s_axi_wready  <= not has_data;
   s_axi_bvalid  <= answers_write;
@@ -85,8 +83,7 @@ begin
 
   writes_bytes <= '0' when strobes = "0000" else
                   '1';
-  -- The next write waits until the answer to the one before is taken: there is one place for an
-  -- answer.
+  -- The next write waits until the answer to the write before is taken, because there is one register for answers.
   takes_write <= has_address and has_data and not answers_write;
   write       <= takes_write and writes_bytes;
   write_place <= write_address;
@@ -99,7 +96,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Taken when there is room, whether the other part has come or not.
+      -- Each part is taken when its register is free, whether the other part has come or not.
       if has_address = '0' then
         has_address   <= s_axi_awvalid;
         write_address <= unsigned(s_axi_awaddr(ADDRESS_BITS - 1 downto 2));
@@ -110,8 +107,7 @@ begin
         write_data <= s_axi_wdata;
       end if;
 
-      -- Both parts are there: the registers see them in this clock, and their places are free in
-      -- the next.
+      -- Both parts have come: the registers see them in this clock, and are free in the next.
       if takes_write = '1' then
         has_address   <= '0';
         has_data      <= '0';
@@ -145,11 +141,11 @@ begin
       if takes_read = '1' then
         has_read     <= '0';
         answers_read <= '1';
-        -- Read at the clock of the answer, so that software sees what happened until then.
+        -- The data are read in the clock of the answer, so that software sees all that happened until then.
         s_axi_rdata <= read_data;
         s_axi_rresp <= OKAY;
         if read_refused = '1' then
-          -- A refused read tells nothing, not even of a register that is only written.
+          -- A refused read returns 0, also for write-only registers.
           s_axi_rdata <= (others => '0');
           s_axi_rresp <= SLVERR;
         end if;

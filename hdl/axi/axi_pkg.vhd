@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The records between registers, core and bus; the values of the read-only registers, from a core's generics; the width
--- of its streams. All functions are evaluated at elaboration only.
+-- Records between registers, core and bus; contents of the read-only registers, computed from a core's generics; widths
+-- of the streams. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -13,8 +13,8 @@ use work.register_map_pkg.all;
 
 package axi_pkg is
 
-  -- What the master of AXI4-Lite drives, with an address for 4 KiB. Nothing here is protected, so awprot and arprot are
-  -- of no account.
+  -- Signals that the master of AXI4-Lite drives, with addresses for 4 KiB. No register is protected, so awprot and
+  -- arprot are ignored.
   type bus_request_t is record
     awaddr  : std_logic_vector(11 downto 0);
     awprot  : std_logic_vector(2 downto 0);
@@ -29,7 +29,7 @@ package axi_pkg is
     rready  : std_logic;
   end record bus_request_t;
 
-  -- What the slave drives.
+  -- Signals that the slave of AXI4-Lite drives.
   type bus_answer_t is record
     awready : std_logic;
     wready  : std_logic;
@@ -41,7 +41,7 @@ package axi_pkg is
     rvalid  : std_logic;
   end record bus_answer_t;
 
-  -- What software orders of a core: its ports of these names; restart is its reset.
+  -- Orders of software to a core: the core's ports of these names; restart is the core's reset.
   type orders_t is record
     restart      : std_logic;
     columns      : std_logic_vector(15 downto 0);
@@ -52,7 +52,7 @@ package axi_pkg is
     red_place    : std_logic_vector(1 downto 0);
   end record orders_t;
 
-  -- A stream that goes out, which is watched alone; tid: the slice.
+  -- A stream that goes out, without its data; tid: the slice.
   type watched_t is record
     tvalid : std_logic;
     tready : std_logic;
@@ -61,8 +61,8 @@ package axi_pkg is
     tlast  : std_logic;
   end record watched_t;
 
-  -- For a clock each: a frame and a line begin to go in; a frame begins to come out, a line has come out; the source
-  -- and the core had to wait; a transfer belongs to no frame.
+  -- Events, each high for one clock: a frame or a line begins to go in (frame_in, line_in); a frame begins to come out,
+  -- a line has come out; the source had to wait, the core had to wait; a transfer belongs to no frame.
   type traffic_t is record
     frame_in  : std_logic;
     line_in   : std_logic;
@@ -76,23 +76,23 @@ package axi_pkg is
   -- A bit for each register.
   subtype registers_t is std_logic_vector(0 to REGISTERS_TOTAL - 1);
 
-  -- Those registers of `modes` that a core of some parts has; parts is the word of the register `parts`.
+  -- Those registers of `modes` that exist in a core with these parts; parts is the content of the register `parts`.
   function present_registers (
     parts : natural;
     modes : registers_t
   ) return registers_t;
 
-  -- The registers given, and all that share 8 bytes with one of them.
+  -- The given registers, and all that share 8 bytes with one of them.
   function in_pairs (
     registers : registers_t
   ) return registers_t;
 
-  -- Bits of a stream's data: whole bytes, as AXI4-Stream has it.
+  -- Bits of a stream's data: whole bytes, as AXI4-Stream requires.
   function stream_bits (
     bits : positive
   ) return positive;
 
-  -- Bits of the pixels that stack_axi gives at once: all slices, or those of depth_index.
+  -- Bits of the pixels in one transfer of stack_axi: all slices, or the output of depth_index.
   function stack_output_bits (
     depth_index : boolean;
     shifts      : string;
@@ -101,7 +101,7 @@ package axi_pkg is
     pixels      : positive
   ) return positive;
 
-  -- Of the stream that has them.
+  -- Bits of the stream with these pixels.
   function stack_stream_bits (
     depth_index : boolean;
     shifts      : string;
@@ -110,7 +110,7 @@ package axi_pkg is
     pixels      : positive
   ) return positive;
 
-  -- The word of the register `geometry`.
+  -- Content of the register `geometry`.
   function geometry_word (
     micro_image_size : positive;
     slices           : natural;
@@ -119,13 +119,13 @@ package axi_pkg is
     pixels_per_clock : positive
   ) return natural;
 
-  -- Of `limits`.
+  -- Content of the register `limits`.
   function limits_word (
     max_columns   : positive;
     parallel_rows : positive
   ) return natural;
 
-  -- Of `engine`.
+  -- Content of the register `engine`.
   function engine_word (
     moving_sum    : boolean;
     exact         : boolean;
@@ -138,13 +138,13 @@ package axi_pkg is
     normalised    : boolean
   ) return natural;
 
-  -- Of `sharpness`.
+  -- Content of the register `sharpness`.
   function sharpness_word (
     radius      : natural;
     vote_radius : natural
   ) return natural;
 
-  -- Of `resampler`.
+  -- Content of the register `resampler`.
   function resampler_word (
     hexagonal     : boolean;
     moves         : boolean;
@@ -171,8 +171,7 @@ package body axi_pkg is
 
   begin
 
-    -- A register without a need keeps its mode; the others are there only where a part that has
-    -- them is built.
+    -- A register without a need keeps its mode; the others exist only if one of the parts that need them is built.
     found := modes;
 
     for i in 0 to REGISTERS_TOTAL - 1 loop
@@ -182,7 +181,7 @@ package body axi_pkg is
         there    := parts;
         part     := NEEDS(i);
 
-        -- Naturals have no bits in VHDL-93, so both are taken apart by halving: one part in common is enough.
+        -- VHDL-93 has no bits of naturals, so both numbers are halved bit by bit; one part in common is enough.
         for bit_number in 0 to PARTS_MOSAIC loop
 
           if there mod 2 = 1 and part mod 2 = 1 then
@@ -232,7 +231,7 @@ package body axi_pkg is
   ) return positive is
   begin
 
-    -- Zeros fill the last byte up, see the entities.
+    -- Zeros fill up the last byte.
     return 8 * divide_up(bits, 8);
 
   end function stream_bits;
@@ -246,8 +245,8 @@ package body axi_pkg is
   ) return positive is
   begin
 
-    -- The index of depth_index has its word beside the pixel in focus; without it all slices lie
-    -- side by side.
+    -- The output of depth_index has the index beside the pixel in focus; without depth_index all slices lie side by
+    -- side.
     return pixels * choose(depth_index, index_word_bits(channels, pixel_bits, "", false),
                            slice_count(shifts) * channels * pixel_bits);
 
@@ -275,8 +274,8 @@ package body axi_pkg is
   ) return natural is
   begin
 
-    -- The fields of a word do not overlap, so their sum is the word. All end below bit 31, as far
-    -- as naturals reach.
+    -- The fields of a word do not overlap, so their sum is the word. All fields end below bit 31, as far as naturals
+    -- reach.
     return micro_image_size * 2 ** GEOMETRY_MICRO_IMAGE_SIZE + slices * 2 ** GEOMETRY_SLICES +
            channels * 2 ** GEOMETRY_CHANNELS + pixel_bits * 2 ** GEOMETRY_PIXEL_BITS +
            pixels_per_clock * 2 ** GEOMETRY_PIXELS_PER_CLOCK;
@@ -306,7 +305,7 @@ package body axi_pkg is
   ) return natural is
   begin
 
-    -- The same from flags and numbers: a flag is the power of two of its bit.
+    -- A flag adds the power of two of its bit.
     return choose(moving_sum, 2 ** ENGINE_MOVING_SUM, 0) + choose(exact, 2 ** ENGINE_EXACT, 0) +
            choose(centred, 2 ** ENGINE_CENTRED, 0) + choose(hold, 2 ** ENGINE_HOLD, 0) +
            choose(any_rows, 2 ** ENGINE_ANY_ROWS, 0) + order * 2 ** ENGINE_ORDER +

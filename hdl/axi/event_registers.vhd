@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Records what happens at a core: faults and events until they are cleared, the interrupt, counters.
+-- Records faults and events of a core until they are cleared; interrupt and counters.
 --
--- A fault or event in the same clock in which its bit is cleared is kept.
+-- A fault or event in the clock in which its bit is cleared is kept.
 --
--- Latency: 1 clock, to the interrupt 2. Throughput: one of each kind each clock.
+-- Latency: 1 clock; 2 clocks to the interrupt. Throughput: one event of each kind each clock.
 -- Equation: errors = errors and not cleared or new; counts modulo 2**32.
 
 library ieee;
@@ -15,22 +15,22 @@ use work.register_map_pkg.all;
 
 entity event_registers is
   generic (
-    -- Events that are counted.
+    -- Kinds of events that are counted.
     COUNTERS : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- For a clock each: what is counted; a frame goes in, a frame comes out; faults.
+    -- Each high for one clock: events to count; a frame goes in; a frame comes out; faults.
     events     : in    std_logic_vector(0 to COUNTERS - 1);
     frame_in   : in    std_logic;
     frame_out  : in    std_logic;
     new_errors : in    std_logic_vector(6 downto 0);
-    -- Bits to clear, and those of `happened` that interrupt.
+    -- Bits to clear; mask: bits of `happened` that interrupt.
     clear_errors   : in    std_logic_vector(6 downto 0);
     clear_happened : in    std_logic_vector(2 downto 0);
     mask           : in    std_logic_vector(2 downto 0);
-    -- Faults; frame in, frame out, error; whether one of these is not masked out.
+    -- errors: faults so far. happened: frame in, frame out, error. interrupt: one of these is not masked out.
     errors    : out   std_logic_vector(6 downto 0);
     happened  : out   std_logic_vector(2 downto 0);
     interrupt : out   std_logic := '0';
@@ -65,12 +65,11 @@ begin
         new_happened(INTERRUPT_STATUS_ERROR) := '1';
       end if;
 
-      -- New events are set last, so that none is lost in the clock in which software clears its
-      -- bit.
+      -- New events are set last, so that none is lost in the clock in which software clears its bit.
       held_errors   <= (held_errors and not clear_errors) or new_errors;
       held_happened <= (held_happened and not clear_happened) or new_happened;
 
-      -- Counts wrap: software subtracts two readings, modulo 2**32, and needs no clearing.
+      -- Counters wrap round: software subtracts two readings modulo 2**32, and never clears.
       for i in 0 to COUNTERS - 1 loop
 
         if events(i) = '1' then
@@ -79,7 +78,7 @@ begin
 
       end loop;
 
-      -- A level, not a pulse: it stays until software has cleared what it saw, or masks it.
+      -- The interrupt is a level: it stays until software has cleared all causes or masked them.
       interrupt <= '0';
       if unsigned(held_happened and mask) /= 0 then
         interrupt <= '1';

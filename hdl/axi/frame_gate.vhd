@@ -1,14 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Lets whole frames into a core or drops them, and reports what goes in and comes out to the counters.
+-- Lets whole frames into a core or drops them, and reports to the counters what goes in and comes out.
 --
 -- A frame goes in if `enable` is high at its first pixel; a mark of start that lasts several pixels is one start.
--- `dropped` reports transfers that belong to no frame (of a
--- frame that was not let in, of a size that the core does not support, in excess of a line, between two frames),
--- whether they are dropped here or by frame_sequencer in the core. So every line that is reported to go in also comes
--- out.
+-- `dropped` reports transfers that belong to no frame: of a frame that was not let in, of a size that the core does not
+-- support, in excess of a line, between two frames. Some are dropped here, others by frame_sequencer in the core. Every
+-- line that is reported to go in also comes out.
 --
--- Latency: none for the stream, 1 clock for what is told. Throughput: one transfer each clock.
--- Equation: transfers in = those of frames + dropped.
+-- Latency: 0 clocks for the stream, 1 clock for the reports. Throughput: one transfer each clock.
+-- Equation: transfers in = transfers of frames + dropped.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -22,34 +21,35 @@ entity frame_gate is
   generic (
     -- Longest line of the core in pixels.
     MAX_COLUMNS : positive range 1 to 8192;
-    -- Pixels that come together.
+    -- Pixels of one transfer.
     PIXELS_PER_CLOCK : positive range 1 to 32
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Frames that begin are let in.
+    -- Frames that begin now are let in.
     enable : in    std_logic;
     -- Frame size of the core.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- The stream that comes, and the handshake of the core's input.
+    -- The stream in, and the handshake of the core's input.
     s_axis_marks  : in    marks_t;
     s_axis_tready : out   std_logic;
     core_tvalid   : out   std_logic;
     core_tready   : in    std_logic;
     -- The core's output.
     m_axis_watched : in    watched_t;
-    -- A frame is under way: its last pixel has not come.
+    -- A frame is under way: its last pixel has not come yet.
     busy : out   std_logic;
-    -- What goes in and comes out.
+    -- Events at input and output.
     traffic : out   traffic_t
   );
 end entity frame_gate;
 
 architecture rtl of frame_gate is
 
-  -- The frame that began last was let in.
+  -- let_in: the last frame was let in; lets: the present frame is; then the handshake of the stream, and whether the
+  -- core supports the frame size.
   signal let_in    : std_logic := '0';
   signal lets      : std_logic;
   signal new_start : std_logic;
@@ -57,8 +57,8 @@ architecture rtl of frame_gate is
   signal transfer  : std_logic;
   signal size_good : std_logic;
 
-  -- The last pixel had its mark of start, and its line goes on; a frame is under way; pixels are the excess of a line;
-  -- place of the next pixel, of 8192 in a line at most.
+  -- start_lasts: the last pixel had its mark of start, and its line goes on. frame_open: a frame is under way. excess:
+  -- pixels are beyond the line's length. Place of the next pixel, at most 8192 in a line.
   signal start_lasts : std_logic             := '0';
   signal frame_open  : std_logic             := '0';
   signal excess      : std_logic             := '0';
@@ -67,7 +67,7 @@ architecture rtl of frame_gate is
 
 begin
 
-  -- Decided with the first pixel, and kept for the frame: switching off in its middle lets it end.
+  -- Decided with the first pixel and kept for the frame: a frame ends even if the gate is switched off meanwhile.
   new_start   <= s_axis_marks.tuser(0) and not start_lasts;
   lets        <= enable when new_start = '1' else
                  let_in;
@@ -78,7 +78,7 @@ begin
   transfer      <= s_axis_marks.tvalid and ready;
   busy          <= frame_open;
 
-  -- The core drops frames of a size that it cannot build; here they only count as dropped.
+  -- The core drops frames of a size that it does not support; here they are counted as dropped.
   size_good <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                '0';
 
@@ -96,7 +96,7 @@ begin
       traffic.line_in  <= '0';
       traffic.dropped  <= '0';
 
-      -- Counted as the core's sequencer does it, by the same rules, as its decision is not to be seen from here.
+      -- Pixels are counted by the rules of the core's sequencer, whose decisions are not visible here.
       belongs   := frame_open = '1' and excess = '0';
       at_column := column;
       at_row    := row;
@@ -106,7 +106,7 @@ begin
         at_row    := (others => '0');
       end if;
 
-      -- A pixel that waits counts once, when it is taken.
+      -- A pixel that waits is counted once, when it is taken.
       if transfer = '1' then
         if new_start = '1' then
           let_in     <= lets;
@@ -119,7 +119,7 @@ begin
         end if;
 
         column <= at_column + PIXELS_PER_CLOCK;
-        -- The last pixel that the line should have, or the last one that it has.
+        -- The last pixel that the line should have, or its last one.
         line_ends   := at_column + PIXELS_PER_CLOCK >= unsigned(columns) or s_axis_marks.tlast = '1';
         start_lasts <= s_axis_marks.tuser(0);
         if line_ends then
@@ -134,8 +134,7 @@ begin
           row <= at_row;
           if line_ends then
             row <= at_row + 1;
-            -- Pixels beyond the line's length follow until its mark of the end; the core cuts them
-            -- off, too.
+            -- Pixels beyond the line's length follow until its mark of end; the core drops them.
             excess <= not s_axis_marks.tlast;
             if at_row + 1 = unsigned(rows) then
               frame_open <= '0';
@@ -143,7 +142,7 @@ begin
           end if;
         else
           traffic.dropped <= '1';
-          -- With the mark the line is over, and what follows belongs to the frame again.
+          -- The mark of end ends the excess; the next pixel belongs to the frame again.
           if s_axis_marks.tlast = '1' then
             excess <= '0';
           end if;
@@ -167,8 +166,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Registered like the input's: what is counted may be late, but must not lie in the streams'
-      -- paths.
+      -- The output's events are registered like the input's: counters may be late but must not load the streams' paths.
       traffic.frame_out <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tuser(0) and not reset;
       traffic.line_out  <= m_axis_watched.tvalid and m_axis_watched.tready and m_axis_watched.tlast and not reset;
       traffic.stall_in  <= s_axis_marks.tvalid and not ready and not reset;

@@ -5,8 +5,8 @@
 -- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
 -- written their size and enabled the core (docs/registers.md).
 --
--- Latency: of the stream as raster_refocuser. Throughput: as raster_refocuser.
--- Equation: as raster_refocuser.
+-- Latency: that of raster_refocuser. Throughput: that of raster_refocuser.
+-- Equation: that of raster_refocuser.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,7 +20,7 @@ use work.token_pkg.marks_t;
 
 entity refocuser_axi is
   generic (
-    -- As raster_refocuser.
+    -- As in raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     CENTRED             : boolean                  := true;
@@ -63,7 +63,7 @@ entity refocuser_axi is
     s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
     s_axi_ctrl_rvalid  : out   std_logic;
     s_axi_ctrl_rready  : in    std_logic;
-    -- High while something has happened that is not masked out.
+    -- High while an event that is not masked out is pending.
     interrupt : out   std_logic;
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
     -- of tdata.
@@ -72,7 +72,7 @@ entity refocuser_axi is
     s_axis_tdata  : in    std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tid = slice of the frame that comes out.
+    -- AXI4-Stream video out, packed like the input; tid = slice of the frame.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
@@ -90,13 +90,13 @@ architecture rtl of refocuser_axi is
   signal bus_request : bus_request_t;
   signal bus_answer  : bus_answer_t;
   signal orders      : orders_t;
-  -- Observed by the registers: the streams without their data, and the faults.
+  -- Signals that the registers observe: the streams without their data, and the faults.
   signal s_marks     : marks_t;
   signal watched     : watched_t;
   signal faults      : std_logic_vector(5 downto 0);
   signal core_tvalid : std_logic;
   signal core_tready : std_logic;
-  -- Copy of the output stream, because it is read here too and VHDL-93 cannot read outputs.
+  -- Copies of the output stream, because VHDL-93 cannot read outputs.
   signal out_tvalid : std_logic;
   signal out_tdata  : std_logic_vector(OUT_BITS - 1 downto 0);
   signal out_tuser  : std_logic_vector(0 downto 0);
@@ -121,7 +121,7 @@ begin
     s_axi_ctrl_rready
   );
 
-  -- Each wire by its name: an output of a record is nothing that block designs connect.
+  -- Block designs do not connect fields of records, so each wire has a port of its own.
   s_axi_ctrl_awready <= bus_answer.awready;
   s_axi_ctrl_wready  <= bus_answer.wready;
   s_axi_ctrl_bresp   <= bus_answer.bresp;
@@ -135,7 +135,7 @@ begin
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, out_tid, out_tlast);
 
-  -- Its words are computed from the generics, so software finds in them what was built.
+  -- The read-only registers are computed from the generics, so software finds what was built.
   registers : entity work.refocuser_registers
     generic map (
       PARTS      => 2 ** PARTS_REFOCUSER,
@@ -161,7 +161,7 @@ begin
       m_axis_watched     => watched
     );
 
-  -- With error_clear a flag is high for the clock of its fault.
+  -- error_clear is always high, so each flag is high for the clock of its fault.
   core : entity work.raster_refocuser
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
@@ -206,7 +206,7 @@ begin
       error_clear   => '1'
     );
 
-  -- The fault of a calibration, which this core does not have.
+  -- This core has no calibration, so no such fault.
   faults(5) <= '0';
 
   m_axis_tvalid <= out_tvalid;
@@ -214,7 +214,7 @@ begin
   m_axis_tid    <= out_tid;
   m_axis_tlast  <= out_tlast;
 
-  -- AXI4-Stream has whole bytes; the fill bits are zero, so that a reader may take words as they are.
+  -- AXI4-Stream has whole bytes; the fill bits are zero, so that software may use words as they are.
   pad : process (out_tdata) is
   begin
 

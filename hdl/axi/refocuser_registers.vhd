@@ -1,16 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The registers of a core behind AXI4-Lite: description, control, events, an interrupt; and the gate that lets whole
--- frames in.
+-- Registers of a core behind AXI4-Lite: description, control, events, interrupt; and the gate that lets whole frames
+-- in.
 --
--- registers.toml beside this file is the map; docs/registers.md has it as a table. SLVERR, without any effect, answers
--- accesses to registers of parts that are not built (PARTS), to addresses beyond the map, writes to read-only registers
--- and reads of write-only ones. Such a read is answered with 0 beside a register that can be read, in the same 8 bytes:
--- a bus of 64 bits reads both. A frame size that cannot be taken is reported in `errors`
--- instead, because SLVERR may stop a processor.
+-- registers.toml beside this file is the map; docs/registers.md shows it as a table. SLVERR, without any effect,
+-- answers accesses to registers of parts that are not built (PARTS), to addresses beyond the map, writes to read-only
+-- registers and reads of write-only ones. A write-only register that shares 8 bytes with a readable one reads as 0,
+-- because a bus of 64 bits reads both. A frame size that the core does not support is reported in `errors` instead,
+-- because SLVERR may stop a processor.
 --
--- Latency: a written register is at the ports 2 clocks after its address and data are there, load words 3.
+-- Latency: 2 clocks from address and data of a write to the ports, 3 clocks for load words.
 -- Throughput: a write and a read every 2 clocks.
--- Equation: see the map.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -26,7 +25,7 @@ use work.resample_pkg.load_t;
 
 entity refocuser_registers is
   generic (
-    -- What the registers of these names read as; see axi_pkg.
+    -- Contents of the registers of these names (axi_pkg).
     PARTS      : natural;
     GEOMETRY   : natural;
     LIMITS     : natural;
@@ -35,7 +34,7 @@ entity refocuser_registers is
     CONFIDENCE : natural := 0;
     RESAMPLER  : natural := 0;
     LENSES     : natural := 0;
-    -- The set of slices and the weights of their sharpening, as raster_refocuser has them.
+    -- The set of slices and the weights of their sharpening, as in raster_refocuser.
     SHIFTS     : string := "";
     SHARPENING : string := ""
   );
@@ -45,18 +44,18 @@ entity refocuser_registers is
     -- AXI4-Lite.
     s_axi_ctrl_request : in    bus_request_t;
     s_axi_ctrl_answer  : out   bus_answer_t;
-    -- High while something has happened that is not masked out.
+    -- High while an event that is not masked out is pending.
     interrupt : out   std_logic;
-    -- To the core.
+    -- Orders to the core.
     orders : out   orders_t;
     -- Load port of a resampler.
     load : out   load_t;
-    -- From the core: for a clock each, faults by the bits of `errors`.
+    -- Faults from the core, each high for one clock, by the bits of `errors`.
     faults : in    std_logic_vector(5 downto 0);
     -- Size of the frames that come out of a resampler.
     raster_columns : in    std_logic_vector(15 downto 0) := (others => '0');
     raster_rows    : in    std_logic_vector(15 downto 0) := (others => '0');
-    -- The stream that comes, the handshake of the core's input, and its output: see frame_gate.
+    -- The stream in, the handshake of the core's input, and its output (frame_gate).
     s_axis_marks   : in    marks_t;
     s_axis_tready  : out   std_logic;
     core_tvalid    : out   std_logic;
@@ -83,7 +82,7 @@ architecture rtl of refocuser_registers is
   constant PAIRED : registers_t := in_pairs(READS);
   constant WRITES : registers_t := present_registers(PARTS, WRITABLE);
 
-  -- The value of slice_shift, for each slice.
+  -- Content of slice_shift for each slice.
   constant SLICES : natural := slice_count(SHIFTS);
 
   subtype slice_words_t is words_t(0 to larger(SLICES, 1) - 1);
@@ -98,7 +97,7 @@ architecture rtl of refocuser_registers is
 
   begin
 
-    -- Zero for the registers' unused bits, and for all slices if nothing is sharpened.
+    -- Unused bits are zero, and so are all weights if nothing is sharpened.
     words  := (others => (others => '0'));
     weight := (others => '0');
 
@@ -120,12 +119,11 @@ architecture rtl of refocuser_registers is
 
   constant SLICE_WORDS_OF_SET : slice_words_t := slice_words;
 
-  -- Taken out of the words that the registers show, so that each limit is given once.
+  -- Taken from the registers' contents, so that each limit is given once.
   constant MAX_COLUMNS      : natural := (LIMITS / 2 ** LIMITS_MAX_COLUMNS) mod 2 ** LIMITS_MAX_COLUMNS_BITS;
   constant PIXELS_PER_CLOCK : natural := GEOMETRY / 2 ** GEOMETRY_PIXELS_PER_CLOCK;
 
-  -- Load words are written whole; of their kinds the last one stands for the commit, which a
-  -- command gives.
+  -- Load words are written whole. The last of their kinds stands for the commit, which a command gives.
   constant ALL_BYTES   : std_logic_vector(3 downto 0) := "1111";
   constant COMMIT_KIND : std_logic_vector(1 downto 0) := "11";
 
@@ -140,12 +138,13 @@ architecture rtl of refocuser_registers is
   signal read_data     : word_t;
   signal read_refused  : std_logic;
 
-  -- The register that is written at this clock, its value, and the bytes that are written.
+  -- written: the register that is written in this clock; ones: its value in the bytes that are written; whole: all
+  -- bytes are.
   signal written : registers_t;
   signal ones    : word_t;
   signal whole   : std_logic;
 
-  -- The values of all registers for reading, and the registers that keep a written value.
+  -- words: what each register reads as; kept_words: values that registers keep.
   signal words       : words_t(0 to REGISTERS_TOTAL - 1);
   signal kept_words  : words_t(0 to REGISTERS_TOTAL - 1) := (others => (others => '0'));
   signal slice_word  : word_t;
@@ -155,7 +154,7 @@ architecture rtl of refocuser_registers is
   signal enabled     : std_logic;
   signal frame_size  : word_t;
 
-  -- Events at the core at this clock, and those that are recorded.
+  -- Events at the core in this clock, and those that are recorded.
   signal busy      : std_logic;
   signal traffic   : traffic_t;
   signal out_slice : std_logic_vector(7 downto 0) := (others => '0');
@@ -228,14 +227,14 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- The register that is addressed.
+  -- Address decoding.
 
-  -- One loop for all registers: READS and WRITES are constants, so the logic of what the map does
-  -- not allow goes away.
+  -- One loop serves all registers: READS and WRITES are constants, so synthesis removes what the map does not allow.
   decode : process (write, write_place, write_bytes, write_data, read_place, words) is
   begin
 
-    -- Refused unless a register accepts it, so holes of the map and parts that are not built need no case of their own.
+    -- An access is refused unless a register accepts it, so holes of the map and missing parts need no case of their
+    -- own.
     write_refused <= '1';
     written       <= (others => '0');
     read_refused  <= '1';
@@ -257,8 +256,7 @@ begin
 
     end loop;
 
-    -- For registers whose bits act when 1 is written: a byte that the bus does not write counts as 0, whatever its
-    -- wires hold.
+    -- For registers that act on bits written as 1: a byte that the bus does not write counts as 0.
     ones <= (others => '0');
 
     for i in 0 to 3 loop
@@ -275,9 +273,9 @@ begin
            '0';
 
   --------------------------------------------------------------------------------------------------
-  -- The values for reading.
+  -- Reading.
 
-  -- What a register reads as, by its name; the map says which of them are there.
+  -- What each register reads as, by its name; the map says which registers exist.
   words(AT_IDENTIFICATION) <= IDENTIFICATION_WORD;
   words(AT_VERSION)        <= VERSION_WORD;
   words(AT_PARTS)          <= to_word(PARTS);
@@ -296,7 +294,7 @@ begin
   words(AT_SWEEP_FRAMES)   <= kept_words(AT_SWEEP_FRAMES);
   words(AT_FRAME_SIZE)     <= kept_words(AT_FRAME_SIZE);
   words(AT_RED_PLACE)      <= kept_words(AT_RED_PLACE);
-  -- Busy lies above the slice, at the bit that the map gives it.
+  -- Bit `inside` lies above the slice, where the map has it.
   words(AT_STATUS)           <= std_logic_vector(resize(unsigned(busy & out_slice), 32));
   words(AT_RASTER_SIZE)      <= raster_rows & raster_columns;
   words(AT_ERRORS)           <= std_logic_vector(resize(unsigned(errors), 32));
@@ -310,7 +308,7 @@ begin
     words(i) <= counts(i - AT_FRAMES_IN);
   end generate show_counts;
 
-  -- A multiplexer by comparison: any byte may be asked for, and one beyond the set reads as 0.
+  -- A multiplexer by comparison: software may ask for any number, and numbers beyond the set read as 0.
   show_slice : process (kept_words(AT_ASKED_SLICE)) is
   begin
 
@@ -327,7 +325,7 @@ begin
   end process show_slice;
 
   --------------------------------------------------------------------------------------------------
-  -- The written values.
+  -- Writing.
 
   restarts   <= reset or restart_now;
   enabled    <= kept_words(AT_CONTROL)(CONTROL_ENABLE);
@@ -344,8 +342,8 @@ begin
     red_place    => kept_words(AT_RED_PLACE)(RED_PLACE_ROW) & kept_words(AT_RED_PLACE)(RED_PLACE_COLUMN)
   );
 
-  -- A size must come in one piece, while no frame can go in. It is checked as it is written, so
-  -- that what is kept is always good.
+  -- A size must be written whole and while no frame can go in. It is checked when written, so the stored size is always
+  -- valid.
   size_good <= '1' when whole = '1' and enabled = '0' and
                         unsigned(write_data(15 downto 0)) /= 0 and unsigned(write_data(15 downto 0)) <= MAX_COLUMNS and
                         unsigned(write_data(31 downto 16)) /= 0 else
@@ -358,7 +356,7 @@ begin
 
       for i in 0 to REGISTERS_TOTAL - 1 loop
 
-        -- Byte by byte, as the bus may write some of them alone; bits that the map does not keep
+        -- Bytes are written one by one, because the bus may write some of them alone; bits that the map does not keep
         -- stay 0.
         for b in 0 to 3 loop
 
@@ -372,7 +370,7 @@ begin
       end loop;
 
       -- A new size restarts the core, because its content belongs to the old size, and half a frame of each size would
-      -- come out. Either acts for one clock.
+      -- come out. The restart lasts one clock.
       restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
 
       if reset = '1' then
@@ -386,13 +384,12 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Events.
 
-  -- Refused without SLVERR (see above): a size that cannot be, and halves of load words, which
-  -- would be taken as whole.
+  -- Refused without SLVERR: a frame size that is not supported, and parts of load words.
   refused <= (written(AT_FRAME_SIZE) and not size_good) or
              ((written(AT_LOAD_PLACE) or written(AT_LOAD_WORD)) and not whole) or
              (written(AT_LOAD_PLACE) and write_data(LOAD_PLACE_KIND) and write_data(LOAD_PLACE_KIND + 1));
 
-  -- In the order of their registers.
+  -- Events in the order of their registers.
   events <= traffic.frame_in & traffic.frame_out & traffic.line_in & traffic.line_out & traffic.stall_in &
             traffic.stall_out & traffic.dropped;
 
@@ -416,7 +413,7 @@ begin
       counts         => counts
     );
 
-  -- A refused write sets an error, like faults of the stream, so software that does not read back learns of it.
+  -- A refused write sets an error like a fault of the stream, so software that does not read back learns of it.
   new_errors     <= refused & faults;
   clear_errors   <= ones(6 downto 0) when written(AT_ERRORS) = '1' else
                     (others => '0');
@@ -427,7 +424,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A pixel on offer is enough: software wants to know which slice comes next as well as which one came.
+      -- A pixel on offer is enough: software wants to know the slice that comes next, too.
       if m_axis_watched.tvalid = '1' then
         out_slice <= m_axis_watched.tid;
       end if;
@@ -436,19 +433,19 @@ begin
   end process follow_slice;
 
   --------------------------------------------------------------------------------------------------
-  -- The load port.
+  -- Load port.
 
   give_load : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- For a clock only, whatever the bus does.
+      -- A load word is valid for one clock only.
       load.write   <= '0';
       load.kind    <= std_logic_vector(load_place(LOAD_PLACE_KIND + 1 downto LOAD_PLACE_KIND));
       load.address <= std_logic_vector(load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0));
       load.data    <= kept_words(AT_LOAD_HIGH)(7 downto 0) & write_data;
 
-      -- The address moves on by itself, so that a table is loaded by writing one register again and again.
+      -- The address increments itself, so that a table is loaded by writing one register repeatedly.
       if written(AT_LOAD_WORD) = '1' and whole = '1' then
         load.write                                       <= '1';
         load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) <= load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) + 1;
@@ -456,7 +453,7 @@ begin
       if written(AT_LOAD_PLACE) = '1' and refused = '0' then
         load_place <= unsigned(write_data(load_place'range));
       end if;
-      -- The commit goes the way of the words, so it cannot overtake them.
+      -- The commit takes the path of the words, so it cannot overtake them.
       if written(AT_COMMAND) = '1' and ones(COMMAND_COMMIT) = '1' then
         load.write <= '1';
         load.kind  <= COMMIT_KIND;

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A sensor_raster with registers behind AXI4-Lite, calibrations among them, for block designs: from a sensor's raw
--- frames to micro images, in front of refocuser_axi or stack_axi.
+-- A sensor_raster with registers behind AXI4-Lite for block designs, calibrations included: from a sensor's raw frames
+-- to micro images, in front of refocuser_axi or stack_axi.
 --
 -- Port names are those by which Vivado's block design finds the interfaces s_axi_ctrl, s_axis, m_axis and interrupt.
 -- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
 -- written their size and enabled the core (docs/registers.md).
 --
--- Latency: of the stream as sensor_raster. Throughput: as sensor_raster.
--- Equation: as sensor_raster.
+-- Latency: that of sensor_raster. Throughput: that of sensor_raster.
+-- Equation: that of sensor_raster.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -21,7 +21,7 @@ use work.resample_pkg.load_t;
 
 entity sensor_axi is
   generic (
-    -- As sensor_raster.
+    -- As in sensor_raster.
     MOSAIC           : boolean                     := false;
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     HEXAGONAL        : boolean                     := false;
@@ -60,7 +60,7 @@ entity sensor_axi is
     s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
     s_axi_ctrl_rvalid  : out   std_logic;
     s_axi_ctrl_rready  : in    std_logic;
-    -- High while something has happened that is not masked out.
+    -- High while an event that is not masked out is pending.
     interrupt : out   std_logic;
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
     -- of tdata.
@@ -69,7 +69,7 @@ entity sensor_axi is
     s_axis_tdata  : in    std_logic_vector(stream_bits(choose(MOSAIC, 1, CHANNELS) * PIXEL_BITS) - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same: the raster of micro images, whose size the registers tell.
+    -- AXI4-Stream video out: the raster of micro images, whose size is in the registers.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(stream_bits(CHANNELS * PIXEL_BITS) - 1 downto 0);
@@ -87,14 +87,14 @@ architecture rtl of sensor_axi is
   signal bus_request : bus_request_t;
   signal bus_answer  : bus_answer_t;
   signal orders      : orders_t;
-  -- Observed by the registers: the streams without their data, and the faults.
+  -- Signals that the registers observe: the streams without their data, and the faults.
   signal s_marks     : marks_t;
   signal watched     : watched_t;
   signal load        : load_t;
   signal faults      : std_logic_vector(5 downto 0);
   signal core_tvalid : std_logic;
   signal core_tready : std_logic;
-  -- Copy of the output stream, because it is read here too and VHDL-93 cannot read outputs.
+  -- Copies of the output stream, because VHDL-93 cannot read outputs.
   signal out_tvalid     : std_logic;
   signal out_tdata      : std_logic_vector(OUT_BITS - 1 downto 0);
   signal out_tuser      : std_logic_vector(0 downto 0);
@@ -120,7 +120,7 @@ begin
     s_axi_ctrl_rready
   );
 
-  -- Each wire by its name: an output of a record is nothing that block designs connect.
+  -- Block designs do not connect fields of records, so each wire has a port of its own.
   s_axi_ctrl_awready <= bus_answer.awready;
   s_axi_ctrl_wready  <= bus_answer.wready;
   s_axi_ctrl_bresp   <= bus_answer.bresp;
@@ -134,7 +134,7 @@ begin
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 
-  -- The size of the raster changes with the calibration, so software reads it here.
+  -- The size of the raster depends on the calibration, so software can read it.
   registers : entity work.refocuser_registers
     generic map (
       PARTS     => 2 ** PARTS_RESAMPLER + choose(MOSAIC, 2 ** PARTS_MOSAIC, 0),
@@ -161,7 +161,7 @@ begin
       m_axis_watched     => watched
     );
 
-  -- With error_clear a flag is high for the clock of its fault.
+  -- error_clear is always high, so each flag is high for the clock of its fault.
   sensor : entity work.sensor_raster
     generic map (
       MOSAIC           => MOSAIC,
@@ -209,7 +209,7 @@ begin
   m_axis_tuser  <= out_tuser;
   m_axis_tlast  <= out_tlast;
 
-  -- AXI4-Stream has whole bytes; the fill bits are zero, so that a reader may take words as they are.
+  -- AXI4-Stream has whole bytes; the fill bits are zero, so that software may use words as they are.
   pad : process (out_tdata) is
   begin
 

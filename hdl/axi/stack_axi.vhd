@@ -1,12 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A focal_stack, and a depth_index behind it if wanted, with registers behind AXI4-Lite, for block designs.
+-- A focal_stack, optionally with a depth_index behind it, with registers behind AXI4-Lite for block designs.
 --
 -- Port names are those by which Vivado's block design finds the interfaces s_axi_ctrl, s_axis, m_axis and interrupt.
 -- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
 -- written their size and enabled the core (docs/registers.md).
 --
--- Latency: of the stream that of its parts. Throughput: PIXELS_PER_CLOCK pixels of all channels and slices each clock.
--- Equation: as its parts.
+-- Latency: that of focal_stack, with DEPTH_INDEX that of depth_index more. Throughput: PIXELS_PER_CLOCK pixels of all
+-- channels and slices each clock.
+-- Equation: that of focal_stack, with DEPTH_INDEX followed by that of depth_index.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,7 +21,7 @@ use work.token_pkg.marks_t;
 
 entity stack_axi is
   generic (
-    -- As focal_stack.
+    -- As in focal_stack.
     MICRO_IMAGE_SIZE  : positive range 1 to 128;
     SHIFTS            : string;
     CENTRED           : boolean                  := true;
@@ -30,7 +31,7 @@ entity stack_axi is
     INPUT_LINES       : positive range 1 to 128  := 1;
     BORDER_NORMALISED : boolean                  := false;
     PIXELS_PER_CLOCK  : positive range 1 to 32   := 1;
-    -- Whether a depth index follows, with PIXELS_PER_CLOCK of MICRO_IMAGE_SIZE at most; its generics.
+    -- true: a depth_index follows, with PIXELS_PER_CLOCK of at most MICRO_IMAGE_SIZE; then its generics.
     DEPTH_INDEX : boolean                       := false;
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
@@ -59,7 +60,7 @@ entity stack_axi is
     s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
     s_axi_ctrl_rvalid  : out   std_logic;
     s_axi_ctrl_rready  : in    std_logic;
-    -- High while something has happened that is not masked out.
+    -- High while an event that is not masked out is pending.
     interrupt : out   std_logic;
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
     -- of tdata.
@@ -68,8 +69,8 @@ entity stack_axi is
     s_axis_tdata  : in    std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tdata: the slices of a pixel, the first in the low bits. With DEPTH_INDEX the pixel in focus, above it
-    -- 8 bits of the index of its slice, counted from 0. Then those of the next pixel.
+    -- AXI4-Stream video out. tdata: the slices of a pixel, the first slice in the low bits; with DEPTH_INDEX the pixel
+    -- in focus, above it 8 bits of the index of its slice, from 0. The next pixel's data follow.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(stack_stream_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS,
@@ -81,7 +82,7 @@ end entity stack_axi;
 
 architecture rtl of stack_axi is
 
-  -- All slices of a pixel go side by side from stack to index.
+  -- All slices of a pixel go side by side from the stack to the index.
   constant SLICES     : positive := slice_count(SHIFTS);
   constant P          : positive := PIXELS_PER_CLOCK;
   constant IN_BITS    : positive := P * CHANNELS * PIXEL_BITS;
@@ -92,18 +93,18 @@ architecture rtl of stack_axi is
   signal bus_request : bus_request_t;
   signal bus_answer  : bus_answer_t;
   signal orders      : orders_t;
-  -- Observed by the registers: the streams without their data, and the faults.
+  -- Signals that the registers observe: the streams without their data, and the faults.
   signal s_marks     : marks_t;
   signal watched     : watched_t;
   signal faults      : std_logic_vector(5 downto 0);
   signal core_tvalid : std_logic;
   signal core_tready : std_logic;
-  -- Copy of the output stream, because it is read here too and VHDL-93 cannot read outputs.
+  -- Copies of the output stream, because VHDL-93 cannot read outputs.
   signal out_tvalid : std_logic;
   signal out_tdata  : std_logic_vector(OUT_BITS - 1 downto 0);
   signal out_tuser  : std_logic_vector(0 downto 0);
   signal out_tlast  : std_logic;
-  -- Between stack and index.
+  -- The stream from the stack to the index.
   signal stack_tvalid : std_logic;
   signal stack_tready : std_logic;
   signal stack_tdata  : std_logic_vector(STACK_BITS - 1 downto 0);
@@ -130,7 +131,7 @@ begin
     s_axi_ctrl_rready
   );
 
-  -- Each wire by its name: an output of a record is nothing that block designs connect.
+  -- Block designs do not connect fields of records, so each wire has a port of its own.
   s_axi_ctrl_awready <= bus_answer.awready;
   s_axi_ctrl_wready  <= bus_answer.wready;
   s_axi_ctrl_bresp   <= bus_answer.bresp;
@@ -144,7 +145,7 @@ begin
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
   watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
 
-  -- Its words are computed from the generics, so software finds in them what was built.
+  -- The read-only registers are computed from the generics, so software finds what was built.
   registers : entity work.refocuser_registers
     generic map (
       PARTS      => 2 ** PARTS_STACK + choose(DEPTH_INDEX, 2 ** PARTS_DEPTH_INDEX, 0),
@@ -170,8 +171,8 @@ begin
       m_axis_watched     => watched
     );
 
-  -- As the registers see it, stack and index are one core: they have the same size and restart
-  -- together. With error_clear a flag is high for the clock of its fault.
+  -- The registers see stack and index as one core: both have the same size and restart together. error_clear is always
+  -- high, so each flag is high for the clock of its fault.
   stack : entity work.focal_stack
     generic map (
       MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
@@ -203,7 +204,7 @@ begin
       error_clear   => '1'
     );
 
-  -- The stack's slices go out as they are.
+  -- Without an index the stack's slices are the output.
   no_index : if not DEPTH_INDEX generate
     out_tvalid   <= stack_tvalid;
     stack_tready <= m_axis_tready;
@@ -252,15 +253,15 @@ begin
 
   end generate sharpest;
 
-  -- Both see the same frames, so either may tell of a fault. The highest bit is that of a
-  -- calibration, which they do not have.
+  -- Both see the same frames, so either may report a fault. The highest bit is that of a calibration, which neither
+  -- has.
   faults <= '0' & (stack_faults or index_faults);
 
   m_axis_tvalid <= out_tvalid;
   m_axis_tuser  <= out_tuser;
   m_axis_tlast  <= out_tlast;
 
-  -- AXI4-Stream has whole bytes; the fill bits are zero, so that a reader may take words as they are.
+  -- AXI4-Stream has whole bytes; the fill bits are zero, so that software may use words as they are.
   pad : process (out_tdata) is
   begin
 

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Puts refocuser_axi, stack_axi or sensor_axi on a Wishbone bus: each cycle becomes one of AXI4-Lite.
+-- Puts refocuser_axi, stack_axi or sensor_axi on a Wishbone bus: each Wishbone cycle becomes an AXI4-Lite access.
 --
--- Wishbone B4, standard cycles, words of 32 bits: cyc and stb stay high until ack or err answers, which is SLVERR.
--- A master may abort a cycle before that; the access behind the bridge is then completed, but not answered.
+-- Wishbone B4, standard cycles, words of 32 bits: cyc and stb stay high until ack, or err for SLVERR. A master may
+-- abort a cycle before that; the access behind the bridge is then completed without an answer.
 --
--- Latency: 2 clocks more than AXI4-Lite takes, with axi_lite_slave behind it 4 from stb to ack. Throughput: a cycle
--- every 5 clocks then.
--- Equation: each cycle that is not given up is answered once, with ack for OKAY and err for any other answer.
+-- Latency: 2 clocks more than AXI4-Lite takes; with axi_lite_slave behind it 4 clocks from stb to ack. Throughput: a
+-- cycle every 5 clocks with axi_lite_slave.
+-- Equation: each cycle that is not aborted is answered once, with ack for OKAY and with err for any other answer.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -57,12 +57,12 @@ architecture rtl of wishbone_bridge is
   constant OKAY : std_logic_vector(1 downto 0) := "00";
 
   signal request : std_logic;
-  -- A cycle is under way, and its master still waits for it.
+  -- busy: an access is under way; wanted: its master still waits for the answer.
   signal busy    : std_logic := '0';
   signal wanted  : std_logic := '0';
   signal address : std_logic_vector(ADDRESS_BITS - 1 downto 0);
 
-  -- What is on offer.
+  -- Requests on offer to the slave: address of a write, data of a write, address of a read.
   signal offers_address : std_logic := '0';
   signal offers_data    : std_logic := '0';
   signal offers_read    : std_logic := '0';
@@ -72,8 +72,7 @@ architecture rtl of wishbone_bridge is
 
 begin
 
-  -- An answer is withdrawn with its request: a master that gave up must not see it in its next
-  -- cycle.
+  -- An answer is withdrawn with its request: a master that aborted must not see it in its next cycle.
   request  <= s_wb_cyc and s_wb_stb;
   s_wb_ack <= ack and request;
   s_wb_err <= err and request;
@@ -82,7 +81,7 @@ begin
   m_axi_awprot  <= "000";
   m_axi_awvalid <= offers_address;
   m_axi_wvalid  <= offers_data;
-  -- Answers are taken at once: there is only one at a time, and a place for it.
+  -- Answers are taken at once, because only one access is under way.
   m_axi_bready  <= '1';
   m_axi_araddr  <= address;
   m_axi_arprot  <= "000";
@@ -99,11 +98,10 @@ begin
     if rising_edge(clk) then
       ack <= '0';
       err <= '0';
-      -- A request that falls before the answer has been given up for good, even if another one
-      -- follows.
+      -- A request that falls before the answer is aborted, even if another one follows.
       wanted <= wanted and request;
 
-      -- Each offer ends when it is taken. Address and data may be taken in different clocks.
+      -- Each offer ends when it is taken; address and data may be taken in different clocks.
       if m_axi_awready = '1' then
         offers_address <= '0';
       end if;
@@ -114,8 +112,7 @@ begin
         offers_read <= '0';
       end if;
 
-      -- Not in the clock of an answer, in which the master still shows the request that it belongs
-      -- to.
+      -- No cycle begins in the clock of an answer, because the master still shows the old request then.
       if busy = '0' and request = '1' and ack = '0' and err = '0' then
         busy           <= '1';
         wanted         <= '1';
@@ -127,13 +124,13 @@ begin
         m_axi_wstrb    <= s_wb_sel;
       end if;
 
-      -- Only one kind of access is under way, so whichever answer comes is its own.
+      -- Only one access is under way, so any answer belongs to it.
       answered := m_axi_bvalid or m_axi_rvalid;
       good     := m_axi_bresp = OKAY;
       if m_axi_rvalid = '1' then
         good := m_axi_rresp = OKAY;
       end if;
-      -- The access of a master that gave up ends here, too, without being answered.
+      -- An aborted access ends here too, without an answer.
       if answered = '1' then
         busy       <= '0';
         s_wb_dat_r <= m_axi_rdata;

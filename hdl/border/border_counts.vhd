@@ -1,17 +1,17 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Counts the views that reach each output, by refocusing a picture of ones; border_weights makes its weights of these
--- counts.
+-- Counts the views that reach each output, by refocusing a picture of ones. border_weights turns these counts into
+-- weights.
 --
---   token -> moving sums of ones, a line a step -> the same, a token a step -> product of both counts
+--   token -> moving sums of ones over lines -> moving sums of ones over tokens -> product of both counts
 --
--- The weight of an output is the product of a count for its line and one for its place in the line, so each dimension
--- needs one moving sum instead of a picture. These are the stages of the moving sums themselves, fed with ones.
--- Therefore ends of lines and frames, short ones, those that follow each other and changes of the slice need no cases
--- of their own, whatever the engine is.
+-- The weight of an output is the product of a count for its line and a count for its place in the line, so each
+-- dimension needs one moving sum instead of a picture. The stages are those of the moving sums themselves, fed with
+-- ones. Short lines and frames, lines and frames without a gap, and changes of the slice therefore need no cases of
+-- their own.
 --
--- Latency: total_delay lines, as many tokens (with several pixels total_lane_delay) and border_latency clocks.
--- Throughput: one token each clock, in lines and frames that are longer than these delays; empty tokens and lines make
---   up for what is missing.
+-- Latency: total_delay lines, total_delay tokens (with several pixels total_lane_delay) and border_latency clocks.
+-- Throughput: one token each clock. Lines and frames must be longer than the delays; empty tokens and flush lines make
+-- up for what is missing.
 -- Equation: weight = refocusing sum of a frame of ones.
 
 library ieee;
@@ -27,9 +27,9 @@ use work.border_pkg.all;
 
 entity border_counts is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- The slice, if it is always the same; -1: that of the token.
+    -- The slice, if it is always the same; -1: the slice of the token.
     FIXED_SLICE : integer := -1;
     -- Moving sums that follow in each dimension.
     INTERPOLATION_ORDER : natural range 0 to 3;
@@ -41,7 +41,7 @@ entity border_counts is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and the pixels that a line's last token has.
+    -- A token; and which pixels a line's last token has.
     token    : in    token_t;
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- The weights of a token's pixels, pixel 0 in the low bits; those behind a line's last pixel have no meaning.
@@ -60,7 +60,8 @@ architecture rtl of border_counts is
 
   type across_counts_t is array (natural range 0 to PASSES) of std_logic_vector(P * COUNT_BITS - 1 downto 0);
 
-  -- Signals in front of each pass, and behind the last. Along lines each token carries the count of its line.
+  -- Signals in front of each pass (by its number) and behind the last one. In the passes over tokens, each token
+  -- carries the count of its line.
   signal line_token : tokens_t(0 to PASSES);
   signal down       : down_counts_t;
   signal row_token  : tokens_t(0 to PASSES);
@@ -70,7 +71,7 @@ architecture rtl of border_counts is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- Along columns: a line is a step.
+  -- Passes over lines: a line is a step.
 
   line_token(0) <= token;
 
@@ -88,7 +89,7 @@ begin
         GEOMETRY    => pass_geometry(GEOMETRY, i),
         SIZES       => exact_pass(largest_count(M, i), M),
         FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
-        -- Each line counts as one, which its first token carries.
+        -- Each line counts as one; the line's first token carries the count.
         COLUMNS => true
       )
       port map (
@@ -103,7 +104,7 @@ begin
   end generate line_pass;
 
   --------------------------------------------------------------------------------------------------
-  -- Along lines: a token is a step.
+  -- Passes over tokens: a token is a step.
 
   row_token(0) <= line_token(PASSES);
   row_down(0)  <= down(PASSES);
@@ -191,7 +192,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The token carries the count of its line; the output of the last pass is the count of its place.
+      -- The token carries its line's count, and the last pass gives the count of its place in the line.
       of_line := unsigned(row_down(PASSES));
 
       for j in 0 to P - 1 loop

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Counts and clocks of the normalised border.
+-- Counts and latencies of the normalised border.
 --
 -- All functions are evaluated at elaboration only.
 
@@ -14,20 +14,20 @@ use work.sum_lanes_pkg.all;
 
 package border_pkg is
 
-  -- The largest count of a dimension, behind that number of its passes: of an output that all views reach.
+  -- The largest count in one dimension behind so many passes: the count of an output that all views reach.
   function largest_count (
     micro_image_size : positive;
     number           : natural
   ) return positive;
 
-  -- Clocks from a token at border_counts' input to its weights.
+  -- Latency of border_counts in clocks.
   function border_latency (
     geometry : geometry_t;
     order    : natural range 0 to 3;
     pixels   : positive
   ) return positive;
 
-  -- Clocks that tokens wait in front of an engine which has its sums after so many clocks.
+  -- Clocks that tokens wait in front of an engine whose sums come sum_clocks behind its tokens.
   function border_wait (
     geometry   : geometry_t;
     order      : natural;
@@ -35,7 +35,7 @@ package border_pkg is
     sum_clocks : positive
   ) return natural;
 
-  -- Clocks from a token to its result, of an engine that takes so many with a division by a constant.
+  -- Latency of an engine in clocks; `clocks` is its latency with a division by a constant.
   function normalised_latency (
     normalised : boolean;
     geometry   : geometry_t;
@@ -55,7 +55,7 @@ package body border_pkg is
   ) return positive is
   begin
 
-    -- Each pass adds M counts at most, so the bits of a pass are those of a power of M.
+    -- Each pass adds up to M counts, so the largest count is a power of M.
     return micro_image_size ** number;
 
   end function largest_count;
@@ -70,7 +70,7 @@ package body border_pkg is
 
   begin
 
-    -- A stage of lines and one of tokens in each pass, and the product.
+    -- Each pass has a stage of lines and a stage of tokens; the product takes a clock.
     clocks := 1;
 
     for i in 0 to order loop
@@ -78,7 +78,7 @@ package body border_pkg is
       clocks := clocks + sum_stage_latency(false, 1);
 
       if pixels = 1 then
-        -- Rows have the stage that the engine has for as many pixels.
+        -- Rows have the same stage as in an engine with as many pixels a clock.
         clocks := clocks + sum_stage_latency(false, 1);
       else
         clocks := clocks + lane_stage_latency(pass_geometry(geometry, i), pixels);
@@ -98,7 +98,7 @@ package body border_pkg is
   ) return natural is
   begin
 
-    -- Negative if the engine is slower than the weights; then the weights wait.
+    -- The difference is negative if the engine is slower than the weights; then the weights wait.
     return larger(border_latency(geometry, order, pixels) - sum_clocks, 0);
 
   end function border_wait;
@@ -117,7 +117,7 @@ package body border_pkg is
       return clocks;
     end if;
 
-    -- The division by a constant is not built, so the slower of sums and weights sets the latency.
+    -- The division by a constant is left out, so the slower of sums and weights sets the latency.
     return larger(clocks - DIVIDE_LATENCY, border_latency(geometry, order, pixels)) + scaler_latency(true, pixel_bits);
 
   end function normalised_latency;

@@ -1,13 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The weights by which the sums of an engine are divided, so that a picture does not get darker towards its border.
+-- The weights that divide the sums of an engine, so that a picture does not get darker towards its border.
 --
--- It stands beside an engine. Tokens pass through it on their way to the engine, delayed so that the weights meet the
--- sums.
+-- The entity stands beside an engine. Tokens pass through it to the engine, delayed so that the weights meet the sums.
 --
--- Latency: tokens wait border_wait clocks; weights come with the sums of the same pixels, ENGINE_CLOCKS behind the
---   tokens that the engine gets. Throughput: as border_counts.
--- Equation: weight = refocusing sum of a frame of ones, so the product of the numbers of views that reach the output
---   along rows and along columns, with interpolation of their weights.
+-- Latency: border_wait clocks for tokens; weights come ENGINE_CLOCKS behind the tokens that the engine gets, in the
+-- clock of the sums of the same pixels. Throughput: that of border_counts.
+-- Equation: weight = refocusing sum of a frame of ones: the product of the numbers of views that reach the output along
+-- rows and along columns, each view weighted by the interpolation.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -22,15 +21,15 @@ use work.border_pkg.all;
 
 entity border_weights is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- All of the slices, or 1: then the token says which.
+    -- Number of slices, if all come at once; 1: the token says which.
     SLICES_AT_ONCE : positive := 1;
     -- Moving sums that follow in each dimension.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
     -- Pixels of a token.
     PIXELS_PER_CLOCK : positive := 1;
-    -- Width of what comes with a token.
+    -- Width of the data that come with a token.
     DATA_BITS : positive;
     -- Width of a weight.
     WEIGHT_BITS : positive;
@@ -40,14 +39,14 @@ entity border_weights is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, what comes with it, and the pixels that a line's last token has.
+    -- A token, its data; and which pixels a line's last token has.
     token      : in    token_t;
     token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
     line_end   : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- The same for the engine.
+    -- Token and data for the engine.
     engine_token : out   token_t;
     engine_data  : out   std_logic_vector(DATA_BITS - 1 downto 0);
-    -- The weights, pixel 0 in the low bits, above it the others, then those of the other slices.
+    -- The weights, pixel 0 in the low bits; all pixels of slice 0, then those of the other slices.
     weights : out   std_logic_vector(SLICES_AT_ONCE * PIXELS_PER_CLOCK * WEIGHT_BITS - 1 downto 0)
   );
 end entity border_weights;
@@ -86,7 +85,7 @@ begin
 
   end generate slice;
 
-  -- Of AHEAD and BEHIND one is always zero.
+  -- Either AHEAD or BEHIND is zero.
   weights <= delayed(waiting, counted, BEHIND);
 
   delay_weights : process (clk) is
@@ -98,7 +97,7 @@ begin
 
   end process delay_weights;
 
-  -- If the engine is slower than the weights, these wait (BEHIND); otherwise the tokens wait (AHEAD).
+  -- If the engine is slower than the weights, weights wait (BEHIND); otherwise tokens wait (AHEAD).
   pass : if AHEAD = 0 generate
     engine_token <= token;
     engine_data  <= token_data;
@@ -131,7 +130,7 @@ begin
 
           for i in 1 to AHEAD loop
 
-            -- Without strobe a token does not count, so its other bits and its pixels need no reset.
+            -- Only strobe needs a reset, because it validates the other bits and the pixels.
             token_at(i).strobe <= '0';
 
           end loop;

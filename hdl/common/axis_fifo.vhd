@@ -18,14 +18,14 @@ entity axis_fifo is
     WIDTH : positive;
     -- The RAM holds 2**ADDRESS_BITS words.
     ADDRESS_BITS : positive;
-    -- For users that cannot wait and ignore tready, as their credits leave a place for each word: a word without one
-    -- ends a simulation.
+    -- true for users that ignore tready because their credits leave a place for each word: in simulation a word
+    -- without a place is then a failure.
     MUST_FIT : boolean := false
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Words in; tdata is whatever the user packs into it, side bands included.
+    -- Words in. tdata holds whatever the user packs into it, side bands included.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(WIDTH - 1 downto 0);
@@ -44,7 +44,7 @@ architecture rtl of axis_fifo is
   -- differ by 2**ADDRESS_BITS mean full.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
-  -- Address of the RAM's next word to write, and to read; number of words in between.
+  -- write_pointer, read_pointer: the RAM's next word to write and to read; stored: the number of words in between.
   signal write_pointer : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
   signal stored        : pointer_t;
@@ -52,7 +52,7 @@ architecture rtl of axis_fifo is
   signal can_write     : std_logic;
   signal read_enable   : std_logic;
   signal has_words     : std_logic;
-  -- In the RAM's own register, and in the output register.
+  -- word: the RAM's own register. The output register behind it drives the port.
   signal word       : std_logic_vector(WIDTH - 1 downto 0);
   signal word_valid : std_logic := '0';
   signal word_moves : std_logic;
@@ -72,7 +72,8 @@ begin
   m_axis_tvalid <= on_offer;
   level         <= stored;
 
-  -- From the RAM through its own register (word) to the output register, each as soon as the next is free.
+  -- A word moves from the RAM to its own register (word) and from there to the output register as soon as each is
+  -- free.
   word_moves  <= m_axis_tready or not on_offer;
   word_free   <= word_moves or not word_valid;
   read_enable <= has_words and word_free;

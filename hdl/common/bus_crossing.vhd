@@ -4,8 +4,8 @@
 -- The source takes a copy and announces it by a toggling bit. The destination takes the copy and acknowledges it by a
 -- toggling bit of its own. Either clock may stop; the value then stays as it is.
 --
--- For values of which the latest one counts: settings, counts, reports. crossing_fifo loses none of them and takes one
--- each clock; synchroniser does for bits that do not belong together.
+-- Use it for values of which only the latest counts: settings, counts, reports. crossing_fifo loses no word and
+-- takes one each clock; synchroniser is for bits that do not belong together.
 --
 -- Latency: 3 clocks of source_clk and 3 of destination_clk, at most twice that.
 -- Throughput: one value for each round trip; values in between are not seen.
@@ -26,7 +26,7 @@ entity bus_crossing is
     -- The value and its clock.
     source_clk : in    std_logic;
     source     : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- The other clock, and the value in it.
+    -- The destination's clock, and the value as that clock last took it.
     destination_clk : in    std_logic;
     destination     : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -34,18 +34,18 @@ end entity bus_crossing;
 
 architecture rtl of bus_crossing is
 
-  -- The copy is steady until it is acknowledged, so the other clock may take its bits at any moment; and the value that
-  -- it took.
+  -- crossing_data: the source's copy, steady until it is acknowledged, so the destination may sample its bits at
+  -- any moment. crossing_taken: the value that the destination sampled.
   signal crossing_data  : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal crossing_taken : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  -- Toggles: a difference says that a copy waits, no difference that it was taken. Levels cannot be missed, whichever
-  -- clock is the faster one.
+  -- Toggles. They differ while a copy waits and agree once it was taken. A toggle cannot be missed, whichever
+  -- clock is faster; a pulse could.
   signal request          : std_logic_vector(0 downto 0) := "0";
   signal request_arrived  : std_logic_vector(0 downto 0);
   signal response         : std_logic_vector(0 downto 0) := "0";
   signal response_arrived : std_logic_vector(0 downto 0);
 
-  -- The constraints match these names.
+  -- The timing constraints match these names.
   attribute keep of crossing_data, crossing_taken                        : signal is "TRUE";
   attribute equivalent_register_removal of crossing_data, crossing_taken : signal is "no";
   attribute preserve of crossing_data, crossing_taken                    : signal is true;

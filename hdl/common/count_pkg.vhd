@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Counts, which are registers of the caller: of events, for people who read them, and of tokens in turn.
+-- Functions for counters that are registers of the caller: counters of events for people, and of tokens in turn.
 --
--- Latency: none. Throughput: one event or token each clock.
+-- Throughput: one event or token each clock.
 -- Equation: count = min(events since the last clearing, the largest number of its width);
 --   place = (tokens since the one with restart) mod modulus.
 
@@ -11,23 +11,23 @@ use ieee.numeric_std.all;
 
 package count_pkg is
 
-  -- What a count is after a clock with or without an event. It stays at the largest one: a count that wrapped around
-  -- would look like few events. An event in the clock of the clearing is not counted.
+  -- The next value of a counter, with or without an event. The counter stays at its largest value: one that
+  -- wrapped around would look like few events. An event in the clock of the clearing is not counted.
   function counted (
     count  : std_logic_vector;
     happen : std_logic;
     clear  : std_logic
   ) return std_logic_vector;
 
-  -- The same of several counts of one width, side by side, and the event of each.
+  -- The next values of several counters of one width, side by side, each with its own event.
   function each_counted (
     counts : std_logic_vector;
     happen : std_logic_vector;
     clear  : std_logic
   ) return std_logic_vector;
 
-  -- Number of a token modulo a constant, counted from the last one with restart, by the number of the token before. It
-  -- is 0 with the restart itself, without a clock of delay.
+  -- Number of a token modulo a constant, from the number of the token before. The token with restart has number 0
+  -- in the same clock.
   function place_in_turn (
     before  : natural;
     restart : std_logic;
@@ -71,7 +71,7 @@ package body count_pkg is
   ) return natural is
   begin
 
-    -- With a modulus of 1 nothing is left to count, and all that depends on it falls away.
+    -- With a modulus of 1 there is nothing to count, and synthesis removes all that depends on the count.
     if modulus = 1 or restart = '1' or before = modulus - 1 then
       return 0;
     end if;

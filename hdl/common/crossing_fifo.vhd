@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- First-in first-out buffer from one clock into another, first word falls through.
 --
--- Each side sees the other side's pointer late, so it takes the buffer to be fuller, or emptier, than it is, which is
+-- Each side sees the other side's pointer late, so it takes the buffer for fuller or emptier than it is, which is
 -- safe. There is no reset: the reading side can drop the content, even while either clock stands still.
 --
--- For a stream of which no word may be lost, between any two clocks. elastic_buffer is smaller and without handshake,
--- but for clocks of one frequency; bus_crossing for values of which the latest one counts.
+-- Use it between any two clocks for a stream that may lose no word. elastic_buffer is smaller and has no handshake,
+-- but needs clocks of one frequency. bus_crossing is for values of which only the latest counts.
 --
 -- Latency: a word is offered 4 to 5 clocks of read_clk after it was written. Throughput: one word each clock.
 -- Equation: the n-th word out is the n-th word in. Cost: a memory, WIDTH flip-flops and 12 for each bit of a pointer.
@@ -25,13 +25,14 @@ entity crossing_fifo is
     ADDRESS_BITS : positive range 2 to 12
   );
   port (
-    -- Words in; none may come while the buffer is full, as it would be lost. There is no place, or one at most.
+    -- Words in. A word that comes while the buffer is full is lost. full: no free place; nearly_full: at most
+    -- one free place.
     write_clk    : in    std_logic;
     write_enable : in    std_logic;
     write_word   : in    std_logic_vector(WIDTH - 1 downto 0);
     full         : out   std_logic;
     nearly_full  : out   std_logic;
-    -- Words out; all that are in the buffer are dropped, a word each clock.
+    -- Words out. read_drop drops all words in the buffer, one each clock.
     read_clk   : in    std_logic;
     read_drop  : in    std_logic;
     read_valid : out   std_logic;
@@ -46,14 +47,14 @@ architecture rtl of crossing_fifo is
 
   type memory_t is array (natural range 0 to WORDS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
-  -- One bit more than an address: equal pointers mean empty.
+  -- Pointers have one bit more than an address, so equal pointers mean an empty buffer.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
-  -- Words on their way, and the one that is read; the constraints match these names. Memory and register may become
-  -- a block RAM.
+  -- The words on their way, and the register that reads them; the timing constraints match these names. Memory and
+  -- register may become a block RAM.
   signal crossing_memory : memory_t                             := (others => (others => '0'));
   signal crossing_word   : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  -- Each side has its pointer, and the other side's as it was when it arrived.
+  -- Each side has its own pointer, and the other side's pointer as it last arrived.
   signal write_pointer : pointer_t := (others => '0');
   signal write_arrived : pointer_t;
   signal written       : pointer_t := (others => '0');
@@ -61,12 +62,12 @@ architecture rtl of crossing_fifo is
   signal read_arrived  : pointer_t;
   signal taken         : pointer_t := (others => '0');
   signal used          : pointer_t;
-  -- No free place; at most one free place.
+  -- no_place: the buffer is full; one_place: at most one place is free.
   signal no_place  : std_logic := '0';
   signal one_place : std_logic := '0';
   signal on_offer  : std_logic := '0';
   signal free      : std_logic;
-  -- Words up to this place are dropped; the next word is behind them.
+  -- Dropping passes over the words in front of drop_to.
   signal drop_to   : pointer_t := (others => '0');
   signal dropping  : std_logic := '0';
   signal drop_ends : std_logic;
@@ -74,7 +75,7 @@ architecture rtl of crossing_fifo is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- In.
+  -- Writing side.
 
   used        <= write_pointer - taken;
   full        <= no_place;
@@ -97,15 +98,15 @@ begin
       end if;
       taken <= read_arrived;
 
-      -- State after this clock: with the word that is written now, or without.
+      -- The flags after this clock count the word that is written now.
       no_place  <= to_logic(used >= WORDS) or (write_enable and to_logic(used >= WORDS - 1));
       one_place <= to_logic(used >= WORDS - 1) or (write_enable and to_logic(used >= WORDS - 2));
     end if;
 
   end process write;
 
-  -- The word is written a clock before the pointer that announces it leaves, so it is at rest when the other side reads
-  -- it.
+  -- The word is written a clock before the pointer that announces it leaves, so the word is stable when the other
+  -- side reads it.
   forward : entity work.gray_crossing
     generic map (
       WIDTH => ADDRESS_BITS + 1
@@ -118,13 +119,13 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- Out.
+  -- Reading side.
 
   read_valid <= on_offer;
   read_word  <= crossing_word;
   free       <= read_ready or not on_offer;
-  -- What is dropped is passed over a word each clock: the other side must not see the place jump, as a Gray code is
-  -- safe for single steps only.
+  -- Dropping passes over one word each clock, because the read pointer crosses as a Gray code and may only move by
+  -- single steps.
   drop_ends <= to_logic(read_pointer = drop_to) or not dropping;
 
   read : process (read_clk) is
@@ -144,7 +145,7 @@ begin
         dropping <= '0';
       end if;
       if read_drop = '1' then
-        -- To the place that the other side is known to have written up to.
+        -- Drop up to the last word that is known to be written.
         drop_to  <= written;
         dropping <= '1';
         on_offer <= '0';

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Attributes of the registers between two clocks, in the words of each tool. Vendors' tools ignore those of the others.
+-- Attributes for registers between two clocks, one set for each tool. Tools ignore the attributes of other vendors.
 --
 -- Both stages of a synchroniser must stay flip-flops beside each other; a register that another clock samples must stay
 -- one flip-flop, whose name the constraints find (docs/clock-crossings.md).
@@ -9,12 +9,12 @@ use ieee.std_logic_1164.all;
 
 package crossing_pkg is
 
-  -- Vivado, and simulation models of ISE: this register may go metastable. Keep it close to the one behind it, and do
-  -- not optimise it.
+  -- Vivado, and ISE's simulation models: this register may go metastable. Place it close to the register behind it
+  -- and do not optimise it.
   attribute async_reg : string;
 
-  -- The register is not removed, merged with an equal one, or moved. ISE and Vivado; ISE; Quartus, twice; Synplify,
-  -- Radiant and Gowin.
+  -- Keep the register: do not remove it, merge it with an equal one, or move it. In this order for ISE and Vivado
+  -- (keep), ISE, Quartus (preserve, dont_merge), and Synplify, Radiant and Gowin.
   attribute keep : string;
 
   attribute equivalent_register_removal : string;
@@ -25,7 +25,8 @@ package crossing_pkg is
 
   attribute syn_preserve : integer;
 
-  -- Registers in a row do not become the memory of a shift register. ISE and Vivado; Synplify, Radiant and Gowin.
+  -- Keep registers in a row as flip-flops, not as a shift register in a LUT. In this order for ISE and Vivado, and
+  -- for Synplify, Radiant and Gowin.
   attribute shreg_extract : string;
 
   attribute syn_srlstyle : string;

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Delays of tags (bits that accompany data) by a number of enabled clocks.
 --
--- The caller keeps the tags under way in a signal, a word of one beside the other, and moves them in its own process.
--- A function, and no entity: a delay is seldom all that a process does with its signals.
+-- The caller keeps the tags under way in a signal, one word beside the other, and moves them in its own process.
+-- These are functions and no entity because a process seldom does nothing but delay.
 --
--- Latency: the length, in enabled clocks (0: a wire). Throughput: one tag each clock.
+-- Latency: length enabled clocks (0: a wire). Throughput: one tag each clock.
 -- Equation: delayed(t) = tag(t - length), t counting enabled clocks.
 
 library ieee;
@@ -15,15 +15,15 @@ use work.math_pkg.all;
 
 package delay_pkg is
 
-  -- Bits of the signal that keeps the tags under way. A delay of 0 keeps one that nothing reads, as some tools do not
-  -- take a vector without elements.
+  -- Width of the signal that keeps the tags under way. For a length of 0 the signal has one word that nothing
+  -- reads, because some tools refuse a vector without elements.
   function delay_bits (
     width  : positive;
     length : natural
   ) return positive;
 
-  -- The tags under way a clock later: the new one in the low bits. reset clears bit 0 of all, by convention the valid
-  -- bit. The other bits have no reset and so fit shift register LUTs, which have none.
+  -- The tags a clock later, the new one in the low bits. reset clears bit 0 of each tag, by convention the valid
+  -- bit. The other bits have no reset and so fit shift registers in LUTs, which have none.
   function moved_on (
     tags   : std_logic_vector;
     tag    : std_logic_vector;
@@ -31,7 +31,7 @@ package delay_pkg is
     reset  : std_logic := '0'
   ) return std_logic_vector;
 
-  -- The tag that has been under way for the length, or with a length of 0 the new one itself.
+  -- The tag that is length enabled clocks old; with a length of 0 the new tag itself.
   function delayed (
     tags   : std_logic_vector;
     tag    : std_logic_vector;

@@ -4,11 +4,12 @@
 -- A small memory with two clocks, written and read each clock and kept half full. If a disturbed clock lets it run
 -- empty or full, reading starts again at half full.
 --
--- For a stream that never pauses, as video does. crossing_fifo takes clocks of any frequency and words that wait.
+-- Use it for a stream that never pauses, such as video. crossing_fifo takes clocks of any frequency and words that
+-- wait.
 --
--- Latency: half the depth, and 2 to 3 clocks. Throughput: one word each clock.
--- Equation: read_word(t) = write_word(t - latency) while flowing. Cost: a memory, WIDTH
--- flip-flops and 5 for each bit of ADDRESS_BITS.
+-- Latency: 2**(ADDRESS_BITS - 1) clocks, and 2 to 3 clocks of read_clk. Throughput: one word each clock.
+-- Equation: read_word(t) = write_word(t - latency) while flowing.
+-- Cost: a memory, WIDTH flip-flops and 5 for each bit of ADDRESS_BITS.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -26,11 +27,11 @@ entity elastic_buffer is
     write_clk   : in    std_logic;
     write_reset : in    std_logic;
     write_word  : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- The other clock, and the words in it.
+    -- The words in the other clock.
     read_clk   : in    std_logic;
     read_reset : in    std_logic;
     read_word  : out   std_logic_vector(WIDTH - 1 downto 0);
-    -- '0' from a slip of the clocks until reading has started again.
+    -- '0' from the moment that the clocks slip until reading starts again.
     flowing : out   std_logic
   );
 end entity elastic_buffer;
@@ -49,7 +50,7 @@ architecture rtl of elastic_buffer is
   signal arrived       : pointer_t;
   signal read_pointer  : pointer_t := (others => '0');
   signal reading       : std_logic := '0';
-  -- Words on their way, and the one that is read; the constraints match these names.
+  -- The words on their way, and the register that reads them; the timing constraints match these names.
   signal crossing_memory : memory_t                             := (others => (others => '0'));
   signal crossing_word   : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
@@ -62,11 +63,10 @@ begin
   begin
 
     if rising_edge(write_clk) then
-      -- The memory is read by the other clock: a word is read half the depth later, when it has
-      -- long been at rest.
+      -- The other clock reads a word half the depth later, when the word is long stable.
       crossing_memory(to_integer(write_pointer)) <= write_word;
 
-      -- The place moves by one or not at all, also in a reset, as its Gray code must not jump.
+      -- The pointer moves by one or not at all, even in a reset, because its Gray code must not jump.
       if write_reset = '0' then
         write_pointer <= write_pointer + 1;
       end if;
@@ -92,19 +92,19 @@ begin
   begin
 
     if rising_edge(read_clk) then
-      -- The other side's place is known late, so the level is a little lower than it is; half the
-      -- depth leaves room for that to either side.
+      -- The other side's pointer arrives late, so this level is a little below the real one. Half the depth
+      -- leaves room for that on either side.
       level         := arrived - read_pointer;
       crossing_word <= crossing_memory(to_integer(read_pointer));
       if reading = '1' then
         read_pointer <= read_pointer + 1;
-        -- A level near 0 or near the depth means that the sides have slipped: the next word could be one that is just
-        -- being written.
+        -- A level near 0 or near the depth means that the clocks have slipped: the next word could be one
+        -- that is just being written.
         if level < 2 or level > 2 ** ADDRESS_BITS - 3 then
           reading <= '0';
         end if;
       else
-        -- Wait at the place that is half the depth behind what is being written.
+        -- Wait half the depth behind the word that is being written.
         read_pointer <= arrived - HALF;
         if level = HALF or level = HALF + 1 then
           reading      <= '1';

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings a count into another clock as Gray code.
 --
--- For a count that moves by at most one a clock, such as the place of a FIFO's side: neighbouring codes differ in one
--- bit, so a code that is sampled while it changes is the old or the new one. bus_crossing takes values of any kind, but
--- one in a round trip only; synchroniser takes bits that mean nothing together.
+-- Use it for a count that moves by at most one each clock, such as a FIFO's pointer: neighbouring codes differ in
+-- one bit, so a code that is sampled while it changes is either the old or the new one. bus_crossing takes any
+-- value, but only one in a round trip; synchroniser takes bits that do not belong together.
 --
 -- The codes must arrive with less than a clock of clk_in between their bits: see docs/clock-crossings.md.
 --
@@ -26,7 +26,7 @@ entity gray_crossing is
     -- The count and its clock.
     clk_in   : in    std_logic;
     count_in : in    unsigned(WIDTH - 1 downto 0);
-    -- The other clock, and the count in it, through a chain of gates.
+    -- The count in the other clock; a chain of XOR gates drives the port.
     clk_out   : in    std_logic;
     count_out : out   unsigned(WIDTH - 1 downto 0)
   );
@@ -65,12 +65,12 @@ architecture rtl of gray_crossing is
 
   end function from_gray;
 
-  -- The constraints match these names.
+  -- The timing constraints match these names.
   signal crossing_code   : code_t := (others => '0');
   signal crossing_caught : code_t := (others => '0');
   signal crossing_stable : code_t := (others => '0');
 
-  -- The codes that the other clock samples must be flip-flops, too, not the gates in front of them.
+  -- The registers that the other clock samples must stay flip-flops in front of the XOR gates.
   attribute async_reg of crossing_caught, crossing_stable                                  : signal is "TRUE";
   attribute keep of crossing_caught, crossing_stable, crossing_code                        : signal is "TRUE";
   attribute equivalent_register_removal of crossing_caught, crossing_stable, crossing_code : signal is "no";
@@ -97,8 +97,8 @@ begin
 
   end process send;
 
-  -- Both stages stand here and not in a synchroniser: they have names of their own, as paths to them are limited, and
-  -- those to a synchroniser's first stage are not.
+  -- Both stages stand here instead of in a synchroniser: the constraints limit the paths to these names, but not
+  -- the paths to a synchroniser.
   take : process (clk_out) is
   begin
 

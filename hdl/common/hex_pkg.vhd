@@ -7,17 +7,17 @@ use ieee.numeric_std.all;
 
 package hex_pkg is
 
-  -- Whether a text has no other characters than 0 to 9 and a to f.
+  -- Whether a text consists of the characters 0 to 9 and a to f only.
   function is_hex (
     text : string
   ) return boolean;
 
-  -- The value of a digit; those above 9 in lower case.
+  -- The value of a digit; letters are lower case.
   function hex_digit (
     digit : character
   ) return std_logic_vector;
 
-  -- The byte at a place of a text, counted in digits from 0; digits above 9 in lower case.
+  -- The byte at a place of a text, counted in digits from 0; letters are lower case.
   function hex_byte (
     text  : string;
     place : natural
@@ -60,7 +60,7 @@ package body hex_pkg is
 
   begin
 
-    -- In ASCII the low four bits of 0 to 9 are their values already, and a to f follow on each other from 1 in theirs.
+    -- In ASCII the low four bits of 0 to 9 are the digit's value, and those of a to f count from 1.
     if CODE <= character'pos('9') then
       return std_logic_vector(to_unsigned(CODE mod 16, 4));
     end if;
@@ -75,7 +75,8 @@ package body hex_pkg is
   ) return std_logic_vector is
   begin
 
-    -- From the text's own left end, wherever its indices begin; the first digit is the high one.
+    -- The first of the two digits is the high one. Indices of a text may begin anywhere, so places count from
+    -- its left end.
     return hex_digit(text(text'left + place)) & hex_digit(text(text'left + place + 1));
 
   end function hex_byte;

@@ -1,16 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The two lines of I2C as their levels hold, for masters and slaves: synchronised, and without spikes.
+-- The levels of the two I2C lines for masters and slaves: synchronised, and without spikes.
 --
--- A level changes when SPIKE samples in a row differ from it: a spike on a long cable, and the slow slope of a line
--- with a pull-up resistor, make no edges. A slave also sets HOLD: then all edges but the falling ones of the clock
--- line come HOLD clocks later. So a data line that changes together with a falling clock line, or shortly before or
--- behind it, as edges are slow, is seen to change while the clock line is low, and makes no start or stop; UM10204
--- asks devices for 300 ns. A spike just as the clock line falls delays the fall by its length and up to SPIKE - 1
--- clocks, which are lost of HOLD. The clock line must stay high for SPIKE + HOLD clocks.
+-- A level changes when SPIKE samples in a row differ from it, so neither a spike on a long cable nor the slow slope
+-- of a line with a pull-up resistor makes extra edges.
 --
--- Latency: SPIKE + 2 clocks, 2 if SPIKE is 1; with HOLD 1 more, and HOLD but for the falling clock line. Throughput:
--- one sample of both lines each clock.
--- Equation: level(n) = level(n - 1) until that many samples in a row differ from it.
+-- A slave also sets HOLD, which delays all edges by HOLD clocks except the falling edge of the clock line. A data
+-- line that changes about when the clock line falls is then seen to change while the clock line is low, and makes no
+-- start or stop. UM10204 asks devices for 300 ns. A spike just as the clock line falls uses up to its length and
+-- SPIKE - 1 clocks of HOLD. The clock line must stay high for SPIKE + HOLD clocks.
+--
+-- Latency: SPIKE + 2 clocks (2 if SPIKE = 1); with HOLD > 0 HOLD + 1 clocks more, for the falling clock line 1 clock
+-- more.
+-- Throughput: one sample of both lines each clock.
+-- Equation: level(n) = level(n - 1) until SPIKE samples in a row differ from it.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,7 +27,7 @@ entity i2c_lines is
     -- The lines, as they are at the pins.
     scl : in    std_logic;
     sda : in    std_logic;
-    -- The levels that hold.
+    -- The levels behind the filter.
     scl_level : out   std_logic;
     sda_level : out   std_logic
   );
@@ -35,12 +37,12 @@ architecture rtl of i2c_lines is
 
   signal lines   : std_logic_vector(1 downto 0);
   signal arrived : std_logic_vector(1 downto 0);
-  -- Samples that differ from the level, and the levels without spikes.
+  -- Samples in a row that differ from the level; and the levels without spikes, before HOLD.
   signal scl_count : natural range 0 to SPIKE := 0;
   signal sda_count : natural range 0 to SPIKE := 0;
   signal scl_now   : std_logic                := '1';
   signal sda_now   : std_logic                := '1';
-  -- Clocks since they differ from the levels that are given out.
+  -- Clocks since the levels without spikes began to differ from the ports' levels.
   signal scl_wait : natural range 0 to HOLD + 1 := 0;
   signal sda_wait : natural range 0 to HOLD + 1 := 0;
   signal scl_held : std_logic                   := '1';
@@ -62,7 +64,7 @@ begin
       synchronous => arrived
     );
 
-  -- A single sample is a level: nothing is counted, and no clock is lost.
+  -- With SPIKE = 1 each sample is a level: there is no counter and no delay.
   direct : if SPIKE = 1 generate
     scl_now <= arrived(1);
     sda_now <= arrived(0);

@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Arithmetic of integers for widths, sizes and tables, and the comparison of names.
--- All functions are evaluated at elaboration only, but to_logic, which is a wire.
+-- All functions are evaluated at elaboration only, except to_logic, which is a wire.
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 package math_pkg is
 
-  -- Stops elaboration with a message if a condition does not hold; else true. What an entity cannot be built for is
-  -- refused so, by a constant in front of all that is computed from its generics.
+  -- Returns true, or stops elaboration with the message if the condition is false. An entity calls it in a
+  -- constant in front of all that it computes from its generics.
   function takes (
     condition : boolean;
     message   : string
@@ -157,7 +157,7 @@ package body math_pkg is
       return 0;
     end if;
 
-    -- Not (value + divisor - 1) / divisor, which may exceed an integer.
+    -- (value + divisor - 1) / divisor would round up too, but its sum may exceed an integer.
     return (value - 1) / divisor + 1;
 
   end function divide_up;
@@ -168,7 +168,8 @@ package body math_pkg is
   ) return integer is
   begin
 
-    -- VHDL's division rounds towards zero, its mod towards minus infinity: so the rest is taken off first.
+    -- VHDL's division rounds towards zero, but mod always gives a remainder of 0 or more: the remainder is taken
+    -- off first.
     return (value - value mod divisor) / divisor;
 
   end function floor_divided;
@@ -231,7 +232,8 @@ package body math_pkg is
   ) return natural is
   begin
 
-    -- Twice both, so that half a divisor is a whole number for odd ones, too: halves round up.
+    -- Numerator and denominator are doubled, so that half a divisor is a whole number for odd divisors too:
+    -- halves round up.
     return (2 * value * 2 ** scale_bits + divisor) / (2 * divisor);
 
   end function scaled_quotient;

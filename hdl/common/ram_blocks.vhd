@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
 --
--- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the words
--- are divided into blocks that need no multiplexer: some of the same size, then smaller ones for the rest. Of all such
--- divisions it is the one with the fewest block RAMs, then the fewest blocks. Blocks always read, and their registers
--- have neither enable nor reset, so that they fit the block RAM's own output registers.
+-- A tool would put the multiplexer between the block RAMs, whose outputs are late, and the first register. Here the
+-- words are divided into blocks that need no multiplexer inside: some of one size, then smaller ones for the rest.
+-- The division chosen takes the fewest block RAMs, and among equals the fewest blocks. Blocks always read, and their
+-- registers have neither enable nor reset, so that they fit the block RAM's own output registers.
 --
--- Latency: read data are valid READ_LATENCY clocks after the address. 2: those of the blocks and their registers;
---   3: also a register behind the multiplexer.
+-- Latency: READ_LATENCY clocks from address to data. 2: block RAM and its register; 3: also a register behind the
+-- multiplexer.
 -- Throughput: one read and one write each clock. Reading a word in the clock that writes it returns the old word.
 -- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)).
 
@@ -47,7 +47,8 @@ architecture rtl of ram_blocks is
   constant MOST_BITS  : positive := 14;
   constant LEAST_BITS : positive := 9;
 
-  -- Blocks of 2**full words; of what is left a block for each bit down to 2**least words; then one for the rest.
+  -- How to divide: blocks of 2**full words, then a block for each bit that is left down to 2**least words, then
+  -- one block for the rest.
   type division_t is record
     full  : natural range LEAST_BITS to MOST_BITS;
     least : natural range LEAST_BITS to MOST_BITS;
@@ -63,7 +64,7 @@ architecture rtl of ram_blocks is
 
   begin
 
-    -- The rest, unless a whole block fits: of those that do the largest.
+    -- The largest block that is still full; if none is, all that is left.
     size := left;
 
     for bits in division.least to division.full loop
@@ -99,7 +100,7 @@ architecture rtl of ram_blocks is
 
   end function block_rams;
 
-  -- The first word of a block. Those of the same size need no loop, whose length tools limit.
+  -- The first word of a block. Blocks of one size are computed at once, because tools limit the length of loops.
   function block_base (
     index    : natural;
     division : division_t
@@ -128,7 +129,7 @@ architecture rtl of ram_blocks is
 
   end function block_base;
 
-  -- Blocks in all, or with `rams` the block RAMs that they take.
+  -- Number of blocks, or with `rams` the number of block RAMs that they take.
   function total (
     division : division_t;
     rams     : boolean
@@ -193,7 +194,7 @@ architecture rtl of ram_blocks is
   type words_t is array (natural range 0 to BLOCKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
   signal block_words : words_t;
-  -- The blocks to which the read words belong.
+  -- chosen: the block that each read word belongs to.
   signal chosen : std_logic_vector(0 to BLOCKS - 1);
   signal word   : std_logic_vector(WIDTH - 1 downto 0);
 
@@ -201,8 +202,8 @@ begin
 
   part : for i in 0 to BLOCKS - 1 generate
 
-    -- Blocks begin at multiples of their size, so the high bits of an address say which one it is,
-    -- without a subtraction.
+    -- Each block begins at a multiple of its size, so the high bits of an address name the block: no
+    -- subtraction.
     constant BASE : natural  := block_base(i, DIVISION);
     constant SIZE : positive := block_size(WORDS - BASE, DIVISION);
     constant BITS : positive := bits_for(SIZE - 1);
@@ -234,7 +235,7 @@ begin
       begin
 
         if rising_edge(clk) then
-          -- As late as the words: two clocks, the blocks' own and their registers'.
+          -- The choice is delayed by two clocks like the words: block RAM and register.
           was_read  <= reads;
           chosen(i) <= was_read;
         end if;
@@ -243,7 +244,8 @@ begin
 
     end generate one_of_several;
 
-    -- The last block may have fewer than 2**BITS words: an address of another block must not lie beyond them.
+    -- The last block may have fewer than 2**BITS words, so an address of another block must not point beyond
+    -- them.
     place(BITS - 1) <= read_address(BITS - 1) and reads;
 
     lower_bits : for b in 0 to BITS - 2 generate
@@ -272,7 +274,7 @@ begin
 
   begin
 
-    -- One block is chosen at most, so the words are only ored: a tree without priorities.
+    -- At most one block is chosen, so its word is found by or gates: a tree without priorities.
     choice := (others => '0');
 
     for i in 0 to BLOCKS - 1 loop

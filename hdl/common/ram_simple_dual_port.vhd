@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Simple dual-port RAM: one write port, one read port, one clock.
 --
--- The only description of block RAM: synthesis infers RAMB16BWER or RAMB8BWER from it.
+-- This is the only description of block RAM: synthesis infers RAMB16BWER or RAMB8BWER from it.
 --
--- Latency: read data are valid READ_LATENCY clocks after the address. 1: the RAM's own register; 2: also the output
---   register behind it, which block RAM needs at high clocks.
+-- Latency: READ_LATENCY clocks from address to data. 1: the RAM's own register; 2: also the output register behind
+-- it, which block RAM needs at high clock rates.
 -- Throughput: one read and one write each clock. Reading a word in the clock that writes it returns the old word.
 -- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)) where read_enable(t).
 
@@ -30,7 +30,7 @@ entity ram_simple_dual_port is
     write_enable  : in    std_logic;
     write_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- The RAM's own register takes a word.
+    -- The RAM's own register reads a word.
     read_enable  : in    std_logic := '1';
     read_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
     -- The word read.
@@ -40,8 +40,9 @@ end entity ram_simple_dual_port;
 
 architecture rtl of ram_simple_dual_port is
 
-  -- XST's template for block RAM has a signal (UG687; its other one, a shared variable, is no VHDL-2008). Simulators
-  -- keep a driver for each bit of a signal, which a memory of megabits cannot afford: they get a variable.
+  -- XST's template for block RAM has a signal (UG687; its other template has a shared variable, which VHDL-2008
+  -- forbids). Simulators keep a driver for each bit of a signal, too much for a memory of megabits: simulation
+  -- gets a variable.
   function is_simulation return boolean is
   begin
 
@@ -90,7 +91,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- Read first: so a variable, too, gives the word of before where both addresses are one.
+        -- Read before write: a variable, too, then gives the old word if both addresses are equal.
         if read_enable = '1' then
           read_word <= memory(to_integer(read_address));
         end if;

@@ -1,11 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings a reset into a clock: it takes effect at once, even while the clock stands still, and ends in step with it.
 --
--- For requests without glitches: a flip-flop, or the lock of a PLL. reset_filter takes buttons and what comes and goes,
--- but needs a running clock; it may stand in front.
+-- Use it for requests without glitches: a flip-flop, or the lock of a PLL. reset_filter is for buttons and other
+-- unsteady requests but needs a running clock; it may stand in front.
 --
--- Latency: none to assert; 4 clocks to release. Throughput: not applicable.
--- Equation: reset(t) = '1' while request was '1' at any of the last 4 clocks. Cost: 4 flip-flops.
+-- Latency: 0 clocks to assert, 4 clocks to release.
+-- Equation: reset(t) = '1' while request was '1' at any of the last 4 clocks.
+-- Cost: 4 flip-flops.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -27,7 +28,7 @@ architecture rtl of reset_bridge is
 
   signal crossing_reset : std_logic_vector(3 downto 0) := (others => '1');
 
-  -- Flip-flops: a shift register in a LUT cannot be set asynchronously.
+  -- A shift register in a LUT cannot be set asynchronously, so these stay flip-flops.
   attribute async_reg of crossing_reset                   : signal is "TRUE";
   attribute keep of crossing_reset                        : signal is "TRUE";
   attribute equivalent_register_removal of crossing_reset : signal is "no";

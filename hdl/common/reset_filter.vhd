@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Makes a steady reset from a request that comes and goes: a button that bounces, a lock signal with short gaps.
 --
--- reset_bridge acts at once, and with a clock that stands still; one per clock behind this filter brings the reset on.
+-- reset_bridge acts at once, even while the clock stands still. Behind this filter, one reset_bridge for each
+-- further clock passes the reset on.
 --
--- Latency: ASSERT_CLOCKS from the request, RELEASE_CLOCKS from its end, and three of the synchroniser. Throughput: not
--- applicable.
--- Equation: reset rises when request was high for ASSERT_CLOCKS, and falls when it was low for RELEASE_CLOCKS. Cost: 3
--- flip-flops and a counter.
+-- Latency: ASSERT_CLOCKS + 3 clocks to assert, RELEASE_CLOCKS + 3 clocks to release.
+-- Equation: reset rises when request was '1' for ASSERT_CLOCKS, and falls when request was '0' for RELEASE_CLOCKS.
+-- Cost: 3 flip-flops and a counter.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,7 +16,7 @@ use work.math_pkg.all;
 
 entity reset_filter is
   generic (
-    -- 1 us and 1 ms of 50 MHz.
+    -- The defaults are 1 us and 1 ms at 50 MHz.
     ASSERT_CLOCKS  : positive := 50;
     RELEASE_CLOCKS : positive := 50000
   );
@@ -24,7 +24,7 @@ entity reset_filter is
     clk : in    std_logic;
     -- Active high, from any clock or pin.
     request : in    std_logic;
-    -- Active high, in clk; from configuration on, until there is no request.
+    -- Active high, in clk. High from configuration until request has been low for RELEASE_CLOCKS.
     reset : out   std_logic
   );
 end entity reset_filter;
@@ -52,8 +52,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- What agrees with the output begins the count anew: only an unbroken stretch of the other
-      -- level changes it.
+      -- A sample that agrees with the output restarts the counter: only an unbroken stretch of the other level
+      -- changes the output.
       if arrived(0) = held then
         clocks <= 0;
       elsif (held = '0' and clocks = ASSERT_CLOCKS - 1) or (held = '1' and clocks = RELEASE_CLOCKS - 1) then

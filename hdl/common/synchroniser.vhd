@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings a level from another clock into this one.
 --
--- For bits that mean something one by one: flags, toggles, pins, settings that are kept stable. Bits that belong
--- together arrive in different clocks: they take bus_crossing, or gray_crossing if they count. A pulse that is shorter
--- than a clock is missed: send a toggle. For resets that must act without a clock there is reset_bridge.
+-- Use it for bits that mean something one by one: flags, toggles, pins, settings that are kept stable. Bits that
+-- belong together would arrive in different clocks: use bus_crossing, or gray_crossing for a count. A pulse shorter
+-- than a clock is missed: send a toggle. For resets that must act without a clock use reset_bridge.
 --
 -- Latency: 2 to 3 clocks. Throughput: levels that last longer than that.
 -- Equation: synchronous(t) = level(t - 2), give or take a clock. Cost: 2 flip-flops a bit.
@@ -21,20 +21,20 @@ entity synchroniser is
   );
   port (
     clk : in    std_logic;
-    -- From any clock, or from none.
+    -- Levels from any clock, or from none.
     level : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- The same in clk.
+    -- The levels in clk.
     synchronous : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity synchroniser;
 
 architecture rtl of synchroniser is
 
-  -- The names are what the constraints match.
+  -- The timing constraints match these names.
   signal crossing_first  : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal crossing_second : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
-  -- Two flip-flops beside each other, whatever tool.
+  -- Both stages stay two flip-flops beside each other in every tool.
   attribute async_reg of crossing_first, crossing_second                   : signal is "TRUE";
   attribute keep of crossing_first, crossing_second                        : signal is "TRUE";
   attribute equivalent_register_removal of crossing_first, crossing_second : signal is "no";

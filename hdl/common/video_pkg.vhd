@@ -20,7 +20,8 @@ use work.math_pkg.all;
 
 package video_pkg is
 
-  -- Up to 4095 pixels a line and lines a frame, blanking included: what all modes of the pixel clocks here have.
+  -- Counts up to 4095 pixels a line and lines a frame, blanking included: enough for all modes of the pixel clocks
+  -- supported here.
   constant COUNT_BITS : positive := 12;
 
   subtype count_t is unsigned(COUNT_BITS - 1 downto 0);
@@ -61,9 +62,9 @@ package video_pkg is
   -- A colour: red in the low bits, then green, then blue.
   subtype pixel_t is std_logic_vector(23 downto 0);
 
-  -- A clock of video.
+  -- One pixel clock of video.
   type video_t is record
-    -- Inside the picture ("data enable"); the pixel is of no account elsewhere.
+    -- Inside the picture ("data enable"); outside, the pixel has no meaning.
     active : std_logic;
     h_sync : std_logic;
     v_sync : std_logic;
@@ -72,7 +73,8 @@ package video_pkg is
 
   constant NO_VIDEO : video_t := ('0', '0', '0', (others => '0'));
 
-  -- What the source of an AXI4-Stream of pixels drives; tready goes the other way and is a port beside it.
+  -- The signals that the source of an AXI4-Stream of pixels drives; tready goes the other way and is a port beside
+  -- this record.
   type stream_t is record
     tvalid : std_logic;
     tdata  : pixel_t;
@@ -82,13 +84,14 @@ package video_pkg is
     tlast : std_logic;
   end record stream_t;
 
-  -- A place in the raster of a mode, and what follows from it.
+  -- A place in the raster of a mode, and its marks.
   type raster_t is record
     -- The raster runs; until then all but the place is '0'.
     running : std_logic;
     column  : count_t;
     row     : count_t;
-    -- Inside the picture; its first pixel; the last pixel of each of its lines.
+    -- active: inside the picture; frame_first: the picture's first pixel; then the last pixel of each of its
+    -- lines.
     active      : std_logic;
     frame_first : std_logic;
     line_last   : std_logic;
@@ -96,8 +99,8 @@ package video_pkg is
     v_sync      : std_logic;
   end record raster_t;
 
-  -- What video_to_stream follows: whether there is a timing that can be followed, which one, and the place of the pixel
-  -- that comes, also in the blanking.
+  -- The output of video_to_stream for those who follow its timing: whether the timing can be followed, the timing,
+  -- and the place of the present pixel, in the blanking too.
   type following_t is record
     running : std_logic;
     timing  : timing_t;
@@ -105,9 +108,9 @@ package video_pkg is
     row     : count_t;
   end record following_t;
 
-  -- The timing of a mode given as its parts, as in data sheets; vertical sync changes with the leading edge of
-  -- horizontal sync. Stops elaboration, by a message that begins with a name, if the parts of a line or of a frame (a
-  -- board's generics PATTERN_H_ and PATTERN_V_) add up to more than a count holds.
+  -- The timing of a mode, from its parts as data sheets give them. Vertical sync changes with the leading edge of
+  -- horizontal sync. Stops elaboration if the parts of a line or of a frame (a board's generics PATTERN_H_ and
+  -- PATTERN_V_) add up to more than a count holds; the message begins with the name.
   function mode_timing (
     name       : string;
     h_active   : positive;

@@ -2,10 +2,10 @@
 -- Word sizes of an engine, pass by pass.
 --
 -- A pass is a filter over rows or over columns: `passes` of one dimension, then as many of the other. Exact sums
--- grow by M with each pass and are divided once at the end. Stored products are rounded after each pass: to the
--- intermediate image of pixel_bits + guard_bits, and after the last one to pixels.
+-- grow by a factor of M in each pass and are divided once at the end. Stored products are rounded after each pass:
+-- between the passes to pixel_bits + guard_bits, after the last pass to pixels.
 --
--- All functions but rounded are evaluated at elaboration only.
+-- All functions except rounded are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,8 +16,8 @@ use work.math_pkg.all;
 
 package arithmetic_pkg is
 
-  -- What the sizes follow from: kind of the arithmetic, M, width of a pixel, fraction bits of
-  -- stored products and of the image between the passes, passes of one dimension.
+  -- The choices that word sizes follow from: the kind of arithmetic, M, width of a pixel, fraction bits of stored
+  -- products, guard bits of the image between the passes, passes in one dimension.
   type arithmetic_t is record
     exact            : boolean;
     micro_image_size : positive;
@@ -27,18 +27,18 @@ package arithmetic_pkg is
     passes           : positive range 1 to 4;
   end record arithmetic_t;
 
-  -- Whether exact sums of all passes, and what rounds them, are integers of 31 bits.
+  -- Whether the exact sums of all passes, and the terms that round them, fit integers of 31 bits.
   function sums_fit (
     arithmetic : arithmetic_t
   ) return boolean;
 
-  -- Stops elaboration, by a message that begins with a name, if the arithmetic cannot be built; else true.
+  -- Returns true, or stops elaboration if the arithmetic cannot be built; the message begins with the name.
   function takes_arithmetic (
     name       : string;
     arithmetic : arithmetic_t
   ) return boolean;
 
-  -- The same for a normalised border.
+  -- Returns true, or stops elaboration if a normalised border cannot be built; the message begins with the name.
   function takes_border (
     name          : string;
     normalised    : boolean;
@@ -47,7 +47,8 @@ package arithmetic_pkg is
     sharpened     : boolean
   ) return boolean;
 
-  -- The same for weights that divide the sums of an array; weight_bits: their width, 0 without.
+  -- Returns true, or stops elaboration if the weights that divide an array's sums do not fit the arithmetic; the
+  -- message begins with the name. weight_bits: their width, 0 without weights.
   function takes_weights (
     name          : string;
     weight_bits   : natural;
@@ -56,18 +57,18 @@ package arithmetic_pkg is
     sharpened     : boolean
   ) return boolean;
 
-  -- Width of a value in front of a pass, numbered from 0 (behind the one before it).
+  -- Width of a value in front of a pass. Passes count from 0; number 2 * passes is behind the last one.
   function value_bits (
     arithmetic : arithmetic_t;
     pass       : natural
   ) return positive;
 
-  -- Width of the widest value that is a sum.
+  -- Width of the widest sum.
   function widest_bits (
     arithmetic : arithmetic_t
   ) return positive;
 
-  -- Fraction bits that the stored products of a pass have more than its values.
+  -- Fraction bits that the stored products of a pass have beyond those of its values.
   function scale_bits (
     arithmetic : arithmetic_t;
     pass       : natural
@@ -79,13 +80,13 @@ package arithmetic_pkg is
     pass       : natural
   ) return positive;
 
-  -- Fraction bits that the sums of a pass lose.
+  -- Fraction bits that the sums of a pass are rounded by.
   function drop_bits (
     arithmetic : arithmetic_t;
     pass       : natural
   ) return natural;
 
-  -- What exact sums are divided by at the end.
+  -- The divisor of exact sums behind the last pass.
   function final_divisor (
     arithmetic : arithmetic_t
   ) return positive;
@@ -98,18 +99,19 @@ package arithmetic_pkg is
     result_bits : positive
   ) return std_logic_vector;
 
-  -- A pass, as its stage needs it.
+  -- The sizes of a pass, for its stage.
   type pass_t is record
     -- Width of the input, and of the output.
     data_bits   : positive;
     result_bits : positive;
-    -- Whether the input is multiplied by stored products; fraction bits that these have more than the input.
+    -- stored: whether the input is multiplied by stored products; scale_bits: fraction bits that these have
+    -- beyond those of the input.
     stored     : boolean;
     scale_bits : natural;
-    -- Largest value that is summed, and largest sum.
+    -- product_max: the largest value that is summed; sum_max: the largest sum.
     product_max : positive;
     sum_max     : positive;
-    -- Fraction bits that sums lose.
+    -- Fraction bits that sums are rounded by.
     drop_bits : natural;
   end record pass_t;
 
@@ -118,13 +120,13 @@ package arithmetic_pkg is
     pass       : natural
   ) return pass_t;
 
-  -- A pass of exact sums of M values, each a whole number up to the largest.
+  -- A pass of exact sums of M values, each an integer up to the largest.
   function exact_pass (
     largest          : positive;
     micro_image_size : positive
   ) return pass_t;
 
-  -- Width of the weights of a normalised border, which divide exact sums; 0 without.
+  -- Width of the weights of a normalised border, which divide exact sums; 0 without a normalised border.
   function weight_width (
     normalised       : boolean;
     micro_image_size : positive;
@@ -143,7 +145,7 @@ package body arithmetic_pkg is
 
   begin
 
-    -- 2**pixel_bits * M**(2 * passes) < 2**31, by dividing: no number exceeds an integer.
+    -- 2**pixel_bits * M**(2 * passes) < 2**31 is tested by divisions, so that no number exceeds an integer.
     room := integer'high / 2 ** arithmetic.pixel_bits;
 
     for i in 1 to 2 * arithmetic.passes loop
@@ -162,13 +164,13 @@ package body arithmetic_pkg is
   ) return boolean is
   begin
 
-    -- Beyond that the tools have no integers for the constants of an exact core.
+    -- Constants of an exact core are VHDL integers, which have 31 bits.
     assert not arithmetic.exact or sums_fit(arithmetic)
       report name & ": exact sums of MICRO_IMAGE_SIZE, PIXEL_BITS and INTERPOLATION_ORDER take more than 31 bits: " &
              "take smaller ones, or EXACT => false"
       severity failure;
 
-    -- The guard bits are the highest of the fraction bits, so there cannot be more of them.
+    -- Guard bits are the highest of the fraction bits, so there cannot be more of them.
     assert arithmetic.exact or arithmetic.guard_bits <= arithmetic.fraction_bits
       report name & ": GUARD_BITS exceeds FRACTION_BITS"
       severity failure;
@@ -178,7 +180,7 @@ package body arithmetic_pkg is
       report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
       severity failure;
 
-    -- A table of zeros would make every picture black without any fault.
+    -- A table of zeros would make every picture black without raising a fault.
     assert arithmetic.exact or
            scaled_quotient(2 ** arithmetic.pixel_bits - 1, arithmetic.fraction_bits, arithmetic.micro_image_size) > 0
       report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
@@ -201,12 +203,12 @@ package body arithmetic_pkg is
       report name & ": BORDER_NORMALISED needs EXACT: stored products are divided by M before they are summed"
       severity failure;
 
-    -- Weights come in raster order, one token after the other.
+    -- Weights come in raster order, one token after the other, so there cannot be parallel rows.
     assert not normalised or parallel_rows = 1
       report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
       severity failure;
 
-    -- The sharpener subtracts neighbours one lens away, and near the border their sums have other weights.
+    -- The sharpener subtracts neighbours one lens away; near a border their sums would have other weights.
     assert not normalised or not sharpened
       report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
       severity failure;
@@ -239,10 +241,10 @@ package body arithmetic_pkg is
   ) return positive is
   begin
 
-    -- Exact sums grow with each pass, and so does the width of a pass's input.
+    -- Exact sums grow with each pass, and so does the width of each pass's input.
     if arithmetic.exact then
       return bits_for(product_max(arithmetic, pass));
-    -- Only the intermediate image has guard bits; pixels come in and go out without.
+    -- Only the intermediate image has guard bits; the pixels at both ends have none.
     elsif pass = 0 or pass = 2 * arithmetic.passes then
       return arithmetic.pixel_bits;
     end if;
@@ -257,7 +259,7 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
-      -- The last sums are the widest, as none is divided in between.
+      -- The last sums are the widest, because nothing is divided in between.
       return value_bits(arithmetic, 2 * arithmetic.passes);
     end if;
 
@@ -277,7 +279,7 @@ package body arithmetic_pkg is
       return arithmetic.fraction_bits;
     end if;
 
-    -- The guard bits are there already, from the pass before.
+    -- The input has the guard bits of the pass before, so the products add the other fraction bits only.
     return arithmetic.fraction_bits - arithmetic.guard_bits;
 
   end function scale_bits;
@@ -293,7 +295,7 @@ package body arithmetic_pkg is
       return (2 ** arithmetic.pixel_bits - 1) * arithmetic.micro_image_size ** pass;
     end if;
 
-    -- The largest word of the table, rounded as all of them are.
+    -- The largest word of the table, rounded like all its words.
     return scaled_quotient(2 ** value_bits(arithmetic, pass) - 1, scale_bits(arithmetic, pass),
                            arithmetic.micro_image_size);
 
@@ -305,7 +307,7 @@ package body arithmetic_pkg is
   ) return natural is
   begin
 
-    -- The last pass gives pixels, without guard bits; between the passes these stay.
+    -- Pixels have no fraction bits, so the last pass drops all of them; between the passes the guard bits stay.
     if pass = 2 * arithmetic.passes - 1 then
       return choose(arithmetic.exact, 0, arithmetic.fraction_bits);
     end if;
@@ -320,11 +322,11 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
-      -- M for each pass, of rows and of columns: divided once, so that it is rounded once.
+      -- Each pass of rows and of columns multiplies by M. One division by the product rounds once.
       return arithmetic.micro_image_size ** (2 * arithmetic.passes);
     end if;
 
-    -- Stored products have been divided by M each already.
+    -- Stored products are divided by M already.
     return 1;
 
   end function final_divisor;
@@ -337,7 +339,7 @@ package body arithmetic_pkg is
 
     constant LARGEST : unsigned(result_bits - 1 downto 0) := (others => '1');
 
-    -- A bit more than the number, as half may carry.
+    -- One bit more than the result, because rounding may carry.
     variable whole : unsigned(value'length downto 0);
 
   begin
@@ -386,7 +388,8 @@ package body arithmetic_pkg is
 
     weight := 1;
 
-    -- Ports have this width, so even for arithmetic that takes_arithmetic refuses it must not exceed an integer.
+    -- Ports have this width even for arithmetic that takes_arithmetic refuses, so the width must not exceed an
+    -- integer.
     for i in 1 to 8 loop
 
       if i <= 2 * (order + 1) and weight <= integer'high / micro_image_size then

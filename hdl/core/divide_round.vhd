@@ -27,7 +27,7 @@ entity divide_round is
   );
   port (
     clk : in    std_logic;
-    -- Both are unsigned.
+    -- Both words are unsigned.
     value    : in    std_logic_vector(bits_for(VALUE_MAX) - 1 downto 0);
     quotient : out   std_logic_vector(QUOTIENT_BITS - 1 downto 0)
   );
@@ -46,7 +46,7 @@ architecture rtl of divide_round is
   -- T = NUMERATOR_BITS + bits_for(DIVISOR) always suffices, because R * DIVISOR - 2**T < DIVISOR.
   constant RECIPROCAL_BITS : positive := NUMERATOR_BITS + bits_for(DIVISOR) + 1;
 
-  -- R * DIVISOR - 2**t = (-2**t) mod DIVISOR, by doubling, so that no number exceeds an integer.
+  -- The excess R * DIVISOR - 2**t = (-2**t) mod DIVISOR, by doubling, so that no number exceeds an integer.
   function excess (
     t : natural
   ) return natural is
@@ -68,7 +68,7 @@ architecture rtl of divide_round is
 
   end function excess;
 
-  -- Whether e * NUMERATOR_MAX < 2**t.
+  -- Whether exponent t is exact: excess * NUMERATOR_MAX < 2**t.
   function is_exact (
     t : natural
   ) return boolean is
@@ -77,7 +77,7 @@ architecture rtl of divide_round is
 
   begin
 
-    -- A product of that size has no integer in VHDL: it is one of vectors.
+    -- The product exceeds VHDL's integers, so it is computed as a vector.
     product := resize(to_unsigned(excess(t), 31) * to_unsigned(NUMERATOR_MAX, NUMERATOR_BITS), product'length);
 
     return shift_right(product, t) = 0;
@@ -90,10 +90,10 @@ architecture rtl of divide_round is
 
   begin
 
-    -- Set by the loop: its first exponent always suffices.
+    -- The loop always sets the exponent, because its first one suffices.
     exponent := 0;
 
-    -- From the largest down: what is set last is the smallest that suffices.
+    -- The loop goes down from the largest exponent: the last one set is the smallest that suffices.
     for t in natural range RECIPROCAL_BITS - 1 downto 0 loop
 
       if is_exact(t) then
@@ -123,7 +123,7 @@ architecture rtl of divide_round is
 
       remainder := 2 * remainder;
 
-      -- The first digit of 2**EXPONENT is its only one.
+      -- 2**EXPONENT is a one with zeros behind it.
       if bit_index = EXPONENT then
         remainder := 1;
       end if;
@@ -137,7 +137,7 @@ architecture rtl of divide_round is
 
     end loop;
 
-    -- Rounded up, as R is.
+    -- R is rounded up.
     if remainder /= 0 then
       quotient_so_far := quotient_so_far + 1;
     end if;
@@ -146,7 +146,7 @@ architecture rtl of divide_round is
 
   end function reciprocal;
 
-  -- The width that the reciprocal needs.
+  -- The width of the reciprocal.
   function width_of (
     number : unsigned
   ) return positive is
@@ -181,7 +181,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Three clocks: the addition, the multiplication in its block's registers, and the shifted product.
+      -- Three clocks: adding half the divisor, multiplying, shifting.
       numerator <= resize(unsigned(value), NUMERATOR_BITS) + HALF;
       product   <= numerator * FACTOR;
       quotient  <= std_logic_vector(resize(shift_right(product, EXPONENT), QUOTIENT_BITS));

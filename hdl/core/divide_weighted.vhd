@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Correctly rounded division of sums by weights that may change at each clock, one bit of the quotient in each pipeline
--- stage.
+-- Correctly rounded division of sums by a weight that may change at each clock: each pipeline stage computes one bit
+-- of the quotient.
 --
 -- The quotient is floor(n / weight) with n = value + floor(weight / 2). The bits of n above its lowest QUOTIENT_BITS
 -- are less than the weight; they are the first remainder. Each stage doubles the remainder, appends the next bit of n
@@ -8,9 +8,9 @@
 -- and a bit of the quotient is 1 where it is not negative. This is exact for any weight, without a table, a
 -- multiplication or a correction.
 --
--- A weight of 0 means that no view reaches the pixel: the value is 0 then, and so is the quotient.
+-- A weight of 0 means that no view reaches the pixel: value and quotient are then 0.
 --
--- Latency: QUOTIENT_BITS + 1 clocks. Throughput: one value of all lanes each clock.
+-- Latency: QUOTIENT_BITS + 1 clocks. Throughput: LANES values each clock.
 -- Equation: quotient = floor(value / weight + 1/2) for 0 <= value <= weight * (2**QUOTIENT_BITS - 1).
 
 library ieee;
@@ -33,7 +33,7 @@ entity divide_weighted is
   );
   port (
     clk : in    std_logic;
-    -- All are unsigned, lane 0 in the low bits.
+    -- All words are unsigned, lane 0 in the low bits.
     values    : in    std_logic_vector(LANES * VALUE_BITS - 1 downto 0);
     weight    : in    std_logic_vector(bits_for(WEIGHT_MAX) - 1 downto 0);
     quotients : out   std_logic_vector(LANES * QUOTIENT_BITS - 1 downto 0)
@@ -43,14 +43,14 @@ end entity divide_weighted;
 architecture rtl of divide_weighted is
 
   constant WEIGHT_BITS : positive := bits_for(WEIGHT_MAX);
-  -- A value with half its weight is less than the weight times 2**QUOTIENT_BITS.
+  -- A value plus half its weight is less than the weight times 2**QUOTIENT_BITS.
   constant NUMERATOR_BITS : positive := WEIGHT_BITS + QUOTIENT_BITS;
 
   subtype weight_t is unsigned(WEIGHT_BITS - 1 downto 0);
 
   subtype remainder_t is signed(WEIGHT_BITS downto 0);
 
-  -- Bits of the numerator still to come, followed by the quotient bits so far.
+  -- A word holds the numerator's bits that are still to come, then the quotient's bits so far.
   subtype word_t is unsigned(QUOTIENT_BITS - 1 downto 0);
 
   type weights_t is array (0 to QUOTIENT_BITS) of weight_t;
@@ -59,7 +59,8 @@ architecture rtl of divide_weighted is
 
   type words_t is array (0 to QUOTIENT_BITS) of word_t;
 
-  -- Twice the remainder and a bit of the numerator, minus the weight; plus the weight where the remainder is negative.
+  -- Twice the remainder plus a bit of the numerator; minus the weight, or plus the weight if the remainder is
+  -- negative.
   function next_remainder (
     remainder : remainder_t;
     next_bit  : std_logic;
@@ -75,7 +76,7 @@ architecture rtl of divide_weighted is
     taken := not remainder(WEIGHT_BITS);
     term  := signed('0' & divisor);
 
-    -- Subtraction adds the complement and a carry into the lowest bit.
+    -- Subtraction adds the complement with a carry into the lowest bit.
     if taken = '1' then
       term := not term;
     end if;
@@ -86,7 +87,7 @@ architecture rtl of divide_weighted is
 
   end function next_remainder;
 
-  -- Indexed by clocks since the numerator.
+  -- The index counts clocks from the numerator.
   signal weight_at : weights_t := (others => (others => '0'));
 
 begin
@@ -96,11 +97,11 @@ begin
 
     if rising_edge(clk) then
       weight_at(0) <= unsigned(weight);
-      -- Where no view arrived, 0 / 1 gives 0.
+      -- A pixel without views is 0 / 1 = 0.
       if unsigned(weight) = 0 then
         weight_at(0)(0) <= '1';
       end if;
-      -- Each stage passes the weight on with its number.
+      -- Each stage passes the weight on.
       weight_at(1 to QUOTIENT_BITS) <= weight_at(0 to QUOTIENT_BITS - 1);
     end if;
 
@@ -121,11 +122,11 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- Half of the weight is added first: halves round up.
+        -- Adding half of the weight rounds halves up.
         numerator := resize(unsigned(values((i + 1) * VALUE_BITS - 1 downto i * VALUE_BITS)), NUMERATOR_BITS) +
                      shift_right(unsigned(weight), 1);
 
-        -- A value is below its weight times 2**QUOTIENT_BITS, so its high bits are already a remainder.
+        -- A value is below its weight times 2**QUOTIENT_BITS, so its high bits are the first remainder.
         remainder_at(0) <= signed('0' & numerator(NUMERATOR_BITS - 1 downto QUOTIENT_BITS));
         word_at(0)      <= numerator(QUOTIENT_BITS - 1 downto 0);
 
@@ -134,7 +135,8 @@ begin
           remainder       := next_remainder(remainder_at(k - 1), word_at(k - 1)(QUOTIENT_BITS - 1), weight_at(k - 1));
           remainder_at(k) <= remainder;
           word_at(k)      <= shift_left(word_at(k - 1), 1);
-          -- The digit is the sign of the remainder. A negative remainder is not restored; the next step adds instead.
+          -- The quotient's bit is the remainder's sign, inverted. A negative remainder is kept: the next
+          -- stage adds the weight instead.
           word_at(k)(0) <= not remainder(WEIGHT_BITS);
 
         end loop;

@@ -31,52 +31,52 @@ entity frame_sequencer is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    -- Neighbouring pixels of a line that come together, a power of two; a line's last ones may be fewer. What is
-    -- said of a pixel below holds for all of them.
+    -- Neighbouring pixels of a line in one token, a power of two; a line's last token may have fewer. Below,
+    -- "pixel" means all pixels of a token.
     PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the filters take at once.
     PARALLEL_ROWS : positive := 1;
-    -- Width of a pixel, or of those that come together.
+    -- Width of the pixels of a token.
     DATA_BITS : positive;
-    -- Tokens behind the last pixel that push everything out of the row filters, with parallel rows out of the array.
+    -- Empty tokens that push a line out of the row filters; with parallel rows, out of the whole array.
     ROW_FLUSH : natural := 0;
     -- Bands behind the last line that push everything out of the column filters.
     COLUMN_FLUSH : natural := 0;
     -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
     MIN_STEPS : positive := 1;
-    -- Bands from the beginning of a frame to that of the next one: as many at least, and as the frame has,
-    -- rounded up to a multiple of BAND_MODULUS. Flush lines make up for what is missing.
+    -- The least number of bands from the beginning of one frame to that of the next. The frame's own number of
+    -- bands is rounded up to a multiple of BAND_MODULUS. Flush lines make up for missing bands.
     MIN_BANDS    : positive := 1;
     BAND_MODULUS : positive := 1;
-    -- Whether flush lines count, too, so that frames always begin a multiple of BAND_MODULUS bands apart.
+    -- true: flush lines count too, so that frames always begin a multiple of BAND_MODULUS bands apart.
     KEEP_MODULUS : boolean := false
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size of the frame, read with its first pixel and kept stable until the frame has left the core.
+    -- Size of the frame, read with its first pixel. The size must not change until the frame has left the core.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Slice of the frame, read in the clock of frame_start.
     slice       : in    slice_t := (others => '0');
     frame_start : out   std_logic;
-    -- The stream.
+    -- The stream of pixels in.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(DATA_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic;
     s_axis_tlast  : in    std_logic;
-    -- The output can take what one more token yields.
+    -- The output has room for the results of one more token.
     credit : in    std_logic;
-    -- The lines before have left, so that a flush line does not pile its lines upon them. With parallel rows it
-    -- waits until they have reached the output.
+    -- The results of earlier lines have left (with parallel rows: have reached the output), so that a flush line
+    -- does not add to them.
     drained : in    std_logic := '1';
-    -- Tokens with their pixel and the place of its line in its band.
+    -- Tokens with their pixels, and the number of the token's line within its band.
     token      : out   token_t;
     token_row  : out   natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     token_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
-    -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
-    -- that the core does not support. They stay set until error_clear.
+    -- Bits 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4
+    -- frame size that the core does not support. Bits stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );
@@ -84,24 +84,24 @@ end entity frame_sequencer;
 
 architecture rtl of frame_sequencer is
 
-  -- accept: pixels of the stream; fill: zeros up to the end of a broken line; flush: a flush line.
+  -- accept: pixels of the stream; fill: zeros up to the end of a line that was cut short; flush: a flush line.
   type state_t is (accept, fill, flush);
 
-  -- The token that is sent at this clock.
+  -- The kind of token that is sent at this clock.
   type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
-  -- Bits of a pixel's place within a token.
+  -- Bits that number the pixels within a token.
   constant PLACE_BITS : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
-  -- Of a column, and of MIN_STEPS to compare it with.
+  -- Wide enough for a column index and for MIN_STEPS.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
-  -- The decision of a clock.
+  -- The decision of this clock, and what it says about the token that is sent.
   signal send         : send_t;
   signal take         : std_logic;
   signal starts_frame : std_logic;
-  -- sends_pixel: a pixel of the stream, one that fills a line up, or one of a flush line; sends_image: one of the
-  -- first two; takes_pixel: one of the stream.
+  -- sends_pixel: the token has a pixel (of the stream, of a filled-up line, or of a flush line). sends_image: a
+  -- pixel of the stream or of a filled-up line. takes_pixel: a pixel of the stream.
   signal sends_pixel  : std_logic;
   signal sends_image  : std_logic;
   signal takes_pixel  : std_logic;
@@ -113,15 +113,16 @@ architecture rtl of frame_sequencer is
 
   signal state : state_t := accept;
 
-  -- A frame is under way; a mark of start lasts; the pixel on offer starts a frame, is in excess, or belongs to none.
+  -- frame_open: a frame is under way. start_lasts: the mark of start has been set since the pixel before. The
+  -- pixel on offer is new_start (it starts a frame), excess (beyond the end of its line), or stray (in no frame).
   signal frame_open  : std_logic := '0';
   signal start_lasts : std_logic := '0';
   signal new_start   : std_logic;
   signal excess      : std_logic;
   signal stray       : std_logic;
 
-  -- Size of the frame: at the ports, as this clock needs it, and as stored. The slice of the frame is stored too, and
-  -- whether the line is its last one.
+  -- Size of the frame: new_ at the ports, line_end and row_end for this clock, last_ as stored. at_last_row: the
+  -- line is the frame's last one. slice_now, slice_held: the frame's slice for this clock, and as stored.
   signal size_supported  : std_logic;
   signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
@@ -133,7 +134,8 @@ architecture rtl of frame_sequencer is
   signal slice_now       : slice_t;
   signal slice_held      : slice_t                            := (others => '0');
 
-  -- Place in the frame; at_first is column = 0, at_last column = last_column.
+  -- Place in the frame. at_first: column = 0; at_last: column = last_column; column_count: column modulo
+  -- PARALLEL_ROWS; band_row: number of the line within its band.
   signal column       : unsigned(COLUMN_BITS - 1 downto 0)              := (others => '0');
   signal at_first     : std_logic                                       := '1';
   signal at_last      : std_logic                                       := '0';
@@ -143,12 +145,13 @@ architecture rtl of frame_sequencer is
   signal band_row     : natural range 0 to PARALLEL_ROWS                := 0;
   signal first_band   : std_logic                                       := '0';
 
-  -- Whether the current line, the first line of a new frame, or the token of this clock completes a band.
+  -- A band is completed by the current line (completes_band), by the first line of a new frame (completes_first),
+  -- by the token of this clock (band_token).
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
   signal band_token      : std_logic;
 
-  -- See sequencer_waits.
+  -- Inputs and outputs of sequencer_waits, which explains them.
   signal any_step      : std_logic;
   signal empty_step    : std_logic;
   signal starts_flush  : std_logic;
@@ -165,7 +168,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The pixel on offer, and the reasons to wait.
 
-  -- PIXELS_PER_CLOCK is a power of two, so the last token of a line is found by cutting bits off: no division.
+  -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
   new_last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
   new_last_row    <= unsigned(rows) - 1;
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
@@ -177,7 +180,7 @@ begin
   completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
                      '0';
 
-  -- No band may begin yet.
+  -- The next band may not begin yet.
   band_wait <= '1' when at_first = '1' and steps_due = '1' else
                '0';
 
@@ -212,14 +215,15 @@ begin
         when accept =>
 
           if frame_open = '0' and band_row /= 0 then
-            -- Lines of a frame that was cut short wait for the rest of their band.
+            -- Lines that are left of a frame cut short wait until the next band may begin.
             if band_wait = '1' then
               send <= empty;
             else
               send <= flush_pixel;
             end if;
           elsif s_axis_tvalid = '0' or stray = '1' then
-            -- The stream has a gap. Within a line nothing need move; between lines and frames the filters are emptied.
+            -- The stream pauses. Within a line nothing need move; between lines and frames the filters
+            -- are emptied.
             if at_first = '1' then
               if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
                  (PARALLEL_ROWS = 1 or tokens_due = '0') then
@@ -229,7 +233,7 @@ begin
               end if;
             end if;
           elsif frame_open = '1' then
-            -- A start of frame inside a frame waits for the end of the broken one.
+            -- A start of frame inside a frame waits until the frame cut short has ended.
             if new_start = '0' then
               if band_wait = '1' and completes_band = '1' then
                 send <= empty;
@@ -238,7 +242,8 @@ begin
                 send <= stream_pixel;
               end if;
             end if;
-          -- A new frame is on offer, and waits until the one before has the bands and tokens that it must have.
+          -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it
+          -- must have.
           elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
             send <= empty;
           elsif frame_wait = '1' then
@@ -261,7 +266,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- What follows from the decision.
 
-  -- The decision has few bits, and what depends on it uses `send` alone, so that the logic stays shallow.
+  -- The decision has few bits. All that follows uses `send` alone, so that the logic stays shallow.
   any_step    <= '0' when send = nothing else
                  '1';
   empty_step  <= '1' when send = empty else
@@ -273,7 +278,7 @@ begin
   sends_pixel <= '1' when send = flush_pixel or sends_image = '1' else
                  '0';
 
-  -- The first pixel of a frame reads the ports; they are kept for the others.
+  -- The first pixel of a frame takes its size from the ports, the others from the registers.
   line_end  <= new_last_column when starts_frame = '1' else
                last_column;
   row_end   <= new_last_row when starts_frame = '1' else
@@ -291,12 +296,12 @@ begin
                 completes_band;
   band_ends  <= sends_pixel and line_ends and band_token;
 
-  -- With its last line a frame ends. So it does with the filled-up line of one that was cut short.
+  -- A frame ends with its last line; a frame that was cut short ends with its filled-up line.
   frame_ends <= '1' when (starts_frame = '1' and new_last_row = 0) or
                          (starts_frame = '0' and (at_last_row = '1' or frame_open = '0')) else
                 '0';
 
-  -- A start of frame inside a frame: nothing is sent, as the decision waits for the end of the broken frame.
+  -- A start of frame inside a frame. Nothing is sent in this clock: the broken frame ends first.
   frame_broken <= credit and s_axis_tvalid and new_start and frame_open when state = accept else
                   '0';
 
@@ -307,8 +312,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Written in every clock, not only with starts_frame: the register then needs no enable, and line_end already
-      -- holds the old value.
+      -- The register is written in every clock, so it needs no enable; line_end holds the old value except
+      -- with starts_frame.
       last_column <= line_end;
       if sends_pixel = '1' then
         column_held <= column_count;
@@ -369,7 +374,7 @@ begin
           at_last_row <= to_logic(row + 1 = row_end);
         end if;
       end if;
-      -- The tokens already sent of the broken frame stay valid: its line and its band are filled up, and only then the
+      -- Tokens of the broken frame are already under way, so its line and its band are filled up before the
       -- new frame begins.
       if frame_broken = '1' then
         frame_open <= '0';

@@ -9,8 +9,8 @@
 -- chosen while it runs. All slices have the same output delay, that of the slice which needs most. So slices
 -- may change from line to line without a gap.
 --
--- The text is read once, by what users instantiate, into a constant of type geometry_t, a generic of all inside. All
--- functions are evaluated at elaboration only.
+-- What users instantiate parses the text once, into a constant of type geometry_t that is a generic of all entities
+-- inside. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,36 +20,37 @@ use work.math_pkg.all;
 
 package refocus_pkg is
 
-  -- What an engine can be built for: the largest a' to either side, slices of a set, the longest line, and the bits
-  -- that its column memories keep.
+  -- Limits of what an engine can be built for: the largest shift to either side, slices in a set, the longest
+  -- line, the bits of its column memories.
   constant MOST_SHIFT     : positive := 4096;
   constant MOST_SLICES    : positive := 256;
   constant MOST_COLUMNS   : positive := 8192;
   constant MOST_LINE_BITS : positive := 2 ** 26;
 
-  -- Whether a text is a set of whole decimal numbers from least to most, with blanks in between; it may be empty.
+  -- Whether a text is a set of decimal integers from least to most, with blanks in between. The set may be empty.
   function is_set (
     text  : string;
     least : integer;
     most  : integer
   ) return boolean;
 
-  -- Stops elaboration, by a message that begins with a name, if the longest line is none to build an engine for; else
-  -- true. A check comes before all that is computed from what it checks, so a constant takes its result.
+  -- Returns true, or stops elaboration if the longest line is not one to build an engine for; the message begins
+  -- with the name. A constant takes the result in front of all that is computed from the line's length.
   function takes_columns (
     name        : string;
     max_columns : positive
   ) return boolean;
 
-  -- The same, of SHIFTS too.
+  -- Returns true, or stops elaboration if the longest line or SHIFTS cannot be built; the message begins with the
+  -- name.
   function takes_shifts (
     name        : string;
     shifts      : string;
     max_columns : positive
   ) return boolean;
 
-  -- The same if column memories of words of all lanes, with so many bits for each word and so many besides, are larger
-  -- than MOST_LINE_BITS.
+  -- Returns true, or stops elaboration if the column memories are larger than MOST_LINE_BITS: words of all
+  -- channels, each of so many bits, and further bits beside them.
   function takes_line_bits (
     name  : string;
     words : natural;
@@ -62,30 +63,30 @@ package refocus_pkg is
     shifts : string
   ) return natural;
 
-  -- Shift number index (from 0) of a set.
+  -- The shift at an index of the set, from 0.
   function slice_shift (
     shifts : string;
     index  : natural
   ) return integer;
 
-  -- Shifts by slice. The length is fixed because a field of a record has no length of its own in VHDL-93.
+  -- Shifts by slice. The length is fixed because VHDL-93 has no records with fields of unconstrained length.
   type shifts_t is array (natural range 0 to MOST_SLICES - 1) of integer range -MOST_SHIFT to MOST_SHIFT;
 
-  -- All that the schedules of an engine follow from.
+  -- The geometry that all schedules of an engine follow from.
   type geometry_t is record
-    -- M.
+    -- Micro image size M in pixels.
     micro_image_size : positive;
-    -- Slices of the set and the shift of each; 0 behind the last one.
+    -- slices: number of slices; shifts: the shift of each, 0 behind the last one.
     slices : positive range 1 to MOST_SLICES;
     shifts : shifts_t;
     -- Whether the picture stays put from slice to slice.
     centred : boolean;
-    -- Steps between a pixel and the output of the same index, in all slices alike.
+    -- Steps between a pixel and the output of the same index, equal for all slices.
     output_delay : natural;
   end record geometry_t;
 
-  -- The geometry that generics stand for. Stops elaboration, by a message that begins with a name, if SHIFTS is none
-  -- to build an engine for.
+  -- The geometry that a core's generics describe. Stops elaboration if SHIFTS cannot be built; the message begins
+  -- with the name.
   function geometry_of (
     name             : string;
     micro_image_size : positive;
@@ -93,13 +94,13 @@ package refocus_pkg is
     centred          : boolean
   ) return geometry_t;
 
-  -- That of a pass: interpolation of order n appends n passes with the shift 1, a moving sum each.
+  -- The geometry of one pass: interpolation of order n appends n passes with the shift 1, each a moving sum.
   function pass_geometry (
     geometry : geometry_t;
     pass     : natural
   ) return geometry_t;
 
-  -- A slice of it alone, with the delay of all; slice -1: the geometry as it is.
+  -- The geometry of one slice alone, with the output delay of the whole set; for slice -1 the whole geometry.
   function slice_geometry (
     geometry : geometry_t;
     slice    : integer
@@ -111,7 +112,7 @@ package refocus_pkg is
     slice    : natural
   ) return integer;
 
-  -- output_delay of an engine for one slice alone.
+  -- The output delay that an engine for this slice alone would have.
   function own_delay (
     geometry : geometry_t;
     slice    : natural
@@ -129,16 +130,16 @@ package refocus_pkg is
   -- Clocks of the raster core's streams, besides the array: input FIFO 3, sequencer 1, output FIFO 3.
   constant STREAM_LATENCY : positive := 7;
 
-  -- Tokens of a line of so many pixels.
+  -- Tokens of a line with so many columns.
   function line_tokens (
     columns : positive;
     pixels  : positive
   ) return positive;
 
-  -- Clocks of divide_round.
+  -- Clocks that divide_round takes.
   constant DIVIDE_LATENCY : positive := 3;
 
-  -- The same, or with a normalised border those of divide_weighted.
+  -- Clocks of the division behind an engine: divide_weighted with a normalised border, else divide_round.
   function scaler_latency (
     normalised : boolean;
     pixel_bits : positive
@@ -172,7 +173,7 @@ package body refocus_pkg is
       digit := character'pos(text(i)) - character'pos('0');
 
       if text(i) = ' ' then
-        -- A sign alone is no number.
+        -- A sign without digits is no number.
         if not digits then
           return false;
         end if;
@@ -193,7 +194,7 @@ package body refocus_pkg is
         end if;
         digits    := true;
         magnitude := 10 * magnitude + digit;
-        -- Checked at each digit, so that no number exceeds an integer.
+        -- The range is checked at each digit, so that no number exceeds an integer.
         if (negative and -magnitude < least) or (not negative and magnitude > most) then
           return false;
         end if;
@@ -361,7 +362,7 @@ package body refocus_pkg is
 
     span := (geometry.micro_image_size - 1) * geometry.shifts(slice);
 
-    -- Division rounds towards 0, this must round down.
+    -- VHDL's division rounds towards 0; this one must round down.
     return (span - (span mod 2)) / 2;
 
   end function centre_offset;
@@ -381,7 +382,7 @@ package body refocus_pkg is
       return offset;
     end if;
 
-    -- The last pixel of a micro image is added to outputs as many places before it.
+    -- The last pixel of a micro image (n = M - 1) is added to outputs (M - 1) * (shift - 1) places away.
     return offset + (geometry.micro_image_size - 1) * (1 - geometry.shifts(slice));
 
   end function own_delay;
@@ -479,8 +480,8 @@ package body refocus_pkg is
       return columns;
     end if;
 
-    -- A line memory has two columns at least: one would be a wire back to itself, a clock too fast
-    -- for its sum.
+    -- A line memory has at least two columns: with one, its output would feed back a clock too early for the
+    -- sum.
     return larger(divide_up(columns, pixels), 2);
 
   end function line_tokens;

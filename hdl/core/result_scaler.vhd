@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the sums of an engine to pixels: one correctly rounded division, or nothing where stored products are pixels.
 --
--- Latency: scaler_latency clocks with EXACT, else 0. Throughput: one value of all lanes each clock.
--- Equation: pixel = round(sum / DIVISOR) with EXACT, with weights round(sum / weight); else pixel = sum.
+-- Latency: scaler_latency clocks with EXACT, else 0 clocks. Throughput: LANES values each clock.
+-- Equation: pixel = round(sum / DIVISOR) with EXACT, round(sum / weight) with weights too; else pixel = sum.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -15,15 +15,16 @@ use work.token_pkg.all;
 
 entity result_scaler is
   generic (
-    -- Exact sums and one division at the end, or stored products, which round.
+    -- true: exact sums and one division at the end; false: stored products, which are rounded already.
     EXACT : boolean := true;
     -- Values side by side.
     LANES : positive;
     -- Width of a pixel.
     PIXEL_BITS : positive;
-    -- Of a sum, the largest pixel's sum being the largest pixel times it.
+    -- The sum of an all-ones image is DIVISOR times the largest pixel.
     DIVISOR : positive;
-    -- With EXACT: the weights that come with the sums, each for as many neighbouring lanes, and their width; 0: none.
+    -- With EXACT: number of weights that come with the sums, each for several neighbouring lanes, and their
+    -- width. Width 0: no weights.
     WEIGHT_COUNT : positive := 1;
     WEIGHT_BITS  : natural  := 0
   );
@@ -33,9 +34,10 @@ entity result_scaler is
     -- A result and its sums, lane 0 in the low bits.
     result : in    result_t;
     sums   : in    std_logic_vector(LANES * bits_for((2 ** PIXEL_BITS - 1) * DIVISOR) - 1 downto 0);
-    -- What the sums are divided by, 1 to DIVISOR, or 0 where they are 0; that of the first lanes in the low bits.
+    -- The divisors of the sums, 1 to DIVISOR, or 0 where the sum is 0; the first lanes' weight is in the low
+    -- bits.
     weights : in    std_logic_vector(WEIGHT_COUNT * larger(WEIGHT_BITS, 1) - 1 downto 0);
-    -- The same as pixels.
+    -- The result with its sums divided to pixels.
     scaled : out   result_t;
     pixels : out   std_logic_vector(LANES * PIXEL_BITS - 1 downto 0)
   );
@@ -50,7 +52,7 @@ architecture rtl of result_scaler is
 
 begin
 
-  -- Stored products are divided by M in their tables, so the sums of the last pass are pixels already.
+  -- Stored products contain the division by M, so the sums of the last pass are pixels.
   stored_products : if not EXACT generate
     scaled <= result;
     pixels <= sums;
@@ -60,7 +62,7 @@ begin
 
     constant LATENCY : positive := scaler_latency(WEIGHT_BITS > 0, PIXEL_BITS);
 
-    -- The reset clears only the flag that validates all others: shift registers of LUTs have no reset.
+    -- The reset clears only the flag that validates all others, because shift registers in LUTs have no reset.
     signal result_at : results_t(0 to LATENCY)   := (others => NO_RESULT);
     signal used_at   : std_logic_vector(0 to LATENCY) := (others => '0');
 
@@ -73,7 +75,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- In step with the division: a result is as late as its pixels.
+        -- A result is delayed by as many clocks as its division takes.
         result_at(1 to LATENCY) <= result_at(0 to LATENCY - 1);
         used_at(1 to LATENCY)   <= used_at(0 to LATENCY - 1);
         if reset = '1' then
@@ -86,14 +88,14 @@ begin
     give : process (result_at, used_at) is
     begin
 
-      -- Of what is delayed only used_at has a reset, so it decides about both.
+      -- Only used_at is reset, so it decides about valid.
       scaled       <= result_at(LATENCY);
       scaled.valid <= used_at(LATENCY) and not result_at(LATENCY).skip;
       scaled.skip  <= used_at(LATENCY) and result_at(LATENCY).skip;
 
     end process give;
 
-    -- One constant divisor: a multiplication by its reciprocal and a shift.
+    -- With one constant divisor the division is a multiplication by its reciprocal and a shift.
     full_weight : if WEIGHT_BITS = 0 generate
 
       lane : for i in 0 to LANES - 1 generate
@@ -114,7 +116,7 @@ begin
 
     end generate full_weight;
 
-    -- A divisor for each output: digit by digit, as no reciprocal is at hand.
+    -- Each output has a divisor of its own, so the division goes bit by bit: there is no table of reciprocals.
     own_weights : if WEIGHT_BITS > 0 generate
 
       constant GROUP_LANES : positive := LANES / WEIGHT_COUNT;

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the engine.
 --
--- All lines of a band except the last are stored; meanwhile the engine gets empty tokens. With the line that completes
--- the band it gets a pixel of each row at once. Rows that the last band of a frame lacks, and those of flush lines, are
--- zeros and no image lines.
+-- All lines of a band except its last are stored while the engine gets empty tokens. The line that completes the
+-- band then gives the engine one pixel of each row at once. Rows that the last band of a frame lacks, and rows of
+-- flush lines, are zeros and marked as no image lines.
 --
--- Latency: 2 clocks (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
+-- Latency: 2 clocks (PARALLEL_ROWS = 1: 0 clocks). Throughput: one token each clock.
 -- Equation: row r of the band at column k = pixel k of the r-th line since the last band.
 
 library ieee;
@@ -28,7 +28,7 @@ entity row_gather is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- As frame_sequencer gives them.
+    -- Tokens and their pixels, as frame_sequencer gives them.
     token      : in    token_t;
     token_row  : in    natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
@@ -64,7 +64,7 @@ begin
 
   begin
 
-    -- The column is counted here, because the token carries none; flush lines and filled-up lines have as many columns
+    -- The column is counted here because tokens carry none. Flush lines and filled-up lines have as many columns
     -- as others.
     column <= (others => '0') when token.line_first = '1' else
               column_d1 + 1;
@@ -80,7 +80,8 @@ begin
       -- synthesis translate_on
 
       if rising_edge(clk) then
-        -- Empty tokens between lines must not move the column, or the next line would be stored out of place.
+        -- Empty tokens between lines must not advance the column, or the next line would be stored at wrong
+        -- columns.
         if token.strobe = '1' and token.pixel = '1' then
           column_d1 <= column;
         end if;
@@ -89,11 +90,11 @@ begin
         row_d1          <= token_row;
         data_d1         <= token_data;
 
-        -- Two clocks behind the token, as the words of the row buffers are.
+        -- Tokens are delayed by two clocks like the words of the row buffers.
         array_token        <= token_d1;
         array_token.strobe <= token_d1.strobe and not reset;
-        -- While a band is gathered the engine gets empty tokens in place of these pixels: they move the filters on,
-        -- as a raster's do, and add nothing.
+        -- While a band is gathered, the engine gets empty tokens for these pixels: they move its filters on
+        -- and add nothing.
         array_token.pixel      <= token_d1.pixel and token_d1.band;
         array_token.line_first <= token_d1.line_first and token_d1.band;
         array_token.line_last  <= token_d1.line_last and token_d1.band;
@@ -110,8 +111,7 @@ begin
 
     begin
 
-      -- Rows of the band that were stored are image; of the last one its own token says so; those
-      -- behind it are missing.
+      -- Stored rows are image lines; the token says whether the last row is; rows behind it are missing.
       array_image(r) <= '1' when r < row_d2 or (r = row_d2 and image_d2 = '1') else
                         '0';
 

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Turns bands of parallel rows back into a raster: row buffers behind the engine.
 --
--- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A row without an image
--- line puts a single word into its FIFO, which is skipped at the end of the line before it.
+-- Each row has a FIFO. The FIFOs are read line by line, from the first row of a band to the last. A row without an
+-- image line puts a single word into its FIFO; that word is skipped at the end of the line before.
 --
--- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock, behind a stall
---   of the sink, too.
+-- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock, also just
+-- after the sink has stalled.
 -- Equation: the n-th line out is the n-th image line of the bands, counted row by row.
 
 library ieee;
@@ -26,13 +26,13 @@ entity row_scatter is
     DATA_BITS : positive;
     -- Width of a slice.
     SLICE_BITS : natural range 0 to 8;
-    -- Results that may still come when credit falls.
+    -- The most results that may still come after credit falls.
     UNDER_WAY : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What the engine gives for each row, with the pixels, row 0 in the low bits.
+    -- The engine's result for each row, and its pixels, row 0 in the low bits.
     results : in    results_t(0 to PARALLEL_ROWS - 1);
     data    : in    std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
     -- The pixels in raster order; tid: the slice of the frame.
@@ -42,26 +42,27 @@ entity row_scatter is
     m_axis_tuser  : out   std_logic;
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- All FIFOs can take what the tokens under way yield.
+    -- All FIFOs have room for the results of the tokens under way.
     credit : out   std_logic;
-    -- What came in has gone out, but for a few pixels.
+    -- All results have gone out except a few pixels.
     drained : out   std_logic
   );
 end entity row_scatter;
 
 architecture rtl of row_scatter is
 
-  -- Without parallel rows a line leaves as it comes, and a row without an image line leaves nothing. With parallel
-  -- rows a line waits for those of the rows before it, which may lag by a token each. Behind a last band that is not
-  -- full, the next band comes before the lines of the full band before it have left.
+  -- Without parallel rows a line leaves as it comes, and a row without an image line leaves no word. With parallel
+  -- rows a line waits for the lines of the rows before it, which may lag by one token each. Behind a last band
+  -- that is not full, the next band comes before all lines of the full band before it have left.
   constant LINE_WORDS : natural := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
-  -- Behind a stall the words that are left when credit comes back last until new ones are on offer, UNDER_WAY + 3
-  -- clocks later: UNDER_WAY + 1 in the memory, two in the FIFO's registers.
+  -- When credit comes back after a stall, new words reach the output UNDER_WAY + 3 clocks later. The words that
+  -- are left must last until then: UNDER_WAY + 1 in the memory, two in the FIFO's registers.
   constant CAPACITY     : positive := LINE_WORDS + 2 * (UNDER_WAY + 1);
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
   constant CREDIT_LEVEL : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
 
-  -- From the low bits: pixel, end of line, start of frame, slice, whether the row has no image line.
+  -- A word of the FIFO, from the low bits: pixel, end of line, start of frame, slice, mark of a row without image
+  -- line.
   constant LAST_BIT  : natural  := DATA_BITS;
   constant START_BIT : natural  := DATA_BITS + 1;
   constant WIDTH     : positive := DATA_BITS + 2 + SLICE_BITS;
@@ -72,19 +73,19 @@ architecture rtl of row_scatter is
 
   constant ALL_ROWS : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '1');
 
-  -- The row whose line goes out, and what each row has on offer.
+  -- row: the row whose line goes out; entries: the word that each row's FIFO offers.
   signal row      : natural range 0 to PARALLEL_ROWS := 0;
   signal entries  : entries_t;
   signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  -- For each row: whether there is room for the tokens under way, and whether it is nearly empty; registered, as the
-  -- sequencer decides with them.
+  -- For each row: has_credit: room for the tokens under way; is_drained: nearly empty. Both are registers because
+  -- the sequencer's decision uses them.
   signal has_credit : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal is_drained : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal entry      : entry_t;
   signal offered    : std_logic;
   signal taken      : std_logic;
-  -- Rows that are skipped at this clock, and the row that comes next.
+  -- passed: rows that are skipped at this clock; row_then: the row that comes next.
   signal passed   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal row_then : natural range 0 to PARALLEL_ROWS;
 
@@ -98,7 +99,7 @@ begin
 
   begin
 
-    -- A raster needs no word for a missing line, because nothing waits for it.
+    -- With one row, a missing line needs no word, because no other row waits for it.
     write <= results(r).valid when PARALLEL_ROWS = 1 else
              results(r).valid or results(r).skip;
 
@@ -133,14 +134,15 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- Compared a clock before it is used: the register keeps the comparison out of the sequencer's decision, and
-        -- CREDIT_LEVEL leaves room for the token that is decided meanwhile.
+        -- The comparison is made a clock ahead, so that its register keeps it out of the sequencer's
+        -- decision; CREDIT_LEVEL leaves room for the token that is decided meanwhile.
         if level < CREDIT_LEVEL then
           has_credit(r) <= '1';
         else
           has_credit(r) <= '0';
         end if;
-        -- A flush line's own results come UNDER_WAY clocks after it is decided: so many words can leave until then.
+        -- The results of a flush line come UNDER_WAY clocks after its decision; as many words can leave
+        -- until then.
         if level < UNDER_WAY then
           is_drained(r) <= '1';
         else
@@ -177,8 +179,8 @@ begin
 
     passed <= (others => '0');
     place  := row;
-    -- With the last pixel of a line, all following rows without a line are skipped at the same clock, so that they cost
-    -- none.
+    -- With the last pixel of a line all following rows without a line are skipped in the same clock, so that
+    -- skipping takes no time.
     going := taken and (entry(LAST_BIT) or entry(WIDTH));
 
     for i in 1 to PARALLEL_ROWS loop

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Tells frame_sequencer what it still has to push out of the filters, and how long a band or a frame has to wait.
+-- Tells frame_sequencer how many tokens and bands must still be flushed, and how long a band or a frame has to wait.
 --
 -- All outputs are registers, because the sequencer's decision is the longest path of the stream and leaves no time for
 -- comparisons.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
--- Equation: each count is its start where it is loaded, one less with a step, at least 0, and due while it is above 0;
---   a frame counts as incomplete until its bands are a multiple of BAND_MODULUS.
+-- Equation: a count becomes its start value when loaded, else falls by one with each step while above 0, and is due
+-- while above 0; a frame is incomplete until its number of bands is a multiple of BAND_MODULUS.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,13 +16,14 @@ use work.math_pkg.all;
 
 entity sequencer_waits is
   generic (
-    -- Empty tokens that push a line out of the row filters, and bands that push a frame out of the column filters.
+    -- ROW_FLUSH: empty tokens that push a line out of the row filters; COLUMN_FLUSH: bands that push a frame out
+    -- of the column filters.
     ROW_FLUSH    : natural;
     COLUMN_FLUSH : natural;
     -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
     MIN_STEPS : positive;
-    -- The shortest frame in bands, and what its number of bands is a multiple of; with KEEP_MODULUS flush lines that
-    -- are not needed for that count as well.
+    -- MIN_BANDS: the shortest frame in bands; BAND_MODULUS: its number of bands is a multiple of this;
+    -- KEEP_MODULUS: flush lines that are not needed for the multiple count as well.
     MIN_BANDS    : positive;
     BAND_MODULUS : positive;
     KEEP_MODULUS : boolean
@@ -30,23 +31,26 @@ entity sequencer_waits is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What this clock sends: a token, an empty one, one with a pixel, one of an image line.
+    -- The token of this clock: any_step: there is one; empty_step: it is empty; sends_pixel: it has a pixel;
+    -- sends_image: a pixel of an image line.
     any_step    : in    std_logic;
     empty_step  : in    std_logic;
     sends_pixel : in    std_logic;
     sends_image : in    std_logic;
-    -- It is a frame's first pixel, a flush line's first one, the last one of a band.
+    -- starts_frame: first pixel of a frame. starts_flush: first pixel of a flush line. band_ends: last token of
+    -- a band.
     starts_frame : in    std_logic;
     starts_flush : in    std_logic;
     band_ends    : in    std_logic;
-    -- The band is a frame's first one; the tokens that it lacks at its end, and whether it lacks any.
+    -- first_band: the band is a frame's first one. steps_missing: tokens that the band lacks at its end;
+    -- lacks_steps: whether it lacks any.
     first_band    : in    std_logic;
     steps_missing : in    natural range 0 to MIN_STEPS;
     lacks_steps   : in    std_logic;
-    -- Pixels are in the row filters, and lines in the column filters.
+    -- tokens_due: pixels are in the row filters; bands_due: lines are in the column filters.
     tokens_due : out   std_logic;
     bands_due  : out   std_logic;
-    -- No band may begin yet, and no frame.
+    -- steps_due: no band may begin yet; frame_wait: no frame may begin yet.
     steps_due  : out   std_logic;
     frame_wait : out   std_logic
   );
@@ -58,8 +62,8 @@ architecture rtl of sequencer_waits is
   constant SOME_BANDS  : std_logic := to_logic(COLUMN_FLUSH > 0);
   constant MORE_BANDS  : std_logic := to_logic(MIN_BANDS > 1);
 
-  -- A count of what is left, a clock later: its start where it is loaded, one less with a step, which comes only while
-  -- some are left.
+  -- The next value of a count of what is left: its start value where it is loaded, one less with a step. A step
+  -- comes only while some are left.
   function left_after (
     left  : natural;
     load  : std_logic;
@@ -78,8 +82,8 @@ architecture rtl of sequencer_waits is
 
   end function left_after;
 
-  -- Whether some are left then. It is a register beside the count, so that a decision needs no comparison; whoever
-  -- makes the start knows without one whether it is above 0 (start_some).
+  -- Whether the next value of the count is above 0. This bit is a register beside the count, so that a decision
+  -- needs no comparison. start_some says whether the start value is above 0.
   function some_after (
     left       : natural;
     some       : std_logic;
@@ -99,7 +103,8 @@ architecture rtl of sequencer_waits is
 
   end function some_after;
 
-  -- Tokens and bands to flush, tokens that the next band and bands that the next frame must wait for; a step of each.
+  -- tokens_left, bands_left: tokens and bands to flush. steps_left, frame_left: tokens before the next band and
+  -- bands before the next frame may begin. Behind each its bit "some are left", and the step that takes one off.
   signal tokens_left : natural range 0 to larger(ROW_FLUSH, 1)     := 0;
   signal tokens_some : std_logic                                   := '0';
   signal push        : std_logic;
@@ -110,11 +115,12 @@ architecture rtl of sequencer_waits is
   signal steps_some  : std_logic                                   := '0';
   signal pass        : std_logic;
   signal frame_left  : natural range 0 to larger(MIN_BANDS - 1, 1) := 0;
-  -- The frame has too few bands so far, or no multiple of BAND_MODULUS.
+  -- frame_short: the frame has too few bands so far; frame_odd: its number of bands is no multiple of
+  -- BAND_MODULUS.
   signal frame_short : std_logic := '0';
   signal append      : std_logic;
   signal frame_odd   : std_logic := '0';
-  -- A band counts modulo BAND_MODULUS.
+  -- counts_band: a band counts now; band_phase: number of bands modulo BAND_MODULUS.
   signal counts_band : std_logic;
   signal band_phase  : natural range 0 to BAND_MODULUS := 0;
 
@@ -133,18 +139,17 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Any pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
+      -- Every pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
       tokens_left <= left_after(tokens_left, sends_pixel, ROW_FLUSH, push);
       tokens_some <= some_after(tokens_left, tokens_some, sends_pixel, SOME_TOKENS, push);
       -- Flush lines load nothing: they leave zeros in the column filters, which need not come out.
       bands_left <= left_after(bands_left, sends_image, COLUMN_FLUSH, flush);
       bands_some <= some_after(bands_left, bands_some, sends_image, SOME_BANDS, flush);
-      -- Counted from the end of a band, when its number of tokens is known, instead of from its beginning. The count is
-      -- then nearly always zero, and the next band need not wait for a comparison.
+      -- This count starts at the end of a band, when the band's length is known: the count is then nearly
+      -- always 0, and the next band need not wait for a comparison.
       steps_left <= left_after(steps_left, band_ends, steps_missing, pass);
       steps_some <= some_after(steps_left, steps_some, band_ends, lacks_steps, pass);
-      -- It begins with the frame's first pixel, as the first band may be the only one; this counts with the frame's
-      -- start.
+      -- This count starts with a frame's first pixel, because the first band may be the frame's only one.
       frame_left  <= left_after(frame_left, starts_frame, MIN_BANDS - 1, append);
       frame_short <= some_after(frame_left, frame_short, starts_frame, MORE_BANDS, append);
       if reset = '1' then
@@ -161,7 +166,7 @@ begin
 
   end process count_down;
 
-  -- Flush lines fill a frame up to a multiple, and count only until it is reached: a frame may come at any time then.
+  -- Flush lines fill a frame up to a multiple and then stop counting: the next frame may come at any time.
   counts_band <= band_ends when BAND_MODULUS > 1 and (sends_image = '1' or frame_odd = '1' or KEEP_MODULUS) else
                  '0';
 
@@ -169,7 +174,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- BAND_MODULUS may be no power of two (it is M), so the remainder is counted instead of cut.
+      -- BAND_MODULUS (it is M) need not be a power of two, so a counter gives the remainder.
       if counts_band = '1' then
         if band_phase = BAND_MODULUS - 1 then
           band_phase <= 0;

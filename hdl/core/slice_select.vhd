@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Chooses the slice of the next frame: the one asked for, or the one that a sweep has reached.
+-- Chooses the slice of the next frame: the slice asked for, or the one that a sweep has reached.
 --
--- A sweep goes through the set, some frames for each slice, and starts again after the last slice. It begins with the
--- slice of the last frame. Numbers beyond the set mean its last slice.
+-- A sweep goes through the set, some frames for each slice, and starts again behind the last slice. The sweep begins
+-- with the slice of the last frame. Numbers beyond the set mean its last slice.
 --
 -- Latency: 0 clocks from slice, 1 clock from frame_start. Throughput: one frame each clock.
 -- Equation: selected = min(slice, SLICES-1); in a sweep (first + floor(frame / sweep_frames)) mod SLICES.
@@ -21,7 +21,7 @@ entity slice_select is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A frame reads selected in this clock.
+    -- A frame begins and reads `selected` in this clock.
     frame_start : in    std_logic;
     -- The slice asked for.
     slice : in    std_logic_vector(7 downto 0);
@@ -40,14 +40,15 @@ architecture rtl of slice_select is
 
   constant LAST : slice_t := to_unsigned(SLICES - 1, SLICE_BITS);
 
-  -- The slice of the port, limited to the set; the slice whose turn it is in a sweep, and its frames so far.
+  -- asked: the slice at the port, limited to the set; swept: the slice that the sweep has reached; frames: its
+  -- frames so far.
   signal asked  : slice_t;
   signal swept  : slice_t              := (others => '0');
   signal frames : unsigned(7 downto 0) := (others => '0');
 
 begin
 
-  -- Software may write any byte. Numbers beyond the set mean the last slice, so no index exceeds a table.
+  -- Software may write any byte; limiting it keeps every table's index in range.
   asked <= LAST when unsigned(slice) >= SLICES else
            unsigned(slice(SLICE_BITS - 1 downto 0));
 
@@ -58,13 +59,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Changes wait for the next frame, so a slice is constant within a frame.
+      -- The slice changes only between frames.
       if frame_start = '1' then
         frames <= (others => '0');
-        -- A sweep that is switched on goes on from what was shown last, without a jump.
+        -- A sweep starts from the slice that was shown last, without a jump.
         if sweep = '0' then
           swept <= asked;
-        -- 0 counts as 1 by itself: no number of frames is below it.
+        -- sweep_frames = 0 acts like 1, because no number of frames is below it.
         elsif frames + 1 < unsigned(sweep_frames) then
           frames <= frames + 1;
         elsif swept = LAST then

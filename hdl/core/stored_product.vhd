@@ -20,12 +20,12 @@ entity stored_product is
     PRODUCT_BITS : positive;
     -- Fraction bits of the product above those of the value.
     SCALE_BITS : natural;
-    -- M.
+    -- Micro image size M.
     DIVISOR : positive
   );
   port (
     clk : in    std_logic;
-    -- Both are unsigned.
+    -- Both words are unsigned.
     value   : in    std_logic_vector(VALUE_BITS - 1 downto 0);
     product : out   std_logic_vector(PRODUCT_BITS - 1 downto 0)
   );

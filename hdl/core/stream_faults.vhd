@@ -1,11 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Detects faults of the stream that frame_sequencer takes, and marks excess pixels.
+-- Detects faults in the stream that frame_sequencer takes, and marks excess pixels.
 --
--- A short line is detected at its early end. A long line is detected at its last wanted pixel; what follows is excess,
--- up to the end of the line or the next frame.
+-- A short line is detected at its early end. A long line is detected at its last pixel that belongs to the frame;
+-- all pixels behind it are excess, up to the end of the line or the next frame.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
--- Equation: see error_flags of frame_sequencer.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,22 +13,23 @@ entity stream_faults is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What is on offer, whether it starts a frame, and whether anything can be done with it in this clock.
+    -- The pixel on offer; new_start: it starts a frame; credit: it can be handled in this clock.
     s_axis_tvalid : in    std_logic;
     new_start     : in    std_logic;
     s_axis_tlast  : in    std_logic;
     credit        : in    std_logic;
-    -- It is taken; as a pixel of the frame, which is the first one of the frame, the last one of its line.
+    -- take: the pixel on offer is taken; takes_pixel: it belongs to the frame; starts_frame: it is the frame's
+    -- first; line_ends: it is the last of its line.
     take         : in    std_logic;
     takes_pixel  : in    std_logic;
     starts_frame : in    std_logic;
     line_ends    : in    std_logic;
     -- A frame starts inside a frame.
     frame_broken : in    std_logic;
-    -- What is on offer is in excess, up to its end.
+    -- The pixel on offer is excess.
     excess : out   std_logic;
-    -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
-    -- that is not supported. They stay set until error_clear.
+    -- Bits 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4
+    -- frame size that is not supported. Bits stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0) := (others => '0');
     error_clear : in    std_logic
   );
@@ -43,8 +43,8 @@ architecture rtl of stream_faults is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  -- A frame was taken last. Behind a reset the stream may be in the middle of one, which is no fault; the rest of one
-  -- that was dropped for its size is told with its start.
+  -- The last start of frame was accepted. Without one, pixels are no fault of their own: after a reset the stream
+  -- may be in the middle of a frame, and a frame of a wrong size was reported with its start.
   signal synchronised : std_logic := '0';
   signal in_excess    : std_logic := '0';
 
@@ -56,7 +56,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Cleared first, so that a fault at the same clock is not lost.
+      -- Clearing comes first, so that a fault in the same clock is kept.
       if error_clear = '1' then
         error_flags <= (others => '0');
       end if;
@@ -64,7 +64,7 @@ begin
         synchronised <= '1';
       end if;
       if takes_pixel = '1' then
-        -- A line that is too long is known with its last wanted pixel: that one should have had tlast.
+        -- The last pixel that belongs to the frame should have tlast; without it the line is too long.
         in_excess <= line_ends and not s_axis_tlast;
         if s_axis_tlast = '1' and line_ends = '0' then
           error_flags(LINE_EARLY) <= '1';
@@ -72,13 +72,15 @@ begin
           error_flags(LINE_LATE) <= '1';
         end if;
       elsif credit = '1' and s_axis_tvalid = '1' then
-        -- A new frame ends the excess as well: a source that lost its tlast would otherwise lose the next frame too.
+        -- A new frame also ends the excess: a source that lost its tlast would otherwise lose the next frame
+        -- too.
         if new_start = '1' or s_axis_tlast = '1' then
           in_excess <= '0';
         end if;
         if frame_broken = '1' then
           error_flags(FRAME_EARLY) <= '1';
-        -- The pixel is taken but belongs to no frame. A start of frame does so only if the frame size is not supported.
+        -- The pixel is dropped because it belongs to no frame. A start of frame is dropped only if the frame
+        -- size is not supported.
         elsif take = '1' and new_start = '1' then
           error_flags(FRAME_SIZE) <= '1';
           synchronised            <= '0';

@@ -5,15 +5,15 @@
 -- the scatter a FIFO. With more, the gather stores lines until a band is complete, and the scatter puts the rows of the
 -- results in order.
 --
--- At each clock the sequencer decides whether the engine gets a token. It hands out only as many as the output FIFO has
--- room for, so the engine never stalls and needs no clock enable. When nothing follows a frame, empty tokens and lines
--- push its last lines out.
+-- At each clock the sequencer decides whether the engine gets a token. The sequencer hands out only as many tokens
+-- as the output FIFO has room for, so the engine never stalls and needs no clock enable. When nothing follows a
+-- frame, empty tokens and flush lines push its last lines out.
 --
--- The slice is chosen in the clock in which a frame's first pixel is taken, and waits in a FIFO of its own while the
--- pixel waits in the input FIFO. A mark of start that lasts several pixels of a line counts once. The FIFO of slices
--- holds SLICE_WORDS of them at least; of frames that are shorter than the input FIFO, the next one waits for a place.
+-- The slice is chosen when a frame's first pixel is taken, and waits in a FIFO of its own while the pixel waits in
+-- the input FIFO. This FIFO holds at least SLICE_WORDS slices; if more frames begin within the input FIFO, the next
+-- one waits at the port. A mark of start that lasts several pixels of a line counts once.
 --
--- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
+-- Latency: STREAM_LATENCY clocks and those of the engine; 1 more with parallel rows, 3 fewer without input FIFO.
 -- Throughput: one token each clock.
 -- Equation: the n-th result of an image line out is the n-th in; for tokens see frame_sequencer.
 
@@ -29,21 +29,21 @@ entity stream_shell is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    -- Neighbouring pixels of a line that come together, a power of two; above 1 with one row at a time only.
+    -- Neighbouring pixels of a line in one token, a power of two; above 1 only with one row at a time.
     PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the engine takes at once.
     PARALLEL_ROWS : positive := 1;
-    -- Width of a pixel that comes in, or of those that come together.
+    -- Width of the pixels in one word of the stream in.
     IN_BITS : positive;
-    -- The same of what goes out.
+    -- Width of the pixels in one word of the stream out.
     OUT_BITS : positive;
-    -- Size of the set of which a frame has one slice; 0: frames have no slice.
+    -- Slices in the set from which each frame has one; 0: frames have no slice.
     SLICES : natural range 0 to 256 := 0;
-    -- Pixels that the input FIFO holds at least; 0: no FIFO, what comes waits in the source.
+    -- Pixels that the input FIFO holds at least; 0: no FIFO, and pixels wait in the source.
     INPUT_PIXELS : natural := 0;
     -- Tokens behind a line's last pixel that push everything out of the engine's row filters.
     ROW_DELAY : natural := 0;
-    -- Lines behind the last one that push everything out of the engine.
+    -- Lines behind the last one that push everything out of the engine's column filters.
     COLUMN_DELAY : natural;
     -- Clocks from a token at the engine's input to its result.
     ENGINE_LATENCY : positive;
@@ -51,9 +51,9 @@ entity stream_shell is
     MIN_STEPS : positive;
     -- The shortest frame in bands.
     MIN_BANDS : positive := 1;
-    -- What the number of a frame's bands is filled up to a multiple of.
+    -- Each frame's number of bands is filled up to a multiple of this.
     BAND_MODULUS : positive := 1;
-    -- Whether flush lines that are not needed for that count as well.
+    -- true: flush lines that are not needed for the multiple count as well.
     KEEP_MODULUS : boolean := false
   );
   port (
@@ -61,11 +61,11 @@ entity stream_shell is
     reset : in    std_logic;
     -- Size and slice of the next frame; the size is that of all frames inside.
     order : in    frame_order_t;
-    -- The stream in.
+    -- The stream of pixels in.
     s_axis_marks  : in    marks_t;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(IN_BITS - 1 downto 0);
-    -- The stream out; tid: the slice of the frame that comes out.
+    -- The stream of pixels out; tid: the slice of the frame that comes out.
     m_axis_marks  : out   marks_t;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(OUT_BITS - 1 downto 0);
@@ -74,11 +74,11 @@ entity stream_shell is
     -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic;
-    -- To the engine: a token, the rows that are image lines, their pixels, row 0 in the low bits.
+    -- To the engine: a token; which of its rows are image lines; their pixels, row 0 in the low bits.
     token      : out   token_t;
     token_rows : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
     token_data : out   std_logic_vector(PARALLEL_ROWS * IN_BITS - 1 downto 0);
-    -- The pixels that a line's last token has.
+    -- Which pixels of a token a line's last token has.
     line_end : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- From the engine: results of each row, their pixels, row 0 in the low bits.
     results     : in    results_t(0 to PARALLEL_ROWS - 1);
@@ -90,10 +90,10 @@ architecture rtl of stream_shell is
 
   constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
   constant STREAM_BITS : positive := IN_BITS + 2;
-  -- Places for slices of frames that begin within the input FIFO.
+  -- Number of frames that may begin within the input FIFO.
   constant SLICE_WORDS : positive := 2;
 
-  -- Sequencer 2, gather, engine.
+  -- Clocks from the sequencer's decision to a result: sequencer 2, gather, engine.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 2, 0) + ENGINE_LATENCY;
 
   signal input_word   : std_logic_vector(STREAM_BITS - 1 downto 0);
@@ -116,12 +116,12 @@ begin
 
   input_word <= s_axis_marks.tuser & s_axis_marks.tlast & s_axis_tdata;
 
-  -- A pixel enters the input FIFO, or the sequencer, if there is a place for a slice, too.
+  -- A pixel enters the input FIFO (or the sequencer) only if there is also a place for a slice.
   fifo_valid    <= s_axis_marks.tvalid and slice_fits;
   taken         <= fifo_ready and slice_fits;
   s_axis_tready <= taken;
 
-  -- A stage behind another core needs no FIFO of its own: that one's output waits as well.
+  -- A core behind another core needs no input FIFO: pixels wait in the other core's output FIFO.
   no_fifo : if INPUT_PIXELS = 0 generate
     stream_word  <= input_word;
     stream_valid <= fifo_valid;
@@ -155,14 +155,15 @@ begin
 
   set_of_slices : if SLICES > 1 generate
 
-    -- Pixels that enter the input FIFO (0) and leave it (1): whether one does, its marks, whether the mark of start of
-    -- the pixel before lasts, and whether it is a frame's first.
+    -- Pixels that enter the input FIFO (index 0) and leave it (1). moves: a pixel does; starts, ends: its marks;
+    -- lasts: the mark of start has been set since the pixel before; firsts: it is a frame's first pixel.
     signal moves  : std_logic_vector(0 to 1);
     signal starts : std_logic_vector(0 to 1);
     signal ends   : std_logic_vector(0 to 1);
     signal lasts  : std_logic_vector(0 to 1) := "00";
     signal firsts : std_logic_vector(0 to 1);
-    -- The slice of a frame that begins: as it enters, as it leaves, and as it left last.
+    -- The slice of a frame: slice_in as its first pixel enters, slice_out as that pixel leaves, slice_kept
+    -- afterwards.
     signal slice_in   : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
     signal slice_out  : std_logic_vector(slice_in'range);
     signal slice_kept : std_logic_vector(slice_in'range) := (others => '0');
@@ -238,7 +239,8 @@ begin
 
     end generate waits;
 
-    -- Whether a frame's first pixel leaves in this clock comes late; that it is on offer is enough.
+    -- That a frame's first pixel is on offer is enough here; that it leaves in this clock would be known too
+    -- late.
     frame_slice <= resize(unsigned(slice_out), slice_t'length) when starts(1) = '1' and lasts(1) = '0' else
                    resize(unsigned(slice_kept), slice_t'length);
 
@@ -284,19 +286,20 @@ begin
 
   several_pixels : if PIXELS_PER_CLOCK > 1 generate
 
-    -- Of the line's last pixel.
+    -- Number of the line's last pixel within its token.
     signal place : natural range 0 to larger(PIXELS_PER_CLOCK - 1, 1);
 
   begin
 
-    -- Registered for the frame below: the engine reads it with the last token of a line, many clocks later.
+    -- Computed a clock ahead: the engine reads the value with the last token of a line, many clocks later.
     place <= to_integer(unsigned(order.columns) - 1) mod PIXELS_PER_CLOCK;
 
     find_end : process (clk) is
     begin
 
       if rising_edge(clk) then
-        -- With the frame, as the sequencer reads its size: a size written meanwhile is that of the next one.
+        -- Taken with the frame's first pixel, when the sequencer reads the size: a size written later
+        -- belongs to the next frame.
         if frame_start = '1' then
 
           for j in 0 to PIXELS_PER_CLOCK - 1 loop
@@ -356,10 +359,11 @@ begin
       drained       => drained
     );
 
-  -- The credit of row_scatter counts on the latency that is told.
+  -- row_scatter's credit relies on ENGINE_LATENCY, so simulation checks it.
   watch_latency : process (clk) is
 
-    -- Clocks in which a result may follow the last token, of which the gather takes its own; clocks since then.
+    -- MOST: clocks in which a result may follow the last token (the gather takes two of its own); idle: clocks
+    -- since that token.
     constant MOST : positive := TOKENS_UNDER_WAY - 2;
     variable idle : natural  := MOST;
 

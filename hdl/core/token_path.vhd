@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Delays the tokens of a stage as the stage delays their pixels.
 --
--- A stage answers a token, LATENCY clocks later, with the output that belongs to the token DELAY steps before. So
+-- A stage answers a token LATENCY clocks later with the output that belongs to the token DELAY steps before. So
 -- strobe is delayed by clocks alone, and all fields that describe a pixel by DELAY steps more. In a row stage every
 -- token is a step. In a column stage a line is a step: the fields of a pixel keep their place in the line, and the
 -- fields of the line are delayed by DELAY lines.
 --
--- Latency: LATENCY clocks, for what goes by steps DELAY steps more. Throughput: one token each clock.
+-- Latency: LATENCY clocks; for fields that go by steps DELAY steps more. Throughput: one token each clock.
 -- Equation: out_token(t + LATENCY).strobe = token(t).strobe; the other fields are those of DELAY steps before.
 
 library ieee;
@@ -21,20 +21,20 @@ entity token_path is
     LATENCY : positive range 3 to 1023;
     -- Steps of the stage.
     DELAY : natural;
-    -- Whether lines are the steps: then only what is said of a line goes by steps.
+    -- true: a line is a step, so only the fields of a line are delayed by steps.
     COLUMNS : boolean := false;
-    -- Width of what else goes with a step.
+    -- Width of the tag that goes with a step.
     TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and whether it begins a step.
+    -- token; and step: whether the token begins a step.
     token : in    token_t;
     step  : in    std_logic;
-    -- With the first token of a step: what else goes with it.
+    -- A tag that goes with the step, read with the step's first token.
     tag : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
-    -- The same behind the stage; what goes by steps holds until the next one.
+    -- Token and tag behind the stage; fields that go by steps hold until the next step.
     out_token : out   token_t;
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
@@ -51,14 +51,14 @@ architecture rtl of token_path is
 
   type tags_t is array (natural range <>) of std_logic_vector(TAG_BITS - 1 downto 0);
 
-  -- Delayed by clocks.
+  -- These fields are delayed by clocks.
   signal strobe_at     : std_logic_vector(0 to LATENCY) := (others => '0');
   signal pixel_at      : std_logic_vector(0 to LATENCY) := (others => '0');
   signal line_first_at : std_logic_vector(0 to LATENCY) := (others => '0');
   signal line_last_at  : std_logic_vector(0 to LATENCY) := (others => '0');
   signal step_at       : std_logic_vector(0 to AHEAD)   := (others => '0');
 
-  -- Delayed by steps. Whole tokens, because synthesis drops fields that nobody reads.
+  -- These fields are delayed by steps. Whole tokens are kept, because synthesis drops fields that nobody reads.
   signal token_at : tokens_t(1 to LAST) := (others => NO_TOKEN);
   signal tag_at   : tags_t(1 to LAST)   := (others => (others => '0'));
 
@@ -92,7 +92,8 @@ begin
 
       end loop;
 
-      -- The reset clears only the field that validates all others: shift registers of LUTs have no reset.
+      -- The reset clears only the field that validates all others, because shift registers in LUTs have no
+      -- reset.
       if reset = '1' then
         strobe_at(1 to LATENCY) <= (others => '0');
         step_at(1 to AHEAD)     <= (others => '0');

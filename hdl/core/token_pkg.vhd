@@ -8,8 +8,9 @@ use ieee.numeric_std.all;
 
 package token_pkg is
 
-  -- What the next frame is, read with its first pixel: its size; its slice as a number in the set, beyond it the last
-  -- one; or with sweep all of them in turn, each for sweep_frames frames (0 counts as 1).
+  -- The size and the slice of the next frame, read with its first pixel. The slice is a number in the set; numbers
+  -- beyond the set mean its last slice. With sweep all slices come in turn, each for sweep_frames frames (0 counts
+  -- as 1).
   type frame_order_t is record
     columns      : std_logic_vector(15 downto 0);
     rows         : std_logic_vector(15 downto 0);
@@ -28,19 +29,19 @@ package token_pkg is
   -- Number of a slice in its set, from 0.
   subtype slice_t is unsigned(7 downto 0);
 
-  -- A step of an engine. The other fields are valid only while strobe = '1'.
+  -- A step of an engine. All fields except strobe are valid only while strobe = '1'.
   type token_t is record
     strobe : std_logic;
-    -- A pixel of a band of lines; other tokens push pixels out of the row filters.
+    -- The token has a pixel of a band; a token without one pushes pixels out of the row filters.
     pixel : std_logic;
-    -- The ends of a line.
+    -- The first and the last pixel of a line.
     line_first : std_logic;
     line_last  : std_logic;
-    -- The line completes a band; always, without parallel rows.
+    -- The line completes a band. Without parallel rows every line does.
     band : std_logic;
-    -- Lines of a frame's first band.
+    -- The line belongs to a frame's first band.
     frame_first : std_logic;
-    -- The line belongs to the image; others push lines out of the column filters.
+    -- The line belongs to the image; other lines push lines out of the column filters.
     image : std_logic;
     -- The slice of the frame.
     slice : slice_t;
@@ -50,16 +51,17 @@ package token_pkg is
 
   type tokens_t is array (natural range <>) of token_t;
 
-  -- Whether a token holds the first pixel of a line. An empty token may still have the marks of the one before it.
+  -- Whether a token holds the first pixel of a line. An empty token may still have the marks of the token before
+  -- it.
   function begins_line (
     token : token_t
   ) return std_logic;
 
-  -- What an engine has for a pixel of a row.
+  -- The result of an engine for a pixel of a row.
   type result_t is record
-    -- A pixel of an image line.
+    -- The row has a pixel of an image line.
     valid : std_logic;
-    -- The first column of a line that is none.
+    -- The row has no image line, and this is its first column.
     skip : std_logic;
     -- The first pixel of a frame.
     start : std_logic;
@@ -71,8 +73,8 @@ package token_pkg is
 
   constant NO_RESULT : result_t := ('0', '0', '0', '0', (others => '0'));
 
-  -- The pixels of a token, of so many bits each, with zeros behind the last one of its line; ends: which of them a
-  -- line's last token has.
+  -- The pixels of a token, each of so many bits, with zeros behind the last pixel of the line. ends: which pixels
+  -- a line's last token has.
   function in_line (
     data  : std_logic_vector;
     bits  : positive;
@@ -80,10 +82,10 @@ package token_pkg is
     ends  : std_logic_vector
   ) return std_logic_vector;
 
-  -- Results of parallel rows.
+  -- The results of parallel rows.
   type results_t is array (natural range <>) of result_t;
 
-  -- What a token becomes that comes out of an engine with its sums.
+  -- The result that belongs to a token at the output of an engine.
   function result_of (
     token : token_t
   ) return result_t;

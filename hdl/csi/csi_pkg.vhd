@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Packets of MIPI CSI-2: their types, the code of their headers, their checksum, the packing of raw pixels into bytes,
--- and the record of what is reported about a stream.
+-- MIPI CSI-2: types of packets, the code of headers, the checksum of payloads, the packing of raw pixels into bytes,
+-- and the record of events.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,12 +17,13 @@ package csi_pkg is
   constant FRAME_START_KIND : kind_t := "000000";
   constant FRAME_END_KIND   : kind_t := "000001";
   constant LONG_KINDS       : kind_t := "010000";
-  -- Short packets that are for the user; long ones with pixels, or with what a user defines.
+  -- GENERIC_KINDS and above: short packets for the user. PIXEL_KINDS and above: long packets with pixels, or with
+  -- user-defined data.
   constant GENERIC_KINDS : kind_t := "001000";
   constant PIXEL_KINDS   : kind_t := "011000";
 
-  -- What is told of a stream. What crosses to the core's clock has FRAME_ENDED in the place of WRONG_SIZE, which is
-  -- found there.
+  -- Events and faults reported by the receiver. On the way to the core's clock, FRAME_ENDED takes the place of
+  -- WRONG_SIZE, which is detected only there.
   constant CORRECTED_HEADER : natural := 0;
   constant DAMAGED_HEADER   : natural := 1;
   constant DAMAGED_PAYLOAD  : natural := 2;
@@ -32,7 +33,7 @@ package csi_pkg is
   constant WRONG_SIZE       : natural := 6;
   constant FRAME_ENDED      : natural := 6;
   constant PIXELS_LOST      : natural := 7;
-  -- The first FAULT_KINDS events are faults; the others tell of what was received and is not shown.
+  -- The first FAULT_KINDS events are faults; the others report packets that were received but are not shown.
   constant FAULT_KINDS   : natural := 8;
   constant OTHER_TYPE    : natural := 8;
   constant OTHER_CHANNEL : natural := 9;
@@ -47,24 +48,25 @@ package csi_pkg is
   -- Data identifier of a packet: virtual channel, type.
   subtype identifier_t is std_logic_vector(7 downto 0);
 
-  -- Bytes of a line that go on to be unpacked: whether there are any, and how many; the line has
-  -- ended, with these bytes or without any.
+  -- Bytes of a line to be unpacked: valid: there are some; bytes: how many; ends: the line has ended, with these bytes
+  -- or without any.
   type payload_t is record
     valid : std_logic;
     bytes : natural range 0 to 4;
     ends  : std_logic;
   end record payload_t;
 
-  -- Unpacked pixels: a word of them, and the number of its last one; no other word of its line
-  -- follows, and there may be none.
+  -- A word of unpacked pixels: last: number of its last pixel; ends: no other word of its line follows, and this one
+  -- may be empty.
   type unpacked_t is record
     valid : std_logic;
     last  : natural range 0 to 7;
     ends  : std_logic;
   end record unpacked_t;
 
-  -- What crosses to the core's clock with a word: what is told; the identifier of the last packet of pixels that was
-  -- left out; whether there are pixels, the first ones of a frame, the last ones of a line; the last one's number.
+  -- Fields that cross to the core's clock with a word: events; identifier of the last packet of pixels that was left
+  -- out; has_pixels; first: the first pixels of a frame; ends: the last pixels of a line; last: number of the last
+  -- pixel.
   type crossing_t is record
     events     : events_t;
     identifier : identifier_t;
@@ -81,7 +83,7 @@ package csi_pkg is
     pixel_bits : positive
   ) return kind_t;
 
-  -- The fewest pixels that fill whole bytes, and their bytes.
+  -- The fewest pixels that fill whole bytes (unit_pixels), and these bytes (unit_bytes).
   function unit_pixels (
     pixel_bits : positive
   ) return positive;
@@ -90,8 +92,8 @@ package csi_pkg is
     pixel_bits : positive
   ) return positive;
 
-  -- Pixels of a word between the clocks: whole units, no fewer than come in one clock on all lanes, nor than leave in
-  -- one.
+  -- Pixels of a word between the clocks: whole units, at least as many as come in one clock on all lanes, and as leave
+  -- in one.
   function pixels_of_word (
     lanes            : positive;
     pixel_bits       : positive;
@@ -105,17 +107,17 @@ package csi_pkg is
     pixels     : positive
   ) return std_logic_vector;
 
-  -- Check bits of a header that are wrong: of data bits 23 to 0 below, check bits 29 to 24 above.
+  -- Syndrome of a header: its wrong check bits. The header has data in bits 23 to 0 and check bits in bits 29 to 24.
   function syndrome (
     header : std_logic_vector(31 downto 0)
   ) return std_logic_vector;
 
-  -- The data bit that a syndrome tells to be wrong, if any.
+  -- The data bit that a syndrome marks as wrong, or none.
   function wrong_bit (
     wrong : std_logic_vector(5 downto 0)
   ) return std_logic_vector;
 
-  -- Checksum behind one byte more.
+  -- The checksum after one more byte.
   function crc_behind (
     crc  : crc_t;
     data : std_logic_vector(7 downto 0)
@@ -125,12 +127,12 @@ end package csi_pkg;
 
 package body csi_pkg is
 
-  -- A header's check bits are a Hamming code, extended so that the number of ones in each column is
-  -- odd.
+  -- The check bits of a header are a Hamming code, extended so that each data bit takes part in an odd number of
+  -- checks.
   type codes_t is array (natural range 0 to 23) of std_logic_vector(5 downto 0);
 
-  -- Check bits in which each data bit takes part: all different, of odd weight, no single bit. So one wrong bit is
-  -- found, and two wrong bits are no one's.
+  -- The check bits in which each data bit takes part: all different, with an odd number of ones, more than one. One
+  -- wrong bit is therefore found, and two wrong bits match no data bit.
   constant CODES : codes_t :=
   (
     "000111", "001011", "001101", "001110", "010011", "010101", "010110", "011001",
@@ -153,7 +155,7 @@ package body csi_pkg is
   ) return positive is
   begin
 
-    -- As soon as the pixels' bits fill bytes without rest: 1 pixel of 8 bits, 4 of 10, 2 of 12.
+    -- The fewest pixels whose bits fill whole bytes: 1 of 8 bits, 4 of 10, 2 of 12.
     return 8 / common_divisor(8, pixel_bits);
 
   end function unit_pixels;
@@ -177,8 +179,8 @@ package body csi_pkg is
 
   begin
 
-    -- Whole units, so that no pixel lies in two words; doubled, so that a word's pixels stay a
-    -- power of two and are a multiple of those that leave at once.
+    -- Whole units keep each pixel in one word. Doubling keeps the number a power of two and a multiple of the pixels
+    -- that leave at once.
     pixels := unit_pixels(pixel_bits);
 
     while pixels * pixel_bits < 8 * lanes loop
@@ -206,7 +208,7 @@ package body csi_pkg is
 
   begin
 
-    -- All indices are constants of the generics, so this is wiring.
+    -- All indices follow from the generics, so this is wiring.
     for p in 0 to pixels - 1 loop
 
       -- The high bits of all pixels of a unit come first, then a byte with the low bits of all.
@@ -218,11 +220,10 @@ package body csi_pkg is
 
       end loop;
 
-      -- Then a byte's share of low bits: two for each of four pixels, or four for each of two.
+      -- This pixel's share of the byte with low bits: two bits for each of four pixels, or four bits for each of two.
       place := 8 * (p / UNIT * STEP + STEP - 1) + p mod UNIT * LOW_BITS;
 
-      -- With 8 bits there are none: the range stays constant, and the condition leaves all of it
-      -- out.
+      -- With 8 bits there are no low bits: the loop's range stays constant, and the condition is never true.
       for b in 0 to 7 loop
 
         if b < LOW_BITS then
@@ -245,8 +246,7 @@ package body csi_pkg is
 
   begin
 
-    -- Check bits as received; each data bit that is one takes away those that it should have set.
-    -- What is left is what does not agree.
+    -- Each data bit that is one inverts its check bits in those received. Bits that remain do not agree.
     wrong := header(29 downto 24);
 
     for i in 0 to 23 loop
@@ -269,8 +269,8 @@ package body csi_pkg is
 
   begin
 
-    -- At most one, as all codes are different. For two wrong bits it is none: the sum of two codes
-    -- of odd weight is even.
+    -- At most one data bit matches, because all codes differ. Two wrong bits match none, because the sum of two codes
+    -- with odd numbers of ones has an even number.
     for i in 0 to 23 loop
 
       place(i) := to_logic(wrong = CODES(i));
@@ -290,8 +290,8 @@ package body csi_pkg is
 
   begin
 
-    -- The polynomial is read from its other end, as the bits come lowest first: 8408 hexadecimal is
-    -- x^12 + x^5 + 1 reversed, and what is shifted out stands for x^16.
+    -- Bits come lowest first, so the polynomial is reversed: 8408 hexadecimal is x^12 + x^5 + 1, and the bit shifted
+    -- out stands for x^16.
     left := crc xor (x"00" & data);
 
     for i in 0 to 7 loop

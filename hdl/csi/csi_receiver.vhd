@@ -3,23 +3,23 @@
 --
 -- Lanes are aligned (lane_merge), packets found and checked (packet_parser), pixels unpacked (raw_unpacker) and brought
 -- into the core's clock (word_sender, crossing_fifo, pixel_stream). A camera does not wait, so nothing in front of the
--- buffer does, and no line is stored. Counters report faults, and each packet and each frame begins anew:
+-- buffer waits, and no line is stored. Counters report faults, and reception recovers with each packet and each frame:
 --
--- - Headers are corrected, or their packet is left out. Payloads go out as they arrive; a wrong checksum is reported
+-- - A header is corrected, or its packet is left out. Payloads go out as they arrive; a wrong checksum is reported
 --   behind them.
--- - A line that is cut short ends early, a lost one is missing, and one that is sent twice comes out twice. The cores
---   fill in and cut off what does not fit (frame_sequencer).
--- - Lines between a frame's end and the next one's start are left out, and so are packets of other types and channels:
---   all of them are counted, and the last one with pixels is named.
--- - Pixels that are not taken in time end their frame.
+-- - A line that is cut short ends early, a lost line is missing, and one that is sent twice comes out twice. The cores
+--   fill up and cut off lines (frame_sequencer).
+-- - Lines between a frame's end and the next frame's start are left out, and so are packets of other types and
+--   channels: all are counted, and the last one with pixels is named.
+-- - Pixels that the core does not take in time end their frame.
 --
 -- There is no reset in byte_clk. If the camera stops it between packets, data under way stay until it continues. A
--- reset drops pixels up to the first one of the next frame.
+-- reset drops pixels up to the first pixel of the next frame.
 --
--- Latency: from the last lane's byte to a pixel about 12 clocks of byte_clk and 5 of clk.
--- Throughput: LANES bytes each clock of byte_clk, PIXELS_PER_CLOCK pixels each clock of clk; the buffer makes up for
---   lines that come faster.
--- Equation: as its parts.
+-- Latency: about 12 clocks of byte_clk and 5 clocks of clk, from the last lane's byte to a pixel.
+-- Throughput: LANES bytes each clock of byte_clk, PIXELS_PER_CLOCK pixels each clock of clk; the buffer takes up lines
+-- that come faster.
+-- Equation: that of packet_parser, followed by that of raw_unpacker.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -33,13 +33,13 @@ use work.math_pkg.all;
 
 entity csi_receiver is
   generic (
-    -- 1, 2 or 4.
+    -- Lanes: 1, 2 or 4.
     LANES : positive range 1 to 4;
-    -- 8, 10 or 12: RAW8, RAW10 or RAW12.
+    -- Bits of a pixel: 8, 10 or 12 for RAW8, RAW10 or RAW12.
     PIXEL_BITS : positive range 8 to 12;
-    -- Neighbouring pixels that leave together: 1, 2, 4 or 8.
+    -- Neighbouring pixels in one transfer: 1, 2, 4 or 8.
     PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
-    -- Clocks of byte_clk that a lane may be behind another one.
+    -- Clocks of byte_clk by which a lane may be later than another.
     MAX_SKEW : natural range 0 to 7 := 3;
     -- The buffer between the clocks holds 2**BUFFER_BITS words of at least PIXELS_PER_CLOCK pixels.
     BUFFER_BITS : positive range 4 to 12 := 5;
@@ -47,43 +47,45 @@ entity csi_receiver is
     COUNT_BITS : positive range 1 to 16 := 16
   );
   port (
-    -- Of the D-PHY, all in byte_clk: for each lane high from a burst's first byte behind the sync sequence to its end;
-    -- high with that first byte; the bytes, lane 0 in the low bits. Between bursts lanes are low for a clock or more. A
-    -- burst that a lane begins too late, or not at all, may cost its successor if this one's syncs come within MAX_SKEW
-    -- clocks of any of its own; a D-PHY takes longer for the way from one burst to the next.
+    -- Outputs of the D-PHY in byte_clk, for each lane: lane_valid: high from the first byte behind a burst's sync
+    -- sequence to its end; lane_sync: high with that first byte; the bytes, lane 0 in the low bits. Between bursts
+    -- lanes are low for at least a clock. A burst that a lane begins too late, or not at all, may destroy the next
+    -- burst if that one's syncs come within MAX_SKEW clocks of its own; a D-PHY takes longer from one burst to the
+    -- next.
     byte_clk   : in    std_logic;
     lane_valid : in    std_logic_vector(LANES - 1 downto 0);
     lane_sync  : in    std_logic_vector(LANES - 1 downto 0);
     lane_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
-    -- A burst has ended on the lane without a sync, for a clock; of a D-PHY that does not tell, low.
+    -- High for one clock: a burst has ended on the lane without a sync. Low for a D-PHY that does not report this.
     lane_missed : in    std_logic_vector(LANES - 1 downto 0) := (others => '0');
 
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The virtual channel whose frames come out, and the size that they should have; kept stable.
+    -- The virtual channel whose frames come out, and the size that they should have; must be constant.
     virtual_channel : in    std_logic_vector(1 downto 0) := "00";
     columns         : in    std_logic_vector(15 downto 0);
     rows            : in    std_logic_vector(15 downto 0);
-    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, the first pixel in the low bits; what stands
-    -- behind a line's last pixel is of no account.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, the first pixel in the low bits. Pixels behind
+    -- a line's last one are undefined.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Counts of faults up to the largest that fits, COUNT_BITS each, from the low bits: 0 headers corrected, 1 headers
-    -- beyond that, 2 payloads with a wrong checksum, 3 packets cut short, 4 bursts that not all lanes began, 5 ends of
-    -- frames and lines without a frame's start, and starts without an end, 6 lines and frames of another size, 7 frames
-    -- cut because their pixels were not taken.
+    -- Counters of faults, COUNT_BITS each, from the low bits; they stay at the largest number. 0 headers corrected, 1
+    -- headers beyond correction, 2 payloads with a wrong checksum, 3 packets cut short, 4 bursts that not all lanes
+    -- began, 5 ends of frames and lines without a frame's start, and starts without an end, 6 lines and frames of
+    -- another size, 7 frames cut because their pixels were not taken.
     fault_counts : out   std_logic_vector(8 * COUNT_BITS - 1 downto 0);
-    -- Counts, with as many bits, of what is received and not shown, which is no fault: packets of pixels (types of 18
-    -- hexadecimal and above) 0 of another type, 1 of another virtual channel, 2 frames without lines (they are of
-    -- another size, too), 3 packets without pixels (embedded data, blanking, short ones for the user, all others of
-    -- other channels).
+    -- Counters of packets that are received but not shown, which is no fault, COUNT_BITS each. Packets of pixels (types
+    -- of 18 hexadecimal and above): 0 of another type, 1 of another virtual channel. 2 frames without lines (they are
+    -- of another size, too). 3 packets without pixels (embedded data, blanking, short packets for the user, all others
+    -- of other channels).
     left_counts : out   std_logic_vector(4 * COUNT_BITS - 1 downto 0);
-    -- Data identifier of the last packet of pixels that was left out: virtual channel in bits 7 and 6, type; 0: none.
+    -- Data identifier of the last packet of pixels that was left out: virtual channel in bits 7 and 6, then the type;
+    -- 0: none.
     left_identifier : out   std_logic_vector(7 downto 0) := (others => '0');
-    -- All counts begin anew, and the identifier.
+    -- Clears all counters, and the identifier.
     fault_clear : in    std_logic
   );
 end entity csi_receiver;
@@ -96,17 +98,17 @@ architecture rtl of csi_receiver is
   constant TAKES_PIXELS : boolean := takes(8 mod PIXELS_PER_CLOCK = 0,
                                            "csi_receiver: PIXELS_PER_CLOCK is not 1, 2, 4 or 8");
 
-  -- Pixels between the clocks, then the fields of a word there: the last pixel's number, the
-  -- pixels, and beside both the events, the identifier and three marks.
+  -- Pixels of a word between the clocks; then the fields of the word: number of the last pixel, pixels, events,
+  -- identifier, and three marks.
   constant PIXELS    : positive := pixels_of_word(LANES, PIXEL_BITS, PIXELS_PER_CLOCK);
   constant LAST_BITS : positive := bits_for(PIXELS - 1);
   constant DATA_BITS : positive := PIXELS * PIXEL_BITS;
   constant MARKS     : positive := EVENT_KINDS + identifier_t'length;
   constant WORD_BITS : positive := DATA_BITS + LAST_BITS + MARKS + 3;
-  -- Clocks in which the last word of a line gets through raw_unpacker.
+  -- Clocks that the last word of a line takes through raw_unpacker.
   constant UNPACK_CLOCKS : positive := 4;
 
-  -- In byte_clk.
+  -- Signals in byte_clk.
   signal channel      : std_logic_vector(1 downto 0);
   signal word_first   : std_logic;
   signal word_live    : std_logic_vector(LANES - 1 downto 0);
@@ -128,7 +130,7 @@ architecture rtl of csi_receiver is
   signal write_data   : std_logic_vector(DATA_BITS - 1 downto 0);
   signal write_word   : crossing_t;
   signal write_bits   : std_logic_vector(WORD_BITS - 1 downto 0);
-  -- In clk.
+  -- Signals in clk.
   signal read_valid : std_logic;
   signal read_ready : std_logic;
   signal read_word  : std_logic_vector(WORD_BITS - 1 downto 0);
@@ -139,9 +141,9 @@ architecture rtl of csi_receiver is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- In the lanes' clock.
+  -- Entities in byte_clk.
 
-  -- Two bits that are kept stable: each may cross by itself.
+  -- Both bits are constant while in use, so each may cross by itself.
   take_channel : entity work.synchroniser
     generic map (
       WIDTH => 2
@@ -201,12 +203,10 @@ begin
       word_data    => pixels_data
     );
 
-  -- All that is told has one bus. A missing lane is found in front of the parser, which has no use
-  -- for it; its place among the events is free.
+  -- All events on one bus. A missing lane is found in front of the parser, so the parser leaves that bit free.
   told <= events(events'high downto LANE_MISSING + 1) & missing & events(LANE_MISSING - 1 downto 0) & frame_starts;
 
-  -- Marks and faults wait as long as the line's last word takes through the unpacker: what belongs
-  -- behind a line must not pass it.
+  -- Marks and events wait as long as a line's last word takes through the unpacker, so that they stay behind the line.
   wait_for_pixels : process (byte_clk) is
   begin
 
@@ -241,10 +241,10 @@ begin
                 write_word.first & write_word.has_pixels & write_word.identifier & write_word.events;
 
   --------------------------------------------------------------------------------------------------
-  -- Into the core's clock.
+  -- Crossing to the core's clock.
 
-  -- The only crossing of the pixels. It cannot make the camera wait: nearly_full tells the sender
-  -- to end the frame well.
+  -- The only crossing of the pixels. It cannot make the camera wait: nearly_full tells word_sender to end the frame
+  -- well.
   to_core : entity work.crossing_fifo
     generic map (
       WIDTH        => WORD_BITS,
@@ -299,14 +299,13 @@ begin
   fault_counts <= counts(fault_counts'range);
   left_counts  <= counts(counts'high downto FAULT_KINDS * COUNT_BITS);
 
-  -- A count each, in the core's clock: events crossed in their words, so none is lost however far
-  -- the clocks are apart.
+  -- A counter for each event, in the core's clock. Events cross in words, so none is lost whatever the clocks are.
   count_faults : process (clk) is
   begin
 
     if rising_edge(clk) then
       counts <= each_counted(counts, faults, fault_clear);
-      -- Words that tell of other things carry the identifier, too, also behind a clearing.
+      -- Words with other events carry the identifier too, so a clearing needs to win over them.
       if fault_clear = '1' then
         left_identifier <= (others => '0');
       elsif read_valid = '1' and read_ready = '1' and

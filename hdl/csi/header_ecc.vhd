@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Corrects one wrong bit of a packet header, and finds two.
+-- Corrects one wrong bit of a packet header, and detects two.
 --
 -- The header is a word of a Hamming code of distance 4: 24 data bits, 6 check bits, and two bits that are zero.
 --
@@ -19,7 +19,8 @@ entity header_ecc is
     -- A header, its first byte in the low bits.
     strobe : in    std_logic;
     header : in    std_logic_vector(31 downto 0);
-    -- Its data, right unless damaged: data identifier, word count. One bit was wrong; more than one were.
+    -- The header's data (identifier, word count), correct unless damaged; corrected: one bit was wrong; damaged: more
+    -- were.
     out_strobe : out   std_logic;
     data       : out   std_logic_vector(23 downto 0);
     corrected  : out   std_logic;
@@ -29,7 +30,7 @@ end entity header_ecc;
 
 architecture rtl of header_ecc is
 
-  -- The second clock's header.
+  -- The header in the second clock.
   signal strobe_1 : std_logic                     := '0';
   signal header_1 : std_logic_vector(31 downto 0) := (others => '0');
   signal wrong_1  : std_logic_vector(5 downto 0)  := (others => '0');
@@ -44,17 +45,17 @@ begin
 
   begin
 
-    -- First clock: what does not agree. Second clock: which bit that means.
+    -- First clock: which check bits disagree. Second clock: which bit that means.
     if rising_edge(clk) then
       strobe_1 <= strobe;
       header_1 <= header;
       wrong_1  <= syndrome(header);
 
       place := wrong_bit(wrong_1);
-      -- One of the data bits alone explains it.
+      -- One wrong data bit explains the syndrome.
       odd := to_logic(place /= (23 downto 0 => '0'));
 
-      -- Or a check bit alone, whose code is that single bit; the data are right then.
+      -- One wrong check bit, whose syndrome is that single bit, explains it too; the data are then right.
       for i in 0 to 5 loop
 
         single := wrong_1(i);
@@ -75,8 +76,7 @@ begin
       data       <= header_1(23 downto 0) xor place;
       corrected  <= '0';
       damaged    <= '0';
-      -- The two bits that no check covers must be zero. One of them wrong is one wrong bit, both
-      -- are two.
+      -- The two bits without a check must be zero. One of them set is one wrong bit, both are two.
       if wrong_1 = "000000" then
         corrected <= header_1(30) xor header_1(31);
         damaged   <= header_1(30) and header_1(31);

@@ -1,13 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Finds packets in bursts, and in them frames and lines of raw pixels.
 --
--- A burst begins with the header of a packet; what follows the packet is filler. Bit errors of the header are
--- corrected or detected, and payloads are checked, those of other types and virtual channels too. Bytes of lines
--- leave as they arrive, so it is known only afterwards whether a line was sound. Lines count between a frame's start
--- and its end.
+-- A burst begins with the header of a packet; bytes behind the packet are filler. Bit errors of the header are
+-- corrected or detected, and payloads are checked, those of other types and virtual channels included. Bytes of lines
+-- leave as they arrive, so a fault in a line is known only afterwards. Lines count between a frame's start and its end.
 --
--- The outputs of one clock have this order: a line ends, a frame ends, a frame starts. A byte comes before or after
--- all of these, as a clock has either bytes or the start of a frame.
+-- Outputs of one clock happen in this order: a line ends, a frame ends, a frame starts. A byte comes before or after
+-- all of these, because a clock has either bytes or the start of a frame.
 --
 -- Latency: 5 clocks. Throughput: LANES bytes each clock.
 -- Equation: payload(n) = burst(4 + n), n < word count, of packets of type raw_kind(PIXEL_BITS) on the virtual channel.
@@ -37,8 +36,7 @@ entity packet_parser is
     -- Bytes of a line, and how many; the line has ended, with this clock's bytes if there are any.
     payload      : out   payload_t;
     payload_data : out   std_logic_vector(8 * LANES - 1 downto 0);
-    -- A frame starts, and what is told: a frame ended, faults, packets that are left out; PIXELS_LOST is not among
-    -- them.
+    -- A frame starts; events: a frame ended, faults, packets that are left out. PIXELS_LOST is always low here.
     frame_starts : out   std_logic;
     events       : out   events_t;
     -- The last packet of pixels that was left out.
@@ -48,20 +46,21 @@ end entity packet_parser;
 
 architecture rtl of packet_parser is
 
-  -- A header has four bytes: that many words of all lanes.
+  -- A header has four bytes, so that many words of all lanes.
   constant HEADER_WORDS : positive                             := 4 / LANES;
   constant ALL_LIVE     : std_logic_vector(LANES - 1 downto 0) := (others => '1');
   constant WORD_BITS    : positive                             := 8 * LANES;
-  -- From a word to its header's data.
+  -- Clocks from a word to the checked data of its header.
   constant DELAY    : positive := 3;
   constant TAG_BITS : positive := 1 + LANES + WORD_BITS;
 
-  -- Words of a header that are still to come, its bytes so far, and whether it is complete or has been cut.
+  -- Words of a header that are still to come, its bytes so far, whether it is complete, whether it was cut.
   signal header_left : natural range 0 to 3          := 0;
   signal header      : std_logic_vector(31 downto 0) := (others => '0');
   signal header_full : std_logic                     := '0';
   signal header_cut  : std_logic                     := '0';
-  -- The header, checked; the word that came with its last byte.
+  -- The checked header (known: it is there; known_bad: damaged; mended: corrected; facts: its data), and the word that
+  -- came with its last byte.
   signal known     : std_logic;
   signal known_bad : std_logic;
   signal mended    : std_logic;
@@ -72,25 +71,25 @@ architecture rtl of packet_parser is
   signal first     : std_logic;
   signal live      : std_logic_vector(LANES - 1 downto 0);
   signal data      : std_logic_vector(WORD_BITS - 1 downto 0);
-  -- A long packet is under way: bytes of payload and checksum that are still to come, and whether so few that not all
-  -- of a word are payload; whether the payload is a line.
+  -- busy: a long packet is under way; left: bytes of payload and checksum that are still to come; near_end: so few that
+  -- not all bytes of a word are payload; is_line: the payload is a line.
   signal busy     : std_logic             := '0';
   signal left     : unsigned(16 downto 0) := (others => '0');
   signal near_end : std_logic             := '0';
   signal is_line  : std_logic             := '0';
 
-  -- The word on offer: its bytes in the packet, and in the payload; one of them is missing; the packet ends.
+  -- The word on offer: its bytes in the packet, and in the payload; cut: one of them is missing; ends: the packet ends.
   signal needed : natural range 0 to LANES;
   signal bytes  : natural range 0 to 7;
   signal cut    : std_logic;
   signal ends   : std_logic;
 
-  -- Between a frame's start and its end on the virtual channel.
+  -- The virtual channel is between a frame's start and its end.
   signal frame_open : std_logic := '0';
   -- A packet of this frame was a line.
   signal has_lines : std_logic := '0';
 
-  -- To the checksum.
+  -- Inputs of the checksum, and its result.
   signal crc_restart : std_logic                                := '0';
   signal crc_strobe  : std_logic                                := '0';
   signal crc_last    : std_logic                                := '0';
@@ -107,12 +106,11 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The bytes so far move down as a word is put on top; the last four are the header when all
-      -- have come.
+      -- Earlier bytes move down as a word is put on top; when all have come, the last four are the header.
       joined      := word_data & header;
       header_full <= '0';
       tags        <= moved_on(tags, tag);
-      -- A burst that begins inside of a header cuts it.
+      -- A burst that begins inside a header cuts it.
       header_cut <= word_first and to_logic(header_left /= 0);
       if word_first = '1' or header_left /= 0 then
         if word_live = ALL_LIVE then
@@ -145,8 +143,7 @@ begin
       damaged    => known_bad
     );
 
-  -- The words wait until their header has been checked. The first word of a payload then meets a
-  -- packet that is known.
+  -- Words wait until their header has been checked, so a payload's first word meets a header that is known.
   tag <= word_data & word_live & word_first;
 
   tag_late <= delayed(tags, tag, DELAY);
@@ -155,9 +152,8 @@ begin
   live  <= tag_late(LANES downto 1);
   data  <= tag_late(TAG_BITS - 1 downto LANES + 1);
 
-  -- Bytes that should be there and are not, or a new burst, cut a packet short: what has gone out of it stays. Bytes
-  -- behind the checksum are filler, and go to it as zeros, which leave its result as it is.
-  -- The share of the word on offer in the packet.
+  -- The share of the packet in the word on offer. Missing bytes, or a new burst, cut a packet short; bytes that have
+  -- left stay. Bytes behind the checksum are filler and enter the checksum as zeros, which leave its result unchanged.
   share_word : process (left, near_end, first, live) is
 
     variable few   : natural range 0 to 7;
@@ -234,21 +230,23 @@ begin
           crc_strobe    <= '1';
           crc_last      <= ends;
           left          <= left - LANES;
-          -- A clock ahead, so that no subtraction lies in front of the decision about the next word.
+          -- Compared a clock ahead, so that no subtraction stands in front of the decision about the next word.
           near_end <= to_logic(left < 2 * LANES + 2);
           busy     <= not ends;
         end if;
       end if;
 
-      -- Overrides what stands above: with four lanes a header's only word also cuts a packet that was under way.
+      -- This overrides the assignments above: with four lanes a header's only word also cuts a packet that was under
+      -- way.
       if known = '1' then
         told(CORRECTED_HEADER) <= mended;
         told(DAMAGED_HEADER)   <= known_bad;
         kind                   := facts(5 downto 0);
         ours                   := to_logic(facts(7 downto 6) = virtual_channel);
-        -- A damaged header says nothing for certain, its length included: all up to the next burst is filler.
+        -- A damaged header is reliable in nothing, not even its length: everything up to the next burst is filler.
         if known_bad = '0' then
-          -- Payload and checksum. Packets of other types are followed, too: a wrong checksum tells of the link.
+          -- Payload and checksum. Packets of other types are followed too, because a wrong checksum tells about the
+          -- link.
           if kind >= LONG_KINDS then
             busy        <= '1';
             left        <= resize(unsigned(facts(23 downto 8)), 17) + 2;
@@ -256,7 +254,7 @@ begin
             crc_restart <= '1';
           end if;
           is_line <= '0';
-          -- What does not belong to the frames is counted, and pixels are named.
+          -- Packets that do not belong to the frames are counted, and the last one with pixels is named.
           if kind >= PIXEL_KINDS then
             if ours = '0' or kind /= raw_kind(PIXEL_BITS) then
               left_identifier <= facts(7 downto 0);

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Checks a packet's payload by the checksum behind it: x^16 + x^12 + x^5 + 1 over all bytes, low bits first, from all
--- ones on.
+-- Checks a packet's payload by its checksum: x^16 + x^12 + x^5 + 1 over all bytes, low bits first, beginning with all
+-- ones.
 --
--- The checksum goes through like the payload and leaves zero behind. Zeros behind that change nothing, so a last word
--- that is not full needs no care.
+-- The checksum goes through like the payload and leaves zero if all is right. Further zeros change nothing, so a last
+-- word that is not full needs no special case.
 --
 -- Latency: 2 clocks. Throughput: LANES bytes each clock.
 -- Equation: damaged = checksum of payload and received checksum /= 0.
@@ -24,7 +24,7 @@ entity payload_crc is
     clk : in    std_logic;
     -- A packet begins with the next word.
     restart : in    std_logic;
-    -- Bytes of payload and checksum, zeros behind them; the last ones.
+    -- Bytes of payload and checksum, zeros behind them; last: the packet's last bytes.
     strobe : in    std_logic;
     last   : in    std_logic;
     data   : in    std_logic_vector(8 * LANES - 1 downto 0);
@@ -35,7 +35,7 @@ end entity payload_crc;
 
 architecture rtl of payload_crc is
 
-  -- Checksum behind the words so far; the packet ended with the last word.
+  -- The checksum after the words so far; due: the packet ended with the last word.
   signal crc : crc_t     := (others => '0');
   signal due : std_logic := '0';
 
@@ -50,7 +50,7 @@ begin
     if rising_edge(clk) then
       behind := crc;
 
-      -- All bytes of a word in one clock: with LANES a constant it is a tree of exclusive ors.
+      -- All bytes of a word in one clock: LANES is constant, so this is a tree of exclusive ors.
       for i in 0 to LANES - 1 loop
 
         behind := crc_behind(behind, data(8 * i + 7 downto 8 * i));

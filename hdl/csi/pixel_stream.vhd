@@ -1,10 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From the buffer's words to a stream, PIXELS_PER_CLOCK pixels each clock; checks the size of lines and frames.
+-- Makes a stream of PIXELS_PER_CLOCK pixels each clock from the buffer's words, and checks the size of lines and
+-- frames.
 --
 -- After a reset the stream begins with a whole frame.
 --
--- Latency: 1 clock. Throughput: PIXELS_PER_CLOCK pixels each clock; a word without pixels takes one, too.
--- Equation: tuser(0) = first pixels of a frame, tlast = last ones of a line.
+-- Latency: 1 clock. Throughput: PIXELS_PER_CLOCK pixels each clock; a word without pixels takes a clock, too.
+-- Equation: tuser(0) = first pixels of a frame, tlast = last pixels of a line.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,7 +17,7 @@ use work.math_pkg.all;
 
 entity pixel_stream is
   generic (
-    -- Pixels of a word, a multiple of those of a clock.
+    -- Pixels of a word, a multiple of the pixels of a transfer.
     WORD_PIXELS      : positive range 1 to 8;
     PIXELS_PER_CLOCK : positive range 1 to 8;
     PIXEL_BITS       : positive range 8 to 12
@@ -38,7 +39,7 @@ entity pixel_stream is
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- What is told, each for a clock.
+    -- Events and faults, each high for one clock.
     faults : out   events_t
   );
 end entity pixel_stream;
@@ -51,13 +52,13 @@ architecture rtl of pixel_stream is
   signal valid : std_logic := '0';
   -- A frame has begun since the reset.
   signal running : std_logic := '0';
-  -- The part of the word that goes out next; it is the last one with a pixel.
+  -- part: the part of the word that goes out next; part_ends: it is the last part with a pixel.
   signal part      : natural range 0 to larger(PARTS - 1, 1) := 0;
   signal part_ends : std_logic;
   signal free      : std_logic;
   signal passes    : std_logic;
   signal done      : std_logic;
-  -- Pixels of the line so far, lines of the frame so far.
+  -- Pixels of the line, and lines of the frame, so far.
   signal pixels : unsigned(16 downto 0) := (others => '0');
   signal lines  : unsigned(15 downto 0) := (others => '0');
 
@@ -66,11 +67,10 @@ begin
   m_axis_tvalid <= valid;
   -- The register of the stream is empty, or is emptied in this clock.
   free <= m_axis_tready or not valid;
-  -- After a reset words pass from a frame's first one on; the rest of the frame under way when it
-  -- came is dropped.
+  -- After a reset words pass from a frame's first one on; the rest of the frame under way is dropped.
   passes    <= word_valid and word.has_pixels and (running or word.first);
   part_ends <= to_logic(part = word.last / PIXELS_PER_CLOCK);
-  -- A word is over with its last part; one that tells of something, or is dropped, at once.
+  -- A word is done with its last part; a word without pixels, or one that is dropped, at once.
   done       <= word_valid and ((part_ends and free) or not passes);
   word_ready <= done;
 
@@ -100,7 +100,7 @@ begin
           end if;
         end if;
       end if;
-      -- Data and marks need no reset: valid says whether they count.
+      -- Only valid needs a reset, because it validates data and marks.
       if reset = '1' then
         valid   <= '0';
         running <= '0';
@@ -110,8 +110,7 @@ begin
 
   end process send;
 
-  -- Beside the stream, not in it: a wrong size is told, and what came goes on to the core, which
-  -- fills and cuts (frame_sequencer).
+  -- A wrong size is only reported: the stream goes on to the core, which fills up and cuts off lines (frame_sequencer).
   check_sizes : process (clk) is
 
     variable length : unsigned(16 downto 0);
@@ -120,20 +119,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The line's pixels with those of this word, if it is the last.
+      -- The line's pixels, with those of this word if it is the line's last.
       length := pixels + word.last + 1;
       wrong  := '0';
       faults <= (others => '0');
       if done = '1' then
         faults <= word.events;
-        -- Where frames end the number of lines shows. Before the first whole frame there is nothing
-        -- to compare, but a frame to which no line belongs is wrong in any case.
+        -- Lines are counted where frames end. Before the first whole frame there is nothing to compare, but a frame
+        -- without lines is wrong in any case.
         if word.events(FRAME_ENDED) = '1' then
           wrong := (running and to_logic(lines /= unsigned(rows))) or word.events(NO_LINES);
           lines <= (others => '0');
         end if;
         if passes = '1' then
-          -- A frame whose end was lost must not count for the next one.
+          -- If the end of the frame before was lost, its lines must not count for this frame.
           if word.first = '1' then
             lines <= (others => '0');
           end if;
@@ -158,7 +157,7 @@ begin
 
   end process check_sizes;
 
-  -- Places behind a word's last pixel would lie in the midst of a line.
+  -- Simulation stops if a word within a line is not full: missing pixels would lie in the middle of the line.
   watch_words : process (clk) is
   begin
 

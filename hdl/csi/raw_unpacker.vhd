@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From the bytes of a line to words of pixels.
+-- Makes words of pixels from the bytes of a line.
 --
 -- Bytes are appended to those that wait; when they fill a word, it leaves. At the end of a line the rest leaves as a
--- word with fewer pixels; bytes that do not fill a unit of pixels are dropped.
+-- word with fewer pixels. Bytes that do not fill a unit of pixels are dropped.
 --
--- Latency: 1 clock from the byte that completes a word, 2 from a line's end. Throughput: LANES bytes each clock.
+-- Latency: 1 clock from the byte that completes a word, 2 clocks from a line's end. Throughput: LANES bytes each clock.
 -- Equation: RAW8: pixel(n) = byte(n); RAW10: pixel(4k + i) = byte(5k + i) * 4 + bits 2i+1..2i of byte(5k + 4); RAW12:
 --   pixel(2k + i) = byte(3k + i) * 16 + bits 4i+3..4i of byte(3k + 2).
 
@@ -20,16 +20,16 @@ entity raw_unpacker is
   generic (
     LANES      : positive range 1 to 4;
     PIXEL_BITS : positive range 8 to 12;
-    -- Pixels of a word, see pixels_of_word.
+    -- Pixels of a word (pixels_of_word).
     WORD_PIXELS : positive range 1 to 8
   );
   port (
     clk : in    std_logic;
-    -- Bytes of a line, and how many; the line has ended. Behind that a clock without bytes follows.
+    -- Bytes of a line, and how many; the line has ended. A clock without bytes must follow a line's end.
     payload      : in    payload_t;
     payload_data : in    std_logic_vector(8 * LANES - 1 downto 0);
-    -- A word: its pixels, the first one in the low bits, and the number of its last one; with word_ends no other one
-    -- of its line follows, and there may be none.
+    -- A word: its pixels, the first one in the low bits; the number of its last pixel; with word.ends no other word of
+    -- its line follows, and this one may be empty.
     word      : out   unpacked_t;
     word_data : out   std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0)
   );
@@ -37,11 +37,11 @@ end entity raw_unpacker;
 
 architecture rtl of raw_unpacker is
 
-  -- Bytes of the smallest group of pixels that fills whole bytes, and of a word.
+  -- Bytes of a unit (the smallest group of pixels that fills whole bytes), and of a word.
   constant UNIT       : positive := unit_bytes(PIXEL_BITS);
   constant WORD_BYTES : positive := WORD_PIXELS / unit_pixels(PIXEL_BITS) * UNIT;
 
-  -- Bytes that wait for a word, and how many.
+  -- Bytes that wait for a word, and how many; the end of a line is to be written; the full word.
   signal kept   : std_logic_vector(8 * WORD_BYTES - 1 downto 0) := (others => '0');
   signal fill   : natural range 0 to 11                         := 0;
   signal finish : std_logic                                     := '0';
@@ -66,7 +66,7 @@ begin
     -- synthesis translate_on
 
     if rising_edge(clk) then
-      -- Bytes that wait, from the low end on, and the new ones behind them.
+      -- Bytes that wait, from the low end on, and the new bytes behind them.
       joined                              := (others => '0');
       joined(8 * WORD_BYTES - 1 downto 0) := kept;
 
@@ -80,14 +80,14 @@ begin
 
       word.valid <= '0';
       word.ends  <= finish;
-      -- All pixels, but where a line ends.
+      -- A word is full except at the end of a line.
       word.last <= WORD_PIXELS - 1;
       finish    <= payload.ends;
       total     := fill + payload.bytes;
       if payload.valid = '1' then
-        -- Either way: a word that is not full is not valid, and what it holds does not matter.
+        -- In both cases: a word that is not full is not valid, so its content does not matter.
         full <= joined(8 * WORD_BYTES - 1 downto 0);
-        -- More than a word: the rest waits for the next one.
+        -- More bytes than a word: the rest waits for the next one.
         if total >= WORD_BYTES then
           word.valid                   <= '1';
           kept(8 * LANES - 1 downto 0) <= joined(8 * (WORD_BYTES + LANES) - 1 downto 8 * WORD_BYTES);
@@ -97,13 +97,13 @@ begin
           fill <= total;
         end if;
       elsif finish = '1' then
-        -- A clock behind the last bytes, which may have filled a word themselves. The parser never
-        -- sends bytes in this clock.
+        -- A clock behind the last bytes, which may have filled a word themselves. The parser never sends bytes in this
+        -- clock.
         full <= kept;
         fill <= 0;
 
-        -- The whole units among the bytes that are left. A rest of a unit is a line cut short, and
-        -- no pixel of it is complete.
+        -- Whole units among the bytes that are left. Part of a unit is a line cut short, and none of its pixels is
+        -- complete.
         for n in 1 to WORD_BYTES / UNIT loop
 
           if fill >= n * UNIT then

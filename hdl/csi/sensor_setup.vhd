@@ -1,18 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Writes a list of registers into a sensor over I2C, as the only master of its lines.
 --
--- A register has an address of 16 bits and a value of 8 or 16, as sensors with CSI-2 have them; each is a transfer of
--- its own. Before the first one, and after one that went wrong, nine clocks and a stop free a data line that the
--- sensor still holds. A transfer that goes wrong is repeated after RETRY_PAUSE milliseconds, up to RETRIES times, as
--- a sensor that starts does not answer; then the list ends with a fault. The sensor may stretch the clock for up to
+-- A register has an address of 16 bits and a value of 8 or 16, as is usual for sensors with CSI-2; each is written by a
+-- transfer of its own. Before the first transfer, and after a failed one, nine clocks and a stop free a data line that
+-- the sensor still holds. A failed transfer is repeated after RETRY_PAUSE milliseconds, up to RETRIES times, because a
+-- sensor that starts does not answer; then the list ends with a fault. The sensor may stretch the clock for up to
 -- STRETCH clocks.
 --
 -- A sensor that is reset by a register may not acknowledge its value any more. A reset has a pause behind it, so in
--- front of a pause a value that is not acknowledged counts as written; what follows is repeated until the sensor
+-- front of a pause a value that is not acknowledged counts as written; the next entry is repeated until the sensor
 -- answers.
 --
--- Latency: 48 bits to the first register. Throughput: a register in 38 or 47 bits, a bit in 4 * QUARTER clocks and the
---   clock line's time to rise and to be seen.
+-- Latency: 48 bits to the first register. Throughput: a register in 38 or 47 bits; a bit takes 4 * QUARTER clocks and
+-- the time that the clock line takes to rise and to be seen.
 -- Equation: the n-th transfer writes the n-th entry of REGISTERS.
 
 library ieee;
@@ -26,40 +26,40 @@ use work.setup_list_pkg.all;
 
 entity sensor_setup is
   generic (
-    -- The list: for each register hexadecimal digits, four of its address and two or four of its value; a blank
-    -- between two registers, such as "010001 302a0005". With address ffff and two digits nothing is written for that
-    -- many milliseconds.
+    -- The list: for each register hexadecimal digits, four of its address and two or four of its value; blanks between
+    -- registers, such as "010001 302a0005". Address ffff with two digits is a pause of that many milliseconds.
     REGISTERS : string;
     -- Address of the sensor.
     DEVICE : std_logic_vector(6 downto 0) := "0010000";
-    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz, which keeps the times of I2C's standard mode.
+    -- Clocks in a quarter of a bit. 500 gives 50 kHz with clk at 100 MHz, which keeps the times of I2C's standard mode.
     -- Levels that last for less than a fiftieth of a quarter count as spikes.
     QUARTER : positive range 3 to 65535 := 500;
-    -- Clocks that the clock line may stay low after it was let go.
+    -- Clocks that the clock line may stay low after it was released.
     STRETCH : positive := 3000000;
     -- Clocks in a millisecond.
     MILLISECOND : positive := 100000;
-    -- How often a transfer is repeated, and milliseconds in between.
+    -- How often a transfer is repeated, and the milliseconds in between.
     RETRIES     : natural range 0 to 15  := 9;
     RETRY_PAUSE : natural range 0 to 255 := 10
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The lines, as they are at the pins, and pull them low (open drain).
+    -- The levels of the lines at the pins; and '1' to pull them low (open drain).
     scl     : in    std_logic;
     sda     : in    std_logic;
     scl_low : out   std_logic := '0';
     sda_low : out   std_logic := '0';
-    -- Begin with the list, for a clock, while not busy.
+    -- start: begins the list, high for one clock while busy is low.
     start : in    std_logic;
     busy  : out   std_logic;
-    -- All registers are written; stays until the next start.
+    -- All registers are written; stays high until the next start.
     done : out   std_logic := '0';
-    -- Why the last transfer that went wrong did, also one that a repetition made up for: "00" none did, "01" a line
-    -- stayed low, "10" the sensor did not acknowledge, "11" another level than what was sent.
+    -- Why the last failed transfer failed, even if a repetition succeeded: "00" none failed, "01" a line stayed low,
+    -- "10" the sensor did not acknowledge, "11" the data line had another level than was sent.
     fault : out   std_logic_vector(1 downto 0) := "00";
-    -- Without done and busy: the entry, from 0 on, at which the list ended. Transfers that were repeated, up to 255.
+    -- With done and busy low: the entry, from 0, at which the list ended. retried: transfers that were repeated, up to
+    -- 255.
     entry   : out   std_logic_vector(11 downto 0);
     retried : out   std_logic_vector(7 downto 0)
   );
@@ -78,38 +78,39 @@ architecture rtl of sensor_setup is
 
   constant ENTRIES : entries_t(0 to COUNT - 1) := entries_of(REGISTERS, COUNT);
 
-  -- What is on the lines: nothing, also in a pause of the list and before a repeat; nine ones and a stop, start, four
-  -- or five bytes, a stop.
+  -- What is on the lines. Nothing: idle, fetch, choose_entry, pause, rest (before a repetition). free, free_stop: nine
+  -- ones and a stop. open_transfer: a start; send: four or five bytes; close_transfer: a stop.
   type step_t is (idle, fetch, choose_entry, pause, rest, free, free_stop, open_transfer, send, close_transfer);
 
-  -- As in i2c_reader: clock line low with the data line as it was, low with the next bit on it; let go until it is
-  -- high; high before and after the middle, in which the data line is read or makes a start or a stop.
+  -- Parts of a bit, as in i2c_reader. hold: clock line low, data line as it was. setup: clock line low, next bit on the
+  -- data line. rise: clock line released until it is high. high, high_end: before and after the middle, in which the
+  -- data line is read, or makes a start or a stop.
   type phase_t is (hold, setup, rise, high, high_end);
 
   signal scl_now : std_logic;
   signal sda_now : std_logic;
 
-  -- What is on the lines, the part of the bit, its clocks, bits of a byte and bytes of a transfer
-  -- that are over; the bits still to be sent, the acknowledge bits among them as ones.
+  -- The step and the part of the bit; clocks of the part; bits of the byte and bytes of the transfer that are over;
+  -- bits still to be sent, with ones for the acknowledge bits.
   signal step   : step_t                        := idle;
   signal phase  : phase_t                       := hold;
   signal clocks : natural range 0 to STRETCH    := 0;
   signal bits   : natural range 0 to 8          := 0;
   signal bytes  : natural range 0 to 4          := 0;
   signal shift  : std_logic_vector(44 downto 0) := (others => '1');
-  -- The entry's number, what it holds, and how often it was tried; the transfer has gone wrong;
-  -- repeats of the whole list.
+  -- The entry's number and content; how often it was tried; whether the transfer has failed; repetitions in the whole
+  -- list.
   signal number  : natural range 0 to 4095 := 0;
   signal now     : entry_t                 := (others => '0');
   signal tries   : natural range 0 to 15   := 0;
   signal wrong   : std_logic               := '0';
   signal repeats : unsigned(7 downto 0)    := (others => '0');
-  -- Of a pause.
+  -- Clocks of the millisecond, and milliseconds that are left of a pause.
   signal ticks        : natural range 0 to MILLISECOND := 0;
   signal milliseconds : unsigned(7 downto 0)           := (others => '0');
 
-  -- For a clock or as long as it holds: something is on the lines; the bit is a start, a stop; a
-  -- quarter has passed; a bit begins, is read, is over; the clock line stays low.
+  -- on_lines: something is on the lines; starts, stops: the bit is a start, a stop; time_up: a quarter has passed; a
+  -- bit begins, is read, is over; gives_up: the clock line stays low.
   signal on_lines   : std_logic;
   signal starts     : std_logic;
   signal stops      : std_logic;
@@ -118,10 +119,10 @@ architecture rtl of sensor_setup is
   signal bit_read   : std_logic;
   signal bit_ends   : std_logic;
   signal gives_up   : std_logic;
-  -- A transfer has ended, or the lines are free; it went wrong.
+  -- ends: a transfer has ended, or the lines are free; fails: it has failed.
   signal ends  : std_logic;
   signal fails : std_logic;
-  -- The entry of the list is done with.
+  -- The entry of the list is done.
   signal entry_over : std_logic;
 
 begin
@@ -142,7 +143,7 @@ begin
   entry   <= std_logic_vector(to_unsigned(number, 12));
   retried <= std_logic_vector(repeats);
 
-  -- While entries are looked up, and in a pause, the lines rest.
+  -- While entries are looked up, and in a pause, the lines are at rest.
   on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause or step = rest);
   starts     <= to_logic(step = open_transfer);
   stops      <= to_logic(step = free_stop or step = close_transfer);
@@ -152,15 +153,14 @@ begin
   bit_ends   <= to_logic(phase = high_end) and time_up;
   gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
   ends       <= bit_ends and stops;
-  -- A data line that is low behind a stop is held by the sensor: the transfer counts as failed even
-  -- if all bits were right.
+  -- A data line that is low behind a stop is held by the sensor: the transfer has failed even if all bits were right.
   fails <= gives_up or (ends and (wrong or not sda_now));
 
   drive_lines : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- Each phase sets it back before its range ends.
+      -- Each part resets the counter before its range ends.
       clocks <= clocks + 1;
 
       case phase is
@@ -172,9 +172,9 @@ begin
           elsif bit_begins = '1' then
             clocks <= 0;
             phase  <= setup;
-            -- The clock line is low but before the first bit of all.
+            -- The clock line is low, except before the very first bit.
             scl_low <= '1';
-            -- Before a start the line is high, before a stop low.
+            -- The data line is high before a start and low before a stop.
             sda_low <= stops or (to_logic(step = send) and not shift(44));
           end if;
 
@@ -192,7 +192,7 @@ begin
             clocks <= 0;
             phase  <= high;
           elsif gives_up = '1' then
-            -- The lines are let go, and the transfer is repeated from its beginning.
+            -- The lines are released, and the transfer is repeated from its beginning.
             clocks  <= 0;
             phase   <= hold;
             sda_low <= '0';
@@ -203,7 +203,7 @@ begin
           if time_up = '1' then
             clocks <= 0;
             phase  <= high_end;
-            -- With the clock line high a falling data line is a start, a rising one a stop.
+            -- While the clock line is high, a falling data line is a start and a rising one a stop.
             if starts = '1' then
               sda_low <= '1';
             elsif stops = '1' then
@@ -222,8 +222,8 @@ begin
 
       end case;
 
-      -- The reset lets both lines go wherever the transfer is; the nine clocks of the next start
-      -- put the sensor right.
+      -- The reset releases both lines wherever the transfer is; the nine clocks of the next start bring the sensor
+      -- back.
       if reset = '1' then
         scl_low <= '0';
         sda_low <= '0';
@@ -237,22 +237,21 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- What was wrong has been told by now; the freeing stop and the next transfer are judged by
-      -- themselves.
+      -- The failure has been reported by now; the freeing stop and the next transfer are judged separately.
       if step = choose_entry or step = free_stop then
         wrong <= '0';
       end if;
-      -- The bit of the start, so all is in place before the first clock of data.
+      -- Loaded in the bit of the start, so that it is ready before the first clock of data.
       if step = open_transfer then
         shift <= DEVICE & '0' & '1' & now(31 downto 24) & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' &
                  now(7 downto 0) & '1';
         bits  <= 0;
         bytes <= 0;
       elsif step = free or step = send then
-        -- The freeing clocks run through the same counter; nothing is sent with them.
+        -- The freeing clocks use the same counter but send nothing.
         if bit_read = '1' and step = send then
-          -- What is sent must be on the line, and behind each byte a zero from the sensor, but for one that the
-          -- register may have reset.
+          -- The bits sent must be on the line, and behind each byte a zero from the sensor, except behind a value that
+          -- may have reset the sensor.
           if bits = 8 and sda_now = '1' and (now(BEFORE_PAUSE) = '0' or bytes < 3) then
             wrong <= '1';
             fault <= REFUSED;
@@ -277,7 +276,7 @@ begin
         bits  <= 0;
         bytes <= 0;
       end if;
-      -- A line that stays low is the cause behind all others, so it is what is told.
+      -- A line that stays low causes all other failures, so it is the one reported.
       if gives_up = '1' or (ends = '1' and sda_now = '0') then
         fault <= LINE_LOW;
       end if;
@@ -292,13 +291,13 @@ begin
 
   end process follow_bits;
 
-  -- Sensors want a pause behind their reset, which is an entry of the list like a register.
+  -- Sensors need a pause behind their reset; the pause is an entry of the list like a register.
   count_pauses_and_repeats : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- A register comes out of the list a clock behind its number; step fetch is that clock. mod
-      -- keeps the index within the list also behind its end.
+      -- A register comes out of the list a clock behind its number; step fetch is that clock. mod keeps the index
+      -- within the list even behind its end.
       now <= ENTRIES(number mod COUNT);
       if step = choose_entry then
         milliseconds <= unsigned(now(15 downto 8));
@@ -307,7 +306,7 @@ begin
         milliseconds <= to_unsigned(RETRY_PAUSE, 8);
         ticks        <= 0;
       elsif ticks = MILLISECOND - 1 then
-        -- Runs at all times; only a pause, whose entry has set it, looks at it.
+        -- The counter runs at all times; only a pause, whose entry has set it, reads it.
         ticks        <= 0;
         milliseconds <= milliseconds - 1;
       else
@@ -316,14 +315,14 @@ begin
       if start = '1' and step = idle then
         repeats <= (others => '0');
       elsif fails = '1' and tries /= RETRIES and repeats /= 255 then
-        -- Only repeats that follow are counted, not the last failure.
+        -- Only repetitions are counted, so the last failure is not.
         repeats <= repeats + 1;
       end if;
     end if;
 
   end process count_pauses_and_repeats;
 
-  -- A pause is over when its counter has gone through the milliseconds of the entry; an entry of 0 is no pause.
+  -- A pause is over when its milliseconds have passed; an entry of 0 milliseconds is no pause.
   entry_over <= to_logic(milliseconds = 0) when step = pause else
                 ends;
 
@@ -345,7 +344,7 @@ begin
 
         when free =>
 
-          -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts its rest out.
+          -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts the rest of the byte out.
           if bit_ends = '1' and bits = 8 then
             step <= free_stop;
           end if;
@@ -370,7 +369,7 @@ begin
 
         when rest =>
 
-          -- A sensor that starts, or resets itself, does not answer.
+          -- The sensor does not answer while it starts or resets itself.
           if milliseconds = 0 then
             step <= free;
           end if;
@@ -402,7 +401,8 @@ begin
 
       end case;
 
-      -- Overrides what the step has decided: the same entry again, behind a rest and freeing clocks, or the end.
+      -- This overrides the step's decision: the same entry again, behind a rest and freeing clocks, or the end of the
+      -- list.
       if fails = '1' then
         done   <= '0';
         number <= number;
@@ -422,7 +422,7 @@ begin
 
   end process follow_steps;
 
-  -- A start at any other time has no effect.
+  -- Simulation stops at a start while busy, which has no effect.
   watch_starts : process (clk) is
   begin
 

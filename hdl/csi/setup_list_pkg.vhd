@@ -1,7 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The list of registers that sensor_setup writes: from its text to entries of one width.
+-- The list of registers that sensor_setup writes: turns its text into entries of one width, when the design is built.
 --
--- Latency, throughput: not applicable, as all is computed when the design is built.
 -- Equation: entry n holds the digits of the n-th text between blanks, the address in front.
 
 library ieee;
@@ -11,7 +10,8 @@ use work.math_pkg.all;
 
 package setup_list_pkg is
 
-  -- A pause follows; the value has 16 bits; address; value, one of 8 bits in the upper ones.
+  -- Bits of an entry, from the top: a pause follows; the value has 16 bits; address; value, one of 8 bits in the upper
+  -- bits.
   constant ENTRY_BITS   : positive := 34;
   constant BEFORE_PAUSE : positive := 33;
   constant WIDE         : positive := 32;
@@ -20,7 +20,7 @@ package setup_list_pkg is
 
   type entries_t is array (natural range <>) of entry_t;
 
-  -- Texts between blanks. One more would not be counted by the outputs.
+  -- Texts between blanks in the longest list; the outputs cannot count more.
   function entry_count (
     text : string
   ) return positive;
@@ -124,7 +124,7 @@ package body setup_list_pkg is
     number  := 0;
     digits  := 0;
 
-    -- The digits of a register go to their places from the left; a value of 8 bits leaves the last two zero.
+    -- The digits of a register fill the entry from the left; a value of 8 bits leaves the last two zero.
     for i in 0 to LONGEST - 1 loop
 
       if i < text'length then

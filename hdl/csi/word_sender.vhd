@@ -2,10 +2,10 @@
 -- Writes words of pixels, and the marks of lines and frames, into a buffer in their order.
 --
 -- A word waits until it is known whether it is its line's last one. When the buffer has one place left, the line ends
--- there, and the rest of the frame is dropped: what has been written stays well formed.
+-- there and the rest of the frame is dropped, so the written part stays well formed.
 --
--- Latency: a word waits for the next one of its line, or for the line's end. Throughput: one word each clock.
--- Equation: first = first word behind a frame's start, last = no other word of its line follows.
+-- Latency: until the next word of the line, or the line's end. Throughput: one word each clock.
+-- Equation: first = first word behind a frame's start, ends = no other word of its line follows.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -26,11 +26,12 @@ entity word_sender is
     -- Words, as raw_unpacker gives them.
     word      : in    unpacked_t;
     word_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    -- A frame starts with the next word; what is told, and with it the last packet of pixels that was left out.
+    -- frame_starts: a frame starts with the next word; events; with them the identifier of the last packet of pixels
+    -- that was left out.
     frame_starts    : in    std_logic;
     events          : in    events_t;
     left_identifier : in    identifier_t;
-    -- To the buffer; it has no place, or one.
+    -- The buffer: full: it has no place; nearly_full: one place at most; the word to write.
     full         : in    std_logic;
     nearly_full  : in    std_logic;
     write_enable : out   std_logic;
@@ -41,16 +42,16 @@ end entity word_sender;
 
 architecture rtl of word_sender is
 
-  -- The word that waits; its line has ended.
+  -- The word that waits; held_ends: its line has ended.
   signal held       : std_logic                                := '0';
   signal held_ends  : std_logic                                := '0';
   signal held_first : std_logic                                := '0';
   signal held_last  : natural range 0 to 7                     := 0;
   signal held_data  : std_logic_vector(DATA_BITS - 1 downto 0) := (others => '0');
-  -- The next word is a frame's first one; the rest of a frame is dropped.
+  -- at_first: the next word is a frame's first one; dropping: the rest of a frame is dropped.
   signal at_first : std_logic := '0';
   signal dropping : std_logic := '0';
-  -- What could not be told yet.
+  -- Events that could not be written yet.
   signal untold : events_t := (others => '0');
 
   signal moves : std_logic;
@@ -60,13 +61,12 @@ architecture rtl of word_sender is
 
 begin
 
-  -- A word leaves when it is known what follows it: another word, or the line's end. Without a
-  -- place it is lost, and the rest of its frame with it.
+  -- A word leaves when it is known what follows: another word, or the line's end. If the buffer is full, the word is
+  -- lost, and the rest of its frame too.
   moves <= held and (held_ends or word.valid);
   fits  <= moves and not full;
   news  <= untold or events;
-  -- News without pixels wait until there is more than one place: the last one belongs to the end of
-  -- the line under way.
+  -- Events without pixels wait until there is more than one place: the last place is for the end of the line under way.
   tells <= to_logic(news /= (events_t'range => '0')) and not nearly_full;
 
   write_enable          <= fits or tells;
@@ -74,7 +74,7 @@ begin
   write_word.identifier <= left_identifier;
   write_word.has_pixels <= fits;
   write_word.first      <= held_first;
-  -- In the last place the line ends, whether the camera has ended it or not.
+  -- The line ends in the last place, whether the camera has ended it or not.
   write_word.ends <= held_ends or nearly_full;
   write_word.last <= held_last;
   write_data      <= held_data;
@@ -87,9 +87,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A line that cannot go on, or not even begin.
+      -- The line cannot go on, or cannot even begin.
       drops := moves and ((nearly_full and not held_ends) or full);
-      -- News are told with the first word that is written, and collected until then.
+      -- Events go with the first word that is written, and are collected until then.
       left := news;
       if fits = '1' or tells = '1' then
         left := (others => '0');
@@ -99,7 +99,7 @@ begin
       end if;
       untold <= left;
 
-      -- A new frame may find places again: dropping lasts to the end of a frame.
+      -- A new frame may find room again, so dropping lasts to the end of a frame.
       if frame_starts = '1' then
         at_first <= '1';
         dropping <= '0';
@@ -110,8 +110,8 @@ begin
       if moves = '1' then
         held <= '0';
       end if;
-      -- The frame's mark goes with its first word, even if that is dropped: without it the rest
-      -- would look like the frame before.
+      -- The mark of a frame goes with its first word, even if that is dropped: without it the rest would look like the
+      -- frame before.
       if word.valid = '1' then
         held       <= not (dropping or drops);
         held_first <= at_first;
@@ -127,7 +127,7 @@ begin
 
   end process follow;
 
-  -- The last place is kept for the end of a line, so the buffer must tell of it.
+  -- Simulation stops if the buffer is full without having been nearly full: the last place is for the end of a line.
   watch_places : process (clk) is
   begin
 

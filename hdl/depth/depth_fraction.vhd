@@ -3,13 +3,13 @@
 -- two neighbours.
 --
 -- The neighbours are l and r away from the sharpest slice. The vertex lies between the middles of these two intervals
--- and divides the way from one middle to the other in the ratio of the slopes. It is given in 256ths of that way, so
--- index and fraction together are one number that grows with depth. The curvature of the parabola gives the confidence.
--- The first slice, the last one and micro images that took another slice by vote have no vertex: they get the middle,
--- with a confidence of 0.
+-- and divides the way from one middle to the other in the ratio of the slopes. The fraction is given in 256ths of that
+-- way, so that index and fraction together are one number that grows with depth. The curvature of the parabola gives
+-- the confidence. The first slice, the last one, and micro images that took another slice by vote have no vertex: they
+-- get the middle, with confidence 0.
 --
--- The division is a chain of subtractions, one bit in each pipeline stage, so that it keeps up with the scan, one micro
--- image at each clock. With votes the results wait, as their rows do.
+-- The division is a chain of subtractions, one bit in each pipeline stage, so that it keeps up with the scan: one micro
+-- image each clock. With votes the results wait like their rows.
 --
 -- Latency: VOTE_RADIUS rows and larger(FRACTION_LATENCY, vote_latency) clocks. Throughput: one micro image each clock.
 -- Equation: fraction = min(255, floor(256 p / (p + q))), p = r (most - prior), q = l (most - behind);
@@ -26,23 +26,23 @@ use work.sharpness_pkg.all;
 
 entity depth_fraction is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t;
-    -- The slices: a' of each in pixels, going up or down, with blanks in between.
+    -- The shift of each slice in pixels, ascending or descending, with blanks in between.
     SHIFTS : string
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a micro image of a scan, which one it is, its sharpest slice, and the sharpness of that, of the one before
-    -- and of the one behind.
+    -- active: there is a micro image; lens: its number; index: its sharpest slice; most, prior, behind: the sharpness
+    -- of that slice, of the slice before and of the slice behind.
     active : in    std_logic;
     lens   : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     index  : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     most   : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
     prior  : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
     behind : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
-    -- Depth in the micro image VOTE_RADIUS rows before, if that has kept its slice.
+    -- The depth of the micro image VOTE_RADIUS rows before, if that kept its slice.
     depth : out   depth_t
   );
 end entity depth_fraction;
@@ -53,13 +53,13 @@ architecture rtl of depth_fraction is
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant DEPTH_BITS : positive := 2 * FRACTION_BITS;
   constant VOTE_WAIT  : natural  := larger(vote_latency(BUILD.slices, BUILD.vote_radius) - FRACTION_LATENCY, 0);
-  -- The clock with the first subtraction behind it is the next one.
+  -- The first subtraction is in the clock behind READY.
   constant READY : positive := FRACTION_LATENCY - FRACTION_BITS;
 
   type factors_t is array (natural range 0 to 2 ** INDEX_BITS - 1) of positive;
 
-  -- Steps between slices, by slice: the step to the next slice, which weights the slope before, and
-  -- the other way round. Common factors are removed, so that even steps need no multiplication.
+  -- For each slice the step to the next slice (it weights the slope before), or the step from the slice before (it
+  -- weights the slope behind). Common factors are removed, so that even steps need no multiplication.
   function factors (
     to_behind : boolean
   ) return factors_t is
@@ -84,7 +84,7 @@ architecture rtl of depth_fraction is
     table : factors_t
   ) return positive is
 
-    -- At least 1, so that a stack of two slices, which has no inner one, gets a width.
+    -- At least 1, so that a stack of two slices, which has no inner slice, gets a valid width.
     variable most_of_all : positive;
 
   begin
@@ -106,11 +106,11 @@ architecture rtl of depth_fraction is
 
   constant FACTOR_BITS : positive := bits_for(larger(largest(WEIGHT_BEFORE), largest(WEIGHT_BEHIND)));
   constant PART_BITS   : positive := BUILD.sharpness_bits + FACTOR_BITS;
-  -- A sum of two has a bit more than each. The curvature is that of the falls as they are, without
-  -- the steps' weights, as CONFIDENCE is a difference of sharpness, too.
+  -- A sum of two parts has a bit more than each part. The curvature comes from falls in sharpness without the steps'
+  -- weights, because CONFIDENCE is a difference of sharpness too.
   constant WHOLE_BITS : positive := PART_BITS + 1;
   constant CURVE_BITS : positive := BUILD.sharpness_bits + 1;
-  -- Bits by which the curvature is cut, so that CONFIDENCE comes out as 16 to 31.
+  -- Bits that are cut off the curvature, so that a curvature of CONFIDENCE becomes 16 to 31.
   constant DROP : natural := larger(bits_for(BUILD.confidence) - 5, 0);
 
   subtype whole_t is unsigned(WHOLE_BITS - 1 downto 0);
@@ -121,7 +121,7 @@ architecture rtl of depth_fraction is
 
   type fractions_t is array (READY to FRACTION_LATENCY) of fraction_t;
 
-  -- Clocks behind the micro image are part of the names.
+  -- Names of signals end in the number of clocks behind the micro image.
   signal index_1       : unsigned(INDEX_BITS - 1 downto 0)           := (others => '0');
   signal fall_before_1 : unsigned(BUILD.sharpness_bits - 1 downto 0) := (others => '0');
   signal fall_behind_1 : unsigned(BUILD.sharpness_bits - 1 downto 0) := (others => '0');
@@ -129,25 +129,25 @@ architecture rtl of depth_fraction is
   signal part_behind_2 : unsigned(PART_BITS - 1 downto 0)            := (others => '0');
   signal curvature_2   : unsigned(CURVE_BITS - 1 downto 0)           := (others => '0');
   signal inner_2       : std_logic                                   := '0';
-  -- Confidence; 0: there is no place between slices.
+  -- Confidence; 0: there is no vertex.
   signal sure_3 : fraction_t := (others => '0');
   signal sure   : fraction_t;
-  -- What is left of the smaller part, the whole, and the bits so far.
+  -- The remainder, the divisor (whole), and the quotient's bits so far.
   signal rest_at     : wholes_t    := (others => (others => '0'));
   signal whole_at    : wholes_t    := (others => (others => '0'));
   signal fraction_at : fractions_t := (others => (others => '0'));
-  -- The values of the micro image, and of the one VOTE_RADIUS rows before.
+  -- The depth found for the micro image, and the depths VOTE_RADIUS rows before.
   signal found  : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal middle : std_logic_vector(DEPTH_BITS - 1 downto 0);
   signal late   : std_logic_vector(DEPTH_BITS - 1 downto 0);
-  -- Those that wait: confidences for the division, values for the votes.
+  -- Confidences that wait for the division; depths that wait for the votes.
   signal sures : std_logic_vector(delay_bits(FRACTION_BITS, FRACTION_BITS) - 1 downto 0) := (others => '0');
   signal lates : std_logic_vector(delay_bits(DEPTH_BITS, VOTE_WAIT) - 1 downto 0)        := (others => '0');
 
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- 1: how far the sharpness falls; 2: slopes, on one scale; 3: the whole, and how sure it is.
+  -- Clock 1: how far the sharpness falls to either side. 2: slopes on one scale. 3: the divisor and the confidence.
 
   prepare : process (clk) is
 
@@ -156,13 +156,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The sharpest slice has the most, so both falls are positive.
+      -- The sharpest slice has the most sharpness, so neither fall is negative.
       index_1       <= index;
       fall_before_1 <= most - prior;
       fall_behind_1 <= most - behind;
 
-      -- Slopes of unequal steps are compared on one scale by multiplying each with the other's
-      -- step.
+      -- Slopes of unequal steps are brought to one scale by multiplying each with the other's step.
       part_before_2 <= fall_before_1 * to_unsigned(WEIGHT_BEFORE(to_integer(index_1)), FACTOR_BITS);
       part_behind_2 <= fall_behind_1 * to_unsigned(WEIGHT_BEHIND(to_integer(index_1)), FACTOR_BITS);
       curvature_2   <= resize(fall_before_1, CURVE_BITS) + fall_behind_1;
@@ -172,7 +171,7 @@ begin
       sure_3 <= std_logic_vector(resize(curve, FRACTION_BITS));
       if curve > 2 ** FRACTION_BITS - 1 then
         sure_3 <= (others => '1');
-      -- 0 means that there is no vertex; one that is uncertain gets at least 1.
+      -- 0 means that there is no vertex; an uncertain vertex gets at least 1.
       elsif curve = 0 then
         sure_3(0) <= '1';
       end if;
@@ -184,7 +183,7 @@ begin
   end process prepare;
 
   --------------------------------------------------------------------------------------------------
-  -- From READY on a bit a clock.
+  -- Division: one bit each clock from READY on.
 
   divide : process (clk) is
 
@@ -193,21 +192,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The confidence goes beside.
+      -- The confidence waits beside the division.
       sures <= moved_on(sures, sure_3);
-      -- The part before is what is divided; it and the part behind are the whole.
+      -- The dividend is the part before; the divisor is the sum of the parts before and behind.
       rest_at(READY)  <= resize(part_before_2, WHOLE_BITS);
       whole_at(READY) <= resize(part_before_2, WHOLE_BITS) + part_behind_2;
 
       for i in READY to FRACTION_LATENCY - 1 loop
 
-        -- One step of a division by hand: twice the rest, less the whole if that fits, which is the
-        -- bit.
+        -- One step of the division: twice the remainder, less the divisor if that fits; the bit says whether it does.
         double             := rest_at(i) & '0';
         whole_at(i + 1)    <= whole_at(i);
         fraction_at(i + 1) <= fraction_at(i)(FRACTION_BITS - 2 downto 0) & to_logic(double >= whole_at(i));
         rest_at(i + 1)     <= double(WHOLE_BITS - 1 downto 0);
-        -- The rest is never more than the whole. Where it is the whole it stays so, and all bits are ones.
+        -- The remainder never exceeds the divisor. If both are equal they stay equal, and all bits are ones.
         if double >= whole_at(i) then
           rest_at(i + 1) <= resize(double - whole_at(i), WHOLE_BITS);
         end if;
@@ -220,7 +218,7 @@ begin
 
   sure <= delayed(sures, sure_3, FRACTION_BITS);
 
-  -- The middle stands for the slice itself.
+  -- The middle of the interval stands for the slice itself.
   found <= NO_DEPTH.confidence & NO_DEPTH.fraction when unsigned(sure) = 0 else
            sure & fraction_at(FRACTION_LATENCY);
 
@@ -236,7 +234,7 @@ begin
     constant KEPT_BITS : positive := BUILD.vote_radius * DEPTH_BITS;
     constant TAG_BITS  : positive := LENS_BITS + 1;
 
-    -- The micro image, for the addresses: 2 clocks before its depth, and with it.
+    -- The number of the micro image: 2 clocks before its depth, for the read address, and with its depth.
     signal place_0 : std_logic_vector(TAG_BITS - 1 downto 0);
     signal place_9 : std_logic_vector(TAG_BITS - 1 downto 0);
     signal place   : std_logic_vector(TAG_BITS - 1 downto 0);
@@ -248,7 +246,7 @@ begin
 
   begin
 
-    -- The mark and the place go together: both are wanted twice, for the read and for the write.
+    -- Mark and number are delayed together, because both are used twice: for the read and for the write.
     place_0 <= std_logic_vector(lens) & active;
     place_9 <= delayed(places, place_0, FRACTION_LATENCY - 2);
     place   <= delayed(places, place_0, FRACTION_LATENCY);
@@ -279,8 +277,8 @@ begin
         read_data     => rows
       );
 
-    -- Rows that wait in one word, the oldest at the left: with this row's depth on the right the
-    -- oldest is the one whose votes are counted.
+    -- Rows that wait lie in one word, the oldest at the left. With this row's depth at the right, the oldest is the row
+    -- whose votes are counted.
     moved  <= rows & found;
     middle <= moved(KEPT_BITS + DEPTH_BITS - 1 downto KEPT_BITS);
 
@@ -288,7 +286,7 @@ begin
 
   late <= delayed(lates, middle, VOTE_WAIT);
 
-  -- Votes of many slices take longer than the division.
+  -- Votes of many slices take longer than the division, so depths wait.
   wait_for_votes : process (clk) is
   begin
 

@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
--- A stream shell around sharpness_index. It finds the slice of largest local sharpness for each micro image and takes
--- all of its pixels from there. The output may also have the depth between slices, and the pixel of a slice that was
--- chosen for the frame. When nothing follows, the core pushes the rest of the frame out by itself, in lines up to a
--- multiple of M; a frame that arrives meanwhile waits in the source.
+-- The entity is a stream shell around sharpness_index, which finds the slice of largest local sharpness for each micro
+-- image and takes all of its pixels from there. The output may also have the depth between slices, and the pixel of a
+-- slice that was chosen for the frame. When nothing follows, the core pushes the rest of the frame out by itself, in
+-- lines up to a multiple of M; a frame that arrives meanwhile waits in the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: PIXELS_PER_CLOCK pixels of all slices each clock.
--- Equation: as sharpness_index.
+-- Equation: that of sharpness_index.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,29 +25,31 @@ entity depth_index is
     MICRO_IMAGE_SIZE : positive range 2 to 128;
     -- Slices of the stack.
     SLICES : positive range 1 to 256;
-    -- Sharpness is judged in a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
+    -- RADIUS of the window that sharpness is judged in: (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
     RADIUS : natural range 0 to 8 := 1;
-    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture, and how many micro
-    -- images around one vote for its slice; with 0 every micro image keeps its own.
+    -- CONFIDENCE: least difference of sharpness between the sharpest and the dullest slice of a micro image with
+    -- texture. VOTE_RADIUS: radius of the window of micro images that vote for the others; with 0 every micro image
+    -- keeps its own slice.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
-    -- The slices' a', as focal_stack's, going up or down, if there is to be depth between them; "": there is none.
+    -- The shifts of the slices as in focal_stack, ascending or descending, to get the depth between slices; "": no
+    -- depth.
     SHIFTS : string := "";
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
-    -- As focal_stack's, M at most: neighbouring pixels of a line that come and go together.
+    -- Neighbouring pixels of a line in one transfer, as in focal_stack; at most M.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Whether the picture comes out, for which the pixels of all slices wait inside; else only what is found of each
-    -- pixel, and there is no such ring of lines.
+    -- true: the picture comes out, and the pixels of all slices wait in a ring of lines inside; false: only the depth
+    -- of each pixel comes out, and there is no ring of lines.
     PICTURE : boolean := true;
-    -- Whether the pixel of a chosen slice goes beside the picture.
+    -- true: the pixel of a chosen slice goes beside the picture.
     CHOSEN_TOO : boolean := false;
-    -- Whether the entity pushes the rest of a frame out when nothing follows. Without it the next frame does, and
-    -- frames may have lines below the picture, see picture_rows.
+    -- true: the entity pushes the rest of a frame out when nothing follows. false: the next frame does, and frames may
+    -- have lines below the picture, see picture_rows.
     FLUSH : boolean := true
   );
   port (
@@ -56,23 +58,24 @@ entity depth_index is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Without FLUSH: lines of the picture, stable while it streams; those below it in a frame count as beyond its edge
-    -- and do not come out.
+    -- Without FLUSH: lines of the picture, constant while it streams. Lines below it in a frame count as beyond the
+    -- edge and do not come out.
     picture_rows : in    std_logic_vector(15 downto 0);
-    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
-    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame; with CHOSEN_TOO alone.
+    -- The slice of the next frame as a number in the set; numbers beyond the set mean its last slice. With sweep all
+    -- slices come in turn, each for sweep_frames frames (0 counts as 1). All three are read with the first pixel of a
+    -- frame, and used with CHOSEN_TOO only.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
-    -- AXI4-Stream video, as focal_stack's m_axis; what stands behind a line's last pixel counts as zero.
+    -- AXI4-Stream video, packed as focal_stack's m_axis; pixels behind a line's last one count as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The picture: the pixel, with PICTURE, channel 0 in the low bits; above it 8 bits of the index; above that, with
-    -- SHIFTS, 8 bits of the place between slices and 8 of its confidence (depth_fraction); above that, with CHOSEN_TOO,
-    -- the pixel of the slice tid. Then all of it for the next pixel; zeros behind a line's last one.
+    -- The picture. tdata of a pixel, from the low bits: with PICTURE the pixel, channel 0 lowest; 8 bits of the index;
+    -- with SHIFTS 8 bits of the place between slices and 8 bits of its confidence (depth_fraction); with CHOSEN_TOO the
+    -- pixel of slice tid. The next pixel's data follow; zeros behind a line's last pixel.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS,
@@ -80,8 +83,8 @@ entity depth_index is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
-    -- pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream; bits stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started
+    -- early, 3 pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );
@@ -101,7 +104,7 @@ architecture rtl of depth_index is
   constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO, PICTURE);
   constant CLOCKS   : positive := index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P);
 
-  -- What the shell orders and marks, and the tokens that it makes of the stream.
+  -- Frame order and stream marks of the shell, and the tokens that it makes of the stream.
   signal order      : frame_order_t;
   signal s_marks    : marks_t;
   signal m_marks    : marks_t;
@@ -129,7 +132,7 @@ begin
       SLICES           => choose(CHOSEN_TOO, SLICES, 0),
       COLUMN_DELAY     => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
       ENGINE_LATENCY   => CLOCKS + 4,
-      -- A scan with all its votes ends before the next one.
+      -- A scan with all its votes ends before the next scan begins.
       MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, CLOCKS),
       BAND_MODULUS => MICRO_IMAGE_SIZE,
       KEEP_MODULUS => true
@@ -154,7 +157,7 @@ begin
       result_data   => found_data
     );
 
-  -- A row of micro images is judged when it is complete, so pixels wait inside and not in the shell. Only lines that
+  -- A row of micro images is judged when it is complete, so pixels wait here instead of in the shell. Only lines that
   -- are too short slow the source down.
   find : entity work.sharpness_index
     generic map (

@@ -1,16 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Micro images without texture take the slice of their neighbours.
 --
--- A micro image has texture if its sharpest slice is CONFIDENCE sharper than its least sharp one; then it keeps its
--- slice. The others take the slice that most of those with texture have in a window of (2 VOTE_RADIUS + 1) x (2
--- VOTE_RADIUS + 1) micro images, the first of equal ones. If the window has none, a micro image takes the slice of the
--- one above it, in a frame's first row of the one to the left.
+-- A micro image has texture if its sharpest slice is at least CONFIDENCE sharper than its dullest one; it then keeps
+-- its slice. A micro image without texture takes the slice that most textured ones have in a window of (2 VOTE_RADIUS +
+-- 1) x (2 VOTE_RADIUS + 1) micro images, the first of equal ones. If the window has none with texture, it takes the
+-- slice of the micro image above, in a frame's first row that of the one to the left.
 --
--- Rows come in scans, a micro image each clock; a memory holds the slices of the rows of the window. A scan votes on
--- the row VOTE_RADIUS rows before its own.
+-- Rows come in scans, one micro image each clock; a memory holds the slices of the window's rows. A scan votes on the
+-- row VOTE_RADIUS rows before its own.
 --
--- Latency: VOTE_RADIUS rows and vote_latency clocks. Throughput: one micro image each clock, with vote_latency clocks
---   at least between two scans.
+-- Latency: VOTE_RADIUS rows and vote_latency clocks. Throughput: one micro image each clock; scans begin at least
+-- vote_latency clocks after the scan before has ended.
 -- Equation: voted = index where most - least >= CONFIDENCE, else argmax over slices of the votes in the window.
 
 library ieee;
@@ -24,13 +24,13 @@ use work.sharpness_pkg.all;
 
 entity index_vote is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Marks a micro image of a scan, which one it is, its sharpest slice, its largest and its least sharpness.
+    -- active: there is a micro image; its number, its sharpest slice, its largest and its least sharpness.
     active : in    std_logic;
     lens   : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     index  : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
@@ -38,11 +38,11 @@ entity index_vote is
     least  : in    unsigned(BUILD.sharpness_bits - 1 downto 0);
     -- Whether the scan's row belongs to a frame.
     live : in    std_logic;
-    -- Rows of the window that belong to the frame of the middle one, the newest in the low bit.
+    -- Which rows of the window belong to the frame of the middle row, the newest in the low bit.
     same : in    std_logic_vector(2 * BUILD.vote_radius downto 0);
     -- Whether the middle row is the first of its frame.
     starts : in    std_logic;
-    -- Marks a micro image of the middle row, which one it is, its slice, and that it has kept its own.
+    -- voted_write: there is a micro image of the middle row; its number; its slice; voted_kept: it kept its own slice.
     voted_write : out   std_logic;
     voted_lens  : out   unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     voted_index : out   unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
@@ -52,19 +52,19 @@ end entity index_vote;
 
 architecture rtl of index_vote is
 
-  -- Of a sum with the confidence, which may be more than any sharpness.
+  -- Width of a sharpness plus the confidence, which may exceed any sharpness.
   constant ENOUGH_BITS : positive := larger(BUILD.sharpness_bits, bits_for(BUILD.confidence)) + 1;
 
   constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant WINDOW     : positive := 2 * BUILD.vote_radius + 1;
   constant VOTE_BITS  : positive := bits_for(WINDOW * WINDOW);
-  -- A row's entry: the slice, and whether it has texture.
+  -- An entry of a row: the slice, and whether there is texture.
   constant ENTRY_BITS : positive := INDEX_BITS + 1;
   constant KEPT_BITS  : positive := 2 * BUILD.vote_radius * ENTRY_BITS;
   -- Clocks from an entry of the middle row to the votes on it.
   constant MIDDLE_DELAY : positive := BUILD.vote_radius + BUILD.slices + 1;
-  -- The same from the micro image itself.
+  -- Clocks from a micro image to the votes on the middle row's.
   constant FINAL : positive := 3 + MIDDLE_DELAY;
 
   type entries_t is array (3 to FINAL) of std_logic_vector(ENTRY_BITS - 1 downto 0);
@@ -79,19 +79,19 @@ architecture rtl of index_vote is
 
   type best_t is array (natural range 0 to BUILD.slices - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
-  -- The index of the micro image and whether there is one, by clocks: at 3 with the rows above it, at FINAL with its
+  -- Number of the micro image, and whether there is one, by clocks: index 3 goes with the rows above it, FINAL with its
   -- votes.
   signal lens_at   : lenses_t                                  := (others => (others => '0'));
   signal active_at : std_logic_vector(0 to FINAL)              := (others => '0');
   signal entry_1   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
   signal entry_2   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
   signal entry_3   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
-  -- Entries of the rows above it, the last one in the low bits; with the new one; the one in the middle of the
-  -- window.
+  -- rows: entries of the rows above, the newest in the low bits; moved: with the new entry; middle_at: the entry in the
+  -- middle of the window.
   signal rows      : std_logic_vector(KEPT_BITS - 1 downto 0);
   signal moved     : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
   signal middle_at : entries_t := (others => (others => '0'));
-  -- Votes of each slice; the most so far and the slice that has them, slice by slice.
+  -- Votes of each slice; the most votes among the slices so far, and the slice that has them.
   signal votes      : most_t;
   signal most_votes : most_t;
   signal best       : best_t;
@@ -106,7 +106,7 @@ architecture rtl of index_vote is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- 1: whether there is texture.
+  -- Clock 1: whether there is texture.
 
   judge : process (clk) is
 
@@ -115,7 +115,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Added to the least, not taken from the most: nothing becomes negative.
+      -- The confidence is added to the least sharpness rather than taken from the most, so nothing becomes negative.
       enough := resize(least, ENOUGH_BITS) + to_unsigned(BUILD.confidence, ENOUGH_BITS);
 
       -- A row beyond the frame has no texture, so it has no vote either.
@@ -127,7 +127,7 @@ begin
   lens_at(0)   <= lens;
   active_at(0) <= active;
 
-  -- The place of the micro image, delayed for everything that is used a fixed number of clocks later.
+  -- The number of the micro image, delayed for all uses a fixed number of clocks later.
   follow : process (clk) is
   begin
 
@@ -144,7 +144,7 @@ begin
   end process follow;
 
   --------------------------------------------------------------------------------------------------
-  -- 3: the rows of the window.
+  -- Clock 3: the rows of the window.
 
   rows_before : entity work.ram_simple_dual_port
     generic map (
@@ -160,14 +160,13 @@ begin
       read_data     => rows
     );
 
-  -- The rows move up by one as the new one comes in at the low end. The middle row is the one that
-  -- is voted on.
+  -- Rows move up by one, and the new entry comes in at the low end. The votes are for the middle row.
   moved        <= rows & entry_3;
   middle_at(3) <= moved((BUILD.vote_radius + 1) * ENTRY_BITS - 1 downto BUILD.vote_radius * ENTRY_BITS);
 
   --------------------------------------------------------------------------------------------------
-  -- 4: votes of a column; 5: votes of the window, VOTE_RADIUS clocks behind its middle; then the slice with most of
-  -- them so far, a slice each clock.
+  -- Clock 4: votes of a column. Clock 5: votes of the window, VOTE_RADIUS clocks behind its middle. Afterwards one
+  -- slice each clock is compared for the most votes.
 
   slice : for s in 0 to BUILD.slices - 1 generate
 
@@ -196,8 +195,8 @@ begin
 
         end loop;
 
-        -- Votes of a column are added when it enters the window and taken away when it leaves: two additions, however
-        -- wide it is.
+        -- A column's votes are added when it enters the window and taken away when it leaves: two additions, whatever
+        -- the window's width.
         column     <= added;
         total      <= total + column - columns(WINDOW);
         columns(1) <= column;
@@ -208,7 +207,7 @@ begin
 
         end loop;
 
-        -- The sums have state, as columns leave them later, so a reset must empty all.
+        -- The sums depend on earlier columns, so a reset must clear all of them.
         if reset = '1' then
           column  <= (others => '0');
           columns <= (others => (others => '0'));
@@ -218,8 +217,7 @@ begin
 
     end process count;
 
-    -- The slices are compared one after the other, so the votes of slice s wait s clocks for their
-    -- turn.
+    -- The slices are compared one after the other, so the votes of slice s wait s clocks.
     votes(s) <= total;
 
     first_slice : if s = 0 generate
@@ -259,7 +257,7 @@ begin
   end generate slice;
 
   --------------------------------------------------------------------------------------------------
-  -- The slice that is taken.
+  -- The slice of the result.
 
   row_above : entity work.ram_simple_dual_port
     generic map (
@@ -271,7 +269,7 @@ begin
       write_enable  => result_write,
       write_address => result_lens,
       write_data    => result_vector,
-      -- 2 clocks before use, the memory's latency.
+      -- 2 clocks ahead for the memory's latency.
       read_address => lens_at(FINAL - 2),
       read_data    => above
     );
@@ -285,12 +283,12 @@ begin
       result_write <= active_at(FINAL);
       result_lens  <= lens_at(FINAL);
       result_kept  <= middle_at(FINAL)(0);
-      -- A micro image that is sure of its slice keeps it; only doubtful ones are outvoted.
+      -- A textured micro image keeps its slice; only the others are outvoted.
       if middle_at(FINAL)(0) = '1' then
         result_index <= unsigned(middle_at(FINAL)(INDEX_BITS downto 1));
       elsif most_votes(BUILD.slices - 1) /= 0 then
         result_index <= best(BUILD.slices - 1);
-      -- No sure neighbour at all: the one above has the best guess, as it was decided before.
+      -- No neighbour has texture: the micro image above was decided before and is the best guess.
       elsif starts = '0' then
         result_index <= unsigned(above);
       elsif lens_at(FINAL) = 0 then
@@ -306,7 +304,8 @@ begin
   voted_index   <= result_index;
   voted_kept    <= result_kept;
 
-  -- The window of a scan holds columns of it until vote_latency clocks behind its end.
+  -- Simulation stops if a scan comes too early: the window holds columns of the scan before until vote_latency clocks
+  -- behind its end.
   watch_scans : process (clk) is
 
     constant PAUSE : natural := vote_latency(BUILD.slices, BUILD.vote_radius);

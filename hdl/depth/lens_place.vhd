@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The places of a token's pixels in their micro images, and whether those belong to the picture.
+-- The places of a token's pixels in their micro images, and whether these belong to the picture.
 --
 -- Latency: 1 clock. Throughput: one token each clock.
 -- Equation: lens = column / M, ahead = (column / M > lens of the token's first pixel), row_first, row_last = (line mod
@@ -16,23 +16,24 @@ use work.sharpness_pkg.all;
 
 entity lens_place is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lines of the picture: those below it are none. With CROPPED alone.
+    -- Lines of the picture; lines below it do not count. Used with CROPPED only.
     rows : in    std_logic_vector(15 downto 0);
-    -- A token, and the slices of its pixels; the pixels that a line's last token has.
+    -- A token and the slices of its pixels; and which pixels a line's last token has.
     token      : in    token_t;
     token_data : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
     line_end   : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    -- The token, image only inside the picture; its place; its slices, 0 below the picture and behind a line.
+    -- The token, with image only inside the picture; its place; its slices, 0 below the picture and behind a line's
+    -- end.
     placed : out   token_t;
     place  : out   lens_place_t;
     data   : out   std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
-    -- The pixels of the line that lie in the micro image behind that of the first one.
+    -- Which pixels of the token lie in the micro image behind that of its first pixel.
     ahead : out   std_logic_vector(BUILD.pixels - 1 downto 0)
   );
 end entity lens_place;
@@ -42,10 +43,10 @@ architecture rtl of lens_place is
   constant M : positive range 2 to 128 := BUILD.micro_image_size;
   constant P : positive                := BUILD.pixels;
 
-  -- Column and micro image are those of the first pixel.
+  -- Column and micro image of the token's first pixel.
   signal token_1 : token_t;
-  -- The pixels of the last token that had any that belong to its line. Kept between tokens, so that the place of
-  -- micro images never points beyond those of the longest line.
+  -- Which pixels of the last token with pixels belong to its line. Kept between tokens, so that a micro image's number
+  -- never exceeds those of the longest line.
   signal belongs_1    : std_logic_vector(P - 1 downto 0)                  := (others => '0');
   signal column_phase : natural range 0 to M - 1                          := 0;
   signal line_phase   : natural range 0 to M - 1                          := 0;
@@ -69,8 +70,7 @@ begin
       if token.strobe = '1' and token.pixel = '1' then
         in_picture := inside_now;
         if token.line_first = '1' then
-          -- Lines are counted here, because frames may have lines below the picture (CROPPED), which a token does not
-          -- show.
+          -- Lines are counted here because frames may have lines below the picture (CROPPED), which tokens do not show.
           next_line := line_number + 1;
           if token.frame_first = '1' then
             next_line := (others => '0');
@@ -85,14 +85,14 @@ begin
             next_phase := line_phase + 1;
           end if;
           line_phase <= next_phase;
-          -- Decided with the first line of a row of micro images and then kept: a picture that ends within a row ends
-          -- with that row.
+          -- Decided with the first line of a row of micro images and kept for the row: a picture that ends within a row
+          -- of micro images ends with that row.
           if next_phase = 0 then
             place.row_live   <= in_picture;
             place.row_starts <= in_picture and token.frame_first;
           end if;
         elsif column_phase >= M - P then
-          -- P is at most M, so a token never ends two of them.
+          -- P is at most M, so a token ends at most one micro image.
           column_phase <= column_phase - (M - P);
           lens_now     <= lens_now + 1;
         else
@@ -102,7 +102,7 @@ begin
         if token.line_last = '1' then
           belongs_1 <= line_end;
         end if;
-        -- From here on a line below the picture is no image.
+        -- Lines below the picture are no image lines from here on.
         token_1.image <= in_picture;
         data          <= in_line(token_data, BUILD.slices * BUILD.pixel_width, token, line_end);
         -- Zeros below the picture, so that it has no sharpness there.
@@ -117,7 +117,7 @@ begin
 
   end process count;
 
-  -- Of the place of the first pixel: its micro image may end within this token.
+  -- The first pixel's micro image may end within this token.
   place.lens_first <= '1' when column_phase = 0 else
                       '0';
   place.lens_last  <= '1' when column_phase >= M - P or token_1.line_last = '1' else
@@ -132,14 +132,13 @@ begin
 
   find_ahead : process (token_1, belongs_1, column_phase, lens_now) is
 
-    -- Columns that are ahead lie behind the border of a micro image; beyond the line's end there
-    -- are none.
+    -- A column is ahead if it lies beyond the border of a micro image; beyond the line's end there are none.
     variable is_ahead : std_logic;
     variable any      : std_logic;
 
   begin
 
-    -- The first pixel is in its own one.
+    -- The first pixel lies in its own micro image.
     any      := '0';
     ahead(0) <= '0';
 
@@ -151,7 +150,7 @@ begin
 
     end loop;
 
-    -- A line whose last token reaches into a further micro image has one more than its first pixel
+    -- A line whose last token reaches into a further micro image has one micro image more than the first pixel's number
     -- says.
     place.tail      <= token_1.line_last and any;
     place.last_lens <= resize(lens_now, 12);

@@ -1,14 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Sharpness of a slice around each micro image: absolute Laplacians between micro images, added over a window.
 --
--- A scan goes over the sums of a complete row of micro images, the newest. Laplacians are those of the row before it,
--- and the middle of the window is RADIUS rows further back. After the last micro image the scan continues for 1 +
--- RADIUS clocks. Rows beyond the frame count as zero; right of the last micro image the last sum is repeated.
+-- A scan goes over the sums of the newest complete row of micro images. The Laplacians are those of the row before it,
+-- and the middle of the window lies RADIUS rows further back. After the last micro image the scan continues for 1 +
+-- RADIUS clocks. Rows beyond the frame count as zero; right of the last micro image its sum is repeated.
 --
--- Latency: SHARPNESS_LATENCY clocks from a sum to the sharpness of the micro image 1 + RADIUS before it.
+-- Latency: SHARPNESS_LATENCY clocks, from a sum to the sharpness of the micro image 1 + RADIUS before it.
 -- Throughput: one micro image each clock.
--- Equation: sharpness = sum over the window of |4 L - L(up) - L(down) - L(left) - L(right)|, of neighbours
---   that are there.
+-- Equation: sharpness = sum over the window of
+-- 4 L - L(up) - L(down) - L(left) - L(right)
+-- , where a missing neighbour counts as L.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,29 +21,29 @@ use work.sharpness_pkg.all;
 
 entity lens_sharpness is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t
   );
   port (
     clk : in    std_logic;
-    -- Place of the sum, 2 clocks ahead; behind the last one of a scan it stays.
+    -- Number of the sum's micro image, 2 clocks ahead; behind a scan's last one it stays.
     lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
-    -- Marks the first sum of a scan, and all of them.
+    -- begins: the first sum of a scan; scans: any sum of a scan.
     begins : in    std_logic;
     scans  : in    std_logic;
-    -- The newest row's.
+    -- The sum of the newest row.
     sum : in    std_logic_vector(BUILD.sum_bits - 1 downto 0);
-    -- Of the row before the newest, that of the Laplacians: whether it belongs to a frame, and whether its neighbours
-    -- belong to the same one.
+    -- About the row before the newest, whose Laplacians are computed: live: it belongs to a frame; joined_above,
+    -- joined_below: its neighbours belong to the same frame.
     live         : in    std_logic;
     joined_above : in    std_logic;
     joined_below : in    std_logic;
-    -- Rows of the window behind the newest that belong to the frame of the middle one, the newest in the low bit.
+    -- Which rows of the window (behind the newest) belong to the frame of the middle row, the newest in the low bit.
     same : in    std_logic_vector(2 * BUILD.radius downto 0);
-    -- Place of the middle, 2 clocks ahead of the clock in which inner is set and its row is added.
+    -- Number of the window's middle, 2 clocks ahead of the clock in which inner is set and the middle's row is added.
     inner_lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     inner      : in    std_logic;
-    -- Of the middle.
+    -- The sharpness of the window's middle.
     sharpness : out   unsigned(BUILD.sharpness_bits - 1 downto 0)
   );
 end entity lens_sharpness;
@@ -71,12 +72,12 @@ architecture rtl of lens_sharpness is
   ) return sum_t is
   begin
 
-    -- As a signed number, for the differences.
+    -- The value as a signed number, for differences.
     return signed('0' & value);
 
   end function wide;
 
-  -- A difference, of a neighbour that is there.
+  -- The difference to a neighbour, or 0 if there is none.
   function difference (
     centre    : sum_t;
     neighbour : sum_t;
@@ -92,13 +93,14 @@ architecture rtl of lens_sharpness is
 
   end function difference;
 
-  -- Rows before the newest: the last and the one before it.
+  -- stored: the two rows before the newest; kept: the two rows to store for the next scan.
   signal stored : std_logic_vector(2 * SUM_BITS - 1 downto 0);
   signal kept   : std_logic_vector(2 * SUM_BITS - 1 downto 0);
   signal lens_1 : address_t := (others => '0');
   signal lens_2 : address_t := (others => '0');
 
-  -- Micro image 1 and 2 before; the newest row, the one before it, the one before that.
+  -- Sums one and two micro images back: of the newest row, of the row before it (centre), of the row before that
+  -- (above).
   signal newest_1 : sum_t     := (others => '0');
   signal centre_1 : sum_t     := (others => '0');
   signal above_1  : sum_t     := (others => '0');
@@ -106,9 +108,8 @@ architecture rtl of lens_sharpness is
   signal has_1    : std_logic := '0';
   signal has_2    : std_logic := '0';
 
-  -- Stages behind the sums: where a row begins, differences to the neighbours of a row and of a column, whether the
-  -- micro image counts, their sum and its size, the last ones of the window, their sum, and with the windows of the
-  -- rows before that of the whole window.
+  -- The pipeline behind the sums: begin of a row; differences to the neighbours across and along the row; whether the
+  -- micro image counts; their sum (bend) and its absolute value; the last Laplacians of the window, and their sum.
   signal begins_at  : std_logic_vector(1 to 4)        := (others => '0');
   signal across     : difference_t                    := (others => '0');
   signal along      : difference_t                    := (others => '0');
@@ -122,10 +123,10 @@ architecture rtl of lens_sharpness is
 
 begin
 
-  -- What goes back: the row that was the last one, and the new one.
+  -- The row to store becomes the last one, beside the row that was last before.
   kept <= stored(SUM_BITS - 1 downto 0) & sum;
 
-  -- The last two rows of sums, moved on as each new one comes: the Laplacian needs the row above and the row below.
+  -- The last two rows of sums move on with each new sum, because a Laplacian needs the rows above and below.
   rows_before : entity work.ram_simple_dual_port
     generic map (
       WIDTH => 2 * SUM_BITS,
@@ -151,10 +152,9 @@ begin
       lens_1 <= lens;
       lens_2 <= lens_1;
 
-      -- 0: the sums; their neighbours to the left are one and two clocks old.
+      -- Clock 0: the sums. Their neighbours to the left are one and two clocks old.
       centre := wide(stored(SUM_BITS - 1 downto 0));
-      -- With the first sum of a scan the register still holds the row before: that one is no
-      -- neighbour.
+      -- With a scan's first sum the register still holds the row before, which is no neighbour.
       before := has_1 and not begins;
 
       newest_1 <= wide(sum);
@@ -164,22 +164,20 @@ begin
       has_1    <= scans;
       has_2    <= before;
 
-      -- A neighbour outside the frame counts as equal to the centre, so it adds no difference.
-      -- To the right there is always a neighbour: behind the last micro image its own sum is
-      -- repeated (see lens).
+      -- A neighbour outside the frame counts as equal to the centre and adds no difference. There is always a neighbour
+      -- to the right: behind the last micro image its own sum is repeated (see lens).
       along   <= difference(centre_1, centre_2, has_2) + resize(centre_1 - centre, LAPLACIAN_BITS + 1);
       across  <= difference(centre_1, above_1, joined_above) + difference(centre_1, newest_1, joined_below);
       there_1 <= before and live;
 
-      -- 1, 2: the absolute value.
-      -- The sum of four differences in two clocks, so that none has more than two additions in a
-      -- row.
+      -- Clocks 1 and 2: the absolute value. The sum of four differences takes two clocks, so that no clock has more
+      -- than two additions in a row.
       bend    <= along + across;
       there_2 <= there_1;
 
       laplacian <= (others => '0');
       if there_2 = '1' then
-        -- No abs: GHDL 2.0 writes it to Verilog as it stands.
+        -- GHDL 2.0 would write abs to Verilog unchanged, so the sign is tested here.
         if bend(bend'high) = '1' then
           laplacian <= resize(unsigned(-bend), LAPLACIAN_BITS);
         else
@@ -189,14 +187,13 @@ begin
 
       begins_at <= begins & begins_at(1 to 3);
 
-      -- 3: the window of the row.
-      -- A new row begins with its first Laplacian alone.
+      -- Clock 3: the window within the row. A new row begins with its first Laplacian alone.
       if begins_at(3) = '1' then
         laplacians <= (others => (others => '0'));
         row_sum    <= resize(laplacian, ROW_BITS);
       else
-        -- A running sum: one Laplacian enters, the one that is WINDOW older leaves. It never grows beyond WINDOW of
-        -- the largest, which ROW_BITS holds.
+        -- In this running sum one Laplacian enters, and the one that is WINDOW older leaves. The sum stays below WINDOW
+        -- times the largest Laplacian, which ROW_BITS holds.
         row_sum <= row_sum + laplacian - laplacians(WINDOW);
 
         for i in 2 to WINDOW loop
@@ -213,7 +210,7 @@ begin
 
   sharpness <= total;
 
-  -- 4: the window of rows.
+  -- Clock 4: the window over rows.
   one_row : if BUILD.radius = 0 generate
 
     add : process (clk) is
@@ -238,10 +235,10 @@ begin
 
   begin
 
-    -- The rows before in one word, the oldest at the left, and this one.
+    -- The rows before lie in one word, the oldest at the left; this row is appended.
     moved <= rows & std_logic_vector(row_sum);
 
-    -- Sums of rows are kept, not Laplacians: a window costs one addition a row, however wide it is.
+    -- Sums of rows are stored instead of Laplacians: a window then takes one addition a row, whatever its width.
     row_sums : entity work.ram_simple_dual_port
       generic map (
         WIDTH => KEPT_BITS,
@@ -268,7 +265,7 @@ begin
 
         added := (others => '0');
 
-        -- A row of another frame, or none, adds nothing.
+        -- A row of another frame, or of none, adds nothing.
         for i in 0 to 2 * BUILD.radius loop
 
           if same(i) = '1' then

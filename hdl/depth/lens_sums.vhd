@@ -1,13 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Luma of each micro image of a slice, summed over its pixels.
 --
--- A register sums the pixels of a line, a memory the lines; with the last line of a row of micro images the sums go to
--- a memory of their own, where they stay until the next row is complete. Of several pixels a clock some may begin the
--- next micro image: they are summed apart, and go on in the register.
+-- A register sums the pixels of a line, and a memory the lines. With the last line of a row of micro images the sums go
+-- to a memory of their own, where they stay until the next row is complete. With several pixels a clock, some may begin
+-- the next micro image: they are summed separately and then continue in the register.
 --
--- Latency: lens_sum_latency - 2 clocks from the last pixel of a micro image until its sum can be read; reading takes 2.
+-- Latency: lens_sum_latency - 2 clocks from the last pixel of a micro image until its sum can be read; 2 clocks to
+-- read.
 -- Throughput: one token each clock.
--- Equation: sum = sum of the luma of M x M pixels; of RGB R + 2 G + B.
+-- Equation: sum = sum of the luma of M x M pixels; the luma of RGB is R + 2 G + B.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -19,18 +20,18 @@ use work.sharpness_pkg.all;
 
 entity lens_sums is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t;
     -- The slice that is summed.
     SLICE : natural
   );
   port (
     clk : in    std_logic;
-    -- A token's place, those of its pixels that lie in the next micro image, its slices, 0 behind a line's last pixel.
+    -- A token's place; which of its pixels lie in the next micro image; its slices, 0 behind a line's last pixel.
     place : in    lens_place_t;
     ahead : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     data  : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
-    -- Address of the sum, and 2 clocks later the sum.
+    -- Number of the micro image to read, and 2 clocks later its sum.
     read_lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     sum       : out   std_logic_vector(BUILD.sum_bits - 1 downto 0)
   );
@@ -42,12 +43,12 @@ architecture rtl of lens_sums is
   constant ADDRESS_BITS : positive := bits_for(BUILD.lenses - 1);
   constant DATA_BITS    : positive := BUILD.pixel_width;
   constant LUMA_BITS    : positive := BUILD.pixel_bits + choose(BUILD.channels = 1, 0, 2);
-  -- Of the pixels of a token.
+  -- Width of the luma of a token's pixels.
   constant PART_BITS : positive := LUMA_BITS + bits_for(BUILD.pixels) - 1;
 
   subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
 
-  -- Of a pixel of the token, in the slice.
+  -- The luma of one pixel of the token, in this slice.
   function luma_of (
     stack  : std_logic_vector;
     number : natural
@@ -58,14 +59,14 @@ architecture rtl of lens_sums is
     variable own  : std_logic_vector(DATA_BITS - 1 downto 0);
     variable luma : unsigned(LUMA_BITS - 1 downto 0);
 
-  -- A place in the stack by constants: it costs no logic.
+  -- The position in the stack is constant, so selecting it takes no logic.
 
   begin
 
     own  := stack(LOW + DATA_BITS - 1 downto LOW);
     luma := resize(unsigned(own(BUILD.pixel_bits - 1 downto 0)), LUMA_BITS);
 
-    -- Weights 1, 2, 1: close to those of the eye, and free of multipliers.
+    -- Weights 1, 2, 1 are close to those of the eye, and need no multipliers.
     if BUILD.channels = 3 then
       luma := luma + shift_left(resize(unsigned(own(2 * BUILD.pixel_bits - 1 downto BUILD.pixel_bits)), LUMA_BITS), 1) +
               resize(unsigned(own(own'high downto own'high - BUILD.pixel_bits + 1)), LUMA_BITS);
@@ -75,7 +76,7 @@ architecture rtl of lens_sums is
 
   end function luma_of;
 
-  -- The value, or nothing.
+  -- The value if the condition is set, else 0.
   function where_set (
     condition : std_logic;
     value     : unsigned
@@ -90,12 +91,14 @@ architecture rtl of lens_sums is
 
   end function where_set;
 
-  -- Clocks behind a token are part of the names. 1: its place, brightness of its own micro image and of the next one.
+  -- Names of signals end in the number of clocks behind a token. Clock 1: the place, and the luma of the token's own
+  -- micro image and of the next one.
   signal place_1 : lens_place_t;
   signal own_1   : unsigned(PART_BITS - 1 downto 0) := (others => '0');
   signal next_1  : unsigned(PART_BITS - 1 downto 0) := (others => '0');
   signal lens_1  : address_t;
-  -- 2: the line of the micro image so far, that of the one that goes on, the lines above; a tail is to come.
+  -- Clock 2: the line's sum so far; the sum with which the next micro image begins (rest); the lines above; tail: a
+  -- tail follows.
   signal line_2      : unsigned(SUM_BITS - 1 downto 0) := (others => '0');
   signal rest_2      : unsigned(SUM_BITS - 1 downto 0) := (others => '0');
   signal above_2     : std_logic_vector(SUM_BITS - 1 downto 0);
@@ -104,7 +107,7 @@ architecture rtl of lens_sums is
   signal tail_2      : std_logic                       := '0';
   signal row_first_2 : std_logic                       := '0';
   signal row_last_2  : std_logic                       := '0';
-  -- 3: with the lines above, at the last pixel of the line.
+  -- Clock 3: the sum with the lines above, at the micro image's last pixel of the line.
   signal sum_3      : std_logic_vector(SUM_BITS - 1 downto 0) := (others => '0');
   signal lens_3     : address_t                               := (others => '0');
   signal ends_3     : std_logic                               := '0';
@@ -113,7 +116,7 @@ architecture rtl of lens_sums is
 
 begin
 
-  -- Brightness first, so that one sum serves three channels.
+  -- Luma comes first, so that one sum serves three channels.
   one_pixel : if BUILD.pixels = 1 generate
 
     find_luma : process (clk) is
@@ -152,7 +155,7 @@ begin
         own     := (others => '0');
         behind  := (others => '0');
 
-        -- A clock for the lumas and one for their sums: P of each would be too long for one.
+        -- Lumas take one clock and their sums another: P of both would be too long for one.
         for j in 0 to BUILD.pixels - 1 loop
 
           lumas_0(j) <= luma_of(data, j);
@@ -169,7 +172,7 @@ begin
 
   end generate several_pixels;
 
-  -- Behind a line's last token a tail comes as if it were the next micro image's.
+  -- Behind a line's last token a tail follows as if it belonged to the next micro image.
   lens_1 <= lens_2 + 1 when tail_2 = '1' else
             place_1.lens(ADDRESS_BITS - 1 downto 0);
 
@@ -181,16 +184,16 @@ begin
 
     if rising_edge(clk) then
       so_far := resize(own_1, SUM_BITS);
-      -- A micro image goes on with what the tokens before gave it.
+      -- A micro image continues with the sum of the tokens before.
       if place_1.lens_first = '0' then
         so_far := rest_2 + own_1;
       end if;
 
-      -- Only pixels count; between two of them the sum of the line stands still.
+      -- The line's sum changes only with pixels.
       if place_1.active = '1' then
         line_2 <= so_far;
         rest_2 <= so_far;
-        -- What lies ahead belongs to the next one and is its beginning.
+        -- Pixels that lie ahead are the beginning of the next micro image.
         if BUILD.pixels > 1 and place_1.lens_last = '1' then
           rest_2 <= resize(next_1, SUM_BITS);
         end if;
@@ -200,8 +203,8 @@ begin
       tail_2      <= place_1.active and place_1.tail;
       row_first_2 <= place_1.row_first;
       row_last_2  <= place_1.row_last;
-      -- The micro image that a line's last token begins and ends comes a clock behind the one that it ends. The next
-      -- token is the first one of a line then, which ends none.
+      -- A micro image that a line's last token both begins and ends comes a clock behind the one that this token ends.
+      -- The next token begins a line and ends no micro image.
       if tail_2 = '1' then
         line_2      <= rest_2;
         ends_2      <= '1';
@@ -212,7 +215,7 @@ begin
       lens_3     <= lens_2;
       ends_3     <= ends_2;
       row_last_3 <= row_last_2;
-      -- The first line of a micro image starts its sum: the memory need not be cleared.
+      -- The first line of a micro image starts its sum, so the memory need not be cleared.
       if row_first_2 = '1' then
         sum_3 <= std_logic_vector(line_2);
       else
@@ -222,8 +225,8 @@ begin
 
   end process add;
 
-  -- A word for each micro image of a row: the lines so far. It is written with a micro image's last pixel of a line
-  -- and read with it a line later, so nothing is read in the clock that writes it.
+  -- A word for each micro image of a row holds the lines so far. It is written with a micro image's last pixel of a
+  -- line and read a line later, so no word is read in the clock that writes it.
   lines_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => SUM_BITS,
@@ -239,8 +242,8 @@ begin
       read_data     => above_2
     );
 
-  -- The last line of a row completes its sums; they are kept apart, as the next row overwrites the others while the
-  -- scan still reads these.
+  -- The last line of a row completes the sums. They are kept in a second memory, because the next row overwrites the
+  -- first one while the scan still reads.
   final_3 <= ends_3 and row_last_3;
 
   complete : entity work.ram_simple_dual_port

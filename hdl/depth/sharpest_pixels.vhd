@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The picture made of the sharpest slices: the pixels of a stack wait until the index of their micro image is known.
+-- The picture made of the sharpest slices: pixels wait until the index of their micro image is known.
 --
--- The pixels wait in a ring of lines until the index of their row of micro images has been written, and are then
--- selected by it. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
+-- The pixels wait in a ring of lines until the index of their row of micro images has been written, which then selects
+-- the slice. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
 -- Without the picture only the places of the pixels wait.
 --
--- The pixels of a token lie in one micro image or in two of which the first is that of the token before: what was read
--- for that one is kept, so one read a token is enough.
+-- The pixels of a token lie in one micro image, or in two of which the first is that of the token before. The word read
+-- for the token before is kept, so one read for each token is enough.
 --
 -- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one token of all slices each clock.
--- Equation: of each pixel, RING_LINES lines before: its data(index of its micro image), that index, data(slice).
+-- Equation: for each pixel RING_LINES lines before: index of its micro image, data(index), data(slice).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,28 +23,28 @@ use work.sharpness_pkg.all;
 
 entity sharpest_pixels is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, its place, those of its pixels that lie in the next micro image, and its slices: those of the first
-    -- pixel in the low bits, the first slice lowest. The pixels that a line's last token has.
+    -- A token; its place; which of its pixels lie in the next micro image; its slices: those of the first pixel in the
+    -- low bits, the first slice lowest; and which pixels a line's last token has.
     token    : in    token_t;
     place    : in    lens_place_t;
     ahead    : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     data     : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
     line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    -- Marks the index of a micro image, which one it is, its index, and its depth.
+    -- index_write: the index of a micro image comes; the micro image's number, its index, its depth.
     index_write : in    std_logic;
     index_lens  : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     index       : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     index_depth : in    depth_t;
-    -- Pixels of the picture, with the slice that their frame has chosen.
+    -- Pixels of the picture, and the slice that was chosen for their frame.
     result : out   result_t;
-    -- Of each pixel, from the low bits: that of its sharpest slice, the index, the depth, the pixel of the chosen
-    -- slice. Zeros behind a line's last one.
+    -- For each pixel, from the low bits: the pixel of its sharpest slice, the index, the depth, the pixel of the chosen
+    -- slice. Zeros behind a line's last pixel.
     out_data : out   std_logic_vector(BUILD.pixels * pixel_word_bits(BUILD.pixel_width, BUILD.between, BUILD.chosen_too,
                                                                      BUILD.picture) - 1 downto 0)
   );
@@ -57,48 +57,48 @@ architecture rtl of sharpest_pixels is
   constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant STACK_BITS : positive := P * BUILD.slices * WIDTH;
-  -- An index, and its depth above it.
+  -- A word of the index memory: the index, above it the depth.
   constant FOUND_BITS : positive := INDEX_BITS + choose(BUILD.between, 2 * FRACTION_BITS, 0);
   constant WORD_BITS  : positive := pixel_word_bits(WIDTH, BUILD.between, BUILD.chosen_too, BUILD.picture);
-  -- The pixel in front of what was found.
+  -- Width of the pixel of the sharpest slice.
   constant PICTURE_BITS : natural  := choose(BUILD.picture, WIDTH, 0);
   constant RING_WORDS   : positive := BUILD.ring_lines * BUILD.tokens;
   constant RING_BITS    : positive := bits_for(RING_WORDS - 1);
 
   -- Clocks that a pixel waits in front of the ring.
   constant IN_FRONT : positive := BUILD.index_latency - 2;
-  -- Behind it: the ring's address, its word and the choice.
+  -- Clocks behind the ring: its address, its word, the selection.
   constant BEHIND : positive := 3;
 
   type lenses_t is array (natural range <>) of unsigned(LENS_BITS - 1 downto 0);
 
   type parts_t is array (natural range <>) of std_logic_vector(P - 1 downto 0);
 
-  -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the
-  -- ring until the index is known. Of a token's micro images the last one is looked up; first_at marks the pixels that
-  -- lie in the one before it.
+  -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the ring
+  -- until the index is known. The last of a token's micro images is looked up; first_at marks the pixels that lie in
+  -- the one before.
   signal token_at : tokens_t(1 to IN_FRONT + 1) := (others => NO_TOKEN);
   signal lens_at  : lenses_t(1 to IN_FRONT + 2) := (others => (others => '0'));
   signal first_at : parts_t(1 to IN_FRONT + 3)  := (others => (others => '0'));
   signal new_line : std_logic;
-  -- First word of the line in the ring that is written and read, and the word of the pixel. Each word is read just
-  -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
+  -- ring_line: first word of the line that is written and read; ring_word: the token's word. Each word is read just
+  -- before it is overwritten, so the ring is a delay of RING_LINES lines of any length.
   signal ring_line : unsigned(RING_BITS - 1 downto 0) := (others => '0');
   signal ring_word : unsigned(RING_BITS - 1 downto 0) := (others => '0');
-  -- The pixels of all slices that leave; what was found of their micro image as it is written and as it is read.
+  -- Pixels of all slices that leave the ring; index and depth of their micro image as written, as read, and as kept.
   signal from_ring  : std_logic_vector(STACK_BITS - 1 downto 0);
   signal index_word : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_read : std_logic_vector(FOUND_BITS - 1 downto 0);
   signal index_kept : std_logic_vector(FOUND_BITS - 1 downto 0) := (others => '0');
 
-  -- The fields of a line are delayed by lines, as its pixels are. For the pixel that leaves: the fields of its line,
-  -- and those of the pixel that enters at its place.
+  -- The fields of a line are delayed by lines like its pixels. A pixel that leaves has the fields of its line, and the
+  -- place fields of the pixel that enters at its column.
   signal line_at   : tokens_t(1 to BUILD.ring_lines + 1) := (others => NO_TOKEN);
   signal result_at : tokens_t(1 to BEHIND)               := (others => NO_TOKEN);
 
 begin
 
-  -- A line of the ring begins with its first pixel, wherever the one before has ended.
+  -- A line of the ring begins with its first pixel, wherever the line before has ended.
   new_line <= token_at(IN_FRONT).strobe and token_at(IN_FRONT).line_first;
 
   wait_for_scan : process (clk) is
@@ -108,21 +108,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- strobe says from here on that there is a pixel: empty tokens have no place in the ring.
+      -- strobe means from here on that there is a pixel: empty tokens have no word in the ring.
       token_at(1)        <= token;
       token_at(1).strobe <= place.active;
       lens_at(1)         <= place.last_lens(LENS_BITS - 1 downto 0);
       any                := '0';
 
-      -- Whether the token reaches into a further micro image: only then its first pixels are of the
-      -- one before.
+      -- Whether the token reaches into a further micro image; only then its first pixels belong to the one before.
       for j in 1 to P - 1 loop
 
         any := any or ahead(j);
 
       end loop;
 
-      -- Without a further one all pixels are of the micro image that is looked up.
+      -- Otherwise all pixels belong to the micro image that is looked up.
       for j in 0 to P - 1 loop
 
         first_at(1)(j) <= any and not ahead(j);
@@ -151,13 +150,13 @@ begin
 
     if rising_edge(clk) then
       if new_line = '1' then
-        -- The fields of a line are written once a line and read RING_LINES lines later.
+        -- The fields of a line are stored once a line and read RING_LINES lines later.
         line_at(1)                         <= token_at(IN_FRONT);
         line_at(2 to BUILD.ring_lines + 1) <= line_at(1 to BUILD.ring_lines);
       end if;
 
-      -- The pixel that leaves has the column of the one that enters, as both are at the same word of their lines; so
-      -- the fields of the place in the line are those of the one that enters.
+      -- The pixel that leaves and the pixel that enters have the same word in their lines, hence the same column: the
+      -- place fields are taken from the one that enters.
       result_at(1)            <= line_at(BUILD.ring_lines + 1);
       result_at(1).strobe     <= token_at(IN_FRONT + 1).strobe;
       result_at(1).line_first <= token_at(IN_FRONT + 1).line_first;
@@ -165,7 +164,7 @@ begin
       result_at(2 to BEHIND)  <= result_at(1 to BEHIND - 1);
 
       if reset = '1' then
-        -- Behind a reset no line of before is image, so what is left in the ring does not come out.
+        -- After a reset no stored line is an image line, so the ring's old content does not come out.
         for i in 1 to BUILD.ring_lines + 1 loop
 
           line_at(i).image <= '0';
@@ -188,7 +187,7 @@ begin
 
     if rising_edge(clk) then
       if new_line = '1' then
-        -- At the end of the ring back to its first word: its length need not be a power of two.
+        -- The last line of the ring is followed by the first; its length need not be a power of two.
         if ring_line = (BUILD.ring_lines - 1) * BUILD.tokens then
           ring_line <= (others => '0');
           ring_word <= (others => '0');
@@ -196,7 +195,7 @@ begin
           ring_line <= ring_line + BUILD.tokens;
           ring_word <= ring_line + BUILD.tokens;
         end if;
-      -- No line is longer than MAX_TOKENS, so a line never runs into the next one's words.
+      -- No line is longer than MAX_TOKENS, so a line never runs into the next line's words.
       elsif token_at(IN_FRONT).strobe = '1' then
         ring_word <= ring_word + 1;
       end if;
@@ -225,7 +224,7 @@ begin
 
     end process wait_in_front;
 
-    -- Read and written at one address: the memory gives the old word in the clock that overwrites it.
+    -- Read and write have one address: the memory gives the old word in the clock that overwrites it.
     ring : entity work.ram_simple_dual_port
       generic map (
         WIDTH => STACK_BITS,
@@ -248,7 +247,8 @@ begin
 
   index_word(INDEX_BITS - 1 downto 0) <= std_logic_vector(index);
 
-  -- Its address comes a clock after the ring's, and it is read in one clock instead of two: both are there together.
+  -- The index memory gets its address a clock after the ring and is read in one clock instead of two, so both words
+  -- come together.
   indices : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => FOUND_BITS,
@@ -272,8 +272,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- What was read for a token's last micro image is kept for the token behind, whose first
-      -- pixels may be of it.
+      -- The word read for a token's last micro image is kept for the next token, whose first pixels may belong to it.
       if result_at(BEHIND - 1).strobe = '1' then
         index_kept <= index_read;
       end if;
@@ -285,15 +284,15 @@ begin
 
     constant LOW : natural := j * WORD_BITS;
 
-    -- What was found of its micro image; its slices.
+    -- Index and depth of the pixel's micro image; the pixel's slices; whether the pixel lies beyond the line's end.
     signal found  : std_logic_vector(FOUND_BITS - 1 downto 0);
     signal stack  : std_logic_vector(BUILD.slices * WIDTH - 1 downto 0);
     signal beyond : std_logic;
-    -- Picked from the slices.
+    -- Selected from the slices: the sharpest, the chosen; and index and depth that go out.
     signal picked : std_logic_vector(WIDTH - 1 downto 0);
     signal chosen : std_logic_vector(WIDTH - 1 downto 0);
     signal told   : std_logic_vector(FOUND_BITS - 1 downto 0);
-    -- Its index.
+    -- The index as a byte.
     signal index_byte : std_logic_vector(7 downto 0);
 
   begin
@@ -303,7 +302,7 @@ begin
     stack  <= from_ring((j + 1) * BUILD.slices * WIDTH - 1 downto j * BUILD.slices * WIDTH);
     beyond <= result_at(BEHIND - 1).line_last and not line_end(j);
 
-    -- By comparison with each slice: a multiplexer that is chosen by an index of any value.
+    -- Comparing with each slice makes a multiplexer that accepts any index.
     pick : process (clk) is
 
       variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
@@ -315,11 +314,11 @@ begin
         sharpest := to_integer(unsigned(found(INDEX_BITS - 1 downto 0)));
         wanted   := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
         told     <= found;
-        -- The pixels themselves are 0 there.
+        -- Beyond the line's end the pixels are 0 already.
         if beyond = '1' then
           told <= (others => '0');
         end if;
-        -- The first slice stands in for numbers beyond the set.
+        -- Numbers beyond the set select the first slice.
         picked <= stack(WIDTH - 1 downto 0);
         chosen <= stack(WIDTH - 1 downto 0);
 
@@ -351,14 +350,14 @@ begin
                                                                                                  INDEX_BITS);
     end generate with_depth;
 
-    -- The slice that a frame has chosen rides along, so that a screen can switch between both without another pass.
+    -- The chosen slice goes along, so that a screen can switch between the two pictures without another pass.
     with_chosen : if BUILD.chosen_too generate
       out_data(LOW + WORD_BITS - 1 downto LOW + WORD_BITS - WIDTH) <= chosen;
     end generate with_chosen;
 
   end generate pixel;
 
-  -- Only what was image as it entered leaves.
+  -- Only pixels that were image when they came in leave.
   result.valid <= result_at(BEHIND).strobe and result_at(BEHIND).image;
   result.skip  <= '0';
   result.last  <= result_at(BEHIND).line_last;

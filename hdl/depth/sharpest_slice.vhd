@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The sharpest slice of a micro image, and the sharpness values from which the confidence follows.
+-- The sharpest slice of a micro image, and the sharpness of its neighbours and of the dullest slice.
 --
--- One comparison in each pipeline stage, slice after slice, instead of a tree of comparisons at one clock. Of equally
--- sharp slices the first counts. With SHIFTS the slices are weighted before they are compared.
+-- Each pipeline stage makes one comparison, slice after slice, instead of a tree of comparisons in one clock. Of
+-- equally sharp slices the first counts. With SHIFTS the slices are weighted before the comparison.
 --
 -- Latency: SLICES - 1 clocks, 1 more with SHIFTS. Throughput: one micro image each clock.
 -- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with SHIFTS, else 1.
@@ -19,20 +19,20 @@ use work.sharpness_pkg.all;
 
 entity sharpest_slice is
   generic (
-    -- What sharpness_index is built for.
+    -- Sizes of sharpness_index.
     BUILD : index_build_t;
-    -- The slices: a' of each in pixels, with blanks in between; "": they count alike.
+    -- The shift of each slice in pixels, with blanks in between; "": all slices have weight 1.
     SHIFTS : string
   );
   port (
     clk : in    std_logic;
     -- Sharpness of all slices, the first in the low bits.
     sharpness : in    std_logic_vector(BUILD.slices * BUILD.sharpness_bits - 1 downto 0);
-    -- The sharpest slice; its sharpness, and that of the dullest one.
+    -- The sharpest slice, its sharpness, and the sharpness of the dullest slice.
     index : out   unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     most  : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
     least : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
-    -- Sharpness of the slices before and behind it; of no account beside the first slice and the last one.
+    -- Sharpness of the slices before and behind the sharpest; undefined beside the first and the last slice.
     prior  : out   unsigned(BUILD.sharpness_bits - 1 downto 0);
     behind : out   unsigned(BUILD.sharpness_bits - 1 downto 0)
   );
@@ -41,7 +41,7 @@ end entity sharpest_slice;
 architecture rtl of sharpest_slice is
 
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
-  -- A constant of its own: to NVC the length of a generic is not static.
+  -- A constant of its own, because NVC does not take the length of a generic as static.
   constant WEIGHS : boolean := SHIFTS'length > 0;
 
   subtype sharpness_t is unsigned(BUILD.sharpness_bits - 1 downto 0);
@@ -50,8 +50,8 @@ architecture rtl of sharpest_slice is
 
   type indices_t is array (natural range 0 to BUILD.slices - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
-  -- What each slice has, weighed; and of all slices up to it the most, the least, the best one, and what that one's
-  -- neighbours have. Behind the slices that were compared: what the last of them has.
+  -- weighed: the weighted sharpness of each slice. Of the slices up to each one: the most, the least, the best slice,
+  -- the last one's sharpness, and the sharpness of the best slice's neighbours.
   signal weighed   : sharpness_list_t;
   signal most_of   : sharpness_list_t;
   signal least_of  : sharpness_list_t;
@@ -68,7 +68,7 @@ begin
 
   begin
 
-    -- Each slice in its turn: stage s compares slice s with the best of those before it.
+    -- Stage s compares slice s with the best of the slices before it.
     own <= unsigned(sharpness((s + 1) * BUILD.sharpness_bits - 1 downto s * BUILD.sharpness_bits));
 
     alike : if not WEIGHS generate
@@ -90,7 +90,7 @@ begin
 
         if rising_edge(clk) then
           sixteen := own & "0000";
-          -- One subtraction: what it is less is a power of two.
+          -- The weight takes one subtraction, because LESS is a power of two.
           if LESS = 1 then
             sixteen := sixteen - own;
           elsif LESS > 1 then
@@ -103,7 +103,7 @@ begin
 
     end generate by_weight;
 
-    -- The first slice is the best so far, and has no neighbour before it.
+    -- The first slice is the best so far and has no slice before it.
     first_slice : if s = 0 generate
       most_of(0)   <= weighed(0);
       least_of(0)  <= weighed(0);
@@ -122,7 +122,7 @@ begin
     begin
 
       found <= std_logic_vector(weighed(s));
-      -- The sharpness of slice s waits until the stage before has compared the others.
+      -- The sharpness of slice s waits until the stage before has compared the slices before it.
       value <= unsigned(delayed(waiting, found, s - 1));
 
       compare : process (clk) is
@@ -136,15 +136,15 @@ begin
           if value < least_of(s - 1) then
             least_of(s) <= value;
           end if;
-          -- Of the neighbours nothing is left where no depth between slices is wanted.
+          -- Synthesis removes the neighbours if no depth between slices is wanted.
           last_of(s)   <= value;
           before_of(s) <= before_of(s - 1);
           behind_of(s) <= behind_of(s - 1);
-          -- The best one so far was the last: this slice is its neighbour behind.
+          -- The best slice so far is the last one, so this slice is its neighbour behind.
           if best_of(s - 1) = s - 1 then
             behind_of(s) <= value;
           end if;
-          -- Strictly more, so that of equal ones the first counts.
+          -- Only a strictly larger sharpness wins, so the first of equal slices counts.
           if value > most_of(s - 1) then
             most_of(s)   <= value;
             best_of(s)   <= to_unsigned(s, INDEX_BITS);

@@ -4,13 +4,13 @@
 -- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums). When the last line of a row of micro
 -- images has arrived, a scan over the row's sums computes the sharpness (lens_sharpness) of the row RADIUS + 1 rows
 -- further back and finds its indices; then the first line of that row leaves. Of equally sharp slices the first counts.
--- With VOTE_RADIUS micro images without texture take their neighbours' slice (index_vote), which delays everything by
--- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes.
--- Of several pixels a clock each lies in one of two micro images at most; the scan keeps up with them.
+-- With VOTE_RADIUS, micro images without texture take their neighbours' slice (index_vote), which delays everything by
+-- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes. With several
+-- pixels a clock, each token lies in at most two micro images, and the scan keeps up with them.
 --
--- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock, in lines
---   of 8 + RADIUS tokens (with votes index_latency) at least and frames of a multiple of M lines; empty tokens and
---   lines make up for it.
+-- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock. Lines
+-- need at least 8 + RADIUS tokens (with votes index_latency), frames a multiple of M lines; empty tokens and flush
+-- lines make up for what is missing.
 -- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
 
 library ieee;
@@ -25,25 +25,25 @@ use work.token_pkg.all;
 
 entity sharpness_index is
   generic (
-    -- M.
+    -- M, pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 2 to 128;
     -- Slices of the stack.
     SLICES : positive range 1 to 256;
     -- Micro images from the middle of the window to its edge.
     RADIUS : natural range 0 to 8 := 1;
-    -- As depth_index: the texture that votes need, and the window that votes.
+    -- As in depth_index: the texture that votes need, and the radius of the window that votes.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
-    -- The slices' a', if there is to be depth between them.
+    -- The shifts of the slices, to get the depth between them; "": no depth.
     SHIFTS : string := "";
-    -- Whether frames may have lines below the picture, see rows.
+    -- true: frames may have lines below the picture, see rows.
     CROPPED : boolean := false;
-    -- Whether the picture comes out, and beside it the pixel of the slice that its frame has chosen.
+    -- PICTURE: the picture comes out; CHOSEN_TOO: beside it comes the pixel of the slice chosen for the frame.
     PICTURE    : boolean := true;
     CHOSEN_TOO : boolean := false;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
-    -- Neighbouring pixels of a line that come and go together: 1, 2, 4, 8, 16 or 32, M at most.
+    -- Neighbouring pixels of a line in one token: 1, 2, 4, 8, 16 or 32, at most M.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
@@ -53,16 +53,16 @@ entity sharpness_index is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lines of the picture: those below it are none. With CROPPED alone.
+    -- Lines of the picture; lines below it do not count. Used with CROPPED only.
     rows : in    std_logic_vector(15 downto 0);
-    -- A token, and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest.
+    -- A token and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest.
     token      : in    token_t;
     token_data : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The pixels that a line's last token has; the same while a frame is under way.
+    -- Which pixels a line's last token has; constant while a frame is under way.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- Pixels of the picture.
     result : out   result_t;
-    -- As depth_index.
+    -- The data of the pixels, packed as in depth_index.
     out_data : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO,
                                                                          PICTURE) - 1 downto 0)
   );
@@ -93,12 +93,12 @@ architecture rtl of sharpness_index is
     sharpness_delay(M, RADIUS, VOTE_RADIUS), index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P)
   );
 
-  -- Behind the address of the scan: micro images in the middle of the window, and their index.
+  -- Clocks from the scan's address to the micro image in the middle of the window, and to its index.
   constant INNER_DELAY : positive := 5 + RADIUS;
-  -- The scan begins so many clocks behind a row's last pixel: as soon as the sums can be read.
+  -- A scan begins so many clocks behind a row's last pixel: as soon as its sums can be read.
   constant SUMMED        : positive := lens_sum_latency(P) - 3;
   constant JUDGING_DELAY : positive := JUDGED - SUMMED - 1;
-  -- The oldest row of which it counts whether it begins a frame.
+  -- The oldest row of which it matters whether it begins a frame.
   constant OLDEST : positive := larger(2 * RADIUS + 1, RADIUS + 1 + 2 * VOTE_RADIUS);
 
   subtype lens_t is unsigned(PLACE_BITS - 1 downto 0);
@@ -111,23 +111,21 @@ architecture rtl of sharpness_index is
 
   type lenses_t is array (natural range 0 to JUDGING_DELAY) of lens_t;
 
-  -- A token, with the counts of its place.
+  -- A token, its place, which pixels lie in the next micro image, and its slices.
   signal placed : token_t;
   signal place  : lens_place_t;
   signal ahead  : std_logic_vector(P - 1 downto 0);
   signal data   : std_logic_vector(P * STACK_BITS - 1 downto 0);
 
-  -- The scan.
-  -- With the last pixel of a row of micro images a scan over its sums begins, one micro image a clock. It is as long
-  -- as the row has micro images, the next row is complete M lines later, and the pixels meanwhile go on: a scan never
-  -- meets the next one.
+  -- The scan begins with the last pixel of a row of micro images and goes over the row's sums, one micro image each
+  -- clock. It is as long as the row has micro images. The next row is complete M lines later, so scans never overlap,
+  -- while pixels go on.
   signal complete_lens  : lens_t    := (others => '0');
   signal complete_live  : std_logic := '0';
   signal complete_start : std_logic := '0';
-  -- A row is complete, and the same until its sums are.
+  -- A row is complete; delayed until its sums can be read.
   signal complete_at : std_logic_vector(0 to SUMMED) := (others => '0');
-  -- The scan itself; behind its address the sums, their Laplacians and the windows follow, each a fixed number of
-  -- clocks late.
+  -- The scan. Sums, Laplacians and windows follow its address, each a fixed number of clocks later.
   signal scan_on     : std_logic                            := '0';
   signal scan_lens   : lens_t                               := (others => '0');
   signal lens_at     : lenses_t                             := (others => (others => '0'));
@@ -137,25 +135,25 @@ architecture rtl of sharpness_index is
   signal inner_2     : std_logic                            := '0';
   signal inner_lens  : lens_t;
   signal judged_lens : lens_t;
-  -- An index that is final, and that it is the micro image's own.
+  -- An index that is final; final_kept: it is the micro image's own.
   signal final_write : std_logic;
   signal final_lens  : lens_t;
   signal final_index : index_t;
   signal final_kept  : std_logic;
-  -- The same with its depth, for the pixels that wait.
+  -- Index and depth for the pixels that wait.
   signal index_write : std_logic;
   signal index_lens  : lens_t;
   signal index       : index_t;
   signal index_depth : depth_t;
 
-  -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
+  -- Rows of micro images, the newest first: whether they belong to a frame, and whether they begin one.
   signal live         : std_logic_vector(0 to RADIUS + 1) := (others => '0');
   signal starts       : std_logic_vector(0 to OLDEST)     := (others => '0');
   signal joined_above : std_logic;
   signal joined_below : std_logic;
   signal same         : std_logic_vector(2 * RADIUS downto 0);
 
-  -- The sharpness of each slice, side by side; the sharpest slice, and the sharpness around it.
+  -- The sharpness of each slice; the same side by side; the sharpest slice, and the sharpness of it and its neighbours.
   signal sharpness : sharpness_list_t;
   signal energies  : std_logic_vector(SLICES * ALL_BITS - 1 downto 0);
   signal best      : index_t;
@@ -193,7 +191,7 @@ begin
 
     if rising_edge(clk) then
       complete_at(1 to SUMMED) <= complete_at(0 to SUMMED - 1);
-      -- Stored until the scan begins, because the next row may have begun by then with another place.
+      -- Stored until the scan begins, because the next row may have changed the place by then.
       if complete_at(0) = '1' then
         complete_lens  <= place.last_lens(PLACE_BITS - 1 downto 0);
         complete_live  <= place.row_live;
@@ -213,7 +211,7 @@ begin
         end if;
       end if;
 
-      -- Two clocks on, when the window's sums are there.
+      -- Two clocks later, when the window's sums are ready.
       inner_1 <= scanned_at(INNER_DELAY);
       inner_2 <= inner_1;
       if reset = '1' then
@@ -231,7 +229,7 @@ begin
   begins_at(0)  <= '1' when scan_on = '1' and scan_lens = 0 else
                    '0';
 
-  -- The scan's place on its way, for all that comes a fixed number of clocks behind it.
+  -- The scan's place, delayed for all uses a fixed number of clocks later.
   follow_scan : process (clk) is
   begin
 
@@ -249,11 +247,11 @@ begin
   inner_lens  <= lens_at(INNER_DELAY);
   judged_lens <= lens_at(JUDGING_DELAY);
 
-  -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
+  -- Laplacians are those of row 1; the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);
   joined_below <= live(0) and not starts(0);
 
-  -- A window may reach over the border between two frames: rows of the other frame count as beyond the edge.
+  -- A window may reach across the border between two frames: rows of the other frame count as beyond the edge.
   find_same : process (starts) is
   begin
 
@@ -332,7 +330,7 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- Neighbours' votes.
+  -- Votes of neighbours.
 
   no_votes : if VOTE_RADIUS = 0 generate
     final_write <= scanned_at(JUDGING_DELAY);
@@ -343,7 +341,7 @@ begin
 
   votes : if VOTE_RADIUS > 0 generate
 
-    -- The middle of the window.
+    -- The row in the middle of the window of votes.
     constant MIDDLE : positive := RADIUS + 1 + VOTE_RADIUS;
 
     signal same_votes : std_logic_vector(2 * VOTE_RADIUS downto 0);
@@ -433,7 +431,7 @@ begin
 
     voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
 
-    -- The votes may be done before the division is.
+    -- The votes may be done before the division.
     wait_for_fraction : process (clk) is
     begin
 
@@ -448,7 +446,7 @@ begin
     index_write <= waited(0);
     index       <= unsigned(waited(INDEX_BITS + 1 downto 2));
     index_lens  <= unsigned(waited(FINAL_BITS - 1 downto INDEX_BITS + 2));
-    -- For a slice from the neighbours' votes nothing more is known.
+    -- A slice from the neighbours' votes has no depth between slices.
     index_depth <= own_depth when waited(1) = '1' else
                    NO_DEPTH;
 

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Widths and clocks of the depth index of a focal stack.
+-- Widths and latencies of the depth index of a focal stack.
 --
 -- Sharpness is computed between micro images: the luma of each micro image is summed over its pixels, and around each
 -- sum the absolute Laplacians of a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images are added.
@@ -14,71 +14,73 @@ use work.refocus_pkg.all;
 
 package sharpness_pkg is
 
-  -- Where a token's pixels lie in the micro images of a picture: in one, or in two of which the token ends the first.
+  -- Where the pixels of a token lie: in one micro image, or in two of which the first ends within the token.
   type lens_place_t is record
-    -- Pixels are here.
+    -- The token has pixels.
     active : std_logic;
-    -- Micro images of the first pixel and of the last one in the line, of 4096 at most: 8192 columns, M = 2.
+    -- Number of the micro image of the first pixel, and of the line's last pixel; at most 4096 (8192 columns, M = 2).
     lens      : unsigned(11 downto 0);
     last_lens : unsigned(11 downto 0);
-    -- The first pixel begins its micro image; one ends here; besides that, the line's last one begins and ends here.
+    -- lens_first: the first pixel begins its micro image; lens_last: a micro image ends in this token; tail: the line's
+    -- last micro image also begins and ends here.
     lens_first : std_logic;
     lens_last  : std_logic;
     tail       : std_logic;
-    -- The line is the first or the last one of its micro images.
+    -- The line is the first, or the last, of its row of micro images.
     row_first : std_logic;
     row_last  : std_logic;
-    -- The row of micro images is of the picture, and the first one.
+    -- The row of micro images belongs to the picture; it is the picture's first row.
     row_live   : std_logic;
     row_starts : std_logic;
   end record lens_place_t;
 
-  -- Bits of the place of a depth between two slices.
+  -- Bits of the place between two slices.
   constant FRACTION_BITS : positive := 8;
 
-  -- A depth between slices, see depth_fraction.
+  -- A depth between slices (depth_fraction).
   type depth_t is record
     fraction : std_logic_vector(FRACTION_BITS - 1 downto 0);
-    -- 0: it is that of the slice.
+    -- 0: the depth is that of the slice itself.
     confidence : std_logic_vector(FRACTION_BITS - 1 downto 0);
   end record depth_t;
 
   constant NO_DEPTH : depth_t := (fraction => "10000000", confidence => "00000000");
 
-  -- What a depth index is built for, and the sizes that follow from it, computed once.
+  -- Generics of a depth index, and the sizes that follow from them, computed once.
   type index_build_t is record
     micro_image_size : positive range 2 to 128;
     slices           : positive range 1 to 256;
-    -- Pixels of a token, M at most; tokens and micro images of the longest line.
+    -- Pixels of a token, at most M; tokens and micro images of the longest line.
     pixels : positive range 1 to 32;
     tokens : positive;
     lenses : positive;
-    -- 1 (grey) or 3 (RGB); the width of one, and of a pixel with all of them.
+    -- Channels: 1 (grey) or 3 (RGB); the width of a channel, and of a pixel with all channels.
     channels    : positive range 1 to 3;
     pixel_bits  : positive range 1 to 16;
     pixel_width : positive;
-    -- Micro images from the middle of a window to its edge: of sharpness, and of the votes on it.
+    -- Micro images from the middle of a window to its edge: of sharpness, and of the votes.
     radius      : natural range 0 to 8;
     vote_radius : natural range 0 to 4;
-    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture.
+    -- Least difference of sharpness between the sharpest and the dullest slice of a micro image with texture.
     confidence : natural;
-    -- Whether frames may have lines below the picture; whether a depth between slices goes with an index, the pixel of
-    -- the sharpest slice, and beside this that of the slice that the frame has chosen.
+    -- cropped: frames may have lines below the picture. between: a depth between slices goes with an index. picture:
+    -- the pixel of the sharpest slice comes out. chosen_too: the pixel of the slice chosen for the frame comes out
+    -- beside it.
     cropped    : boolean;
     between    : boolean;
     picture    : boolean;
     chosen_too : boolean;
-    -- Width of a micro image's sum, of a row of Laplacians, and of a sharpness.
+    -- Widths of a micro image's sum, of a row of Laplacians, of a sharpness.
     sum_bits       : positive;
     row_bits       : positive;
     sharpness_bits : positive;
-    -- Lines from a pixel to the first one that is judged with the index of its micro image; clocks from the last token
-    -- of a row of micro images until the index of the first one is written.
+    -- ring_lines: lines from a pixel to the first line that is judged with the index of its micro image. index_latency:
+    -- clocks from the last token of a row of micro images until the first index is written.
     ring_lines    : positive;
     index_latency : positive;
   end record index_build_t;
 
-  -- Stops elaboration, by a message that begins with a name, if the index cannot be built; else true.
+  -- Returns true, or stops elaboration if the index cannot be built; the message begins with the name.
   function takes_index (
     name             : string;
     micro_image_size : positive;
@@ -91,22 +93,23 @@ package sharpness_pkg is
     pixel_bits       : positive
   ) return boolean;
 
-  -- The same if there can be no depth between the slices; without SHIFTS there need be none.
+  -- Returns true, or stops elaboration if SHIFTS allow no depth between slices; the message begins with the name. An
+  -- empty SHIFTS needs no depth and passes.
   function takes_between (
     name   : string;
     shifts : string;
     slices : positive
   ) return boolean;
 
-  -- Sixteenths by which the sharpness of a slice counts, 12, 15 or 16: with a whole a nothing is interpolated in sums
-  -- over micro images, so such a slice is sharper than its neighbours.
+  -- Weight of a slice's sharpness in sixteenths: 12, 15 or 16. With an integer a, sums over micro images interpolate
+  -- nothing, so such a slice looks sharper than its neighbours.
   function slice_weight (
     micro_image_size : positive;
     shift            : integer
   ) return positive;
 
-  -- Of two steps between slices, that to the slice behind one, or from the one before it, without what both have in
-  -- common.
+  -- Step from a slice to the slice behind it (to_behind), or from the slice before it, without the common factor of
+  -- both steps.
   function step_weight (
     shifts    : string;
     slice     : positive;
@@ -119,14 +122,14 @@ package sharpness_pkg is
     micro_image_size : positive
   ) return positive;
 
-  -- Luma of a micro image; of RGB it is R + 2 G + B.
+  -- Width of the luma of a micro image; the luma of RGB is R + 2 G + B.
   function lens_bits (
     micro_image_size : positive;
     channels         : positive;
     pixel_bits       : positive
   ) return positive;
 
-  -- Sums of 2 radius + 1 absolute Laplacians.
+  -- Width of a sum of 2 radius + 1 absolute Laplacians.
   function row_sharpness_bits (
     micro_image_size : positive;
     channels         : positive;
@@ -134,7 +137,7 @@ package sharpness_pkg is
     radius           : natural
   ) return positive;
 
-  -- Sharpness.
+  -- Width of a sharpness.
   function sharpness_bits (
     micro_image_size : positive;
     channels         : positive;
@@ -142,22 +145,22 @@ package sharpness_pkg is
     radius           : natural
   ) return positive;
 
-  -- Lines from a pixel to the first line that is judged when the sharpness of its micro image is known.
+  -- Lines from a pixel to the first line that is judged when its micro image's sharpness is known.
   function sharpness_delay (
     micro_image_size : positive;
     radius           : natural;
     vote_radius      : natural
   ) return positive;
 
-  -- Clocks from the last token of a row of micro images to its line sums, read from memory.
+  -- Clocks from the last token of a row of micro images to its sums, as read from memory.
   function lens_sum_latency (
     pixels : positive
   ) return positive;
 
-  -- Clocks from a line sum to the sharpness of the micro image 1 + radius before it.
+  -- Clocks from a sum to the sharpness of the micro image 1 + radius before it.
   constant SHARPNESS_LATENCY : positive := 5;
 
-  -- Clocks from the sharpest slice of a micro image to its vote; none without votes.
+  -- Clocks from the sharpest slice of a micro image to its vote; 0 without votes.
   function vote_latency (
     slices      : positive;
     vote_radius : natural
@@ -166,7 +169,7 @@ package sharpness_pkg is
   -- Clocks from the sharpest slice of a micro image to its depth between slices.
   constant FRACTION_LATENCY : positive := 3 + FRACTION_BITS;
 
-  -- Clocks from the last token of a row of micro images until the index of the first one is written.
+  -- Clocks from the last token of a row of micro images until the first index is written.
   function index_latency (
     slices      : positive;
     radius      : natural;
@@ -175,8 +178,8 @@ package sharpness_pkg is
     pixels      : positive
   ) return positive;
 
-  -- A pixel, if there is a picture, its index, its depth between slices, if there is one, and the pixel of a chosen
-  -- slice, if it goes beside.
+  -- Width of a pixel's output: the pixel if there is a picture, its index, its depth between slices if there is one,
+  -- the pixel of a chosen slice if that goes beside.
   function pixel_word_bits (
     data_bits  : positive;
     between    : boolean;
@@ -184,7 +187,7 @@ package sharpness_pkg is
     picture    : boolean := true
   ) return positive;
 
-  -- The same; depth if there are SHIFTS.
+  -- Width of a pixel's output, from a depth_index's generics; there is a depth if there are SHIFTS.
   function index_word_bits (
     channels   : positive;
     pixel_bits : positive;
@@ -214,7 +217,7 @@ package body sharpness_pkg is
 
   begin
 
-    -- A luma is known of one channel and of three.
+    -- Luma is defined for one channel and for three.
     assert channels /= 2
       report name & ": CHANNELS must be 1 or 3, of which there is a luma"
       severity failure;
@@ -229,14 +232,13 @@ package body sharpness_pkg is
              "as one micro image is judged each clock"
       severity failure;
 
-    -- What has to be stored: of all slices the lines of pixels that wait; of each micro image what
-    -- judges it.
+    -- Stored bits: stack: lines of pixels that wait, of all slices; lens_word: what judges each micro image.
     stack     := slices * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
     lens_word := slices * (4 * lens_bits(micro_image_size, channels, pixel_bits) +
                            2 * radius * row_sharpness_bits(micro_image_size, channels, pixel_bits, radius)) +
                  (2 * vote_radius + 1) * (bits_for(slices - 1) + 1);
 
-    -- Divided rather than multiplied, as the products exceed an integer.
+    -- The test divides instead of multiplying, because the products exceed an integer.
     assert stack * pixels <= MOST_LINE_BITS / divide_up(max_columns, pixels) and
            lens_word <= MOST_LINE_BITS / lens_count(max_columns, micro_image_size)
       report name & ": SLICES, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of memory: " &
@@ -263,7 +265,7 @@ package body sharpness_pkg is
       report name & ": SHIFTS """ & shifts & """ must be one for each of SLICES"
       severity failure;
 
-    -- All steps have the direction of the first one, and none is 0.
+    -- All steps have the sign of the first one, and none is 0.
     for s in 2 to slices - 1 loop
 
       assert (slice_shift(shifts, s) > slice_shift(shifts, s - 1)) =
@@ -287,9 +289,8 @@ package body sharpness_pkg is
 
   begin
 
-    -- Places between micro images at which views are taken.
-    -- The fewer they are, the less a slice is blurred by interpolation, and the sharper it looks;
-    -- the weights make up for it.
+    -- Number of places between micro images at which views are taken. The fewer they are, the less interpolation blurs
+    -- a slice, and the sharper it looks; the weights compensate for that.
     fractions := micro_image_size / common_divisor(micro_image_size, abs shift);
 
     if fractions = 1 then
@@ -313,11 +314,11 @@ package body sharpness_pkg is
 
   begin
 
-    -- How far it is to each neighbour, whichever way the slices go.
+    -- Distance to each neighbour, whatever the direction of the shifts.
     from_before := abs (slice_shift(shifts, slice) - slice_shift(shifts, slice - 1));
     behind      := abs (slice_shift(shifts, slice + 1) - slice_shift(shifts, slice));
 
-    -- Common factors would only make the products wider.
+    -- A common factor would only make the products wider.
     return choose(to_behind, behind, from_before) / common_divisor(from_before, behind);
 
   end function step_weight;
@@ -328,7 +329,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- The last micro image of a line may be cut; it counts as one.
+    -- A line's last micro image may be cut off; it counts too.
     return (columns + micro_image_size - 1) / micro_image_size;
 
   end function lens_count;
@@ -340,7 +341,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- Two bits more are four times as much: the sums of the widest pixels are no integers.
+    -- Two bits more are a factor of four, for R + 2 G + B. The sum itself may exceed an integer.
     return bits_for((2 ** pixel_bits - 1) * micro_image_size * micro_image_size) + choose(channels = 1, 0, 2);
 
   end function lens_bits;
@@ -366,7 +367,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- The window adds as many rows.
+    -- The window adds 2 r + 1 rows.
     return row_sharpness_bits(micro_image_size, channels, pixel_bits, radius) + bits_for(2 * radius);
 
   end function sharpness_bits;
@@ -378,8 +379,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- A row of micro images is judged when the window below it is complete, and a row more is needed for its
-    -- Laplacian.
+    -- A row of micro images is judged when the window below it is complete; its Laplacian needs one row more.
     return (radius + 2 + vote_radius) * micro_image_size;
 
   end function sharpness_delay;
@@ -389,7 +389,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- Several pixels are added in a clock of their own.
+    -- Adding several pixels takes a clock of its own.
     return choose(pixels = 1, 6, 7);
 
   end function lens_sum_latency;
@@ -400,8 +400,7 @@ package body sharpness_pkg is
   ) return natural is
   begin
 
-    -- The columns to the middle of the window, a comparison for each slice, and the memory, the
-    -- counts and the choice.
+    -- Columns to the middle of the window, a comparison for each slice, then memory, counts and choice.
     return choose(vote_radius = 0, 0, vote_radius + slices + 5);
 
   end function vote_latency;
@@ -415,9 +414,8 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- For depth between slices they are weighed, a clock; it is found while they vote.
-    -- The sums, the window to its middle, the sharpness, a comparison for each slice but the first,
-    -- then votes or depth.
+    -- Sums, window to its middle, sharpness, a comparison for each slice but the first; with a depth between slices a
+    -- clock for the weights, then votes or depth, whichever takes longer.
     return lens_sum_latency(pixels) + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
            choose(between, 1 + larger(vote_latency(slices, vote_radius), FRACTION_LATENCY),
                   vote_latency(slices, vote_radius));
@@ -432,7 +430,7 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    -- The index has a byte whatever the number of slices, so that software reads it alike.
+    -- The index is always a byte, so that software reads every configuration alike.
     return choose(picture, data_bits, 0) + choose(chosen_too, data_bits, 0) + 8 +
            choose(between, 2 * FRACTION_BITS, 0);
 

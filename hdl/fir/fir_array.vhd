@@ -1,27 +1,26 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The array of FIR filters: N rows of an image at once through N row modules and N column modules.
+-- The array of FIR filters: N rows of an image at once, through N row modules and N column modules.
 --
--- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that the pixels of
--- a column come one after the other. A pixel counter and demultiplexers hand column k to column module k mod N,
--- which takes its N pixels in N tokens and turns to its next column. Each column module keeps the partial sums
--- of its own columns, a column in N, in line buffers of its own. row_results puts the rows together again.
+-- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that the pixels of a
+-- column come one after the other. A pixel counter and demultiplexers hand column k to column module k mod N. The
+-- module takes the column's N pixels in N tokens and turns to its next column. Each column module keeps the partial
+-- sums of its own columns (every N-th column) in line buffers of its own. row_results puts the rows together again.
 --
--- With N = 1 this is the filter of a raster scan. With N = rows of the frame, a frame is one band.
+-- With N = 1 the array filters a raster scan. With N = rows of the frame, a frame is one band.
 --
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). With one row at a time
 -- sharpening may follow the sums.
 --
--- A band is N lines of the image. Its columns come as pixel tokens, one after the other or with idle clocks and
--- empty tokens (strobe without pixel) in between. The next band may begin min_line_steps tokens later, and after
--- a multiple of N; empty tokens fill the time. Behind a frame, bands of zeros without image lines push its last
--- lines out, and empty tokens the last pixels of a band.
+-- A band is N lines of the image. Its columns come as pixel tokens, with or without idle clocks and empty tokens
+-- (strobe without pixel) in between. The next band may begin min_line_steps tokens later, and after a multiple of N
+-- tokens; empty tokens fill the time. Behind a frame, bands of zeros without image lines push its last lines out;
+-- empty tokens push out the last pixels of a band.
 --
 -- Output lines are total_delay lines behind: band b gives the lines from N*b - total_delay on, as far as they are
 -- image lines. A frame begins at the top of a band.
 --
--- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
---   clocks, from the first pixel in to the first pixel out; with sharpening M lines, M tokens and sharpen_latency
---   clocks more.
+-- Latency: floor(D/N) bands, D + D mod N tokens and array_latency clocks, D = total_delay, from the first pixel in
+-- to the first pixel out. Sharpening: M lines, M tokens and sharpen_latency clocks more.
 -- Throughput: N pixels of all channels each clock.
 -- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
 --   in raster_refocuser.
@@ -43,15 +42,15 @@ entity fir_array is
   generic (
     -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The slices: a' of each in pixels, with blanks in between.
+    -- The shift of each slice in pixels, with blanks in between.
     SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
+    -- true: the picture stays put from slice to slice.
     CENTRED : boolean := true;
-    -- Moving sums that follow in each dimension: 0 none, 1 for linear interpolation.
+    -- Moving sums that follow in each dimension: 0 none, 1 linear interpolation.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- Whether the first output of a micro image is held for its others, which are equal.
+    -- true: the first output of a micro image is held for its others, which are equal.
     HOLD : boolean := false;
-    -- N: rows that are filtered at once.
+    -- N, rows that are filtered at once.
     PARALLEL_ROWS : positive range 1 to 64 := 1;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
@@ -59,17 +58,19 @@ entity fir_array is
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Exact sums and one division at the end, or stored products, which round.
+    -- true: exact sums and one division at the end; false: stored products, which round.
     EXACT : boolean := true;
     -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: fraction bits of the image between rows and columns.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- Taps that one latch of the broadcast net drives; 0: one register drives all.
+    -- Taps that each latch of the broadcast net drives; 0: one register drives all taps.
     BROADCAST_TAPS : natural := 0;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener
+    -- out.
     SHARPENING : string := "";
-    -- Width of the weights that divide the sums, exact ones of one row at a time, not sharpened; 0: M * M divides them.
+    -- Width of the weights that divide the sums (exact, one row at a time, not sharpened); 0: the sums are
+    -- divided by M * M.
     WEIGHT_BITS : natural range 0 to 31 := 0;
     -- Whether all rows of a column come out with the same token.
     DESKEW : boolean := false
@@ -77,14 +78,15 @@ entity fir_array is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token of a band; image counts row by row. line_first and line_last are the ends of the band.
+    -- A token of a band; its field image is not used, see token_rows. line_first and line_last are the ends of
+    -- the band.
     token : in    token_t;
-    -- The rows that are image lines, held through a band, and the pixels, row 0 in the low bits.
+    -- Which rows are image lines, constant within a band; and the pixels, row 0 in the low bits.
     token_rows : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
     token_data : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The weight of a pixel (border_weights), with its sums; of no account without WEIGHT_BITS.
+    -- The weight of a pixel (from border_weights), in the clock of its sums; unused without WEIGHT_BITS.
     weights : in    std_logic_vector(larger(WEIGHT_BITS, 1) - 1 downto 0) := (others => '0');
-    -- The results of each row, and the pixels, row 0 in the low bits.
+    -- The result of each row, and its pixels, row 0 in the low bits.
     results     : out   results_t(0 to PARALLEL_ROWS - 1);
     result_data : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
@@ -94,7 +96,7 @@ architecture rtl of fir_array is
 
   constant GEOMETRY : geometry_t := geometry_of("fir_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  -- Passes are numbered from 0, rows first, then columns.
+  -- Passes are numbered from 0: rows first, then columns.
   constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
   constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
 
@@ -108,14 +110,14 @@ architecture rtl of fir_array is
                                                     CHANNELS, SHARPENING));
 
   constant STORED : boolean := not EXACT;
-  -- Filters that work in step in a row stage, and streams of a column module.
+  -- ROW_LANES: filters of a row stage that work in step; DEPTH: columns of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
   constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
 
   constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
   constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
 
-  -- Signals from one stage to the next; lanes take the low bits.
+  -- Signals from one stage to the next, in the low bits of each element.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
 
   type row_flags_t is array (natural range 0 to PASSES) of std_logic_vector(PARALLEL_ROWS - 1 downto 0);
@@ -124,7 +126,7 @@ architecture rtl of fir_array is
 
   type column_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * COLUMN_WIDTH - 1 downto 0);
 
-  -- Tokens in the row modules, the rows of their band that are image lines, and the lanes.
+  -- Tokens in the row modules, which rows of their band are image lines, and the pixels.
   signal row_token : tokens_t(0 to PASSES);
   signal row_image : row_flags_t;
   signal row_data  : row_data_t;
@@ -134,18 +136,18 @@ architecture rtl of fir_array is
   signal band_starts  : std_logic;
   signal count        : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal count_held   : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
-  -- Of the band whose columns the modules take.
+  -- Slice and image rows of the band whose columns the modules take.
   signal band_slice : slice_t;
   signal band_image : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal slice_held : slice_t;
   signal image_held : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
 
-  -- In the column modules a token is that of module 0, but its t-th token in a band carries the fields of the line for
+  -- In the column modules a token is that of module 0. The t-th token of a band carries the fields of the line of
   -- row t.
   signal column_token : tokens_t(0 to PASSES);
   signal column_data  : column_data_t;
 
-  -- Behind the column modules, and the sharpener where there is one.
+  -- Token and sums behind the column modules, or behind the sharpener if there is one.
   signal last_token : token_t;
   signal last_sums  : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
 
@@ -154,7 +156,7 @@ architecture rtl of fir_array is
 
 begin
 
-  -- Row modules: every token is a step.
+  -- Row modules. Every token is a step.
   row_token(0) <= token;
   row_image(0) <= token_rows;
 
@@ -184,8 +186,8 @@ begin
 
   end generate row_pass;
 
-  -- Skew registers, pixel counter, demultiplexers.
-  -- Without this skew all N pixels of a column would want the same column module in one clock.
+  -- Skew registers, pixel counter, demultiplexers. Without the skew all N pixels of a column would reach one
+  -- column module in the same clock.
   skew_rows : entity work.lane_skew
     generic map (
       LANES => PARALLEL_ROWS,
@@ -202,7 +204,7 @@ begin
 
   count <= place_in_turn(count_held, band_starts, PARALLEL_ROWS);
 
-  -- Column k belongs to module k mod N: a rotation of the N lanes by the count.
+  -- Column k belongs to module k mod N: the demultiplexers rotate the N rows by the count.
   demultiplex : entity work.lane_exchange
     generic map (
       LANES => PARALLEL_ROWS,
@@ -216,8 +218,8 @@ begin
       data_out => demuxed_data
     );
 
-  -- A band says with its first token which of its rows are image lines; the others of its first N tokens need it, too,
-  -- as each hands the next row on.
+  -- The first token of a band says which of its rows are image lines. The next N - 1 tokens need that too, because
+  -- each carries the fields of the next row.
   band_slice <= row_token(PASSES).slice when band_starts = '1' else
                 slice_held;
   band_image <= row_image(PASSES) when band_starts = '1' else
@@ -236,7 +238,7 @@ begin
 
   end process hold_band;
 
-  -- Column modules: every line is a step.
+  -- Column modules. Every line is a step.
   hand_over : process (row_token, band_starts, band_slice, band_image, count) is
   begin
 
@@ -273,7 +275,6 @@ begin
 
   end generate column_pass;
 
-  -- Both alternatives drive the same signals, so the logic behind does not depend on the choice.
   plain : if not sharpens(SHARPENING) generate
     last_token <= column_token(PASSES);
     last_sums  <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
@@ -301,8 +302,8 @@ begin
 
   end generate sharp;
 
-  -- From modules back to rows.
-  -- It reads the line of each row with the token that brings it, so it needs no memory of bands.
+  -- From modules back to rows. row_results reads the fields of each row's line with the token that brings them, so
+  -- it needs no memory of bands.
   back_to_rows : entity work.row_results
     generic map (
       PARALLEL_ROWS => PARALLEL_ROWS,

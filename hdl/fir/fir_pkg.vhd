@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The switched FIR filters: their taps, switches and clock counts.
 --
--- As a transposed FIR filter with TAPS taps a pixel is broadcast to all taps, and tap w delays it by TAPS-1-w
--- steps. A pixel of phase p = k mod M is added by M neighbouring taps: those whose delay lies in
--- p*(s-1) + origin .. p*(s-1) + origin + M-1. The origin of a slice is the delay that brings S(k) to its place
--- in the output; no tap has a negative delay.
+-- In a transposed FIR filter with TAPS taps a pixel is broadcast to all taps, and tap w delays it by TAPS-1-w steps.
+-- A pixel of phase p = k mod M is added by M neighbouring taps: those with delays p*(s-1) + origin .. p*(s-1) +
+-- origin + M-1. The origin of a slice is the delay that brings S(k) to its place in the output; no tap has a
+-- negative delay.
 --
--- All slices of a set have the same output delay (refocus_pkg). So the place of a tap tells the output that its
--- partial sum belongs to, whatever the slice.
+-- All slices of a set have the same output delay (refocus_pkg), so the number of a tap tells which output its
+-- partial sum belongs to, in every slice.
 --
 -- With hold (all shifts multiples of M) the M outputs of a micro image are equal. The filter computes the first
 -- and holds it; a phase then closes one switch instead of M.
@@ -25,11 +25,11 @@ use work.sharpen_pkg.all;
 
 package fir_pkg is
 
-  -- The most taps of all filters of a dimension, and the most rows at once.
+  -- Limits: taps of all filters in a dimension, and rows at once.
   constant MOST_TAPS          : positive := 512;
   constant MOST_PARALLEL_ROWS : positive := 64;
 
-  -- Stops elaboration, by a message that begins with a name, if the filters cannot be built; else true.
+  -- Returns true, or stops elaboration if the filters cannot be built; the message begins with the name.
   function takes_filters (
     name          : string;
     arithmetic    : arithmetic_t;
@@ -41,7 +41,7 @@ package fir_pkg is
     sharpening    : string
   ) return boolean;
 
-  -- Number of taps that the slice with the most needs.
+  -- Number of taps of the slice that needs most.
   function tap_count (
     geometry : geometry_t;
     hold     : boolean
@@ -65,21 +65,20 @@ package fir_pkg is
     geometry : geometry_t
   ) return boolean;
 
-  -- The shortest band in tokens: a multiple of the rows taken at once, and not before the line
-  -- buffers are ready again (one column for each module needs none). The sequencer appends empty
-  -- steps to shorter bands.
+  -- The shortest band in tokens: a multiple of the parallel rows, and long enough for the line buffers (a single
+  -- column in each module needs none). The sequencer appends empty tokens to shorter bands.
   function min_line_steps (
     parallel_rows : positive;
     max_columns   : positive
   ) return positive;
 
-  -- Clocks from a token at a filter stage's input to its output.
+  -- Latency of a filter stage in clocks.
   function stage_latency (
     stored         : boolean;
     broadcast_taps : natural
   ) return positive;
 
-  -- Clocks from a token at the filter array's input to its output.
+  -- Latency of the filter array in clocks.
   function array_latency (
     stored         : boolean;
     broadcast_taps : natural;
@@ -96,7 +95,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
-    -- A pixel adds to M neighbouring outputs; where these are equal, to the one that is held.
+    -- A pixel adds to M neighbouring outputs; if these are equal, only to the one that is held.
     return choose(hold, 1, micro_image_size);
 
   end function closed_width;
@@ -112,7 +111,8 @@ package body fir_pkg is
 
   begin
 
-    -- All slices end at the same tap, so that they have the same delay; the one that reaches furthest back decides.
+    -- All slices end at the same tap, so that they have the same delay. The slice that reaches furthest back
+    -- decides.
     largest := 0;
 
     for i in 0 to geometry.slices - 1 loop
@@ -133,7 +133,7 @@ package body fir_pkg is
   ) return natural is
   begin
 
-    -- A slice with less delay than the set's begins that much later, so that all end together.
+    -- A slice with less delay than the set begins later, so that all slices end together.
     return phase * (geometry.shifts(slice) - 1) + geometry.output_delay - centre_offset(geometry, slice);
 
   end function first_delay;
@@ -148,8 +148,8 @@ package body fir_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- The outputs of a micro image are equal only if a' is a multiple of M, and it begins where they do only if the
-      -- offset is.
+      -- The outputs of a micro image are equal only if the shift is a multiple of M, and they begin with a
+      -- micro image only if the offset is a multiple of M too.
       if geometry.shifts(i) mod M /= 0 or centre_offset(geometry, i) mod M /= 0 then
         return false;
       end if;
@@ -160,8 +160,8 @@ package body fir_pkg is
 
   end function can_hold;
 
-  -- Bits that a column stage stores for a column of a channel: partial sums. The last tap of a filter without hold
-  -- needs none.
+  -- Bits that a column stage stores for one channel of a column: its partial sums. The last tap of a filter
+  -- without hold stores none.
   function kept_bits (
     arithmetic : arithmetic_t;
     geometry   : geometry_t;
@@ -173,7 +173,7 @@ package body fir_pkg is
 
   begin
 
-    -- The last tap's sum goes out at once and is not kept.
+    -- The last tap's sum leaves at once and is not stored.
     return (tap_count(geometry, hold) - choose(hold, 0, 1)) *
            bits_for(M * product_max(arithmetic, arithmetic.passes + stage));
 
@@ -217,7 +217,7 @@ package body fir_pkg is
     bits  := kept_bits(arithmetic, geometry, hold, 0);
 
     if depth > 1 then
-      -- Line buffers of a power of two: their address is a counter that wraps around.
+      -- Line buffers have a power of two of words: their address is a counter that wraps round.
       words := channels * parallel_rows * 2 ** bits_for(depth - 1);
     end if;
 
@@ -239,12 +239,12 @@ package body fir_pkg is
   ) return positive is
   begin
 
-    -- A module has a single column then, whose sums stay in its registers.
+    -- Each module then has a single column, whose sums stay in registers.
     if max_columns <= parallel_rows then
       return parallel_rows;
     end if;
 
-    -- A column comes again in the next band: its partial sums must be back in memory before they are read.
+    -- A column comes again in the next band; its partial sums must be back in memory by then.
     return divide_up(parallel_rows - 1 + PARTIAL_SUM_LOOP, parallel_rows) * parallel_rows;
 
   end function min_line_steps;
@@ -255,7 +255,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
-    -- Three clocks of fir_stage; a table of products and latches of the input take one each.
+    -- Filter stage 3; the table of products and the latches of the input take one clock each.
     return 3 + choose(stored, 1, 0) + choose(broadcast_taps > 0, 1, 0);
 
   end function stage_latency;
@@ -267,7 +267,7 @@ package body fir_pkg is
   ) return positive is
   begin
 
-    -- A stage for rows and one for columns in each pass.
+    -- Each pass has a stage for rows and one for columns.
     return 2 * (order + 1) * stage_latency(stored, broadcast_taps) + choose(stored, 0, DIVIDE_LATENCY);
 
   end function array_latency;

@@ -1,19 +1,19 @@
 -- SPDX-License-Identifier: Apache-2.0
--- One pass of the refocuser along one dimension: stored products, switch control, the switched FIR filters of all
--- lanes, and the rounding behind them. The tokens are delayed as their pixels are.
+-- One pass of the refocusing operator along one dimension: stored products, switch control, the switched FIR
+-- filters, and rounding. Tokens are delayed as their pixels are.
 --
--- Rows (MODULES = 1, DEPTH = 1): every token is a step of all lanes. A lane is a channel of one of the parallel rows.
+-- Rows (MODULES = 1, DEPTH = 1): every token is a step of all filters, one for each channel of each parallel row.
 --
--- Columns (COLUMNS, MODULES = N): a token brings the next of N rows to each of N modules. Module m does what module 0
--- did m tokens earlier. A module takes N steps on a column, one for each row, then turns to its next column, which has
--- a slot of its own. The switches of the N rows are read in the first N tokens of a band. They move from module
--- to module with the columns, and from the last module back to the first. With N = 1 this is a raster scan, and
--- a step is a line.
+-- Columns (COLUMNS, MODULES = N): a token brings the next of N rows to each of N modules. Module m does what module
+-- 0 did m tokens earlier. A module takes N steps on a column, one for each row, then turns to its next column, which
+-- has a slot of its own. The switches of the N rows are read in the first N tokens of a band. They move with the
+-- columns from module to module, and from the last module back to the first. With N = 1 this is a raster scan, and a
+-- step is a line.
 --
--- Latency: stage_latency clocks (3, stored products 1 more, broadcast latches 1 more), and
---   output_delay steps of the filter. Throughput: one token each clock.
--- Equation: out(step) = S(step - DELAY + output offset) of data (STORED = false) or of
---   round(data * 2**SCALE_BITS / M), then rounded by DROP_BITS (STORED = true).
+-- Latency: output_delay steps and stage_latency clocks (3; stored products 1 more, broadcast latches 1 more).
+-- Throughput: one token each clock.
+-- Equation: out(step) = S(step - DELAY + centre_offset) of data (STORED = false), or of round(data * 2**SCALE_BITS /
+-- M), then rounded by DROP_BITS (STORED = true).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -29,36 +29,37 @@ use work.fir_pkg.all;
 
 entity fir_stage is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- Widths and largest values of its input, its sums and its output.
+    -- Widths and largest values of the input, the sums and the output.
     SIZES : pass_t;
-    -- Whether the first output of a micro image is held for its others, which are equal.
+    -- true: the first output of a micro image is held for its others, which are equal.
     HOLD : boolean;
-    -- Whether it filters columns: a line is a step then, else a token.
+    -- true: the stage filters columns, and a line is a step; false: a token is a step.
     COLUMNS : boolean := false;
-    -- Filters that work one token after the other: 1 for rows, the rows of a band for columns.
+    -- Modules that work one token after the other: 1 for rows, the rows of a band for columns.
     MODULES : positive := 1;
     -- Interleaved streams of a filter: 1 for rows, the columns of a module for columns.
     DEPTH : positive := 1;
-    -- Filters that work in step, in each module.
+    -- Filters of each module, which work in step.
     LANES : positive;
-    -- Taps that one latch of the broadcast net drives; 0: one register drives all.
+    -- Taps that each latch of the broadcast net drives; 0: one register drives all taps.
     BROADCAST_TAPS : natural;
-    -- Width of what goes with a step beside its token.
+    -- Width of the tag that goes with a step.
     TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token. Of columns it is that of module 0: its pixel belongs to a band of lines, which begins with the line's
-    -- first token; in each of the first N tokens of a band image, frame_first and slice are those of the next row.
+    -- A token; for columns that of module 0. Its pixel belongs to a band of lines, which begins with the line's
+    -- first token. In each of the first N tokens of a band the fields image, frame_first and slice are those of
+    -- the next row.
     token : in    token_t;
-    -- The lanes of all modules: module 0, lane 0 in the low bits.
+    -- The input of all filters: module 0, filter 0 in the low bits.
     data : in    std_logic_vector(MODULES * LANES * SIZES.data_bits - 1 downto 0);
-    -- What else goes with a step.
+    -- A tag that goes with the step.
     tag : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
-    -- The token behind the stage (token_path), and its results in the order of data.
+    -- The token behind the stage (token_path), its results in the order of data, and its tag.
     out_token : out   token_t;
     out_data  : out   std_logic_vector(MODULES * LANES * SIZES.result_bits - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
@@ -71,15 +72,16 @@ architecture rtl of fir_stage is
   constant DELAY        : natural  := GEOMETRY.output_delay;
   constant RESULT_BITS  : positive := SIZES.result_bits;
   constant PRODUCT_BITS : positive := bits_for(SIZES.product_max);
-  -- M inputs add to an output, whatever the slice.
+  -- M inputs add to an output, in every slice.
   constant SUM_MAX   : positive := SIZES.sum_max;
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
   constant SLOT_BITS : positive := bits_for(DEPTH - 1);
   constant LATENCY   : positive := stage_latency(SIZES.stored, BROADCAST_TAPS);
-  -- With a single slice the slice number has one bit without meaning.
+  -- With a single slice the slice number has one bit, which is not used.
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- What a module does with a token.
+  -- A module's work on a token: the slot of its column, whether it goes on with that column, whether there is a
+  -- pixel.
   type turn_t is record
     slot   : unsigned(SLOT_BITS - 1 downto 0);
     resume : std_logic;
@@ -90,15 +92,15 @@ architecture rtl of fir_stage is
 
   constant NO_TURN : turn_t := (slot => (others => '0'), resume => '0', active => '0');
 
-  -- Switch states of a row of the band, as they move from module to module.
+  -- The switches of a row of the band, as they move from module to module.
   constant SWITCH_BITS : positive := TAPS + 2;
 
   subtype switches_t is std_logic_vector(SWITCH_BITS - 1 downto 0);
 
   type switch_chain_t is array (natural range 0 to MODULES) of switches_t;
 
-  -- What the token is to the filters: it has a pixel, begins a band, begins a line (for columns a frame), and holds
-  -- image pixels; others add nothing.
+  -- The token as the filters see it. pixel: it has a pixel; advance: it begins a band; first: it begins a line
+  -- (for columns a frame); live: its pixels are image pixels; others add nothing.
   signal pixel   : std_logic;
   signal advance : std_logic;
   signal first   : std_logic;
@@ -108,8 +110,8 @@ architecture rtl of fir_stage is
   signal burst_held : natural range 0 to larger(MODULES - 1, 1) := 0;
   signal opening    : std_logic                                 := '0';
   signal fresh      : std_logic;
-  -- A module's turn now; the two clocks behind, in which its filter and the switches take it; the one of the token
-  -- before, which the next module has.
+  -- turn: each module's work now; _d1, _d2: one and two clocks later, when switches and filter use it; turn_held:
+  -- the work of the token before, which the next module takes over.
   signal turn      : turns_t;
   signal turn_d1   : turns_t   := (others => NO_TURN);
   signal turn_d2   : turns_t   := (others => NO_TURN);
@@ -122,7 +124,7 @@ architecture rtl of fir_stage is
   signal live_d1   : std_logic := '0';
   signal slice_d1  : unsigned(SLICE_BITS - 1 downto 0);
 
-  -- Switches of the row that comes, and the same as they move on with its pixels.
+  -- The switches of the row that comes in, and those that move on with the pixels.
   signal closed   : std_logic_vector(0 to TAPS - 1);
   signal restart  : std_logic;
   signal update   : std_logic;
@@ -144,14 +146,13 @@ begin
     live    <= token.image;
   end generate column_tokens;
 
-  -- Module 0's turn: the place in its burst on a column, and the column.
-  -- A module takes the N rows of a column in N tokens; with N = 1 the count is always 0, and all that depends on it
-  -- falls away.
+  -- Module 0's work: its row within the column, and the column. A module takes the N rows of a column in N tokens.
+  -- With N = 1 the count is always 0, and synthesis removes all that depends on it.
   burst_step <= place_in_turn(burst_held, advance, MODULES);
 
   fresh <= token.strobe and (advance or opening);
 
-  -- The column's place in the memory of partial sums: the next one with each burst.
+  -- The column's slot in the memory of partial sums: the next slot with each column.
   turn(0).slot <= (others => '0') when advance = '1' or DEPTH = 1 else
                   turn_held(0).slot + 1 when burst_step = 0 else
                   turn_held(0).slot;
@@ -162,8 +163,8 @@ begin
   turn(0).active <= pixel when burst_step = 0 else
                     turn_held(0).active;
 
-  -- Each of the other modules has the turn of the one before it a token later: its burst begins a token later, on the
-  -- column to the right, which has the same slot in a memory of its own.
+  -- Module m takes over the work of module m - 1 a token later: the column to the right, which has the same slot
+  -- number in a memory of its own.
   followers : for m in 1 to MODULES - 1 generate
     turn(m) <= turn_held(m - 1);
   end generate followers;
@@ -179,7 +180,7 @@ begin
       first_d1  <= first;
       live_d1   <= live;
       slice_d1  <= token.slice(SLICE_BITS - 1 downto 0);
-      -- Two clocks, as the switches need them: one to read their table, one for the fan-out to all taps.
+      -- Two clocks for the switches: one to read their table, one for the fan-out to all taps.
       turn_d1 <= turn;
       turn_d2 <= turn_d1;
       if GEOMETRY.slices = 1 then
@@ -222,12 +223,12 @@ begin
       update  => update
     );
 
-  -- One module: the outputs of the control hold for the whole line.
+  -- One module: the control's outputs hold for the whole line.
   one_module : if MODULES = 1 generate
     switches(0) <= closed & restart & update;
   end generate one_module;
 
-  -- Several modules: the switches of the band's rows pass from each module to the next, and from the last to the first.
+  -- Several modules: switches of the band's rows pass from module to module, and from the last to the first.
   many_modules : if MODULES > 1 generate
 
     signal passed : switch_chain_t := (others => (others => '0'));
@@ -260,7 +261,7 @@ begin
 
   begin
 
-    -- A token without a pixel of a band moves no partial sum: the memory keeps its word.
+    -- A token without a pixel of a band leaves the partial sums in memory unchanged.
     step <= strobe_d2 and turn_d2(m).active;
 
     lane : for i in m * LANES to m * LANES + LANES - 1 generate
@@ -319,13 +320,13 @@ begin
       begin
 
         if rising_edge(clk) then
-          -- The register in front of the broadcast net, by which one product reaches all taps.
+          -- The register in front of the broadcast net, through which one product reaches all taps.
           product_d2 <= product_d1;
         end if;
 
       end process delay_product;
 
-      -- The slot is given two clocks early, because the line buffer needs them to read.
+      -- The slot comes two clocks early, because the line buffer needs two clocks to read.
       fir : entity work.switched_fir
         generic map (
           TAPS           => TAPS,

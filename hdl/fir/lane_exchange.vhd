@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Distributes the pixels of N skewed rows to N column modules, and those of N modules back to the rows.
 --
--- Rows that are skewed by one token each reach a column one after the other. The pixels of column k all belong to
--- module k mod N. Row r works on the column that row 0 had r tokens before, and module m takes the row that module 0
--- took m tokens before. Let c be the pixel counter of row 0 and module 0. Then module m takes its pixel from row c(m
--- tokens ago), which are the demultiplexers of the thesis, and row r takes its sum from module c(r tokens ago). Both
+-- Rows that are skewed by one token each reach a column one after the other. All pixels of column k belong to module
+-- k mod N. Row r works on the column that row 0 had r tokens before, and module m takes the row that module 0 took m
+-- tokens before. Let c be the pixel counter of row 0 and module 0. Then module m takes its pixel from row c(m tokens
+-- ago); these are the demultiplexers of the thesis. Row r takes its sum from module c(r tokens ago). Both directions
 -- are the same circuit.
 --
 -- Latency: 0 clocks. Throughput: one word of each lane each clock.
@@ -18,18 +18,18 @@ use work.math_pkg.all;
 
 entity lane_exchange is
   generic (
-    -- N.
+    -- N, rows or modules.
     LANES : positive;
-    -- Bits of a lane.
+    -- Width of a row's or module's word.
     WIDTH : positive
   );
   port (
     clk : in    std_logic;
-    -- A token.
+    -- There is a token.
     strobe : in    std_logic;
-    -- Pixel counter of lane 0.
+    -- Pixel counter of row 0 or module 0.
     count : in    natural range 0 to larger(LANES - 1, 1);
-    -- A word of each lane, lane 0 in the low bits.
+    -- A word of each row or module, number 0 in the low bits.
     data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
     data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
   );

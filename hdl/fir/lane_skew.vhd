@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Skew registers: delays each of N lanes by one token more than the lane before it.
+-- Skew registers: delay each of N words side by side by one token more than the word before it.
 --
--- Latency: lane i comes i tokens later (REVERSED: LANES-1-i tokens). Throughput: one word of each lane each clock.
+-- Latency: i tokens for word i (REVERSED: LANES-1-i tokens). Throughput: one word of each row each clock.
 -- Equation: data_out(lane i, token t) = data_in(lane i, token t - i).
 
 library ieee;
@@ -13,19 +13,19 @@ use work.math_pkg.all;
 
 entity lane_skew is
   generic (
-    -- N.
+    -- N, words side by side.
     LANES : positive;
-    -- Bits of a lane.
+    -- Width of a word.
     WIDTH : positive;
-    -- Whether the last lane is the one without delay.
+    -- true: the last word is the one without delay.
     REVERSED : boolean := false
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic := '0';
-    -- A token.
+    -- There is a token.
     enable : in    std_logic;
-    -- A word of each lane, lane 0 in the low bits.
+    -- The words side by side, word 0 in the low bits.
     data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
     data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
   );
@@ -35,8 +35,8 @@ architecture rtl of lane_skew is
 
 begin
 
-  -- Lane 0 (REVERSED: the last lane) is a wire. A chain for each lane: shift registers of LUTs have no taps, so a
-  -- shared one would be made of flip-flops.
+  -- Word 0 (REVERSED: the last word) is a wire. Each word has a chain of its own: shift registers in LUTs have no
+  -- taps, so a shared chain would consist of flip-flops.
   lane : for i in 0 to LANES - 1 generate
 
     constant LENGTH : natural := choose(REVERSED, LANES - 1 - i, i);

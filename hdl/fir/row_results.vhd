@@ -1,12 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The way back from the column modules of fir_array to rows of results.
+-- Puts the sums of fir_array's column modules back into rows of results.
 --
 -- Module m outputs the sums of its columns, row after row, one token after module m - 1. Multiplexers put the rows
--- together again; each is one token later than the row above it. The fields of a column are delayed with the rows, and
--- each row keeps the fields of its line for the whole band.
+-- together again; each row is one token later than the row above it. The fields of a column are delayed like its
+-- rows, and each row keeps the fields of its line for the whole band.
 --
--- Latency: row r comes r tokens later, with DESKEW all rows N - 1 tokens later. Throughput: one word of sums of each
---   row each clock.
+-- Latency: r tokens for row r. Throughput: one word of sums of each row each clock.
 -- Equation: row_sums(row r, token t) = module_sums(module c(t - r), token t), c the number of the column mod N.
 
 library ieee;
@@ -20,7 +19,7 @@ use work.token_pkg.all;
 
 entity row_results is
   generic (
-    -- N.
+    -- N, rows of a band.
     PARALLEL_ROWS : positive;
     -- Width of the sums of a pixel, all channels.
     SUM_BITS : positive;
@@ -30,12 +29,12 @@ entity row_results is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token of module 0. In each of the first N tokens of a band image, frame_first and slice are those of the next
-    -- row.
+    -- A token of module 0. In each of the first N tokens of a band the fields image, frame_first and slice are
+    -- those of the next row.
     token : in    token_t;
     -- The sums of each module, module 0 in the low bits.
     module_sums : in    std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
-    -- The results of each row, and their sums, row 0 in the low bits.
+    -- The result of each row, and its sums, row 0 in the low bits.
     results  : out   results_t(0 to PARALLEL_ROWS - 1);
     row_sums : out   std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0)
   );
@@ -43,19 +42,20 @@ end entity row_results;
 
 architecture rtl of row_results is
 
-  -- A column passes the rows a token apart; bit 0 is the one that reset clears.
+  -- Bits of the mark that passes from row to row, a token each; bit 0 is the one that reset clears.
   constant PIXEL_BIT   : natural := 0;
   constant FIRST_BIT   : natural := 1;
   constant LAST_BIT    : natural := 2;
   constant COLUMN_BITS : natural := 3;
 
-  -- Results of the rows, a token apart, and all of a column together. Until the last moment they are not gated with
-  -- strobe, as they move with tokens: valid then also marks the first column of a line that is none, which skip tells.
+  -- A row's result as a word. It moves with tokens and is gated with strobe only at the output. valid also marks
+  -- the first column of a missing line, which skip tells.
   constant SLICE_LOW   : natural := 4;
   constant DATA_LOW    : natural := SLICE_LOW + slice_t'length;
   constant RESULT_BITS : natural := DATA_LOW + SUM_BITS;
 
-  -- Columns come back a token apart from module to module; counted from a band's first one they go to their rows.
+  -- Columns come back from module to module, a token apart. The count since a band's first column says which row
+  -- gets which module's sum.
   signal starts     : std_logic;
   signal count      : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal count_held : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
@@ -118,7 +118,7 @@ begin
 
     signal column_tag : std_logic_vector(COLUMN_BITS - 1 downto 0);
     signal begins     : std_logic;
-    -- The line that the row has in this band: the token that begins it there says which.
+    -- The fields of the row's line in this band, from the token that begins the line.
     signal line_held : token_t := NO_TOKEN;
     signal line_now  : token_t;
     signal used      : std_logic;
@@ -129,8 +129,7 @@ begin
 
     column_tag <= skew_tags((r + 1) * COLUMN_BITS - 1 downto r * COLUMN_BITS);
     begins     <= column_tag(PIXEL_BIT) and column_tag(FIRST_BIT);
-    -- A row takes the fields of its line with the token that begins it, and keeps them for the
-    -- band.
+    -- A row takes the fields of its line with the token that begins the line, and keeps them for the band.
     line_now <= token when begins = '1' else
                 line_held;
 
@@ -146,8 +145,8 @@ begin
     end process hold_line;
 
     used <= column_tag(PIXEL_BIT) and (line_now.image or column_tag(FIRST_BIT));
-    -- A row without an image line says so once a band, with its first column: row_scatter waits for each row in turn
-    -- and must not wait for this one.
+    -- A row without an image line reports this once a band, with its first column: row_scatter waits for each
+    -- row in turn and must not wait for this one.
     skip  <= not line_now.image;
     start <= begins and line_now.frame_first;
 
@@ -188,7 +187,7 @@ begin
   begin
 
     result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
-    -- Gated at the end alone: between tokens the skew registers hold, and their outputs with them.
+    -- Results are gated only here: between tokens the skew registers and their outputs hold.
     used <= result(0) and token.strobe;
 
     results(r).valid <= used and not result(1);

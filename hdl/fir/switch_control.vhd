@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Switch control: which taps add the pixels of the current step.
+-- Switch control: selects the taps that add the pixels of the current step.
 --
--- Steps through the rows of the switch table, one phase each step. Lines (for a column filter: frames) may follow each
--- other without a gap, and stay apart: the position of a tap tells the output that its partial sum belongs to. At
--- the first step of a line, taps above TAPS-1-DELAY hold the tail of the line before. A mask opens their switches and
--- moves up by one tap each step, while `restart` tells the filter to drop what the lower taps hold.
+-- The control steps through the rows of the switch table, one phase each step. Lines (for a column filter: frames)
+-- may follow each other without a gap: the number of a tap tells which output its partial sum belongs to. At the
+-- first step of a line, taps above TAPS-1-DELAY hold the tail of the line before. A mask opens their switches and
+-- moves up by one tap each step; `restart` tells the filter to drop the sums of the lower taps.
 --
--- Latency: 1 clock after advance; the outputs hold until the next advance.
+-- Latency: 1 clock from advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
 -- Equation: closed(w) = live and table(slice, phase)(w) and (w <= position + TAPS-1-DELAY).
 
@@ -21,18 +21,18 @@ use work.fir_pkg.all;
 
 entity switch_control is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- Whether the first output of a micro image is held for its others, which are equal.
+    -- true: the first output of a micro image is held for its others, which are equal.
     HOLD : boolean
   );
   port (
     clk : in    std_logic;
-    -- Begins a step.
+    -- A step begins.
     advance : in    std_logic;
     -- The first step of a line, which reads slice.
     first : in    std_logic;
-    -- The step adds something.
+    -- The step has a pixel to add.
     live : in    std_logic;
     -- The slice of the line.
     slice : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
@@ -51,7 +51,7 @@ architecture rtl of switch_control is
   constant DELAY      : natural  := GEOMETRY.output_delay;
   constant PHASE_BITS : positive := bits_for(GEOMETRY.micro_image_size - 1);
 
-  -- The taps of the current line at its first step.
+  -- Taps that belong to the current line at its first step.
   function first_mask return std_logic_vector is
 
     variable mask : std_logic_vector(0 to TAPS - 1);
@@ -74,13 +74,13 @@ architecture rtl of switch_control is
 
   constant FIRST_STEP : std_logic_vector(0 to TAPS - 1) := first_mask;
 
-  -- The phase of the line's pixel, and its slice; both change with a step alone, so that idle clocks and empty tokens
-  -- change nothing.
+  -- The phase of the line's pixel, and its slice. Both change only with a step, so idle clocks and empty tokens
+  -- leave them.
   signal phase      : unsigned(PHASE_BITS - 1 downto 0) := (others => '0');
   signal phase_next : unsigned(PHASE_BITS - 1 downto 0);
   signal slice_held : unsigned(slice'range)             := (others => '0');
   signal slice_next : unsigned(slice'range);
-  -- Taps whose sum belongs to the current line: those of a new line from one end, one more with each step.
+  -- Taps whose sums belong to the current line: at its begin those at one end, then one more with each step.
   signal mask      : std_logic_vector(0 to TAPS - 1) := (others => '1');
   signal next_mask : std_logic_vector(0 to TAPS - 1);
   signal live_held : std_logic                       := '0';
@@ -88,11 +88,11 @@ architecture rtl of switch_control is
 
 begin
 
-  -- M need not be a power of two, so the phase counts and is compared, and a line always begins at 0.
+  -- M need not be a power of two, so the phase is counted and compared. A line always begins at phase 0.
   phase_next <= (others => '0') when first = '1' or phase = GEOMETRY.micro_image_size - 1 else
                 phase + 1;
 
-  -- A slice is that of a whole line: the filters hold sums of two lines at once, and each has its own switches.
+  -- The slice changes only with a line: the filters hold sums of two lines at once, each with its own switches.
   slice_next <= slice when first = '1' else
                 slice_held;
 
@@ -112,7 +112,7 @@ begin
         slice_held <= slice_next;
         restart    <= first;
         live_held  <= live;
-        -- The boundary between two lines moves up through the filter, by a tap with each step.
+        -- The boundary between two lines moves up through the filter, by one tap each step.
         if first = '1' then
           mask <= FIRST_STEP;
         else
@@ -136,14 +136,14 @@ begin
       closed => switches
     );
 
-  -- A step without a pixel adds nothing, but moves the sums on: that is how the last ones get out.
+  -- A step without a pixel adds nothing but moves the sums on, which lets the last ones out.
   closed <= switches and mask when live_held = '1' else
             (others => '0');
 
-  -- The output of step t is new where t is a multiple of M.
+  -- The output of step t is new if t is a multiple of M.
   hold_output : if HOLD generate
 
-    -- Whether the output is new, from the step of its pixel to its own.
+    -- Mark of a new output, from the step of its pixel to its own step.
     signal new_at : std_logic_vector(0 to DELAY + 1) := (others => '0');
 
   begin
@@ -155,7 +155,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- New outputs come DELAY steps behind their pixels, and so does the sign that they are new.
+        -- New outputs come DELAY steps behind their pixels, and so do their marks.
         if advance = '1' then
           new_at(1 to DELAY + 1) <= new_at(0 to DELAY);
         end if;

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Switch table: a ROM with one row of switch states for each slice and each phase of a micro image.
+-- Switch table: a ROM with a row of switch states for each slice and each phase of a micro image.
 --
--- Only taps that some slice closes have a column in the ROM. All other switches stay open.
+-- Only taps that some slice closes have a column in the ROM. All other switches are always open.
 --
--- Latency: 1 clock after enable. Throughput: one row each clock.
--- Equation: closed(w) = 1 for the neighbouring taps (M, with hold 1) whose delay TAPS-1-w begins at
---   phase*(shift-1) + origin of the slice.
+-- Latency: 1 clock from enable. Throughput: one row each clock.
+-- Equation: closed(w) = 1 for the neighbouring taps (M, with hold 1) whose delays TAPS-1-w begin at phase*(shift-1)
+-- + origin of the slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -18,18 +18,18 @@ use work.fir_pkg.all;
 
 entity switch_table is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- Whether the first output of a micro image is held for its others, which are equal.
+    -- true: the first output of a micro image is held for its others, which are equal.
     HOLD : boolean
   );
   port (
     clk : in    std_logic;
-    -- Loads a row: that of a phase in a slice.
+    -- enable loads the row of this slice and phase.
     enable : in    std_logic;
     slice  : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
     phase  : in    unsigned(bits_for(GEOMETRY.micro_image_size - 1) - 1 downto 0);
-    -- '1' closes the switch of a tap; it holds until the next row is loaded.
+    -- '1' closes the switch of a tap; holds until the next row is loaded.
     closed : out   std_logic_vector(0 to tap_count(GEOMETRY, HOLD) - 1)
   );
 end entity switch_table;
@@ -40,10 +40,10 @@ architecture rtl of switch_table is
   constant PHASE_BITS : positive := bits_for(GEOMETRY.micro_image_size - 1);
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- A row of all taps, of which the ROM keeps those that some slice closes.
+  -- A row with all taps; the ROM keeps only those that some slice closes.
   subtype taps_t is std_logic_vector(0 to TAPS - 1);
 
-  -- Switches of all taps; a power of two rows, so that every address exists.
+  -- Switches of all taps. A power of two of rows makes every address valid.
   type switches_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of taps_t;
 
   function all_switches return switches_t is
@@ -59,10 +59,10 @@ architecture rtl of switch_table is
 
       for p in 0 to GEOMETRY.micro_image_size - 1 loop
 
-        -- Taps count from the far end: the shortest delay is the last tap.
+        -- Taps count from the longest delay: the shortest delay is the last tap.
         last := TAPS - 1 - first_delay(GEOMETRY, s, p);
 
-        -- M neighbouring taps, or one that is held.
+        -- M neighbouring taps are closed, or with hold one.
         for i in 0 to closed_width(GEOMETRY.micro_image_size, HOLD) - 1 loop
 
           switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
@@ -86,7 +86,7 @@ architecture rtl of switch_table is
 
   begin
 
-    -- Of many taps most are closed by a few phases only; those that none closes need no column.
+    -- Most of many taps are closed by few phases; a tap that no phase closes needs no column.
     taps_used := (others => '0');
 
     for r in switches_t'range loop
@@ -101,7 +101,7 @@ architecture rtl of switch_table is
 
   constant SWITCHED : taps_t := switched_taps;
 
-  -- Column of the tap at a place: the number of switched taps before it.
+  -- ROM column of a tap: the number of switched taps before it.
   function column_of (
     place : natural
   ) return natural is
@@ -112,7 +112,7 @@ architecture rtl of switch_table is
 
     count := 0;
 
-    -- A loop instead of a table, as it only runs at elaboration.
+    -- A loop is enough, because it runs only at elaboration.
     for w in natural range 0 to TAPS - 1 loop
 
       if w < place and SWITCHED(w) = '1' then
@@ -169,7 +169,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- It holds between steps, as the filters do.
+      -- The row holds between steps, like the filters.
       if enable = '1' then
         row <= ROWS(to_integer(slice & phase));
       end if;
@@ -183,7 +183,7 @@ begin
       closed(w) <= row(column_of(w));
     end generate switch;
 
-    -- A tap that no slice closes costs nothing: its adder falls away with its switch.
+    -- A tap that no slice closes takes no logic: synthesis removes its adder with its switch.
     no_switch : if SWITCHED(w) = '0' generate
       closed(w) <= '0';
     end generate no_switch;

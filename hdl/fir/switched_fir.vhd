@@ -1,18 +1,19 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Switch-controlled semi-systolic FIR filter in transposed form, C-slow.
 --
--- The input is broadcast to all taps. A tap whose switch is closed adds it to the partial sum of its neighbour; a tap
--- whose switch is open passes the partial sum on. Each register of the filter is a memory of DEPTH words, so that
--- one filter serves DEPTH interleaved streams. DEPTH = 1 filters a row. DEPTH = columns of a frame filters every
--- column of a raster scan; the registers are then line buffers in block RAM. A filter may take several steps of a
--- stream before it turns to the next, as the columns of fir_array do. Only the first of these reads the memory.
+-- The input is broadcast to all taps. A tap whose switch is closed adds it to the partial sum of its neighbour; a
+-- tap whose switch is open passes the partial sum on. Each register of the filter is a memory of DEPTH words, so
+-- that one filter serves DEPTH interleaved streams. DEPTH = 1 filters a row. DEPTH = columns of a frame filters
+-- every column of a raster scan; the registers are then line buffers in block RAM. A filter may take several steps
+-- of a stream before it turns to the next stream, as for the columns of fir_array. Only the first of these steps
+-- reads the memory.
 --
 -- With HOLD the output of the last tap is kept until the next update (the write enable of the thesis).
 --
 -- With BROADCAST_TAPS > 0 latches split the broadcast net: each drives that many taps.
 --
--- Latency: 1 clock from data to sum, 2 with BROADCAST_TAPS > 0. With DEPTH > 1 the slot is given 2 clocks before its
---   data (the block RAM's read latency), and may be read again PARTIAL_SUM_LOOP = 4 clocks later at the earliest.
+-- Latency: 1 clock, 2 with BROADCAST_TAPS > 0. With DEPTH > 1 the slot is given 2 clocks before its data (the block
+-- RAM's read latency) and is used again at least PARTIAL_SUM_LOOP = 4 clocks later.
 -- Throughput: one step of one stream each clock.
 -- Equation: r(w) <= (r(w-1) unless dropped, r(-1) = 0) + (data where closed(w)); sum = r(TAPS-1).
 
@@ -31,30 +32,30 @@ entity switched_fir is
     DELAY : natural;
     -- Number of interleaved streams.
     DEPTH : positive;
-    -- Whether outputs are held between updates.
+    -- true: outputs are held between updates.
     HOLD : boolean;
     -- Largest input.
     DATA_MAX : natural;
     -- Largest sum: M times the largest input.
     SUM_MAX : positive;
-    -- Taps that one latch of the input drives; 0: no latches.
+    -- Taps that each latch of the input drives; 0: no latches.
     BROADCAST_TAPS : natural
   );
   port (
     clk : in    std_logic;
     -- DEPTH > 1: the stream whose data come 2 clocks later.
     slot : in    unsigned(bits_for(DEPTH - 1) - 1 downto 0);
-    -- Takes the data of a step.
+    -- A step: the filter takes the data.
     step : in    std_logic;
-    -- The step goes on with the stream of the step before.
+    -- The step continues the stream of the step before.
     resume : in    std_logic;
-    -- The first step of a line: the partial sums of taps 0 to TAPS-1-DELAY are dropped.
+    -- First step of a line: the partial sums of taps 0 to TAPS-1-DELAY are dropped.
     restart : in    std_logic;
     -- HOLD only: lets a new output through.
     update : in    std_logic;
     -- '1' closes the switch of a tap.
     closed : in    std_logic_vector(0 to TAPS - 1);
-    -- The input.
+    -- The pixel, or its product.
     data : in    std_logic_vector(bits_for(DATA_MAX) - 1 downto 0);
     -- The sum of the last tap.
     sum : out   std_logic_vector(bits_for(SUM_MAX) - 1 downto 0)
@@ -66,7 +67,7 @@ architecture rtl of switched_fir is
   constant DATA_BITS : positive := bits_for(DATA_MAX);
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
 
-  -- Latches of the input, each the source of a group of neighbouring taps.
+  -- Latches of the input, each driving a group of neighbouring taps.
   constant GROUP_TAPS : positive := choose(BROADCAST_TAPS = 0 or BROADCAST_TAPS > TAPS, TAPS, BROADCAST_TAPS);
   constant GROUPS     : positive := divide_up(TAPS, GROUP_TAPS);
 
@@ -75,10 +76,10 @@ architecture rtl of switched_fir is
   -- Partial sums at the outputs of the taps.
   type partial_sums_t is array (natural range 0 to TAPS - 1) of partial_sum_t;
 
-  -- The input as each group of taps gets it.
+  -- The input at each group of taps.
   type broadcast_t is array (natural range 0 to GROUPS - 1) of std_logic_vector(DATA_BITS - 1 downto 0);
 
-  -- One step of one stream: from the partial sums before it to those after it.
+  -- One step of one stream: its partial sums after the step, from those before.
   function stepped (
     held          : partial_sums_t;
     pixels        : broadcast_t;
@@ -95,7 +96,7 @@ architecture rtl of switched_fir is
 
       if w = 0 then
         carried := 0;
-      -- Partial sums in front of these taps belong to the line before: they are cut off, not carried over.
+      -- Partial sums in front of these taps belong to the line before: they are dropped.
       elsif at_first_step = '1' and w <= TAPS - 1 - DELAY then
         carried := 0;
       else
@@ -114,8 +115,8 @@ architecture rtl of switched_fir is
 
   end function stepped;
 
-  -- The state of a stream between steps: the sums of all taps but the last, whose sum leaves the filter; with HOLD the
-  -- output replaces the last.
+  -- Sums that a stream keeps between steps: all but the last tap's, which leaves the filter; with HOLD the held
+  -- output replaces the last tap's.
   constant KEPT : natural := choose(HOLD, TAPS, TAPS - 1);
 
   subtype word_t is std_logic_vector(larger(KEPT, 1) * SUM_BITS - 1 downto 0);
@@ -146,7 +147,7 @@ architecture rtl of switched_fir is
 
   begin
 
-    -- Taps that keep nothing start from zero.
+    -- Taps that keep no sum start from zero.
     sums := (others => 0);
 
     for w in 0 to KEPT - 1 loop
@@ -159,7 +160,7 @@ architecture rtl of switched_fir is
 
   end function unpacked;
 
-  -- The inputs of a step, all behind the same latches as the pixel where there are any.
+  -- The inputs of a step. If there are latches, all inputs pass one, like the data.
   signal slot_now    : unsigned(slot'range);
   signal step_now    : std_logic;
   signal resume_now  : std_logic;
@@ -212,7 +213,7 @@ begin
 
   end generate latched;
 
-  -- DEPTH = 1, or nothing is kept from step to step.
+  -- With DEPTH = 1, or if nothing is kept between steps, sums are registers.
   registers : if DEPTH = 1 or KEPT = 0 generate
 
     signal held : partial_sums_t := (others => 0);
@@ -253,7 +254,7 @@ begin
 
   begin
 
-    -- A stream that goes on needs no memory: its sums are still in the register.
+    -- The sums of a stream that continues are still in the register.
     held_word <= next_word when resume_now = '1' else
                  read_word;
 
@@ -265,7 +266,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- The slot waits for its sums to be written back at the place where they were read.
+        -- The slot is delayed until its sums are written back where they were read.
         slot_d1      <= slot_now;
         slot_d2      <= slot_d1;
         slot_d3      <= slot_d2;

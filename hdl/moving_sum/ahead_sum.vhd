@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The sum of output 0 of the next line, collected while the line before is still under way.
+-- Adds up output 0 of the next line while the outputs of the line before still leave.
 --
--- Latency: LATENCY clocks, more than bits_for(PIXELS_PER_CLOCK - 1) + 1. Throughput: one token each clock.
+-- Latency: LATENCY clocks, a generic, at least bits_for(PIXELS_PER_CLOCK - 1) + 2. Throughput: one token each clock.
 -- Equation: sum = the chosen pixels of all tokens since the one with fresh.
 
 library ieee;
@@ -13,7 +13,7 @@ use work.math_pkg.all;
 
 entity ahead_sum is
   generic (
-    -- P.
+    -- P, pixels of a token.
     PIXELS_PER_CLOCK : positive;
     -- Channels of a pixel.
     CHANNELS : positive;
@@ -26,12 +26,12 @@ entity ahead_sum is
   );
   port (
     clk : in    std_logic;
-    -- A token, whether it begins a line, its pixels, and which of them count.
+    -- active: there is a token; fresh: it begins a line; its pixels, and which of them count (chosen).
     active : in    std_logic;
     fresh  : in    std_logic;
     chosen : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     pixels : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- Of all channels.
+    -- The sums of all channels.
     sum : out   std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0)
   );
 end entity ahead_sum;
@@ -47,14 +47,14 @@ architecture rtl of ahead_sum is
   constant P      : positive := PIXELS_PER_CLOCK;
   constant LEVELS : positive := bits_for(P - 1);
 
-  -- Level 0: the pixels that count; level l: sums of 2 ** l of them, no wider than they can be.
+  -- Width of a value of the tree. Level 0 holds the pixels that count, level l the sums of 2**l of them.
 
   function bits_of (
     level : natural
   ) return positive is
   begin
 
-    -- A sum of the pixels that it can hold never exceeds SUM_BITS, though a level's width would.
+    -- A level's sums are at most SUM_BITS wide, because the whole sum is.
     if PIXEL_BITS + level > SUM_BITS then
       return SUM_BITS;
     end if;
@@ -70,10 +70,10 @@ architecture rtl of ahead_sum is
   type partial_t is array (natural range 0 to LEVELS) of sums_t;
 
   signal partial : partial_t := (others => (others => (others => '0')));
-  -- A token and whether it begins a line, until its pixels are added.
+  -- Whether there is a token, and whether it begins a line, while its pixels go through the tree.
   signal active_at : std_logic_vector(0 to LEVELS) := (others => '0');
   signal fresh_at  : std_logic_vector(0 to LEVELS) := (others => '0');
-  -- What is gathered, from the clock behind the last addition on.
+  -- The sum so far, delayed from the clock behind the last addition.
   signal gathered_at : gathered_t(LEVELS + 1 to LATENCY) := (others => (others => '0'));
 
 begin
@@ -100,7 +100,7 @@ begin
 
           for c in 0 to CHANNELS - 1 loop
 
-            -- Added in the bits that the level can have: a tool does not see that the high ones stay zero.
+            -- Added in the width of the level, because a tool does not see that higher bits stay zero.
             narrow := resize(partial(l - 1)(2 * i * CHANNELS + c), bits_of(l)) +
                       resize(partial(l - 1)((2 * i + 1) * CHANNELS + c), bits_of(l));
 
@@ -129,16 +129,15 @@ begin
       active_at(1 to LEVELS) <= active_at(0 to LEVELS - 1);
       fresh_at(1 to LEVELS)  <= fresh_at(0 to LEVELS - 1);
 
-      -- What is gathered waits until its line begins.
+      -- The sum waits here until its line's output 0 comes.
       gathered_at(LEVELS + 2 to LATENCY) <= gathered_at(LEVELS + 1 to LATENCY - 1);
 
-      -- The first token of a line replaces the sum instead of adding to it, so nothing has to be cleared between
-      -- lines.
+      -- The first token of a line replaces the sum instead of adding to it, so no clock is lost for clearing.
       if active_at(LEVELS) = '1' then
 
         for c in 0 to CHANNELS - 1 loop
 
-          -- Its own register is the first one of the delay, so the loop has one addition.
+          -- The sum's own register is the first one of the delay, so the loop has one addition.
           before := (others => '0');
           if fresh_at(LEVELS) = '0' then
             before := unsigned(gathered_at(LEVELS + 1)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));

@@ -19,7 +19,7 @@ use work.sum_lanes_pkg.all;
 
 entity bank_exchange is
   generic (
-    -- What lane_stage is built for.
+    -- Sizes of lane_stage.
     BUILD : lanes_build_t
   );
   port (
@@ -35,7 +35,7 @@ end entity bank_exchange;
 
 architecture rtl of bank_exchange is
 
-  -- With a fixed slice the geometry is that slice alone, and everything below becomes wires.
+  -- With a fixed slice the geometry is that slice alone, and the exchange becomes wires.
   constant GEOMETRY : geometry_t := BUILD.geometry;
 
   constant SLICES : positive := GEOMETRY.slices;
@@ -50,7 +50,7 @@ architecture rtl of bank_exchange is
 
   type words_t is array (natural range 0 to BANKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
-  -- By slice and place: the bank.
+  -- The bank of each place, by slice.
   function bank_table return bank_tables_t is
 
     variable table : bank_tables_t;
@@ -73,7 +73,7 @@ architecture rtl of bank_exchange is
 
   constant BANK_OF : bank_tables_t := bank_table;
 
-  -- The words apart, for an index.
+  -- The words as an array.
   signal words : words_t;
 
 begin
@@ -95,8 +95,8 @@ begin
 
     type candidates_t is array (natural range 0 to BANKS - 1) of banks_t;
 
-    -- The banks from which a place takes its word in any slice, and by slice and place which of them it is:
-    -- fewer than banks, so that the choice is small.
+    -- For each place the banks from which any slice takes its word (candidates), and by slice which of these it
+    -- is. A place has fewer candidates than there are banks, so the multiplexer is small.
     function candidate_table return candidates_t is
 
       variable table : candidates_t;
@@ -107,7 +107,7 @@ begin
 
       for r in 0 to BANKS - 1 loop
 
-        -- Filled up with the first bank, so that no entry is undefined.
+        -- Unused entries repeat the first bank, so that none is undefined.
         table(r) := (others => BANK_OF(0)(r));
         count    := 0;
 
@@ -149,7 +149,7 @@ begin
 
         for r in 0 to BANKS - 1 loop
 
-          -- Code 0 is the first candidate, also where the list is filled up with it.
+          -- Entries default to code 0, the first candidate.
           table(s)(r) := 0;
 
           for i in 1 to BANKS - 1 loop
@@ -170,7 +170,7 @@ begin
 
     constant CODE_OF : bank_tables_t := code_table;
 
-    -- For the words that come with it.
+    -- The codes that belong to the words of this clock.
     signal codes : banks_t := (others => 0);
 
   begin
@@ -182,7 +182,8 @@ begin
 
         for r in 0 to BANKS - 1 loop
 
-          -- Registered by place, a clock ahead of the words: the decision is then of few bits.
+          -- The code is looked up a clock ahead of the words, so the words' multiplexer decides with few
+          -- bits.
           codes(r) <= CODE_OF(0)(r);
 
           for s in 1 to SLICES - 1 loop
@@ -193,7 +194,7 @@ begin
 
           end loop;
 
-          -- By comparison with constants: no more candidates are wired than there are.
+          -- Comparing with constants wires no more candidates than there are.
           for i in 0 to BANKS - 1 loop
 
             if codes(r) = i then

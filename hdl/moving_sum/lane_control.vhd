@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Control of a moving sum with several pixels a token: where tokens are in the banks, and where lines begin.
+-- Control of a moving sum with several pixels a token: where pixels go in the banks, and where lines begin.
 --
 -- Two lines may be under way: pixels of the newer one arrive while the last outputs of the older one leave. A token's
 -- place in its line is counted modulo the banks. Rows of the banks are counted from line to line, as each line begins
@@ -21,13 +21,13 @@ use work.sum_lanes_pkg.all;
 
 entity lane_control is
   generic (
-    -- What lane_stage is built for.
+    -- Sizes of lane_stage.
     BUILD : lanes_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, whether it is the first of a line, and whether it has pixels of the line.
+    -- strobe: there is a token; first: it begins a line; live: it has pixels of the line.
     strobe : in    std_logic;
     first  : in    std_logic;
     live   : in    std_logic;
@@ -35,12 +35,12 @@ entity lane_control is
     slice : in    unsigned(bits_for(BUILD.geometry.slices - 1) - 1 downto 0);
     -- 1 clock behind a token: where its pixels go.
     write_1 : out   lanes_write_t;
-    -- Whether the token begins a line, and which of its pixels are in the sum ahead of output 0, or in the one that
-    -- output 0 shows.
+    -- 1 clock behind a token: fresh_1: the token begins a line; ahead_1: which of its pixels count in the sum
+    -- ahead of output 0; held_1: which of them count in the sum that output 0 shows.
     fresh_1 : out   std_logic;
     ahead_1 : out   std_logic_vector(BUILD.pixels - 1 downto 0);
     held_1  : out   std_logic_vector(BUILD.pixels - 1 downto 0);
-    -- The outputs that are due.
+    -- 1 clock behind a token: the outputs that leave with it.
     read_1 : out   lanes_read_t
   );
 end entity lane_control;
@@ -55,26 +55,26 @@ architecture rtl of lane_control is
   constant SLICES : positive := GEOMETRY.slices;
   constant DELAY  : natural  := lane_delay(GEOMETRY, P);
   constant PLACES : positive := token_places(M, P);
-  -- Places that a token has, of banks that are P or more.
+  -- Steps of a place within a token, if there are P banks or more.
   constant TOKEN_STEPS : positive := P / bank_step(M, P);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
   subtype row_t is unsigned(BUILD.row_bits - 1 downto 0);
 
-  -- A place, and whether it lies in the next row.
+  -- A place, and the row that it lies in.
 
   type position_t is record
     place : place_t;
     row   : row_t;
   end record position_t;
 
-  -- Tokens since a line began, up to DELAY: all pixels of the first outputs have come by then.
+  -- Tokens since a line began, counted up to DELAY: all pixels of the first outputs have come by then.
   constant COUNT_WORDS : positive := 2 ** bits_for(DELAY);
 
   subtype count_t is natural range 0 to larger(DELAY, 1);
 
-  -- Pixels of a token, between two ones: see moving_sum_pkg.table_words.
+  -- Which pixels of a token count, between two ones that keep words from being zero (moving_sum_pkg.table_words).
 
   type masks_t is array (natural range 0 to SLICES * COUNT_WORDS - 1) of std_logic_vector(P + 1 downto 0);
 
@@ -124,7 +124,7 @@ architecture rtl of lane_control is
 
   begin
 
-    -- With one slice the table has only its words, and the number has no bits that count.
+    -- With one slice the table has the words of that slice only, so the slice's number is no part of the index.
     if SLICES = 1 then
       word := table(count);
     else
@@ -143,7 +143,7 @@ architecture rtl of lane_control is
 
   begin
 
-    -- Modulo the places by one comparison: a token goes less than once round.
+    -- The remainder modulo PLACES takes one comparison, because a token moves less than once round.
     behind := position;
 
     if position.place + TOKEN_STEPS >= PLACES then
@@ -157,37 +157,39 @@ architecture rtl of lane_control is
 
   end function token_behind;
 
-  -- Of the token that comes in: bit 0 first, then the slice; and the same for the token whose outputs are due.
+  -- tag: mark of a line's first token (bit 0) and its slice. out_tag: the tag of DELAY tokens before, which is
+  -- that of the token whose outputs leave.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
   signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
-  -- 1 clock behind a token.
+  -- The token that came in, 1 clock behind it.
   signal own_first : std_logic             := '0';
   signal own_live  : std_logic             := '0';
   signal own_slice : unsigned(slice'range) := (others => '0');
   signal own_count : count_t               := 0;
   signal own       : position_t            := (place => 0, row => (others => '0'));
-  -- The output whose turn it is: the first of its line, its slice, its place, tokens since its line began.
+  -- The outputs that leave: whether they begin a line, their slice, their place and row, and rows since output 0.
   signal step_now  : std_logic                          := '0';
   signal due_first : std_logic                          := '0';
   signal due_slice : unsigned(slice'range)              := (others => '0');
   signal due       : position_t                         := (place => 0, row => (others => '0'));
   signal due_rows  : natural range 0 to BUILD.most_rows := 0;
-  -- Where the next token of the line goes, where its first one went, and where the line before ended.
+  -- following: place of the line's next token; last_end: place behind the last pixel of the outputs' line;
+  -- line_row: row of the line's first token; ended: where the line before ended.
   signal following : position_t := (place => 0, row => (others => '0'));
   signal last_end  : position_t;
   signal line_row  : row_t      := (others => '0');
   signal ended     : position_t := (place => 0, row => (others => '0'));
-  -- The line whose outputs go out is the one whose pixels come in.
+  -- The line whose outputs leave is the line whose pixels come in.
   signal same : std_logic := '0';
 
 begin
 
   tag <= std_logic_vector(slice) & (first and strobe);
 
-  -- Outputs are DELAY tokens behind their pixels, from line to line too: so what a line begins with comes out of a
-  -- delay instead of being counted again.
+  -- Outputs come DELAY tokens behind their pixels, so a delay line gives the begin of their line: no second
+  -- counter.
   due_tag <= delayed(tags, tag, DELAY);
 
   write_1.valid <= step_now and own_live;
@@ -202,8 +204,7 @@ begin
   read_1.place  <= due.place;
   read_1.row    <= resize(due.row, 16);
   read_1.rows   <= due_rows;
-  -- Of two lines under way the outputs' own one counts: it goes on, or it has ended where the newer
-  -- one began.
+  -- The end of the outputs' line: the place of its next token while the line still comes in, else where it ended.
   last_end <= following when same = '1' else
               ended;
 
@@ -224,8 +225,7 @@ begin
         own_first <= first;
         own_live  <= live;
         now       := following;
-        -- A line begins at bank 0 of a row of its own, so a pixel's bank follows from its column
-        -- alone.
+        -- A line begins at bank 0 of a new row, so a pixel's bank follows from its column alone.
         if first = '1' then
           now.place := 0;
           now.row   := following.row + 1;
@@ -235,11 +235,11 @@ begin
           own_slice <= slice;
           own_count <= 0;
         elsif own_count < DELAY then
-          -- Counted no further than the masks look.
+          -- The count stops where the masks end.
           own_count <= own_count + 1;
         end if;
         own <= now;
-        -- Empty tokens behind a line move its outputs on, but take no place: nothing would be read from it.
+        -- Empty tokens behind a line move its outputs on but take no place, because nothing would read it.
         if live = '1' then
           following <= token_behind(now);
         else
@@ -252,7 +252,7 @@ begin
           due_slice <= unsigned(due_tag(due_tag'high downto 1));
           due.place <= 0;
           due.row   <= line_row;
-          -- Without delay the line that begins is the one whose output is due.
+          -- Without delay, the outputs of the line that begins leave at once.
           if first = '1' then
             due.row <= now.row;
           end if;
@@ -260,11 +260,11 @@ begin
           same     <= '1';
         else
           due <= then_due;
-          -- Counted no further than a table looks: rows beyond all reach are alike.
+          -- The count stops where the tables end; rows beyond all need the same.
           if then_due.row /= due.row and due_rows < BUILD.most_rows then
             due_rows <= due_rows + 1;
           end if;
-          -- A newer line comes in while this one's outputs still leave.
+          -- A newer line comes in while outputs of this one still leave.
           if first = '1' then
             same <= '0';
           end if;
@@ -278,7 +278,8 @@ begin
 
   end process count_tokens;
 
-  -- A line that begins while the outputs of two others leave has no place of its own to end.
+  -- Simulation stops if a line begins while outputs of two others still leave: there is no register for where it
+  -- ends.
   watch_lines : process (clk) is
 
     variable tokens : natural := DELAY + 1;

@@ -4,8 +4,8 @@
 --   data -> banks of pixels -> differences -> prefix sums -> out_data
 --        -> sum ahead of the line --------------^
 --
--- The results are those of moving_sum_stage, which takes one pixel a token, bit for bit. Pixels behind the end of a
--- line must be zero, and the outputs behind it have no meaning. Lines must begin at least lane_delay + 1 tokens apart.
+-- The results equal those of moving_sum_stage, which takes one pixel a token, bit for bit. Pixels behind the end of
+-- a line must be zero; outputs behind it have no meaning. Lines must begin at least lane_delay + 1 tokens apart.
 --
 -- Latency: lane_delay tokens and lane_stage_latency clocks. Throughput: one token each clock.
 -- Equation: see sum_lanes_pkg.
@@ -24,27 +24,27 @@ use work.sum_lanes_pkg.all;
 
 entity lane_stage is
   generic (
-    -- M, the slices, and what follows from them; of one slice alone, if it is always the same.
+    -- Geometry of the slices; of one slice alone if the slice is always the same.
     GEOMETRY : geometry_t;
-    -- P.
+    -- P, pixels of a token.
     PIXELS_PER_CLOCK : positive range 2 to 32;
     -- Channels of a pixel.
     CHANNELS : positive := 1;
     -- Width of a channel of the input.
     DATA_BITS : positive;
-    -- Width of a channel of the output: of M times the largest input.
+    -- Width of a channel of the output: holds M times the largest input.
     SUM_BITS : positive;
-    -- Width of what goes with a token beside it.
+    -- Width of the tag that goes with a token.
     TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, its pixels, pixel 0 and channel 0 in the low bits, and what else goes with it.
+    -- A token, its pixels (pixel 0 and channel 0 in the low bits), and a tag.
     token : in    token_t;
     data  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DATA_BITS - 1 downto 0);
     tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
-    -- The token of lane_delay tokens before, and its sums.
+    -- The token of lane_delay tokens before, its sums, and its tag.
     out_token : out   token_t;
     out_data  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
@@ -63,7 +63,7 @@ architecture rtl of lane_stage is
   constant DIFFERENT : positive := 6 + choose(SLICES > 1, 1, 0);
   constant SUMMED    : positive := DIFFERENT + LEVELS;
 
-  -- Whether any slice holds outputs.
+  -- Whether any slice holds outputs (shows one sum for a group of outputs).
   constant HOLDING : boolean := holds_outputs(GEOMETRY);
 
   constant SLICE_BITS : positive := bits_for(SLICES - 1);
@@ -78,7 +78,8 @@ architecture rtl of lane_stage is
 
   subtype sums_t is std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
 
-  -- Places that begin a group, between two ones: see moving_sum_pkg.table_words.
+  -- Places whose outputs begin a group, between two ones that keep words from being zero
+  -- (moving_sum_pkg.table_words).
 
   type begins_t is array (natural range 0 to 2 ** bits_for(SLICES - 1) * 2 ** bits_for(PLACES - 1) - 1)
       of std_logic_vector(P + 1 downto 0);
@@ -89,7 +90,7 @@ architecture rtl of lane_stage is
 
   begin
 
-    -- Places that no slice has count as beginning a group: what they hold is not shown.
+    -- Places that occur in no slice count as beginning a group; their outputs are not shown.
     table := (others => (others => '1'));
 
     for s in 0 to SLICES - 1 loop
@@ -114,16 +115,16 @@ architecture rtl of lane_stage is
 
   constant BEGINS_OF : begins_t := begins_table;
 
-  -- For each token the places of its outputs that begin a group.
+  -- For each token, which of its outputs begin a group.
   type begins_list_t is array (natural range <>) of lanes_t;
 
   type gathered_t is array (0 to 1) of sums_t;
 
-  -- The token begins a line, whose slice is read with it.
+  -- first: the token begins a line; slice: the line's slice, read with that token.
   signal first : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
 
-  -- Clocks behind a token are part of the names.
+  -- Names of signals end in the number of clocks behind a token.
   signal pixels_1     : std_logic_vector(P * CHANNELS * DATA_BITS - 1 downto 0) := (others => '0');
   signal write_1      : lanes_write_t;
   signal read_1       : lanes_read_t;
@@ -132,15 +133,15 @@ architecture rtl of lane_stage is
   signal held_1       : lanes_t;
   signal read_slice_1 : unsigned(slice'range);
   signal read_place_1 : place_t;
-  -- What enters less what leaves, for each pixel of the token; signed, so a bit wider than pixels.
+  -- The entering pixel less the leaving one for each pixel of the token. Signed, so a bit wider than pixels.
   signal differences : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
-  -- Whether outputs are due and begin with output 0, until their differences are summed.
+  -- active: outputs leave; take: they begin with output 0. Both wait until their differences are summed.
   signal active_at : std_logic_vector(1 to SUMMED) := (others => '0');
   signal take_at   : std_logic_vector(1 to SUMMED) := (others => '0');
   -- Which outputs of the token begin a group of equal ones.
   signal begins_2  : std_logic_vector(P + 1 downto 0) := (others => '1');
   signal begins_at : begins_list_t(2 to SUMMED)       := (others => (others => '1'));
-  -- The sum of the pixels that have come before the line's first output, and the one that output 0 shows.
+  -- ahead: the sum of the pixels that came before the line's first output; held: the sum that output 0 shows.
   signal ahead    : sums_t;
   signal held     : sums_t;
   signal chosen_1 : begins_list_t(0 to 1);
@@ -152,8 +153,8 @@ begin
   slice <= (others => '0') when SLICES = 1 else
            token.slice(SLICE_BITS - 1 downto 0);
 
-  -- It says where a token's pixels go and which outputs are due; all below follows it a fixed
-  -- number of clocks later.
+  -- lane_control says where a token's pixels go and which outputs leave; all entities below follow a fixed number
+  -- of clocks later.
   control : entity work.lane_control
     generic map (
       BUILD => BUILD
@@ -172,7 +173,7 @@ begin
       read_1  => read_1
     );
 
-  -- As long as the control takes.
+  -- Pixels wait one clock, as long as lane_control takes.
   take_pixels : process (clk) is
   begin
 
@@ -182,8 +183,7 @@ begin
 
   end process take_pixels;
 
-  -- For each output the pixel that enters less the one that leaves, of the line that the output
-  -- belongs to.
+  -- For each output the entering pixel less the leaving one, of the output's own line.
   banks : entity work.pixel_banks
     generic map (
       BUILD => BUILD
@@ -203,8 +203,8 @@ begin
   ahead    <= gathered(0);
   held     <= gathered(1);
 
-  -- Without delay output 0 comes with pixel 0: nothing can come before. A group that begins with output 0 shows what it
-  -- gathers; only one that began before the line shows something else.
+  -- Without delay, output 0 comes with pixel 0, so no pixel comes before it. A group that begins with output 0
+  -- shows the running sum; a group that began before the line shows the held one.
   before_output_0 : for i in 0 to 1 generate
 
     constant GATHERS : boolean := DELAY > 0 and (i = 0 or begins_within_group(GEOMETRY));
@@ -239,7 +239,7 @@ begin
   end generate before_output_0;
 
   --------------------------------------------------------------------------------------------------
-  -- Running sums.
+  -- Prefix sums of the differences.
 
   active_at(1) <= read_1.active;
   take_at(1)   <= read_1.take;
@@ -250,7 +250,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Until the prefix sums are there; they take a clock for each level of adders.
+      -- The marks wait for the prefix sums, a clock for each level of adders.
       active_at(2 to SUMMED) <= active_at(1 to SUMMED - 1);
       take_at(2 to SUMMED)   <= take_at(1 to SUMMED - 1);
       if reset = '1' then
@@ -271,7 +271,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- Without the product of slice and words an index of one slice needs no bits of a slice.
+        -- With one slice the place alone is the index: a product with the slice would add bits to it.
         if SLICES = 1 then
           begins_2 <= BEGINS_OF(read_place_1);
         else
@@ -294,7 +294,7 @@ begin
 
   end generate groups;
 
-  -- From here on the differences are sums again; what began before the line comes in beside.
+  -- The prefix sums turn differences into sums; the sums from before the line are added here.
   prefix : entity work.prefix_sums
     generic map (
       PIXELS_PER_CLOCK => P,

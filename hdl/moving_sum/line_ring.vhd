@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last lines of a frame. Gives the pixels that enter the moving sum of a column, and those that leave it.
+-- Keeps the last lines of a frame, and gives the pixels that enter a column's moving sum and those that leave it.
 --
 -- Each phase (line mod M) has a ring of lines, only as long as its ages need. The lines of a ring alternate between two
 -- banks, so the line that enters and the one that leaves, which are neighbours in the ring, are read at the same time.
@@ -8,9 +8,9 @@
 --
 -- Names of signals end in the number of clocks since the token that begins a line.
 --
--- Latency: 8 clocks from a token to the pixels that enter and leave. Throughput: one token each clock, a new line 4
---   clocks after the last one at the earliest.
--- Equation: entering = the pixel of the column as many lines before as its phase's age says, leaving = M lines more.
+-- Latency: 8 clocks. Throughput: one token each clock; lines begin at least 4 clocks apart.
+-- Equation: entering = the column's pixel `age` lines before, with the age of the phase; leaving = the pixel M lines
+-- before that one.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,7 +24,7 @@ use work.moving_sum_pkg.all;
 
 entity line_ring is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
     -- Whether frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean;
@@ -36,13 +36,13 @@ entity line_ring is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What the control says of a line, which is a step.
+    -- Signals from moving_sum_control for each line; a step is a line.
     control : in    ring_control_t;
-    -- Of each token: its column, then whether it has a pixel, and the pixel.
+    -- For each token its column, whether it has a pixel, and the pixel.
     column_4 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_5 : in    std_logic;
     pixel_5  : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- The pixels of its column that enter and leave.
+    -- The pixels of the token's column that enter and leave the sum.
     entering_8 : out   std_logic_vector(WIDTH - 1 downto 0);
     leaving_8  : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -53,7 +53,7 @@ architecture rtl of line_ring is
   constant M       : positive := GEOMETRY.micro_image_size;
   constant SLICES  : positive := GEOMETRY.slices;
   constant LEAVING : boolean  := pixels_leave(GEOMETRY);
-  -- Where no pixel leaves a sum, one line is read for each one that is written, and one bank does.
+  -- Where no pixel leaves, each clock reads one line and writes one: a single bank does.
   constant BANKS     : positive := choose(LEAVING, 2, 1);
   constant ALL_LINES : natural  := bank_lines(GEOMETRY, ANY_ROWS, M);
   constant WORDS     : positive := larger(ALL_LINES, 1) * COLUMNS;
@@ -61,9 +61,8 @@ architecture rtl of line_ring is
 
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
-  -- A place in a ring, or the size of a ring.
-  -- A phase has a ring of its own, as long as its pixels stay in use: rings of different lengths take fewer lines
-  -- than one for all.
+  -- A place in a ring, or the size of a ring. Each phase has a ring of its own, only as long as its pixels stay in
+  -- use, which takes fewer lines than one ring for all.
   subtype place_t is natural range 0 to larger(BANKS * ALL_LINES, 1);
 
   subtype address_t is unsigned(WORD_BITS - 1 downto 0);
@@ -71,25 +70,24 @@ architecture rtl of line_ring is
   -- A power of two, so that slice and phase side by side are an index.
   constant SLICE_STEP : positive := phase_words(M);
 
-  -- By phase.
+  -- A place for each phase.
   type places_t is array (natural range 0 to SLICE_STEP - 1) of place_t;
 
-  -- By slice and phase.
+  -- A place for each slice and phase.
   type skips_t is array (natural range 0 to table_words(GEOMETRY) - 1) of place_t;
 
   type addresses_t is array (natural range 0 to BANKS - 1) of address_t;
 
   type bank_words_t is array (natural range 0 to 1) of std_logic_vector(WIDTH - 1 downto 0);
 
-  -- Lines of the rings.
+  -- Lines of each ring.
   function ring_table return places_t is
 
     variable table : places_t;
 
   begin
 
-    -- Phases beyond M do not come; 1 keeps the table's words from being all zeros (see
-    -- table_words).
+    -- Phases of M and above do not occur; 1 keeps the table's words from being all zeros (table_words).
     table := (others => 1);
 
     for v in 0 to M - 1 loop
@@ -104,7 +102,7 @@ architecture rtl of line_ring is
 
   constant RING_OF : places_t := ring_table;
 
-  -- Lines of a bank before those of the rings.
+  -- Lines of a bank in front of each ring.
   function base_table return places_t is
 
     variable table  : places_t;
@@ -131,7 +129,8 @@ architecture rtl of line_ring is
 
   end function base_table;
 
-  -- Lines of a phase that come before the first one that enters, modulo the ring (1 to its size, see table_words).
+  -- For each phase, the lines between the frame's begin and the first line that enters, modulo the ring (1 to its
+  -- size, see table_words).
   function skip_table return skips_t is
 
     variable table : skips_t;
@@ -152,8 +151,7 @@ architecture rtl of line_ring is
         if ring > 0 then
           table(s * SLICE_STEP + v) := ring;
 
-          -- The line with that index counted in lines of its phase, and the places of the ring it
-          -- is behind.
+          -- The index of that line counted in lines of its phase, as a place in the ring.
           if index >= 0 then
             table(s * SLICE_STEP + v) := index / M mod ring + 1;
           end if;
@@ -170,7 +168,7 @@ architecture rtl of line_ring is
   constant BASE_OF : places_t := base_table;
   constant SKIP_OF : skips_t  := skip_table;
 
-  -- A place further on in a ring.
+  -- The place that lies so many lines further in a ring.
   function moved (
     place : place_t;
     lines : natural;
@@ -178,7 +176,7 @@ architecture rtl of line_ring is
   ) return place_t is
   begin
 
-    -- A modulo by one subtraction: both are below twice the ring.
+    -- One subtraction gives the remainder, because place and lines are each below the ring's size.
     if ring = 0 then
       return 0;
     elsif place + lines >= ring then
@@ -221,14 +219,14 @@ architecture rtl of line_ring is
 
   type line_addresses_t is array (natural range 0 to 2 ** bits_for(ALL_LINES) - 1) of address_t;
 
-  -- A table instead of a multiplier.
+  -- A table takes the place of a multiplier.
   function line_table return line_addresses_t is
 
     variable table : line_addresses_t;
 
   begin
 
-    -- Ones instead of zeros in words without a meaning, see table_words.
+    -- Unused words are ones instead of zeros (see table_words).
     table    := (others => (others => '1'));
     table(0) := (others => '0');
 
@@ -244,7 +242,7 @@ architecture rtl of line_ring is
 
   constant ADDRESS_OF : line_addresses_t := line_table;
 
-  -- The word that a line of a ring begins with, in its bank.
+  -- Address of a line's first word in its bank.
   function line_address (
     place : place_t;
     phase : phase_t
@@ -255,8 +253,8 @@ architecture rtl of line_ring is
 
   end function line_address;
 
-  -- Places in the rings: of the next line that comes in, of the first line of the frame that comes in, of the next
-  -- line that enters.
+  -- For each ring: write_place: place of the next line to write; frame_place: place of the frame's first line;
+  -- enter_place: place of the next line that enters.
   signal write_place : places_t := (others => 0);
   signal frame_place : places_t := (others => 0);
   signal enter_place : places_t := (others => 0);
@@ -297,8 +295,7 @@ begin
   phase_1 <= control.phase_1;
   slice_1 <= control.slice_1(slice_1'range);
 
-  -- The places of a ring are read and moved on once a line, so all its clocks are those of the
-  -- token that begins it.
+  -- A ring's places are read and moved once a line, so clocks are counted from the token that begins the line.
   find_lines : process (clk) is
 
     variable next_own   : place_t;
@@ -307,8 +304,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- 1: the place of the own line.
-      -- Where each ring stood when the frame began: output 0 comes later, and counts from there.
+      -- Clock 1: the place of the line that comes in. frame_place keeps where each ring stood when the frame
+      -- began: output 0 comes later and counts from there.
       if control.step_1 = '1' and control.first_1 = '1' then
         frame_place <= write_place;
       end if;
@@ -318,11 +315,11 @@ begin
       live_2      <= control.live_1;
       take_2      <= control.take_1;
 
-      -- 2: the line that enters, and the one before it in its ring; with output 0 the places of what enters.
+      -- Clock 2: the line that enters and its neighbour in the ring; with output 0 the first lines that enter.
       next_own := place_behind(own_place_2, RING_OF(phase_2));
       step_3   <= step_2;
       stored_3 <= '0';
-      -- Phases that only ever enter with their own line are not stored at all.
+      -- Phases whose lines always enter at once are not stored.
       if RING_OF(phase_2) > 0 then
         stored_3 <= live_2;
       end if;
@@ -331,19 +328,19 @@ begin
         own_place_3   <= own_place_2;
         enter_phase_3 <= control.enter_phase_2;
         enter_place_3 <= enter_place(control.enter_phase_2);
-        -- M steps before, the line of the same phase entered: in its ring the neighbour of the one that enters now.
+        -- M steps before, the line of the same phase entered: it is the neighbour in the ring of the line
+        -- that enters now.
         leave_place_3 <= place_before(enter_place(control.enter_phase_2), RING_OF(control.enter_phase_2));
         take_3        <= take_2;
 
-        -- No element of varying index: GHDL 2.0 synthesises no register for it.
+        -- The loop avoids an element of variable index, for which GHDL 2.0 synthesises no register.
         for v in 0 to M - 1 loop
 
-          -- Lines that belong to no frame take no place, or flush lines would push those out that are still read.
+          -- Flush lines take no place, or they would overwrite lines that are still read.
           if v = phase_2 and live_2 = '1' then
             write_place(v) <= next_own;
           end if;
-          -- With output 0 the first line that enters is found from where its frame began in each
-          -- ring.
+          -- With output 0, each ring's first line that enters is found from where the frame began.
           if take_2 = '1' then
             enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(SLICES, M, slice_1, v)), RING_OF(v));
           end if;
@@ -352,10 +349,10 @@ begin
 
       end if;
 
-      -- 3: the next line of that phase will enter.
+      -- Clock 3: the phase's next line will enter.
       next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3));
-      -- Only if a line has entered: one that would lie before its frame has no place. With output 0
-      -- the places have just been set.
+      -- The place moves only if a line has entered, because lines before the frame have no place; with output
+      -- 0 it has just been set.
       if step_3 = '1' and control.moves_3 = '1' and take_3 = '0' then
 
         for v in 0 to M - 1 loop
@@ -368,12 +365,12 @@ begin
 
       end if;
 
-      -- 3: addresses of lines.
+      -- Clock 3: addresses of lines.
       own_line_4   <= line_address(own_place_3, phase_3);
       enter_line_4 <= line_address(enter_place_3, enter_phase_3);
       leave_line_4 <= line_address(leave_place_3, enter_phase_3);
-      -- By turns: what enters and what leaves are neighbours in a ring, and so lie in different banks and are read in
-      -- one clock.
+      -- Lines of a ring alternate between the banks. The entering and the leaving line are neighbours, so they
+      -- lie in different banks and are read in one clock.
       own_bank_4   <= own_place_3 mod BANKS;
       enter_bank_4 <= enter_place_3 mod BANKS;
       stored_4     <= stored_3;
@@ -393,10 +390,10 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- 4: addresses of pixels.
+      -- Clock 4: addresses of pixels.
       own_bank_5 <= own_bank_4;
       stored_5   <= stored_4;
-      -- Line and column added in a clock of their own, in front of the memories' address registers.
+      -- Line and column are added in a clock of their own, in front of the memories' address registers.
       write_address <= own_line_4 + column_4;
 
       for b in 0 to BANKS - 1 loop
@@ -409,7 +406,7 @@ begin
 
       end loop;
 
-      -- The bank that holds the entering pixel is known when the words come.
+      -- The number of the bank with the entering pixel waits until the words come.
       enter_bank_5 <= enter_bank_4;
       enter_bank_6 <= enter_bank_5;
       enter_bank_7 <= enter_bank_6;
@@ -418,14 +415,14 @@ begin
 
   end process find_pixels;
 
-  -- Where every pixel enters with its own line there is no ring, and no memory.
+  -- If every line enters at once there is no ring and no memory.
   bank : for b in 0 to choose(ALL_LINES = 0, 0, BANKS) - 1 generate
 
     signal write_enable : std_logic;
 
   begin
 
-    -- The word goes to the bank whose turn it is in its ring.
+    -- A word goes to the bank that its ring has reached.
     write_enable <= active_5 and stored_5 when own_bank_5 = b else
                     '0';
 
@@ -450,7 +447,7 @@ begin
     leaving_8  <= (others => '0');
   end generate one_bank;
 
-  -- What enters is in one bank, so what leaves is in the other.
+  -- The entering pixel is in one bank, so the leaving one is in the other.
   two_banks : if LEAVING generate
     entering_8 <= bank_words(enter_bank_8);
     leaving_8  <= bank_words(1 - enter_bank_8);

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Adds up the pixels of tokens: running sums, first sums and held results.
 --
--- While a line (for columns: a frame) arrives, the running sum still belongs to the line before. So the sum of output 0
--- of the new line is collected beside it, and replaces it when output 0 is due. The result of a group of equal outputs
--- is held. Rows keep each of these in a register, columns in a word for each column.
+-- While a line (for columns: a frame) arrives, the running sum still belongs to the line before. The sum of output 0
+-- of the new line (first sum) is therefore collected beside it, and replaces it when output 0 leaves. A group of
+-- equal outputs shows one held result. Rows keep each of these values in a register, columns in a word for each
+-- column.
 --
--- Latency: 3 clocks. Throughput: one token each clock; the same column comes again PARTIAL_SUM_LOOP clocks later at
---   the earliest.
+-- Latency: 3 clocks. Throughput: one token each clock; one column comes at least PARTIAL_SUM_LOOP clocks apart.
 -- Equation: sum += entering pixel - leaving pixel; see sum_schedule_pkg.
 
 library ieee;
@@ -21,17 +21,17 @@ entity moving_sum_adder is
   generic (
     -- 1 for rows, the longest line for columns.
     COLUMNS : positive;
-    -- Pixels of a token.
+    -- Values of a token that have sums of their own: channels of its pixels.
     LANES : positive;
-    -- Width of a lane of the input.
+    -- Width of a value of the input.
     PIXEL_BITS : positive;
-    -- Width of a lane of the sums.
+    -- Width of a value of the sums.
     SUM_BITS : positive;
-    -- Whether pixels leave a sum; if not, every group begins a new one.
+    -- true: pixels leave sums; false: every group begins a new sum.
     WITH_LEAVING : boolean;
-    -- Whether outputs are held.
+    -- true: a group of several outputs shows one held result.
     HOLDING : boolean;
-    -- Whether a line begins within a group, so that output 0 is not the sum that goes on.
+    -- true: a line may begin within a group, so output 0 is another sum than the one that goes on.
     SPLIT : boolean
   );
   port (
@@ -41,20 +41,20 @@ entity moving_sum_adder is
     column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     -- Marks a token.
     active : in    std_logic;
-    -- What it does to the sums.
+    -- The token's effect on the sums.
     command : in    sum_command_t;
-    -- Its own pixels, and those that enter and leave the running sums (0: none).
+    -- The pixels that come with the token, and those that enter and leave the running sums (0: none).
     own      : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
     entering : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
     leaving  : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
-    -- Results of the lanes.
+    -- The results for the token.
     sums : out   std_logic_vector(LANES * SUM_BITS - 1 downto 0)
   );
 end entity moving_sum_adder;
 
 architecture rtl of moving_sum_adder is
 
-  -- All lanes in one word, as they come from one memory.
+  -- All sums of a token in one word, as they come from one memory.
   constant SUMS_BITS : positive := LANES * SUM_BITS;
 
   subtype sums_t is std_logic_vector(SUMS_BITS - 1 downto 0);
@@ -63,8 +63,8 @@ architecture rtl of moving_sum_adder is
 
   type columns_t is array (0 to 5) of unsigned(column'range);
 
-  -- What a column keeps, and how many clocks behind `column` each of it is there. All are read and written at fixed
-  -- distances from the token, so one column counter serves them.
+  -- The values that a column keeps, by number of clocks from `column` to their word. All are read and written at
+  -- fixed distances from the token, so one column counter serves them.
   constant FIRST_KEPT   : natural := 0;
   constant HELD_KEPT    : natural := 1;
   constant RUNNING_KEPT : natural := 2;
@@ -87,21 +87,20 @@ architecture rtl of moving_sum_adder is
 
   end function lane_of;
 
-  -- Clocks behind `column`.
+  -- Indices count clocks behind `column`.
   signal active_at  : std_logic_vector(2 to 5) := (others => '0');
   signal command_at : commands_t               := (others => NO_COMMAND);
   signal column_at  : columns_t                := (others => (others => '0'));
 
-  -- First sums as they are collected and as output 0 shows them, running sums, results; and the values of all of them
-  -- for the token before.
+  -- changes of the running sums; first sums as they are collected and as output 0 shows them (held); running sums;
+  -- results. Behind them their values for the column's token before.
   signal changes     : sums_t := (others => '0');
   signal first_sums  : sums_t := (others => '0');
   signal held_sums   : sums_t := (others => '0');
   signal held_before : sums_t := (others => '0');
   signal running     : sums_t := (others => '0');
   signal results     : sums_t := (others => '0');
-  -- Columns keep all four for each column of the line, in memories; they come back in time for the next line's token.
-  -- For rows these are the registers of the token before.
+  -- The four values of the column's token before: for columns from memories, for rows from the registers.
   signal word        : kept_t;
   signal old_word    : kept_t := (others => (others => '0'));
   signal old_first   : sums_t;
@@ -140,16 +139,16 @@ begin
 
       for i in 0 to LANES - 1 loop
 
-        -- 2: by how much the running sums change, and the first sums.
+        -- Clock 2: the change of the running sums, and the first sums.
         sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS);
-        -- A change may be negative. It is added modulo 2 ** SUM_BITS, and so is the running sum, which ends up within 0
-        -- to SUM_MAX again.
+        -- A change may be negative. It is added modulo 2**SUM_BITS, like the running sum, which ends up
+        -- within 0 to SUM_MAX again.
         sum := sum - lane_of(leaving, i, PIXEL_BITS);
 
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
         own_pixel := lane_of(own, i, PIXEL_BITS);
-        -- Sums wait for their tokens: in between they keep the value from the memory.
+        -- Sums change only with their tokens; otherwise they keep the value from the memory.
         if active_at(2) = '1' then
           -- The first token of a line starts from zero, because the memory still holds the line before.
           sum := (others => '0');
@@ -161,7 +160,7 @@ begin
           end if;
           first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
-          -- Without split groups there are none, and no adder.
+          -- Without split groups no held first sums are needed, and no adder.
           sum := (others => '0');
           if SPLIT then
             if command_at(2).fresh = '0' then
@@ -174,14 +173,14 @@ begin
           held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
         end if;
 
-        -- 3: the running sums.
+        -- Clock 3: the running sums.
         if active_at(3) = '1' then
           sum := (others => '0');
-          -- Output 0: the separately collected sum takes over, with all of its pixels already in it.
+          -- With output 0 the first sum takes over; all of its pixels are in it.
           if command_at(3).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
           else
-            -- Where no pixel ever leaves, a sum begins anew with each group instead.
+            -- If no pixel leaves, a sum starts from zero with each group.
             if WITH_LEAVING or command_at(3).clear = '0' then
               sum := lane_of(old_running, i, SUM_BITS);
             end if;
@@ -192,17 +191,16 @@ begin
 
       end loop;
 
-      -- 4: results, the same for a group.
-      -- A clock later than it was made, as the results are.
+      -- Clock 4: the results, one for a group. The held first sum waits a clock for them.
       held_before <= held_sums;
       if active_at(4) = '1' then
         if command_at(4).due = '0' then
-          -- Not an output of a line, so its value does not matter.
+          -- The token shows no output of a line, so this value does not matter.
           results <= (others => '0');
         elsif command_at(4).update = '1' or not HOLDING then
           results <= running;
-        -- The group began before the line, so its output is the sum of the group's first place, which is collected
-        -- separately.
+        -- The group began before the line, so its result is the sum at the group's first output, which was
+        -- collected separately.
         elsif SPLIT and command_at(4).take = '1' then
           results <= held_before;
         else
@@ -216,7 +214,7 @@ begin
   sums <= results;
 
   --------------------------------------------------------------------------------------------------
-  -- Their values for the token before.
+  -- The values that the column's next token finds.
 
   word <= (first_sums, held_sums, running, results);
 
@@ -225,7 +223,7 @@ begin
   old_running <= old_word(RUNNING_KEPT);
   old_results <= old_word(RESULTS_KEPT);
 
-  -- With one column the registers of the token before are these values.
+  -- With one column these are the registers themselves.
   one_column : if COLUMNS = 1 generate
     old_word <= word;
   end generate one_column;
@@ -234,10 +232,11 @@ begin
 
     each_kept : for i in FIRST_KEPT to RESULTS_KEPT generate
 
-      -- Without held outputs nothing reads results again, and without split groups no held sums.
+      -- Without held outputs nothing reads results again; without split groups nothing reads held sums.
       in_use : if (i /= HELD_KEPT or SPLIT) and (i /= RESULTS_KEPT or HOLDING) generate
 
-        -- Written when its word is there, and read two clocks ahead of the token that changes it.
+        -- Each memory is written when its value is ready, and read two clocks ahead of the token that
+        -- changes it.
         memory : entity work.ram_blocks
           generic map (
             WIDTH        => SUMS_BITS,

@@ -1,24 +1,24 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The second engine: the refocusing filters of a raster scan as re-orderings and moving sums.
 --
--- Its ports and results are those of fir_array with one row at a time, bit for bit. It needs only an adder or two for
--- each sum, whatever M and a' are, and its column memories hold pixels instead of partial sums. With exact arithmetic
--- columns come first, so that the memory holds the input pixels; stored products round between the passes, in the order
--- that defines them, rows first.
+-- Ports and results are those of fir_array with one row at a time, bit for bit. This engine needs only an adder or
+-- two for each sum, whatever M and the shifts are, and its column memories hold pixels instead of partial sums. With
+-- exact arithmetic columns come first, so that the memory holds the input pixels. Stored products round between the
+-- passes, so they keep the order that defines the result: rows first.
 --
--- A token may hold several neighbouring pixels. For columns they are channels of one wider pixel, and lines are shorter
--- accordingly; for rows they interact (lane_stage). In the last token of a line, pixels behind the line's end count as
--- zero and come out as zero.
+-- A token may hold several neighbouring pixels. Column filters treat them as channels of one wider pixel, and lines
+-- are shorter accordingly; row filters combine them (lane_stage). In a line's last token, pixels behind the line's
+-- end count as zero and come out as zero.
 --
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening may follow.
 --
--- Latency: with one pixel a token D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with several D
---   lines, D' tokens and sum_lanes_latency clocks, D' = total_lane_delay. With sharpening M lines, divide_up(M, P)
---   tokens and sharpen_latency clocks more.
--- Throughput: one token each clock, in lines of D + 1 tokens at least (D' + 1 with several pixels) and frames of D + 1
---   lines at least and a multiple of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty
---   tokens and lines must make up for.
--- Equation: as fir_array.
+-- Latency: D lines, D + 1 tokens and sum_array_latency clocks with one pixel a token, D = total_delay; D lines, D'
+-- tokens and sum_lanes_latency clocks with several, D' = total_lane_delay. Sharpening: M lines, divide_up(M, P)
+-- tokens and sharpen_latency clocks more.
+-- Throughput: one token each clock. Lines need at least D + 1 tokens (D' + 1 with several pixels); frames need at
+-- least D + 1 lines and a multiple of M, with ANY_ROWS at least least_frame lines. Empty tokens and flush lines make
+-- up for what is missing.
+-- Equation: that of fir_array.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -37,42 +37,43 @@ entity moving_sum_array is
   generic (
     -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The slices: a' of each in pixels, with blanks in between.
+    -- The shift of each slice in pixels, with blanks in between.
     SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
+    -- true: the picture stays put from slice to slice.
     CENTRED : boolean := true;
-    -- Moving sums that follow in each dimension: 0 none, 1 for linear interpolation.
+    -- Moving sums that follow in each dimension: 0 none, 1 linear interpolation.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
-    -- P: pixels of a token; above 1 with exact arithmetic only.
+    -- P, pixels of a token; above 1 with exact arithmetic only.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Exact sums and one division at the end, or stored products, which round.
+    -- true: exact sums and one division at the end; false: stored products, which round.
     EXACT : boolean := true;
     -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: fraction bits of the image between rows and columns.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- Whether frames of any number of lines follow each other without a pause.
+    -- true: frames of any number of lines follow each other without a pause.
     ANY_ROWS : boolean := false;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener
+    -- out.
     SHARPENING : string := "";
-    -- Width of the weights that divide the sums, exact ones that are not sharpened; 0: M * M divides them.
+    -- Width of the weights that divide the sums (exact and not sharpened); 0: the sums are divided by M * M.
     WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and its pixels; pixel 0 and channel 0 in the low bits.
+    -- A token and its pixels; pixel 0 and channel 0 in the low bits.
     token      : in    token_t;
     token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The pixels that a line's last token has; the same while a frame is under way.
+    -- Which pixels a line's last token has; constant while a frame is under way.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- The weight of each pixel (border_weights), with its sums.
+    -- The weight of each pixel (from border_weights), in the clock of its sums.
     weights : in    std_logic_vector(PIXELS_PER_CLOCK * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The result of a token, and its pixels.
     result      : out   result_t;
@@ -116,11 +117,11 @@ architecture rtl of moving_sum_array is
 
   type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * WIDTH - 1 downto 0);
 
-  -- Signals in front of each stage, and behind the last.
+  -- Signals in front of each stage (by its number) and behind the last one.
   signal token_at : tokens_t(0 to 2 * PASSES);
   signal data     : data_t;
 
-  -- Behind the sums, and the sharpener where there is one.
+  -- Token and sums behind the last stage, or behind the sharpener if there is one.
   signal last_token : token_t;
   signal last_sums  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
   signal summed     : result_t;
@@ -129,7 +130,7 @@ begin
 
   token_at(0) <= token;
 
-  -- Pixels behind a line's end are zeros from here on, so no stage need know where it ends.
+  -- Pixels behind a line's end are set to zero here, so no stage needs to know the line's length.
   data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
   every_stage : for i in 0 to LAST_STAGE generate
@@ -140,7 +141,7 @@ begin
 
   begin
 
-    -- For columns the pixels of a token are channels: they never mix, so a stage of one pixel serves all of them.
+    -- Column filters treat the pixels of a token as channels, so a stage of one pixel serves all of them.
     pixel_stage : if COLUMNS or P = 1 generate
 
       stage : entity work.moving_sum_stage
@@ -169,7 +170,7 @@ begin
 
     begin
 
-      -- Behind each stage again: its sums go on beyond the end.
+      -- Behind each stage pixels beyond the line's end are cleared again, because sums go on there.
       data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1), line_end);
 
       stage : entity work.lane_stage
@@ -193,7 +194,6 @@ begin
 
   end generate every_stage;
 
-  -- Both are wires of the same kind, so that what follows does not know which it is.
   plain : if not sharpens(SHARPENING) generate
     last_token <= token_at(2 * PASSES);
     last_sums  <= data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0);
@@ -223,7 +223,7 @@ begin
 
   end generate sharp;
 
-  -- What result_scaler needs of the token.
+  -- The fields of the token that result_scaler needs.
   summed <= result_of(last_token);
 
   scale : entity work.result_scaler

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Control of a moving sum: which pixels enter and leave it, and where lines begin.
 --
--- Two lines (for columns: frames) may be under way: pixels of the newer one arrive while the last outputs of the older
--- one leave. A line begins with its first step and ends with its last live one. Pixels before or behind it count as
--- zero, which the control knows from their ages. While a line arrives, the sum of its output 0 is collected separately
--- (to_first) and taken over when output 0 is due (take), so lines follow each other without a gap. Lines must begin at
--- least output_delay + 1 steps apart.
+-- Two lines (for columns: frames) may be under way: pixels of the newer one arrive while the last outputs of the
+-- older one leave. A line begins with its first step and ends with its last step that has a pixel. Pixels in front
+-- of it or behind it count as zero; the control recognises them by their ages. While a line arrives, the sum of its
+-- output 0 is collected separately (to_first); output 0 takes it over (take), so lines follow each other without a
+-- gap. Lines must begin at least output_delay + 1 steps apart.
 --
--- Latency: 3 clocks after advance; the outputs hold until the next advance.
+-- Latency: 3 clocks from advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
 -- Equation: see sum_schedule_pkg.
 
@@ -25,25 +25,25 @@ use work.moving_sum_pkg.all;
 
 entity moving_sum_control is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- The slice, if it is always the same; -1: `slice`.
+    -- The slice, if it is always the same; -1: the slice of the port.
     FIXED_SLICE : integer := -1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A step begins; whether it is the first of a line, and whether it has a pixel of the line.
+    -- advance: a step begins; first: it is a line's first; live: it has a pixel of the line.
     advance : in    std_logic;
     first   : in    std_logic;
     live    : in    std_logic;
     -- Slice of the line, read with its first step.
     slice : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
-    -- To the memory of the pixels.
+    -- Control of the memory of pixels.
     ring : out   ring_control_t;
-    -- 3 clocks behind advance: the age of the pixel that enters.
+    -- 3 clocks from advance: the age of the pixel that enters.
     age_3 : out   natural range 0 to reach(GEOMETRY);
-    -- With them, what the step's tokens do.
+    -- 3 clocks from advance: which pixels change the sums, and the effect of the step's tokens on them.
     choice_3  : out   pixel_choice_t;
     command_3 : out   sum_command_t
   );
@@ -59,26 +59,26 @@ architecture rtl of moving_sum_control is
   constant SLICES  : positive := GEOMETRY.slices;
   -- Steps from a pixel to the output of the same index.
   constant DELAY : natural := GEOMETRY.output_delay;
-  -- Indices reach to here when M steps have passed.
+  -- The largest index that can have left when M steps have passed.
   constant LEFT_MAX : positive := REACHED + 1 - M;
 
   -- A step's index modulo M.
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
-  -- Steps since a line began; saturates at REACHED + 1, as no age is larger.
+  -- Steps since a line began; the count stops at REACHED + 1, because no age is larger.
   subtype count_t is natural range 0 to REACHED + 1;
 
-  -- Tables are by slice and phase.
+  -- Tables have a word for each slice and phase.
   constant SLICE_STEP : positive := phase_words(M);
   constant WORDS      : positive := table_words(GEOMETRY);
 
-  -- Index of a phase's pixel in the first sums; REACHED + 1 if it is in none.
+  -- Index of the phase's pixel in the first sums; REACHED + 1 if the pixel is not in them.
   type indices_t is array (natural range 0 to WORDS - 1) of count_t;
 
-  -- In two tables, because the phase is needed one clock before the age.
+  -- Phases and ages are separate tables, because the phase is needed a clock before the age.
   type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
 
-  -- 1 for no, 2 for yes: see table_words.
+  -- 1 means no, 2 means yes: words must not be zero (table_words).
   type flags_t is array (natural range 0 to WORDS - 1) of natural range 1 to 2;
 
   function index_table (
@@ -89,7 +89,7 @@ architecture rtl of moving_sum_control is
 
   begin
 
-    -- REACHED + 1 is never a count that is compared, so it stands for none.
+    -- REACHED + 1 equals no count that is compared, so it stands for "in no first sum".
     table := (others => REACHED + 1);
 
     for s in 0 to SLICES - 1 loop
@@ -153,7 +153,7 @@ architecture rtl of moving_sum_control is
 
   end function phase_table;
 
-  -- Outputs that begin a group, or those `later` steps behind.
+  -- Outputs that begin a group, or those `later` steps behind such an output.
   function group_table (
     later : natural
   ) return flags_t is
@@ -162,7 +162,7 @@ architecture rtl of moving_sum_control is
 
   begin
 
-    -- 1 and 2 for no and yes: words without a meaning must not be zeros (see table_words).
+    -- 1 and 2 for no and yes, because unused words must not be zero (table_words).
     table := (others => 1);
 
     for s in 0 to SLICES - 1 loop
@@ -186,7 +186,7 @@ architecture rtl of moving_sum_control is
   constant AGE_OF           : indices_t := age_table;
   constant PHASE_OF         : phases_t  := phase_table;
   constant BEGINS           : flags_t   := group_table(0);
-  -- With the step behind a complete group the next one begins to gather.
+  -- The step behind a complete group begins to gather the next one.
   constant CLEARS : flags_t := group_table(1);
 
   function next_phase (
@@ -215,30 +215,30 @@ architecture rtl of moving_sum_control is
 
   end function next_count;
 
-  -- Of the step that arrives: bit 0 is `first`, the other bits are the slice; and the same of the step whose output is
-  -- due.
+  -- tag: `first` of the step that arrives (bit 0) and its slice. out_tag: the tag of DELAY steps before, which is
+  -- that of the step whose output leaves.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
   signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
-  -- 1 clock after advance.
+  -- 1 clock from advance: in_ belongs to the pixel that arrives, out_ to the output that leaves.
   signal step_now  : std_logic             := '0';
   signal own_phase : phase_t               := 0;
   signal own_slice : unsigned(slice'range) := (others => '0');
   signal own_count : count_t               := REACHED + 1;
   signal own_first : std_logic             := '0';
   signal own_live  : std_logic             := '0';
-  -- Steps since the last live one.
+  -- Steps since the last one with a pixel.
   signal own_ended : count_t               := REACHED + 1;
   signal due_phase : phase_t               := 0;
   signal due_slice : unsigned(slice'range) := (others => '0');
   signal due_count : count_t               := 0;
   signal due_first : std_logic             := '0';
   signal due_ended : count_t               := REACHED + 1;
-  -- The line whose outputs leave is the same as the one whose pixels arrive.
+  -- The line whose outputs leave is the line whose pixels arrive.
   signal same : std_logic := '0';
 
-  -- 2 clocks.
+  -- 2 clocks from advance.
   signal initial_2      : std_logic := '0';
   signal initial_held_2 : std_logic := '0';
   signal own_first_2    : std_logic := '0';
@@ -246,7 +246,8 @@ architecture rtl of moving_sum_control is
   signal due_ended_2    : count_t   := 0;
   signal due_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
-  -- The counts minus M, to compare the age of what leaves with. Registered, because the age comes late from its ROM.
+  -- The counts minus M, to compare with the age of the pixel that leaves. They are registers because the age comes
+  -- late from its ROM.
   signal left_count_2 : integer range -M to LEFT_MAX := -M;
   signal left_ended_2 : integer range -M to LEFT_MAX := -M;
   signal update_2     : std_logic                    := '0';
@@ -254,8 +255,8 @@ architecture rtl of moving_sum_control is
 
 begin
 
-  -- The step and its slice wait as one word for DELAY steps: what comes out says when output 0 is
-  -- due, and of which slice.
+  -- The mark of a line's begin and its slice wait as one word for DELAY steps; they come out with the line's
+  -- output 0.
   tag <= std_logic_vector(slice) & (first and advance);
 
   due_tag <= delayed(tags, tag, DELAY);
@@ -280,7 +281,7 @@ begin
       if advance = '1' then
         due_now   := due_tag(0);
         now_ended := 0;
-        -- Steps since the last pixel of the line: pixels that would enter after it do not exist and count as zero.
+        -- Steps since the last pixel of the line: pixels behind it do not exist and count as zero.
         if live = '0' then
           now_ended := next_count(own_ended);
         end if;
@@ -296,32 +297,32 @@ begin
           own_phase <= next_phase(own_phase);
           own_count <= next_count(own_count);
         end if;
-        -- The output begins its line DELAY steps after the pixel did, so its count starts there; its phase starts
-        -- again, as the pixel's.
+        -- The output's line begins DELAY steps behind its first pixel; count and phase of the output start
+        -- there.
         if due_now = '1' then
           due_phase <= 0;
           due_count <= DELAY;
-          -- The slice of a line holds for its outputs, even when a newer line has another one.
+          -- The slice of a line holds for its outputs, even if a newer line has another one.
           due_slice <= unsigned(due_tag(due_tag'high downto 1));
         else
           due_phase <= next_phase(due_phase);
           due_count <= next_count(due_count);
         end if;
-        -- Outputs and pixels are of one line from its output 0 on, until a newer line begins.
+        -- Pixels and outputs belong to one line from its output 0 on until a newer line begins.
         if due_now = '1' then
           same <= '1';
         elsif first = '1' then
           same <= '0';
         end if;
-        -- The end of the outputs' line: as the pixels' while both are one, then counted on by
-        -- itself.
+        -- The end of the outputs' line: that of the pixels while both belong to one line, afterwards counted
+        -- on alone.
         if due_now = '1' or (same = '1' and first = '0') then
           due_ended <= now_ended;
         else
           due_ended <= next_count(due_ended);
         end if;
       end if;
-      -- As if all lines had ended long ago: nothing of before enters a sum.
+      -- After reset no stored pixel counts.
       if reset = '1' then
         step_now  <= '0';
         same      <= '0';
@@ -342,11 +343,11 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Two tables of the same words: one is read for the pixel that arrives, the other for the output that leaves,
-      -- which may be of the line before.
+      -- Two reads of the tables: one for the pixel that arrives, one for the output that leaves, which may
+      -- belong to the line before.
       own := table_row(SLICES, M, own_slice, own_phase);
       row := table_row(SLICES, M, due_slice, due_phase);
-      -- A slice of a stack has tables of its own, a row of the common ones: the tool drops the others.
+      -- An entity for one slice of a stack reads that slice's rows only, so tools drop the others.
       if FIXED_SLICE >= 0 then
         own := FIXED_SLICE * SLICE_STEP + own_phase;
         row := FIXED_SLICE * SLICE_STEP + due_phase;
@@ -357,7 +358,7 @@ begin
       own_first_2    <= own_first;
       due_count_2    <= due_count;
       due_ended_2    <= due_ended;
-      -- Prepared, so that only a comparison is left when the age is known.
+      -- The differences are computed here, so that only a comparison is left when the age is known.
       left_count_2       <= due_count - M;
       left_ended_2       <= due_ended - M;
       due_first_2        <= due_first;
@@ -373,13 +374,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Pixels enter from the line's first one on, also behind its end, where they count as zero:
-      -- the places in memory move on alike.
+      -- Pixels enter from the line's first one on. They go on behind its end, where they count as zero, so
+      -- that places in memory always move alike.
       ring.moves_3 <= to_logic(age_2 <= due_count_2);
       age_3        <= age_2;
 
-      -- A pixel's index is the count less its age: not before the line's begin (count), nor behind
-      -- its end (ended).
+      -- A pixel's index is the count less its age. The pixel counts if that is not before the line's begin
+      -- (count) and not behind its end (ended).
       choice_3 <=
       (
         enter     => to_logic(age_2 <= due_count_2 and age_2 >= due_ended_2),
@@ -387,8 +388,7 @@ begin
         leave     => to_logic(age_2 <= left_count_2 and age_2 >= left_ended_2)
       );
 
-      -- An output is due as long as its index belongs to the line: up to DELAY steps behind the last
-      -- pixel.
+      -- An output leaves while its index belongs to the line: up to DELAY steps behind the last pixel.
       command_3 <=
       (
         fresh    => own_first_2,
@@ -403,8 +403,8 @@ begin
 
   end process compare_ages;
 
-  -- A line that begins while output 0 of the line before is not due yet takes its place in the delay. Marks of lines
-  -- without pixels are what a reset has left in the path of the tokens.
+  -- Simulation stops if a line begins before output 0 of the line before has left: it would take that line's place
+  -- in the delay. Marks of lines without pixels are left in the path of tokens by a reset and do not count.
   watch_lines : process (clk) is
 
     variable steps : natural := DELAY + 1;

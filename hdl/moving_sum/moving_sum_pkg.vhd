@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Types and constants that the entities of the moving sums share: commands, tables by slice and phase, lines in memory,
--- clock counts.
+-- Types and constants that the entities of the moving sums share: commands, tables by slice and phase, lines in
+-- memory, latencies.
 --
 -- All functions are evaluated at elaboration only, except table_row, which is a multiplexer.
 
@@ -15,7 +15,8 @@ use work.sum_schedule_pkg.all;
 
 package moving_sum_pkg is
 
-  -- Which pixels change the running sum with a token: one enters, which is its own, one leaves.
+  -- The pixels that change the running sum with a token: enter: one enters; enter_now: it is the pixel that comes
+  -- with this token; leave: one leaves.
   type pixel_choice_t is record
     enter     : std_logic;
     enter_now : std_logic;
@@ -24,14 +25,15 @@ package moving_sum_pkg is
 
   constant NO_PIXELS : pixel_choice_t := (others => '0');
 
-  -- What a token does to the sums.
+  -- The effect of a token on the sums.
   type sum_command_t is record
-    -- A line begins: its first sums, too.
+    -- A line begins, and with it a new first sum.
     fresh : std_logic;
-    -- The own pixel belongs to the first sum, as it goes on and as output 0 shows it.
+    -- The pixel that comes with the token counts in the first sum (to_first), and in the sum that output 0 shows
+    -- (to_held).
     to_first : std_logic;
     to_held  : std_logic;
-    -- Output 0 is due: the first sum takes the place of the running one.
+    -- Output 0 leaves: the first sum replaces the running one.
     take : std_logic;
     -- A new sum begins.
     clear : std_logic;
@@ -43,87 +45,89 @@ package moving_sum_pkg is
 
   constant NO_COMMAND : sum_command_t := (others => '0');
 
-  -- What the control of a moving sum says of a step to the memory of its pixels; clocks behind the step are part of the
-  -- names.
+  -- What moving_sum_control tells the memory of pixels about a step. Names end in the number of clocks behind the
+  -- step.
   type ring_control_t is record
-    -- A step begins; its phase, whether it is the first of a line and whether it has a pixel of the line.
+    -- step_1: a step begins; phase_1: its phase; first_1: it is a line's first; live_1: it has a pixel of the
+    -- line.
     step_1  : std_logic;
     phase_1 : natural range 0 to 127;
     first_1 : std_logic;
     live_1  : std_logic;
-    -- Whether output 0 is due, and the slice of the output.
+    -- take_1: output 0 leaves; slice_1: the output's slice.
     take_1  : std_logic;
     slice_1 : unsigned(7 downto 0);
-    -- Phase of the pixel that enters, and whether it does not lie before the line.
+    -- Phase of the pixel that enters; moves_3: that pixel does not lie before the line.
     enter_phase_2 : natural range 0 to 127;
     moves_3       : std_logic;
   end record ring_control_t;
 
-  -- What a row stage of several pixels a token is built for, and the sizes that follow from it, computed once.
+  -- Sizes of a row stage with several pixels a token, computed once.
   type lanes_build_t is record
-    -- Of one slice, if it is always the same.
+    -- Geometry of one slice alone if the slice is always the same.
     geometry : geometry_t;
-    -- P.
+    -- P, pixels of a token.
     pixels     : positive range 2 to 32;
     channels   : positive;
     pixel_bits : positive;
-    -- Places of tokens in a micro image's banks, and these banks.
+    -- places: places of a token in the banks; banks: the banks of a micro image.
     places : positive;
     banks  : positive;
-    -- Bits of a row, and how many rows of a line are counted.
+    -- row_bits: width of a row's number; most_rows: how many rows of a line are counted.
     row_bits  : positive;
     most_rows : positive;
   end record lanes_build_t;
 
-  -- Where the pixels of a token go in the banks: whether they do, their place and their row.
+  -- Where the pixels of a token go in the banks: valid: they go there; their place and their row.
   type lanes_write_t is record
     valid : std_logic;
     place : natural range 0 to 127;
     row   : unsigned(15 downto 0);
   end record lanes_write_t;
 
-  -- The outputs that are due with a token.
+  -- The outputs that leave with a token.
   type lanes_read_t is record
-    -- There are any, and they begin with output 0.
+    -- active: there are outputs; take: they begin with output 0.
     active : std_logic;
     take   : std_logic;
-    -- Their slice, place and row, and rows since output 0.
+    -- Slice, place and row of the outputs, and rows since output 0.
     slice : unsigned(7 downto 0);
     place : natural range 0 to 127;
     row   : unsigned(15 downto 0);
     rows  : natural range 0 to 65535;
-    -- Place and row behind the last pixel of their line that came.
+    -- Place and row behind the last pixel of the outputs' line.
     end_place : natural range 0 to 127;
     end_row   : unsigned(15 downto 0);
   end record lanes_read_t;
 
-  -- Lines of a phase that the column memory keeps; even if pixels leave, for two banks. any_rows: frames of any
-  -- number of lines follow each other, once in `reach` lines at most; else those of a multiple of M.
+  -- Lines that the column memory keeps of a phase; even if pixels leave, because there are two banks. any_rows:
+  -- frames of any number of lines follow each other, at most one within `reach` lines; else the lines of a frame
+  -- are a multiple of M.
   function ring_lines (
     geometry : geometry_t;
     any_rows : boolean;
     phase    : natural
   ) return natural;
 
-  -- Lines of all phases before a phase that a bank keeps (phase = M: of all).
+  -- Lines that a bank keeps of all phases before this one (phase = M: of all phases).
   function bank_lines (
     geometry : geometry_t;
     any_rows : boolean;
     phase    : natural
   ) return natural;
 
-  -- Words of a table by phase: a power of two, as of all tables here, so that an index needs no arithmetic.
+  -- Words of a table by phase. All tables have powers of two, so that an index needs no arithmetic.
   function phase_words (
     micro_image_size : positive
   ) return positive;
 
-  -- Words of a table by slice and phase. A table must not end in 32 bits of zeros: GHDL 2.0 synthesises one whose
-  -- size is a multiple of them as if all of it were zero. So words without a meaning are not zero.
+  -- Words of a table by slice and phase. A table must not end in 32 zero bits, because GHDL 2.0 would synthesise
+  -- one whose size is a multiple of 32 bits as all zero. Unused words are therefore not zero.
   function table_words (
     geometry : geometry_t
   ) return positive;
 
-  -- Row of a table by slice and phase. It is wired, so it takes numbers: no circuit need be made of a geometry.
+  -- Index into a table by slice and phase. Its parameters are numbers, because a geometry would become a circuit.
   function table_row (
     slices           : positive;
     micro_image_size : positive;
@@ -131,20 +135,20 @@ package moving_sum_pkg is
     phase            : natural
   ) return natural;
 
-  -- Lines from the beginning of a frame to that of the next one at the earliest, of all passes.
+  -- The least number of lines from the beginning of one frame to that of the next, for all passes.
   function least_frame (
     geometry : geometry_t;
     order    : natural;
     any_rows : boolean
   ) return positive;
 
-  -- Clocks from a token at a moving sum stage's input to its output; depth: 1 for rows, the longest line for columns.
+  -- Latency of a moving sum stage in clocks; depth: 1 for rows, the longest line for columns.
   function sum_stage_latency (
     stored : boolean;
     depth  : positive
   ) return positive;
 
-  -- Clocks from a token at the moving sum array's input to its output.
+  -- Latency of the moving sum array in clocks.
   function sum_array_latency (
     stored : boolean;
     order  : natural
@@ -167,19 +171,19 @@ package body moving_sum_pkg is
 
     oldest := oldest_entering(geometry, phase);
 
-    -- Where frames have multiples of M lines, the lines of a phase are M apart across frames, too;
-    -- otherwise the first line of a frame may come early, that of phase v by M-1-v lines at most.
+    -- If frames have multiples of M lines, the lines of a phase are M apart across frames too. Otherwise a frame
+    -- may begin early: the first line of phase v comes up to M-1-v lines early.
     if any_rows and (oldest > 0 or pixels_leave(geometry)) then
       oldest := oldest + geometry.micro_image_size - 1 - phase;
     end if;
 
-    -- One line of the phase comes every M lines; the one that comes may take the place of the one that goes.
+    -- A line of the phase comes every M lines and may replace the one that goes out of use.
     lines := (oldest + geometry.micro_image_size - 1) / geometry.micro_image_size;
 
     if pixels_leave(geometry) then
       lines := lines + 1;
-      -- Even, so that both banks have as many lines: the line that leaves is in the other bank than the one that
-      -- enters.
+      -- An even number lets both banks have as many lines: the leaving line is never in the entering line's
+      -- bank.
       lines := lines + lines mod 2;
     end if;
 
@@ -197,7 +201,7 @@ package body moving_sum_pkg is
 
   begin
 
-    -- The rings lie one behind the other in the banks, so this is also where a ring begins.
+    -- The rings lie one behind the other in the banks, so the lines in front of a ring are also where it begins.
     lines := 0;
 
     for v in 0 to phase - 1 loop
@@ -253,7 +257,7 @@ package body moving_sum_pkg is
       return phase;
     end if;
 
-    -- Indices are converted from vectors here, because GHDL then makes a wire of them and no arithmetic.
+    -- Indices are converted from vectors here, which GHDL turns into wires instead of arithmetic.
     row := slice & to_unsigned(phase, bits_for(micro_image_size - 1));
 
     return to_integer(row);
@@ -288,8 +292,8 @@ package body moving_sum_pkg is
   ) return positive is
   begin
 
-    -- Three of the control, two for the addresses, two for the words, three for the sums. The memory
-    -- of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+    -- Control 3, addresses 2, words 2, sums 3. The memory of lines (ram_blocks) takes a clock more than that of
+    -- a row's pixels.
     return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 
   end function sum_stage_latency;
@@ -300,7 +304,7 @@ package body moving_sum_pkg is
   ) return positive is
   begin
 
-    -- A stage for rows and one for columns.
+    -- Each interpolation order has a stage for rows and one for columns.
     return (order + 1) * (sum_stage_latency(stored, 1) + sum_stage_latency(stored, 2)) +
            choose(stored, 0, DIVIDE_LATENCY);
 

@@ -4,15 +4,17 @@
 --   data -> stored product -> ring of pixels (rows) or lines (columns) -> adder -> rounding -> out_data
 --                                    control (which pixels, when)
 --
--- Pixels are kept until they have left the sum, those of each phase (index mod M) only as long as their age needs. At
--- each step one pixel enters the sum and one leaves it, whatever M and a' are. For rows a step is a token; for columns
--- (COLUMNS) it is a line. With DEPTH = 1 a line of columns has one pixel, that of its first token.
+-- Pixels are kept until they have left the sum, those of each phase (index mod M) only as long as their age
+-- requires. At each step one pixel enters the sum and one leaves it, whatever M and the shifts are. For rows a step
+-- is a token; for columns (COLUMNS) a step is a line. With DEPTH = 1 a line of columns has one pixel, that of its
+-- first token.
 --
--- Lines (for columns: frames) must begin output_delay + 1 steps apart, frames as many lines as they have, rounded up
--- to a multiple of M; with ANY_ROWS least_frame lines, or as many as they have. The sequencer appends empty ones.
+-- Lines (for columns: frames) must begin at least output_delay + 1 steps apart. A frame takes as many lines as it
+-- has, rounded up to a multiple of M; with ANY_ROWS it takes as many as it has, at least least_frame. The sequencer
+-- appends flush lines.
 --
--- Latency: output_delay steps and sum_stage_latency clocks. Throughput: one token each clock; with DEPTH > 1
---   the same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Latency: output_delay steps and sum_stage_latency clocks. Throughput: one token each clock; with DEPTH > 1 one
+-- column comes at least PARTIAL_SUM_LOOP clocks apart.
 -- Equation: sum += entering pixel - leaving pixel; see sum_schedule_pkg.
 
 library ieee;
@@ -29,31 +31,31 @@ use work.moving_sum_pkg.all;
 
 entity moving_sum_stage is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- Widths and largest values of its input, its sums and its output.
+    -- Widths and largest values of the input, the sums and the output.
     SIZES : pass_t;
-    -- Whether it filters columns.
+    -- true: the stage filters columns.
     COLUMNS : boolean := false;
-    -- Columns only: whether frames of any number of lines follow each other without a gap.
+    -- Columns only; true: frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean := false;
-    -- Rows only: the slice, if it is always the same; -1: `slice`.
+    -- Rows only: the slice, if it is always the same; -1: the slice of the token.
     FIXED_SLICE : integer := -1;
     -- 1 for rows, the longest line for columns.
     DEPTH : positive := 1;
-    -- Pixels of a token.
+    -- Values of a token that have sums of their own: channels of its pixels.
     LANES : positive := 1;
-    -- Width of what goes with a step beside its token.
+    -- Width of the tag that goes with a step.
     TAG_BITS : positive := 1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, its lanes, and what else goes with a step.
+    -- A token, its values, and a tag that goes with the step.
     token : in    token_t;
     data  : in    std_logic_vector(LANES * SIZES.data_bits - 1 downto 0);
     tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
-    -- The token behind the stage (token_path), and its lanes.
+    -- The token behind the stage (token_path), its values and its tag.
     out_token : out   token_t;
     out_data  : out   std_logic_vector(LANES * SIZES.result_bits - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
@@ -70,8 +72,8 @@ architecture rtl of moving_sum_stage is
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
   constant SLICE_BITS   : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- Clocks from a token to the addresses of the memory, and to its words. Ages come from a table and
-  -- are compared a clock later: so long pixels wait in front of the memory.
+  -- Clocks from a token to the addresses of the memory, and to its words. Ages come from a table and are compared
+  -- a clock later; pixels wait as long in front of the memory.
   constant ADDRESSED : positive := 5;
   constant READ      : positive := ADDRESSED + choose(DEPTH > 1, 3, 2);
 
@@ -87,27 +89,27 @@ architecture rtl of moving_sum_stage is
 
   type columns_t is array (3 to READ) of unsigned(bits_for(DEPTH - 1) - 1 downto 0);
 
-  -- What the token is to the filter: it has a pixel of a line, begins a step, begins a line (for columns a frame), and
-  -- the step belongs to the line.
+  -- The token as the filter sees it. pixel: it has a pixel of a line; step: it begins a step; first: it begins a
+  -- line (for columns a frame); live: the step belongs to the line.
   signal pixel : std_logic;
   signal step  : std_logic;
   signal first : std_logic;
   signal live  : std_logic;
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
 
-  -- Of the control.
+  -- Outputs of moving_sum_control.
   signal ring  : ring_control_t;
   signal age_3 : natural range 0 to REACHED;
 
-  -- A token: whether it begins a step and the filter works on it, and from 3 clocks behind it on what it does, and its
-  -- column.
+  -- step_at: the token begins a step; active_at: the filter works on it; from 3 clocks on its effect on the sums,
+  -- and its column.
   signal step_at    : std_logic_vector(0 to 3)    := (others => '0');
   signal active_at  : std_logic_vector(0 to READ) := (others => '0');
   signal choice_at  : choices_t                   := (others => NO_PIXELS);
   signal command_at : commands_t                  := (others => NO_COMMAND);
   signal column_at  : columns_t                   := (others => (others => '0'));
 
-  -- Its pixels, from the addresses to the words of the memory; those that enter and leave.
+  -- Pixels of the token, from the memory's addresses to its words; pixels that enter and leave.
   signal pixels_at  : pixels_list_t(ADDRESSED to READ) := (others => (others => '0'));
   signal read_enter : pixels_t;
   signal read_leave : pixels_t;
@@ -118,7 +120,7 @@ architecture rtl of moving_sum_stage is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- Scaling, and the delay until the control knows.
+  -- Scales pixels, and delays them until the control has decided.
 
   lane : for i in 0 to LANES - 1 generate
 
@@ -148,7 +150,7 @@ begin
           product => product_at(1)
         );
 
-      -- One clock less than plain values: the table of products has taken it.
+      -- One clock less than for plain values, because the table of products takes one.
       delay_product : process (clk) is
       begin
 
@@ -179,8 +181,8 @@ begin
 
     begin
 
-      -- Pixels wait for the addresses of what leaves; in front of the memory, so that it is written and read in one
-      -- place.
+      -- Pixels wait in front of the memory for the addresses of the pixels that leave, so that the memory is
+      -- written and read at one place of the pipeline.
       delay_value : process (clk) is
       begin
 
@@ -200,11 +202,11 @@ begin
   end generate lane;
 
   --------------------------------------------------------------------------------------------------
-  -- What a token does.
+  -- The control's signals for tokens.
 
   row_tokens : if not COLUMNS generate
-    -- For rows every token is a step. For columns a line is, and begins with its first token; a
-    -- frame takes the place of a line.
+    -- For rows every token is a step. For columns a line is a step and begins with its first token, and a frame
+    -- takes the place of a line.
     pixel <= '1';
     step  <= token.strobe;
     first <= begins_line(token);
@@ -222,7 +224,8 @@ begin
   slice <= (others => '0') when GEOMETRY.slices = 1 else
            token.slice(SLICE_BITS - 1 downto 0);
 
-  -- It looks at a step three clocks ahead of its pixels: ages come from a table, and are compared behind a register.
+  -- The control looks at a step three clocks ahead of its pixels: ages come from a table and are compared behind a
+  -- register.
   control : entity work.moving_sum_control
     generic map (
       GEOMETRY    => GEOMETRY,
@@ -243,7 +246,7 @@ begin
 
   step_at(0)   <= step;
   active_at(0) <= token.strobe and pixel;
-  -- The column is counted three clocks behind the token, where the memory of the sums is asked.
+  -- The column is counted three clocks behind the token, where the memory of the sums is addressed.
   column_at(3) <= (others => '0') when step_at(3) = '1' else
                   column_at(4) + 1 when active_at(3) = '1' else
                   column_at(4);
@@ -254,8 +257,8 @@ begin
     if rising_edge(clk) then
       step_at(1 to 3)      <= step_at(0 to 2);
       active_at(1 to READ) <= active_at(0 to READ - 1);
-      -- A step's choice holds for all its tokens, so these are copies of the control's outputs at the right moment,
-      -- not of the tokens.
+      -- A step's choice holds for all its tokens, so these registers copy the control's outputs when each
+      -- token passes.
       choice_at(4 to READ)  <= choice_at(3 to READ - 1);
       command_at(4 to READ) <= command_at(3 to READ - 1);
       column_at(4 to READ)  <= column_at(3 to READ - 1);
@@ -270,9 +273,9 @@ begin
   end process delay;
 
   --------------------------------------------------------------------------------------------------
-  -- The pixels in use, and which of them change the sums.
+  -- The memory of the pixels in use, and the choice of those that change the sums.
 
-  -- A row's pixels fit distributed RAM or a shift register: few are in use at a time.
+  -- A row has few pixels in use, which fit distributed RAM or a shift register.
   one_column : if DEPTH = 1 generate
 
     pixels : entity work.pixel_ring
@@ -291,7 +294,7 @@ begin
 
   end generate one_column;
 
-  -- Lines of pixels go to block RAM, a word for each column, at an address that moves with it.
+  -- Lines of pixels go to block RAM, one word for each column.
   many_columns : if DEPTH > 1 generate
 
     lines : entity work.line_ring
@@ -314,8 +317,8 @@ begin
 
   end generate many_columns;
 
-  -- The pixel that enters with the token that brings it is not in the memory yet, so it comes past it.
-  -- Chosen in front of the adder's register: a pixel that neither enters nor leaves counts as zero.
+  -- A pixel that enters with its own token is not in the memory yet and goes past it. Pixels that do not enter or
+  -- leave are set to zero in front of the adder's register.
   entering <= (others => '0') when choice_at(READ).enter = '0' else
               pixels_at(READ) when choice_at(READ).enter_now = '1' else
               read_enter;

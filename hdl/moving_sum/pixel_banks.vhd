@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last pixels of a line, several a token: gives, for P neighbouring outputs, the pixel that each adds minus the
--- pixel that it subtracts.
+-- Keeps the last pixels of a line, several a token, and gives for each of P neighbouring outputs the pixel that it
+-- adds minus the pixel that it subtracts.
 --
 --   pixels -> rotation -> banks, read twice -> difference -> bank_exchange -> rotation -> differences
 --
@@ -22,16 +22,17 @@ use work.sum_lanes_pkg.all;
 
 entity pixel_banks is
   generic (
-    -- What lane_stage is built for.
+    -- Sizes of lane_stage.
     BUILD : lanes_build_t
   );
   port (
     clk : in    std_logic;
-    -- As lane_control gives them, with the pixels of the token; pixel 0 in the low bits.
+    -- From lane_control: where the token's pixels go, and the outputs that leave; the token's pixels, pixel 0 in
+    -- the low bits.
     write_1  : in    lanes_write_t;
     pixels_1 : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
     read_1   : in    lanes_read_t;
-    -- Signed numbers, a bit wider than a channel.
+    -- The differences: signed, a bit wider than a channel.
     differences : out   std_logic_vector(BUILD.pixels * BUILD.channels * (BUILD.pixel_bits + 1) - 1 downto 0)
   );
 end entity pixel_banks;
@@ -46,12 +47,12 @@ architecture rtl of pixel_banks is
   constant BANKS  : positive := bank_count(M, P);
   constant STEP   : positive := bank_step(M, P);
   constant PLACES : positive := token_places(M, P);
-  -- How far from the output's own row the pixels of its places can lie, what leaves and the next
-  -- row included.
+  -- The range of rows, counted from the output's own row, in which its pixels can lie; includes leaving pixels and
+  -- the next row.
   constant LOWEST  : integer  := -larger(1 - lowest_row(GEOMETRY, P), 1);
   constant HIGHEST : integer  := larger(highest_row(GEOMETRY, P) + 1, 1);
   constant WIDTH   : positive := BUILD.channels * BUILD.pixel_bits;
-  -- Of a difference of all channels.
+  -- Width of a difference of one channel, and of all channels.
   constant DIFFERENCE_BITS  : positive := BUILD.pixel_bits + 1;
   constant DIFFERENCE_WIDTH : positive := BUILD.channels * DIFFERENCE_BITS;
 
@@ -76,7 +77,7 @@ architecture rtl of pixel_banks is
 
   type pixels_t is array (natural range 0 to BANKS - 1) of pixel_t;
 
-  -- Of the pixels that enter, and of those that leave.
+  -- Index of the pixels that enter, and of those that leave.
   constant ENTER : natural := 0;
   constant LEAVE : natural := 1;
 
@@ -91,14 +92,14 @@ architecture rtl of pixel_banks is
   -- Clocks from a place to the differences of its banks.
   constant CHANGED : positive := 5 + choose(SLICES > 1, 1, 0);
 
-  -- The place of the outputs, and for the exchange their slice, until the differences are there.
+  -- The place of the outputs, delayed until their differences come; their slice, delayed for the exchange.
   type turns_t is array (1 to CHANGED) of place_t;
 
   type slices_t is array (1 to 4) of unsigned(bits_for(SLICES - 1) - 1 downto 0);
 
   subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
 
-  -- By slice and bank: the place.
+  -- For each slice and bank: the place that reads the bank.
   function place_table return bank_tables_t is
 
     variable table : bank_tables_t;
@@ -109,7 +110,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
-        -- The inverse of bank_exchange's table: a bank is read for one place only.
+        -- This is the inverse of bank_exchange's table: each bank is read for one place only.
         table(s)(entering_bank(GEOMETRY, P, s, r)) := r;
 
       end loop;
@@ -122,7 +123,7 @@ architecture rtl of pixel_banks is
 
   constant PLACE_OF : bank_tables_t := place_table;
 
-  -- By slice and bank: the row.
+  -- For each slice and bank: the row that is read.
   function row_table return row_tables_t is
 
     variable table : row_tables_t;
@@ -145,8 +146,8 @@ architecture rtl of pixel_banks is
 
   constant ROW_OF : row_tables_t := row_table;
 
-  -- Whether a pixel, counted from the outputs, lies in the line: not before its begin, nor behind the pixels that have
-  -- arrived.
+  -- Whether a pixel, counted from the outputs, lies in the line: not before its begin, and not behind the last
+  -- pixel that has arrived.
   function in_line (
     distance  : integer;
     rows      : natural;
@@ -156,9 +157,8 @@ architecture rtl of pixel_banks is
   ) return std_logic is
   begin
 
-    -- Behind the begin: the row is not before the line's first one, in which it begins at bank 0.
-    -- Before the end: in an earlier row than that of the last pixel, or in the same one at an
-    -- earlier bank.
+    -- The first condition is the begin: a line begins at bank 0 of its first row. The second is the end: the
+    -- pixel lies in an earlier row than the last pixel, or in the same row at an earlier bank.
     if rows + distance >= 0 and (distance < ahead or (distance = ahead and bank < end_place)) then
       return '1';
     end if;
@@ -173,14 +173,14 @@ architecture rtl of pixel_banks is
   ) return row_t is
   begin
 
-    -- Rows wrap round, as the memories do.
+    -- Row numbers wrap round like the memories' addresses.
     return unsigned(signed(row) + to_signed(distance, BUILD.row_bits));
 
   end function moved;
 
-  -- Clocks behind a token are part of the names.
-  -- Words of all banks, of so many bits each, moved down by some tokens' places; those that fall out come in at the
-  -- top. By 1, 2, 4 and so on or not: a level of multiplexers for each bit of the number.
+  -- Rotates the words of all banks, each of so many bits, down by some tokens' places; words that fall out at the
+  -- bottom come in at the top. Each bit of the number is a level of multiplexers that rotate by 1, 2, 4 and so on.
+  -- Names of signals end in the number of clocks behind a token.
   function rotated (
     words  : std_logic_vector;
     places : place_t;
@@ -219,7 +219,7 @@ architecture rtl of pixel_banks is
 
   end function rotated;
 
-  -- Of the control, as wide as they need to be here.
+  -- Outputs of lane_control, cut to the widths needed here.
   signal write_place_1 : place_t;
   signal write_row_1   : row_t;
   signal read_slice_1  : unsigned(bits_for(SLICES - 1) - 1 downto 0);
@@ -228,11 +228,11 @@ architecture rtl of pixel_banks is
   signal read_rows_1   : natural range 0 to BUILD.most_rows;
   signal end_place_1   : place_t;
   signal end_row_1     : row_t;
-  -- 1: the token; its pixels, turned so that each stands at its bank.
+  -- Clock 1: the token's pixels, rotated so that each stands at its bank.
   signal padded_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   signal write_turn : place_t;
   signal rotated_1  : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  -- 2: what is written, where, and what is to be read: rows relative to the output's, and limits of the line.
+  -- Clock 2: what is written and where; the rows to read, relative to the output's; and the limits of the line.
   signal own_2      : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   signal writes_2   : flags_t                                    := (others => '0');
   signal wrapped_2  : flags_t                                    := (others => '0');
@@ -243,8 +243,8 @@ architecture rtl of pixel_banks is
   signal rows_2     : natural range 0 to BUILD.most_rows         := 0;
   signal ahead_2    : natural range 0 to 2 ** BUILD.row_bits - 1 := 0;
   signal end_2      : natural range 0 to BANKS                   := 0;
-  -- 3: a bank's rows to be read for the pixel that enters and the one that leaves; whether these lie in the line. 4:
-  -- their words.
+  -- Clock 3: a bank's rows to read for the entering and the leaving pixel, and whether these pixels lie in the
+  -- line. Clock 4: their words.
   signal rows_3        : both_rows_t := (others => (others => (others => '0')));
   signal enters_3      : flags_t     := (others => '0');
   signal leaves_3      : flags_t     := (others => '0');
@@ -269,16 +269,16 @@ begin
   end_row_1     <= read_1.end_row(BUILD.row_bits - 1 downto 0);
 
   --------------------------------------------------------------------------------------------------
-  -- A token's pixels into their banks.
+  -- Write path: a token's pixels go to their banks.
 
-  -- With more banks than pixels the others get nothing: their writes are off.
+  -- Banks beyond the token's pixels get zeros; their writes are off.
   padded_1(P * WIDTH - 1 downto 0) <= pixels_1;
 
   no_pixels : if BANKS > P generate
     padded_1(BANKS * WIDTH - 1 downto P * WIDTH) <= (others => '0');
   end generate no_pixels;
 
-  -- Turned to the right by the token's place, which is to the left by the rest.
+  -- Rotating down by the rest moves the pixels up to the token's place.
   write_turn <= 0 when write_place_1 = 0 else
                 PLACES - write_place_1;
 
@@ -293,19 +293,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- 1: the word to write, and where the outputs' pixels are.
+      -- Clock 1: the word to write, and where the outputs' pixels are.
       own_2      <= rotated_1;
       row_2      <= write_row_1;
       next_row_2 <= write_row_1 + 1;
       read_row_2 <= read_row_1;
       rows_2     <= read_rows_1;
-      -- Rows from the output to the newest pixel; modulo the memory, which holds them all.
+      -- Rows from the output to the newest pixel. The difference is taken modulo the memory, which holds them
+      -- all.
       ahead_2 <= to_integer(end_row_1 - read_row_1);
       end_2   <= STEP * end_place_1;
 
       for b in 0 to BANKS - 1 loop
 
-        -- A token's pixels lie in P banks from its place on, round the end into the next row.
+        -- A token's pixels lie in P banks from its place on; past the last bank they go on in the next row.
         writes_2(b)  <= '0';
         wrapped_2(b) <= '0';
         if STEP * write_place_1 > b then
@@ -317,7 +318,7 @@ begin
           writes_2(b) <= write_1.valid;
         end if;
 
-        -- The slice of the outputs is the older line's, so the tables are asked with read_slice.
+        -- The outputs belong to the older line, so its slice (read_slice) selects the tables.
         place    := PLACE_OF(0)(b);
         distance := ROW_OF(0)(b);
 
@@ -330,7 +331,7 @@ begin
 
         end loop;
 
-        -- Outputs of places before the token's lie in the next row.
+        -- Outputs at places before the token's first place lie in the next row.
         if place < STEP * read_place_1 then
           distance := distance + 1;
         end if;
@@ -338,13 +339,14 @@ begin
 
       end loop;
 
-      -- 2: the rows, and whether they are of the line; what leaves lies M pixels before what enters.
+      -- Clock 2: the rows, and whether they belong to the line. The leaving pixel lies M pixels before the
+      -- entering one.
       for b in 0 to BANKS - 1 loop
 
         distance         := distance_2(b);
         rows_3(ENTER)(b) <= moved(read_row_2, distance);
         enters_3(b)      <= in_line(distance, rows_2, ahead_2, b, end_2);
-        -- A pixel M before lies in the bank that is M lower, round the end in the row before.
+        -- The pixel M before lies M banks lower; below bank 0 it lies in the row before.
         bank := (b + BANKS - M) mod BANKS;
         if b < M then
           distance := distance - 1;
@@ -360,10 +362,10 @@ begin
 
   end process find_rows;
 
-  -- A bank is written by one pixel of a token at most, and read for one output at most.
+  -- A bank is written by at most one pixel of a token, and read for at most one output.
   every_bank : for b in 0 to BANKS - 1 generate
 
-    -- Place of the pixel that leaves with the entering one of this bank.
+    -- Bank whose pixel leaves while this bank's pixel enters.
     constant LEFT : natural := (b + BANKS - M) mod BANKS;
 
     signal write_row : row_t;
@@ -371,11 +373,11 @@ begin
 
   begin
 
-    -- The part of a token that goes round the end lies one row further.
+    -- The part of a token that goes past the last bank lies one row further.
     write_row <= next_row_2 when wrapped_2(b) = '1' else
                  row_2;
 
-    -- Two memories with the same pixels: one is read for what enters, one for what leaves.
+    -- Two memories hold the same pixels: one is read for entering pixels, one for leaving pixels.
     each_read : for i in ENTER to LEAVE generate
 
       pixels : entity work.ram_simple_dual_port
@@ -404,7 +406,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- Outside of the line a pixel counts as zero, whatever the memory still holds there.
+        -- A pixel outside the line counts as zero, whatever the memory still holds there.
         for c in 0 to BUILD.channels - 1 loop
 
           entering := (others => '0');
@@ -415,7 +417,7 @@ begin
           if leaves_4(b) = '1' then
             leaving := unsigned(words_4(LEAVE)(LEFT)((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
           end if;
-          -- Signed, in two's complement, so the prefix sums need not know the sign.
+          -- Differences are in two's complement, so the prefix sums need no signs.
           difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);
 
           change_5((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <= std_logic_vector(difference);
@@ -431,7 +433,7 @@ begin
   end generate every_bank;
 
   --------------------------------------------------------------------------------------------------
-  -- Differences from the banks to the outputs.
+  -- Read path: differences go from the banks to their outputs.
 
   read_place_at(1) <= read_place_1;
   read_slice_at(1) <= read_slice_1;
@@ -440,8 +442,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The turn of the last rotation is that of the token whose differences come: its place waits as long as they
-      -- take.
+      -- The last rotation belongs to the token whose differences come, so the token's place waits as long as
+      -- they take.
       read_place_at(2 to CHANGED) <= read_place_at(1 to CHANGED - 1);
       read_slice_at(2 to 4)       <= read_slice_at(1 to 3);
     end if;
@@ -461,7 +463,7 @@ begin
 
   turned <= rotated(exchanged, read_place_at(CHANGED), DIFFERENCE_WIDTH);
 
-  -- Banks beyond P have no output.
+  -- Banks beyond P belong to no output.
   give : process (clk) is
   begin
 

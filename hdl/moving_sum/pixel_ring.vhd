@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The last pixels of a line. Gives the pixel that enters the moving sum of a row, and the one that leaves it.
+-- Keeps the last pixels of a line, and gives the pixel that enters a row's moving sum and the one that leaves it.
 --
--- A ring of words, read twice: every token is a step, so that ages count back from the place that is written.
+-- The ring of words is read twice. Every token is a step, so ages count back from the place that is written.
 --
 -- Latency: 4 clocks from an age to its pixels. Throughput: one token each clock.
 -- Equation: entering = the token `age` before the newest, leaving = the token `age` + M before.
@@ -18,7 +18,7 @@ use work.moving_sum_pkg.all;
 
 entity pixel_ring is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
     -- Bits of a token.
     WIDTH : positive
@@ -27,10 +27,10 @@ entity pixel_ring is
     clk : in    std_logic;
     -- Age of the pixel that enters, 2 clocks ahead of the token.
     age : in    natural range 0 to reach(GEOMETRY);
-    -- Marks a token, and its pixels.
+    -- active: there is a token; its pixels.
     active : in    std_logic;
     pixel  : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- 2 clocks behind the token: the pixels of that age, and those of M tokens before.
+    -- 2 clocks behind the token: the pixels of that age, and the pixels of M tokens before.
     entering : out   std_logic_vector(WIDTH - 1 downto 0);
     leaving  : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -38,14 +38,14 @@ end entity pixel_ring;
 
 architecture rtl of pixel_ring is
 
-  -- The ring has a power of two of words, so its addresses wrap round by themselves.
+  -- The ring has a power of two of words, so that addresses wrap round.
   constant M            : positive := GEOMETRY.micro_image_size;
   constant REACHED      : positive := reach(GEOMETRY);
   constant ADDRESS_BITS : positive := bits_for(REACHED);
 
   subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
 
-  -- The pixel that enters, and the one that leaves.
+  -- Index of the pixel that enters, and of the one that leaves.
   constant ENTER : natural := 0;
   constant LEAVE : natural := 1;
 
@@ -64,14 +64,14 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The age comes a clock before it is used, as it stands behind a comparison.
+      -- The age comes from a comparison, so it is registered before it is used.
       age_at <= age;
       if active = '1' then
         write_address       <= write_address + 1;
         read_address(ENTER) <= write_address + 1 - to_unsigned(age_at, ADDRESS_BITS);
         read_address(LEAVE) <= write_address + 1 - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
       else
-        -- Without a token the newest place stays, and so do the pixels that are looked at.
+        -- Without a token the newest place and the addresses to read stay.
         read_address(ENTER) <= write_address - to_unsigned(age_at, ADDRESS_BITS);
         read_address(LEAVE) <= write_address - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
       end if;
@@ -82,7 +82,8 @@ begin
   entering <= words(ENTER);
   leaving  <= words(LEAVE);
 
-  -- A copy of the pixels for each of both, as a memory has one address to read. Where no pixel leaves, one does.
+  -- Each of the two reads needs a copy of the pixels, because a memory has one address to read. If no pixel
+  -- leaves, one copy is enough.
   each_read : for i in ENTER to LEAVE generate
 
     kept : if i = ENTER or pixels_leave(GEOMETRY) generate

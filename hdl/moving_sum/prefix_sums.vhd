@@ -2,12 +2,13 @@
 -- The moving sums of the outputs of a token: prefix sums of their differences, on top of the last sum of the token
 -- before (the carry).
 --
--- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of 2 ** (l
--- - 1) places below it. Only the carry forms a loop, with one addition in it.
+-- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of 2 **
+-- (l - 1) places below it. Only the carry forms a loop, with one addition.
 --
 -- Latency: bits_for(PIXELS_PER_CLOCK - 1) + 1 clocks, and 1 more with HOLDING. Throughput: one token each clock.
--- Equation: sum j = carry + difference 0 + .. + difference j; the carry is the last sum of the token before, or with
---   take the sum ahead. With HOLDING the result is that of the last place up to j that begins a group.
+-- Equation: sum j = carry + difference 0 + .. + difference j. The carry is the last sum of the token before; with
+-- take it is the sum ahead of the line. With HOLDING, result j is the sum of the last place up to j that begins a
+-- group.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -18,7 +19,7 @@ use work.math_pkg.all;
 
 entity prefix_sums is
   generic (
-    -- P.
+    -- P, pixels of a token.
     PIXELS_PER_CLOCK : positive;
     -- Channels of a pixel.
     CHANNELS : positive;
@@ -26,15 +27,16 @@ entity prefix_sums is
     DIFFERENCE_BITS : positive;
     -- Width of a sum.
     SUM_BITS : positive;
-    -- Whether outputs are held.
+    -- true: a group of several outputs shows one held result.
     HOLDING : boolean
   );
   port (
     clk : in    std_logic;
     -- The differences of a token, signed; difference 0 in the low bits.
     differences : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DIFFERENCE_BITS - 1 downto 0);
-    -- bits_for(PIXELS_PER_CLOCK - 1) clocks later: marks the token, and that a line begins with it; the places that
-    -- begin groups; the sum ahead of the line, and the one that a group shows that began before.
+    -- bits_for(PIXELS_PER_CLOCK - 1) clocks later: active: there is a token; take: a line begins with it;
+    -- begins: the places that begin groups; ahead: the sum ahead of the line; held: the sum that a group shows
+    -- which began before the line.
     active : in    std_logic;
     take   : in    std_logic;
     begins : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
@@ -59,7 +61,7 @@ architecture rtl of prefix_sums is
 
   type partial_t is array (natural range 0 to LEVELS) of sums_t;
 
-  -- A difference as a sum, modulo 2 ** SUM_BITS: with M = 1 a sum has a bit less.
+  -- A difference in the width of a sum, modulo 2 ** SUM_BITS: with M = 1 a sum is narrower than a difference.
   function widened (
     difference : std_logic_vector
   ) return sum_t is
@@ -68,7 +70,7 @@ architecture rtl of prefix_sums is
 
   begin
 
-    -- A bit more first, so that resizing keeps the sign.
+    -- One bit more keeps the sign when the number is cut afterwards.
     bits := resize(signed(difference), difference'length + 1);
 
     if SUM_BITS <= difference'length then
@@ -79,7 +81,7 @@ architecture rtl of prefix_sums is
 
   end function widened;
 
-  -- Sums of growing blocks, level after level; the last level with the carry on top.
+  -- Sums of growing blocks, level after level. The last level adds the carry.
   signal partial : partial_t := (others => (others => (others => '0')));
   signal running : sums_t    := (others => (others => '0'));
 
@@ -95,7 +97,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- The last place of a block holds its sum, so each place of the block above needs one
+        -- The last place of a block holds the block's sum, so each place of the next block needs one
         -- addition.
         for j in 0 to P - 1 loop
 
@@ -118,7 +120,7 @@ begin
 
   end generate every_level;
 
-  -- Only the last sum of a token is needed for the next, so the loop has one adder whatever P is.
+  -- The next token needs only the last sum, so the loop has one adder whatever P is.
   carry : process (clk) is
 
     variable before : sum_t;
@@ -131,7 +133,7 @@ begin
         for c in 0 to CHANNELS - 1 loop
 
           before := running((P - 1) * CHANNELS + c);
-          -- A line begins: the sum that was collected beside takes the place of the old line's.
+          -- A line begins: the sum ahead replaces the old line's sum.
           if take = '1' then
             before := unsigned(ahead((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
           end if;
@@ -180,18 +182,18 @@ begin
         begins_late <= begins;
         held_late   <= held;
 
-        -- For each place the sum of the last place up to it that begins a group: a search by
-        -- halves, in log2 P steps.
+        -- For each place, the sum of the last place up to it that begins a group: a binary search in log2 P
+        -- steps.
         found  := begins_late;
         values := running;
 
         for l in 0 to LEVELS - 1 loop
 
-          -- From the top: the places below are still those of the level before.
+          -- The loop goes down from the top, so that places below still hold the level before.
           for j in P - 1 downto 2 ** l loop
 
-            -- A place without a begin takes the value of the one 2 ** l below, which has looked as
-            -- far down as its level reaches.
+            -- A place without a begin takes the value of the place 2 ** l below, which already covers
+            -- the 2 ** l places below it.
             if found(j) = '0' then
 
               for c in 0 to CHANNELS - 1 loop
@@ -207,8 +209,8 @@ begin
 
         end loop;
 
-        -- Places in front of the first group of the token belong to one that began before: in this
-        -- line, or before it.
+        -- Places in front of the token's first group continue a group that began in an earlier token, or
+        -- before the line.
         if active_late = '1' then
 
           for j in 0 to P - 1 loop

@@ -1,5 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The moving sum of a row for P neighbouring outputs at once: the pixels that each adds and subtracts, and their banks.
+-- The moving sums of P neighbouring outputs of a row at once: which pixels they add and subtract, and in which
+-- banks.
 --
 -- Output o adds pixel e(o) = o + entering_offset(o mod M) and subtracts pixel e(o) - M (sum_schedule_pkg). So the P
 -- outputs of a token are the last sum of the token before plus the prefix sums of d(o) = x(e(o)) - x(e(o) - M).
@@ -26,15 +27,15 @@ package sum_lanes_pkg is
   -- The most tokens of several pixels by which a row stage delays.
   constant MOST_LANE_DELAY : positive := 4096;
 
-  -- Stops elaboration, with a message that begins with a name, if rows of several pixels a token cannot be built; else
-  -- true.
+  -- Returns true, or stops elaboration if rows with several pixels a token cannot be built; the message begins
+  -- with the name.
   function takes_lanes (
     name     : string;
     geometry : geometry_t;
     pixels   : positive
   ) return boolean;
 
-  -- The same of the moving sums.
+  -- Returns true, or stops elaboration if the moving sums cannot be built; the message begins with the name.
   function takes_sums (
     name        : string;
     arithmetic  : arithmetic_t;
@@ -46,13 +47,13 @@ package sum_lanes_pkg is
     sharpening  : string
   ) return boolean;
 
-  -- Tokens from a token to the outputs of the same pixels.
+  -- Delay of a row stage: tokens from pixels to the outputs of the same index.
   function lane_delay (
     geometry : geometry_t;
     pixels   : positive
   ) return natural;
 
-  -- The same, summed over all passes of the rows.
+  -- The delay of a row summed over all passes.
   function total_lane_delay (
     geometry : geometry_t;
     order    : natural;
@@ -65,7 +66,7 @@ package sum_lanes_pkg is
     pixels           : positive
   ) return positive;
 
-  -- The first pixel of a token lies in a bank that is a multiple of this; the number of such banks.
+  -- Tokens begin at banks that are multiples of bank_step; bank_places is the number of such banks.
   function bank_step (
     micro_image_size : positive;
     pixels           : positive
@@ -76,14 +77,14 @@ package sum_lanes_pkg is
     pixels           : positive
   ) return positive;
 
-  -- Index of the pixel that enters with an output, counted from the output, by o mod M.
+  -- Offset from an output o to the pixel that enters with it, by o mod M.
   function entering_offset (
     geometry     : geometry_t;
     slice        : natural;
     output_phase : natural
   ) return integer;
 
-  -- Bank of the pixel that enters with the outputs of a place, and its row, counted from the output's own.
+  -- For outputs of a place: bank of the pixel that enters, and its row counted from the output's own.
   function entering_bank (
     geometry : geometry_t;
     pixels   : positive;
@@ -98,7 +99,7 @@ package sum_lanes_pkg is
     place    : natural
   ) return integer;
 
-  -- The least and the largest row of all slices.
+  -- The least and the largest row among all slices.
   function lowest_row (
     geometry : geometry_t;
     pixels   : positive
@@ -109,8 +110,8 @@ package sum_lanes_pkg is
     pixels   : positive
   ) return integer;
 
-  -- Whether a pixel is in the sum ahead of output 0; with held: in the sum that output 0 shows, if that is of a group
-  -- which began before.
+  -- Whether a pixel is in the sum ahead of output 0. With held: whether it is in the sum that output 0 shows,
+  -- which differs if output 0's group began before the line.
   function is_ahead (
     geometry : geometry_t;
     slice    : natural;
@@ -118,14 +119,14 @@ package sum_lanes_pkg is
     held     : boolean
   ) return boolean;
 
-  -- Rows of a bank, a power of two: from the newest pixel back to the oldest that leaves, and rows that are not full
-  -- where a line ends.
+  -- Rows of a bank, a power of two: from the newest pixel back to the oldest that leaves, and the rows that are
+  -- not full at a line's end.
   function bank_rows (
     geometry : geometry_t;
     pixels   : positive
   ) return positive;
 
-  -- A lane stage, and what follows from it.
+  -- The sizes of a row stage with several pixels a token.
   function to_lanes (
     geometry   : geometry_t;
     pixels     : positive;
@@ -133,13 +134,13 @@ package sum_lanes_pkg is
     pixel_bits : positive
   ) return lanes_build_t;
 
-  -- Clocks from a token at a lane stage's input to its output.
+  -- Latency of lane_stage in clocks.
   function lane_stage_latency (
     geometry : geometry_t;
     pixels   : positive
   ) return positive;
 
-  -- Clocks from a token at the moving sum array's input to its output, with several pixels a token.
+  -- Latency of the moving sum array in clocks, with several pixels a token.
   function sum_lanes_latency (
     geometry : geometry_t;
     order    : natural;
@@ -150,7 +151,7 @@ end package sum_lanes_pkg;
 
 package body sum_lanes_pkg is
 
-  -- Bits that a column stage keeps of a column of a channel: pixels, running and first sums, and held ones.
+  -- Bits that a column stage keeps for one channel of a column: pixels, running sums, first sums, held results.
   function kept_bits (
     arithmetic : arithmetic_t;
     geometry   : geometry_t;
@@ -165,8 +166,8 @@ package body sum_lanes_pkg is
 
   begin
 
-    -- Two banks where pixels leave; running and first sums always, a third and a fourth where outputs are held, and
-    -- where a line begins within a group.
+    -- Pixels need two banks if they leave. Running and first sums are always kept; results too if outputs are
+    -- held, and held first sums if a line begins within a group.
     lines := bank_lines(geometry, any_rows, M) * choose(pixels_leave(geometry), 2, 1);
     sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
 
@@ -212,18 +213,18 @@ package body sum_lanes_pkg is
 
   begin
 
-    -- Stored products are rounded between rows and columns, so rows come first there, and they have lanes only behind
-    -- columns.
+    -- Stored products are rounded between rows and columns, so they filter rows first; several pixels a token
+    -- need columns first.
     assert pixels = 1 or arithmetic.exact
       report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
       severity failure;
 
-    -- The sums of a column come back from memory, which a line of one pixel leaves no clock for.
+    -- A column's sums come back from memory, for which a line of one pixel leaves no clock.
     assert max_columns > 1
       report name & ": MAX_COLUMNS must be at least 2 with the ENGINE moving_sum"
       severity failure;
 
-    -- With exact sums columns come first.
+    -- Exact sums filter columns first.
     first := choose(arithmetic.exact, 0, arithmetic.passes);
     words := channels * pixels * line_tokens(max_columns, pixels);
     bits  := kept_bits(arithmetic, geometry, any_rows, first);
@@ -247,7 +248,7 @@ package body sum_lanes_pkg is
   ) return natural is
   begin
 
-    -- Whole tokens: the excess is compensated by reading later rows.
+    -- The delay is a whole number of tokens; reading later rows compensates for the excess.
     return divide_up(geometry.output_delay, pixels);
 
   end function lane_delay;
@@ -270,8 +271,8 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- The least multiple of M that is not below P: then the bank of a pixel determines its phase, and the pixels of a
-    -- token lie in different banks.
+    -- The least multiple of M that is at least P: the bank of a pixel then determines its phase, and the pixels
+    -- of a token lie in different banks.
     return divide_up(pixels, micro_image_size) * micro_image_size;
 
   end function bank_count;
@@ -282,7 +283,8 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- Tokens begin at multiples of P, so at banks that are multiples of what P and their number have in common.
+    -- Tokens begin at multiples of P, hence at banks that are multiples of the common divisor of P and the
+    -- number of banks.
     return common_divisor(bank_count(micro_image_size, pixels), pixels);
 
   end function bank_step;
@@ -365,7 +367,7 @@ package body sum_lanes_pkg is
 
       for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
 
-        -- The least of all, by the largest of the negatives.
+        -- The least of all rows, as the negated largest of the negated rows.
         row := -larger(-row, -entering_row(geometry, pixels, s, r));
 
       end loop;
@@ -416,15 +418,15 @@ package body sum_lanes_pkg is
     last := -1;
 
     if held then
-      -- The output with which the group of output 0 begins.
+      -- The first output of output 0's group.
       last := -(centre_offset(geometry, slice) mod group_size(geometry, slice));
     end if;
 
-    -- The output with which the pixel enters.
+    -- The output with which this pixel enters.
     output := index + entering_age(geometry, slice, index mod geometry.micro_image_size) -
               geometry.output_delay;
 
-    -- Entered before, or with, the line's first output, and not left again.
+    -- The pixel has entered by the line's first output and has not left again.
     return output <= last and output > last - geometry.micro_image_size;
 
   end function is_ahead;
@@ -441,7 +443,7 @@ package body sum_lanes_pkg is
     oldest := lane_delay(geometry, pixels) * pixels -
               geometry.output_delay + pixels - 1 + reach(geometry);
 
-    -- A power of two, so that the number of a row wraps around by itself.
+    -- A power of two lets row numbers wrap round.
     return 2 ** bits_for(divide_up(oldest, bank_count(geometry.micro_image_size, pixels)) + 2);
 
   end function bank_rows;
@@ -477,8 +479,7 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- A clock for the control, five for the differences of the banks, one for the running sum; a level of adders for
-    -- each doubling of P.
+    -- Control 1, differences 5, running sum 1, and a level of adders for each doubling of P.
     return 7 + bits_for(pixels - 1) + choose(geometry.slices > 1, 1, 0) +
            choose(holds_outputs(geometry), 1, 0);
 
@@ -491,7 +492,7 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    -- Columns of two tokens at least.
+    -- Latency of columns that have at least two tokens.
     return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(geometry, pixels) +
            order * lane_stage_latency(pass_geometry(geometry, 1), pixels) + DIVIDE_LATENCY;
 

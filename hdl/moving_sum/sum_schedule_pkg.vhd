@@ -10,9 +10,9 @@
 -- so S changes only at multiples of g, and from one such place to the next g pixels enter the sum and
 -- g leave it: one enters and one leaves at each step, each at an age that depends on its phase alone.
 --
--- At step t the output is k = t - output_delay (refocus_pkg), and the newest place in the sum is
--- k + centre_offset + g - 1: by the time a group begins its sum is complete. The age of a pixel is counted in
--- steps from its own. All functions are evaluated at elaboration only.
+-- At step t the output is k = t - output_delay (refocus_pkg), and the newest place in the sum is k + centre_offset +
+-- g - 1, so a group's sum is complete when the group begins. The age of a pixel counts steps since it came. All
+-- functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -29,21 +29,21 @@ package sum_schedule_pkg is
     slice    : natural
   ) return positive;
 
-  -- Phase of the pixel that enters with the outputs k, k mod M = output_phase.
+  -- Phase of the pixel that enters with outputs k for which k mod M = output_phase.
   function entering_phase (
     geometry     : geometry_t;
     slice        : natural;
     output_phase : natural
   ) return natural;
 
-  -- Age at which pixels of a phase enter; they leave M steps later.
+  -- Age at which pixels of a phase enter the sum; they leave M steps later.
   function entering_age (
     geometry : geometry_t;
     slice    : natural;
     phase    : natural
   ) return natural;
 
-  -- Largest age of a pixel that enters, of a phase in any slice.
+  -- Largest age at which a pixel of this phase enters in any slice.
   function oldest_entering (
     geometry : geometry_t;
     phase    : natural
@@ -54,8 +54,9 @@ package sum_schedule_pkg is
     geometry : geometry_t
   ) return positive;
 
-  -- Index in its line of the pixel of a phase that is in the sum with output 0, or -1. With held it is
-  -- the sum of output 0 itself, else the sum as it goes on from there (they differ within a group).
+  -- Index in its line of the phase's pixel that is in the sum with output 0, or -1 for none. With held: in the sum
+  -- that output 0 shows; else in the sum that goes on from there. The two differ if the line begins within a
+  -- group.
   function initial_index (
     geometry : geometry_t;
     slice    : natural;
@@ -63,8 +64,8 @@ package sum_schedule_pkg is
     held     : boolean
   ) return integer;
 
-  -- Whether the pixel of initial_index is added to the first sum. Where sums begin anew with each
-  -- group, the sum that goes on from output 0 holds no pixel of the group before.
+  -- Whether the pixel of initial_index is added to the first sum. Where each group begins a new sum, the sum that
+  -- goes on from output 0 has no pixels of the group before.
   function is_initial (
     geometry : geometry_t;
     slice    : natural;
@@ -84,12 +85,12 @@ package sum_schedule_pkg is
     geometry : geometry_t
   ) return boolean;
 
-  -- Whether pixels leave the sum: unless all slices begin a new sum with each group (g = M).
+  -- Whether pixels leave sums. No pixel does if each group of all slices begins a new sum (g = M).
   function pixels_leave (
     geometry : geometry_t
   ) return boolean;
 
-  -- Whether a slice begins a line within a group.
+  -- Whether any slice begins a line within a group.
   function begins_within_group (
     geometry : geometry_t
   ) return boolean;
@@ -104,12 +105,12 @@ package body sum_schedule_pkg is
   ) return positive is
   begin
 
-    -- M itself for s = 0: all pixels of a micro image add to the same outputs.
+    -- For s = 0 this is M: all pixels of a micro image add to the same outputs.
     return common_divisor(geometry.micro_image_size, abs (geometry.shifts(slice)));
 
   end function group_size;
 
-  -- r: place of a phase in its group. The pixel that comes last takes the last place.
+  -- r, the place of a phase within its group. The pixel that comes last takes the last place.
   function place_in_group (
     geometry : geometry_t;
     slice    : natural;
@@ -125,7 +126,8 @@ package body sum_schedule_pkg is
     -- Phases of a group are M / g apart.
     index := phase / (geometry.micro_image_size / equal);
 
-    -- With a' >= 1 pixels of later phases add further on, so of those of one output the first phase comes last.
+    -- With a shift of 1 or more, later phases add further on, so among the pixels of an output the first phase
+    -- comes last.
     if geometry.shifts(slice) >= 1 then
       return equal - 1 - index;
     end if;
@@ -151,8 +153,7 @@ package body sum_schedule_pkg is
     place := output_phase + centre_offset(geometry, slice) + group_size(geometry, slice) - 1;
     found := 0;
 
-    -- A search, as it is run at elaboration alone: the re-ordering has an inverse, but no simple
-    -- one.
+    -- The re-ordering has no simple inverse, so this searches; it runs at elaboration only.
     for v in 0 to M - 1 loop
 
       if (v * geometry.shifts(slice) + place_in_group(geometry, slice, v) - place) mod M = 0 then
@@ -173,7 +174,7 @@ package body sum_schedule_pkg is
   ) return integer is
   begin
 
-    -- Where the pixel's place is, less the last place that the sum of its own index takes in.
+    -- The pixel's place, less the newest place in the sum at the pixel's own index.
     return phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase) + 1 -
            centre_offset(geometry, slice) - group_size(geometry, slice);
 
@@ -186,7 +187,7 @@ package body sum_schedule_pkg is
   ) return natural is
   begin
 
-    -- The delay is what the earliest pixel needs to have come: with it no age is negative.
+    -- output_delay is large enough that no age is negative.
     return geometry.output_delay + own_entering_age(geometry, slice, phase);
 
   end function entering_age;
@@ -204,7 +205,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- One memory serves all slices, so it keeps a pixel as long as the slice that needs it longest.
+      -- One memory serves all slices, so it keeps a pixel for the slice that needs it longest.
       oldest := larger(oldest, entering_age(geometry, i, phase));
 
     end loop;
@@ -221,8 +222,7 @@ package body sum_schedule_pkg is
 
   begin
 
-    -- A pixel is in the sum for M steps from the age at which it enters, so that of the last phase to enter and M
-    -- more is the oldest that is read.
+    -- A pixel stays in the sum for M steps, so the oldest one read has the largest entering age plus M.
     oldest := 0;
 
     for v in 0 to geometry.micro_image_size - 1 loop
@@ -253,16 +253,16 @@ package body sum_schedule_pkg is
     first := centre_offset(geometry, slice);
 
     if held then
-      -- The group of output 0 may begin before the line; what it shows is the sum of that first place.
+      -- Output 0 may lie within its group; the sum that it shows is that of the group's first place.
       first := first - first mod equal;
     end if;
 
     last := first + equal - 1;
-    -- The only pixel of the phase whose place is one of the M up to `last`.
+    -- The phase's only pixel whose place is one of the M up to `last`.
     index := last - phase * (geometry.shifts(slice) - 1) - place_in_group(geometry, slice, phase);
     index := index - (index - phase) mod geometry.micro_image_size;
 
-    -- It would lie before the line begins, where everything counts as zero.
+    -- The pixel would lie before the line's begin, where everything counts as zero.
     if index < 0 then
       return -1;
     end if;
@@ -292,8 +292,8 @@ package body sum_schedule_pkg is
     end if;
 
     equal := group_size(geometry, slice);
-    -- Its place, and the first place of the group of output 0: without pixels that leave, a sum holds those of its
-    -- own group alone.
+    -- The pixel's place, and the first place of output 0's group: if no pixel leaves, a sum holds the pixels of
+    -- its own group only.
     place := index + phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase);
     last  := centre_offset(geometry, slice) + equal - 1;
 
@@ -319,7 +319,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- One slice of the set is enough: the register is there for all, and the others update it every step.
+      -- One slice of the set is enough: the register is there for all, and the others update it at every step.
       if group_size(geometry, i) > 1 then
         return true;
       end if;
@@ -337,7 +337,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- With g = M each group is a micro image by itself: its sum begins at 0 and nothing has to leave.
+      -- With g = M each group is one micro image: its sum begins at 0, and no pixel has to leave.
       if group_size(geometry, i) /= geometry.micro_image_size then
         return true;
       end if;
@@ -355,7 +355,7 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- One slice of the set is enough: the sum of the first place is kept for all.
+      -- One slice of the set is enough: the sum of the first place is then kept for all slices.
       if not begins_group(geometry, i, 0) then
         return true;
       end if;

@@ -1,20 +1,20 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
 --
--- A stream shell around stack_array. The slices share one column memory, which holds pixels of the input, and one
--- delay; each has its own moving sums. Arithmetic is exact.
+-- The entity is a stream shell around stack_array. The slices share one column memory, which holds pixels of the input,
+-- and one delay; each slice has its own moving sums. Arithmetic is exact.
 --
 -- Lines may follow each other without a gap, and so may frames of a multiple of M lines. When nothing follows, the core
 -- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that arrives meanwhile waits in
--- the input FIFO, which holds INPUT_LINES lines; with M lines a source that cannot wait never has to. Stalls on either
--- side lose and repeat nothing.
+-- the input FIFO, which holds INPUT_LINES lines; with M lines a source never has to wait. Stalls on either side neither
+-- lose nor repeat pixels.
 --
--- Latency: D * (columns + 1) + 7 + stack_array_latency clocks from the first pixel in to the first pixel out
---   when nothing stalls and lines have D + 1 pixels, D = output_delay; with BORDER_NORMALISED normalised_latency for
---   stack_array_latency; with several pixels a clock D * tokens + D' + 7 + stack_array_latency, tokens of a line, of
---   D' + 1 at least, D' = lane_delay.
+-- Latency: D * (columns + 1) + 7 + stack_array_latency clocks, D = output_delay, from the first pixel in to the first
+-- pixel out, when nothing stalls and lines have at least D + 1 pixels. With BORDER_NORMALISED, normalised_latency
+-- replaces stack_array_latency. With several pixels a clock, D * tokens + D' + 7 + stack_array_latency clocks, D' =
+-- lane_delay, for lines of at least D' + 1 tokens.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels and slices each clock.
--- Equation: as raster_refocuser with EXACT, for each slice.
+-- Equation: that of raster_refocuser with EXACT, for each slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -34,13 +34,13 @@ entity focal_stack is
   generic (
     -- M: pixels a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The slices: a' = a * M in pixels, with blanks in between.
+    -- The shift of each slice, a' = a * M in pixels, with blanks in between.
     SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
+    -- true: the picture stays put from slice to slice.
     CENTRED : boolean := true;
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
-    -- Neighbouring pixels of a line that come and go together: 1, 2, 4, 8, 16 or 32.
+    -- Neighbouring pixels of a line in one transfer: 1, 2, 4, 8, 16 or 32.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
@@ -48,11 +48,11 @@ entity focal_stack is
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Lines that the input FIFO holds.
     INPUT_LINES : positive range 1 to 128 := 1;
-    -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
+    -- true: the core pushes the rest of a frame out when nothing follows; false: the next frame does.
     FLUSH : boolean := true;
-    -- As raster_refocuser's, for each slice; with one pixel a clock.
+    -- As in raster_refocuser, for each slice; only with one pixel a clock.
     BORDER_NORMALISED : boolean := false;
-    -- Whether each frame has a chosen slice, whose number goes beside all slices to a depth_index with CHOSEN_TOO.
+    -- true: each frame has a chosen slice; its number goes beside all slices, to a depth_index with CHOSEN_TOO.
     CHOSEN_TOO : boolean := false
   );
   port (
@@ -61,27 +61,27 @@ entity focal_stack is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- As raster_refocuser's; with CHOSEN_TOO alone.
+    -- As in raster_refocuser; used with CHOSEN_TOO only.
     slice        : in    std_logic_vector(7 downto 0) := x"00";
     sweep        : in    std_logic                    := '0';
     sweep_frames : in    std_logic_vector(7 downto 0) := x"00";
     -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
-    -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
+    -- of tdata. Pixels behind a line's last one count as zero and come out as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tdata: the slices of a pixel, the first in the low bits, then those of the next pixel; tid: with
-    -- CHOSEN_TOO the chosen slice of the frame.
+    -- AXI4-Stream video out. tdata: the slices of a pixel, the first slice in the low bits, then those of the next
+    -- pixel. tid: with CHOSEN_TOO the frame's chosen slice.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
-    -- pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream; bits stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started
+    -- early, 3 pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );
@@ -98,7 +98,7 @@ architecture rtl of focal_stack is
 
   constant P     : positive := PIXELS_PER_CLOCK;
   constant DELAY : natural  := GEOMETRY.output_delay;
-  -- Of a line, and of the rows, in tokens.
+  -- Tokens of the longest line, and delay of the rows in tokens.
   constant TOKENS    : positive := line_tokens(MAX_COLUMNS, P);
   constant ROW_DELAY : natural  := lane_delay(GEOMETRY, P);
   constant CLOCKS    : positive := stack_array_latency(GEOMETRY, P);
@@ -117,7 +117,7 @@ architecture rtl of focal_stack is
   signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
   signal line_end    : std_logic_vector(P - 1 downto 0);
 
-  -- The tokens of the stack, and the weights of its sums.
+  -- Tokens and pixels of the stack, and the weights of its sums.
   signal stack_token : token_t;
   signal stack_data  : std_logic_vector(IN_BITS - 1 downto 0);
   signal weights     : std_logic_vector(GEOMETRY.slices * larger(WEIGHT_BITS, 1) - 1 downto 0);
@@ -138,7 +138,7 @@ begin
       IN_BITS          => IN_BITS,
       OUT_BITS         => OUT_BITS,
       SLICES           => choose(CHOSEN_TOO, GEOMETRY.slices, 0),
-      -- Pixels that arrive meanwhile, and 3 words of the FIFO's own latency.
+      -- Room for the pixels that arrive during a flush, and 3 words for the FIFO's own latency.
       INPUT_PIXELS   => INPUT_LINES * TOKENS + 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => choose(FLUSH, DELAY, 0),

@@ -1,26 +1,26 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Refocuses a raster scan of a light field: one pixel each clock, all channels at once, or PIXELS_PER_CLOCK of them.
+-- Refocuses a raster scan of a light field: one pixel with all channels each clock, or PIXELS_PER_CLOCK of them.
 --
--- A stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
+-- The entity is a stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
 --
--- SHIFTS is the set of a' that can be chosen while video runs, such as "-3 0 3". `slice` is a number in the set, from
--- 0, and takes effect with the next frame. All slices have the same latency.
+-- SHIFTS is the set of shifts a' that can be chosen while video runs, such as "-3 0 3". `slice` is a number in the set,
+-- from 0, and takes effect with the next frame. All slices have the same latency.
 --
--- Lines and frames may follow each other without a gap. When nothing follows, the core pushes the rest of the frame
--- out by itself; the input FIFO holds what arrives meanwhile (a line at most). Stalls on either side lose and
--- repeat nothing.
+-- Lines and frames may follow each other without a gap. When nothing follows, the core pushes the rest of the frame out
+-- by itself; the input FIFO holds the pixels that arrive meanwhile (a line at most). Stalls on either side neither lose
+-- nor repeat pixels.
 --
--- Latency: with PARALLEL_ROWS = 1 and one pixel each clock, D * (max(columns, 4) + 1) + 7 + array_latency clocks
---   from the first pixel in to the first pixel out when nothing stalls, D = total_delay (nearest neighbour:
---   D * (columns + 1) + 16, stored products 15); with sharpening D is M larger, and sharpen_latency clocks are added;
---   with BORDER_NORMALISED array_latency becomes normalised_latency, and max(columns, 4) max(columns, D + 1).
---   With more rows or pixels, CoreConfiguration.latency_clocks of the Python package gives it.
+-- Latency: D * (max(columns, 4) + 1) + 7 + array_latency clocks, D = total_delay, with PARALLEL_ROWS = 1 and one pixel
+-- each clock, from the first pixel in to the first pixel out when nothing stalls (nearest neighbour: D * (columns + 1)
+-- + 16 clocks, stored products 15). With sharpening D is larger by M, and sharpen_latency clocks are added. With
+-- BORDER_NORMALISED, normalised_latency replaces array_latency, and max(columns, D + 1) replaces max(columns, 4). With
+-- more rows or pixels, CoreConfiguration.latency_clocks of the Python package computes it.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by
---   itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
--- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
---   with stored products: product = round(x * 2**F / M), intermediate image with G guard
---   bits, rounded and saturated after each pass. With BORDER_NORMALISED out(k) = round(S2(k) / weight(k)), the weight
---   being S2 of a frame of ones, and 0 where that is 0.
+-- itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
+-- Equation: out(k) = round(S2(k) / M**2) with EXACT, S2 being the refocusing sums of rows, then of columns. With stored
+-- products: product = round(x * 2**F / M), intermediate image with G guard bits, rounded and saturated after each pass.
+-- With BORDER_NORMALISED out(k) = round(S2(k) / weight(k)), the weight being S2 of a frame of ones; 0 where the weight
+-- is 0.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -41,21 +41,21 @@ entity raster_refocuser is
   generic (
     -- M: pixels a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The focus settings, as a' = a * M in pixels with blanks in between: the slices that can be chosen while video
-    -- runs.
+    -- The slices that can be chosen while video runs: the focus setting a' = a * M of each in pixels, with blanks in
+    -- between.
     SHIFTS : string;
-    -- Whether the picture stays in place while the focus changes.
+    -- true: the picture stays in place while the focus changes.
     CENTRED : boolean := true;
     -- 0: nearest neighbour, 1: linear, n: B-spline of order n, by n more moving sums in each dimension.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- For integer a only: compute one output for each micro image and hold it, which saves M taps.
+    -- For integer a only: one output for each micro image is computed and held, which saves M taps.
     HOLD : boolean := false;
     -- Rows filtered at once (iota in the thesis).
     PARALLEL_ROWS : positive range 1 to 64 := 1;
-    -- Neighbouring pixels of a line at each clock: 1, 2, 4, 8, 16 or 32. Above 1 for moving sums with exact arithmetic
-    -- only.
+    -- Neighbouring pixels of a line in one transfer: 1, 2, 4, 8, 16 or 32. Above 1 only for moving sums with exact
+    -- arithmetic.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
-    -- Longest line in pixels, 2 or more with moving sums; line buffers and input FIFO are as long.
+    -- Longest line in pixels, at least 2 with moving sums. Line buffers and the input FIFO are as long.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
@@ -63,33 +63,33 @@ entity raster_refocuser is
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- true: exact sums and one division at the end; false: stored products.
     EXACT : boolean := true;
-    -- Stored products only: fraction bits of the products; not less than GUARD_BITS.
+    -- Stored products only: fraction bits of the products, at least GUARD_BITS.
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
     -- "fir" (fir_array) takes frames and lines of any size without a pause; "moving_sum" (moving_sum_array) is smaller,
     -- so the planner nearly always takes it.
     ENGINE : string := "fir";
-    -- Moving sums only: take frames whose rows are no multiple of M without a pause, too.
+    -- Moving sums only; true: frames with any number of rows follow each other without a pause; false: a multiple of M.
     ANY_ROWS : boolean := false;
-    -- Sharpening (lens_sharpener): the weight of each slice's taps in 64ths, 0 to 16, such as "4 0 4". Without a weight
-    -- above 0 it is not built. Exact arithmetic, one row at a time.
+    -- The weight of each slice's sharpening (lens_sharpener) in 64ths, 0 to 16, such as "4 0 4". The sharpener is only
+    -- built for a weight above 0; it needs exact arithmetic and one row at a time.
     SHARPENING : string := "";
-    -- Near the border some views are missing. true: divide by the number of the others; false: divide by M * M, as if
-    -- the missing ones were black. true needs exact arithmetic, one row at a time, no sharpening.
+    -- Near the border some views are missing. true: divide by the number of existing views; false: divide by M * M, as
+    -- if missing views were black. true needs exact arithmetic, one row at a time, no sharpening.
     BORDER_NORMALISED : boolean := false;
-    -- Taps that one latch of the broadcast net drives; 0: no latches, one register drives all taps.
+    -- Taps that each latch of the broadcast net drives; 0: no latches, one register drives all taps.
     BROADCAST_TAPS : natural := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Frame size, read with the first pixel of a frame; steady until the frame has come out.
+    -- Frame size, read with the first pixel of a frame; must be constant until the frame has come out.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Slice of the next frame, as a number in the set from 0; numbers beyond the set mean its last slice. With sweep
-    -- all slices in turn, each for sweep_frames frames (0 counts as 1). Read in the clock in which the first
-    -- pixel of a frame is taken.
+    -- all slices come in turn, each for sweep_frames frames (0 counts as 1). All three are read in the clock in which
+    -- the first pixel of a frame is taken.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic                    := '0';
     sweep_frames : in    std_logic_vector(7 downto 0) := x"00";
@@ -100,15 +100,15 @@ entity raster_refocuser is
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The same; tid = slice of the output frame.
+    -- AXI4-Stream video out, packed like the input; tid = slice of the frame.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
-    -- pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream; bits stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started
+    -- early, 3 pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic := '0'
   );
@@ -131,7 +131,7 @@ architecture rtl of raster_refocuser is
   constant SUM_DELAY  : natural  := total_delay(GEOMETRY, INTERPOLATION_ORDER);
   constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
   constant DATA_BITS  : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
-  -- Of a line, and of the rows, in tokens; without and with sharpening.
+  -- Tokens of the longest line; delay of the rows in tokens without sharpening, and with it.
   constant TOKENS     : positive := line_tokens(MAX_COLUMNS, PIXELS_PER_CLOCK);
   constant SUM_TOKENS : natural  := choose(PIXELS_PER_CLOCK = 1, SUM_DELAY,
                                            total_lane_delay(GEOMETRY, INTERPOLATION_ORDER,
@@ -139,7 +139,7 @@ architecture rtl of raster_refocuser is
   constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
                                                            PIXELS_PER_CLOCK);
 
-  -- Clocks from a token to its result in the engine, if its sums are divided by M * M.
+  -- Clocks from a token to its result in an engine that divides its sums by M * M.
   constant PLAIN_CLOCKS : positive := choose(PIXELS_PER_CLOCK = 1,
                                              engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
                                              sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK));
@@ -155,7 +155,7 @@ architecture rtl of raster_refocuser is
   signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
   signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
 
-  -- The tokens of the engine, and the weights of its sums.
+  -- Tokens of the engine, and the weights of its sums.
   signal engine_token : token_t;
   signal engine_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal engine_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
@@ -178,7 +178,7 @@ begin
       IN_BITS          => DATA_BITS,
       OUT_BITS         => DATA_BITS,
       SLICES           => GEOMETRY.slices,
-      -- Pixels that arrive during a flush line, and 3 words of the FIFO's own latency.
+      -- Room for the pixels that arrive during a flush line, and 3 words for the FIFO's own latency.
       INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
@@ -211,7 +211,7 @@ begin
       result_data   => result_data
     );
 
-  -- Without weights the tokens go to the engine directly, without an additional LUT.
+  -- Without weights the tokens go directly to the engine, without an additional LUT.
   zero_border : if not BORDER_NORMALISED generate
     engine_token <= token;
     engine_rows  <= token_rows;
@@ -219,7 +219,7 @@ begin
     weights      <= (others => '0');
   end generate zero_border;
 
-  -- Beside the engine and not in it: both engines, and the stack, are divided by the same weights.
+  -- The weights stand beside the engine, because both engines and the stack are divided by the same weights.
   normalised_border : if BORDER_NORMALISED generate
 
     border : entity work.border_weights
@@ -246,7 +246,7 @@ begin
 
   end generate normalised_border;
 
-  -- Only one of the engines is built; the other costs nothing but its analysis.
+  -- Only the chosen engine is built.
   fir_engine : if not MOVING_SUM generate
 
     filters : entity work.fir_array

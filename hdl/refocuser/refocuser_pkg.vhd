@@ -15,8 +15,8 @@ use work.sum_lanes_pkg.all;
 
 package refocuser_pkg is
 
-  -- How a raster_refocuser on a board computes: its generics of these names. SHIFTS and ENGINE go beside it, as a field
-  -- of a record has a fixed length.
+  -- How a raster_refocuser on a board computes: the core's generics of these names. SHIFTS and ENGINE are generics
+  -- beside this record, because VHDL-93 has no fields of unconstrained length.
   type core_t is record
     micro_image_size    : positive range 1 to 128;
     interpolation_order : natural range 0 to 3;
@@ -28,7 +28,7 @@ package refocuser_pkg is
     broadcast_taps      : natural;
   end record core_t;
 
-  -- Stops elaboration, by a message that begins with a name, if a raster_refocuser cannot be built; else true.
+  -- Returns true, or stops elaboration if a raster_refocuser cannot be built; the message begins with the name.
   function takes_refocuser (
     name          : string;
     arithmetic    : arithmetic_t;
@@ -44,7 +44,7 @@ package refocuser_pkg is
     normalised    : boolean
   ) return boolean;
 
-  -- Clocks from a token at an engine's input ("fir", "moving_sum") to its result.
+  -- Latency of an engine ("fir", "moving_sum") in clocks.
   function engine_latency (
     engine         : string;
     stored         : boolean;
@@ -52,8 +52,8 @@ package refocuser_pkg is
     broadcast_taps : natural
   ) return positive;
 
-  -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause; with a normalised
-  -- border any of them counts by moving sums.
+  -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause. With a normalised
+  -- border the weights' moving sums set it for every engine.
   function engine_line_steps (
     engine        : string;
     delay         : natural;
@@ -62,7 +62,7 @@ package refocuser_pkg is
     normalised    : boolean
   ) return positive;
 
-  -- The shortest frame in bands.
+  -- The shortest frame in bands that an engine takes without a pause.
   function engine_frame_bands (
     engine     : string;
     geometry   : geometry_t;
@@ -94,8 +94,8 @@ package body refocuser_pkg is
 
   begin
 
-    -- In this order: what the engine cannot do at all, then sizes, then what its memories hold.
-    -- Each message names what to change.
+    -- Checks come in this order: what the engine cannot do at all, sizes, the content of its memories. Each message
+    -- names what to change.
     assert same_text(engine, "fir") or same_text(engine, "moving_sum")
       report name & ": unknown ENGINE " & engine & ", expected fir or moving_sum"
       severity failure;
@@ -108,17 +108,17 @@ package body refocuser_pkg is
       report name & ": PIXELS_PER_CLOCK above 1 needs the ENGINE moving_sum"
       severity failure;
 
-    -- Moving sums gain nothing by parallel rows: several pixels of a line share their adders instead.
+    -- Moving sums gain nothing by parallel rows: several pixels of a line share adders instead.
     assert same_text(engine, "fir") or parallel_rows = 1
       report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
       severity failure;
 
-    -- What is common to both engines.
+    -- Conditions that both engines share.
     fits := takes_columns(name, max_columns) and takes_arithmetic(name, arithmetic) and
             takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows) and
             takes_border(name, normalised, arithmetic.exact, parallel_rows, sharpens(sharpening));
 
-    -- Each engine refuses what its own schedule or its memories cannot hold.
+    -- Limits of the engine's own schedule and memories.
     if same_text(engine, "moving_sum") then
       return fits and takes_sums(name, arithmetic, geometry, any_rows, pixels, max_columns, channels, sharpening);
     end if;
@@ -135,7 +135,7 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
-    -- Each engine's package has its own, beside the entities that it counts the clocks of.
+    -- Each engine's package has its latency, beside the entities that the latency consists of.
     if same_text(engine, "moving_sum") then
       return sum_array_latency(stored, order);
     end if;
@@ -153,8 +153,8 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
-    -- Moving sums, and the weights of a normalised border, are made of one line at a time: the next begins when the
-    -- last output of the one before is out.
+    -- Moving sums, and the weights of a normalised border, work on one line at a time: the next line begins when the
+    -- last output of the line before has left.
     return larger(min_line_steps(parallel_rows, max_columns),
                   choose(normalised or not same_text(engine, "fir"), delay + 1, 1));
 
@@ -169,13 +169,13 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
-    -- The same with frames and lines in place of lines and pixels.
+    -- As in engine_line_steps, with frames and lines in place of lines and pixels.
     if normalised or not same_text(engine, "fir") then
       return least_frame(geometry, order, any_rows);
     end if;
 
-    -- Filters have no state between frames: partial sums of the one before are cut off, so any
-    -- number of bands will do.
+    -- Filters keep no state between frames, because the partial sums of the frame before are dropped: any number of
+    -- bands will do.
     return 1;
 
   end function engine_frame_bands;

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Three channels from the frames of a sensor with a colour filter mosaic.
 --
--- A stream shell around mosaic_engine. A frame of a single line or column lacks the other filters, so its pixels stand
--- for them. When nothing follows, an extra line pushes the last line of a frame out; a frame that begins meanwhile
--- waits in the source, for a line at most.
+-- The entity is a stream shell around mosaic_engine. A frame of a single line or column lacks some of the filters, so
+-- its own pixels stand in for them. When nothing follows, a flush line pushes the last line of a frame out; a frame
+-- that begins meanwhile waits in the source, for a line at most.
 --
 -- Latency: a line, a pixel and 12 clocks when nothing stalls. Throughput: one pixel each clock.
--- Equation: as mosaic_engine.
+-- Equation: that of mosaic_engine.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,10 +25,10 @@ entity colour_mosaic is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size of the frame, read with its first pixel and kept stable until the frame has left.
+    -- Size of the frame, read with its first pixel; must be constant until the frame has left.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Line (bit 1) and column (bit 0) of the red pixel in the first 2 x 2 pixels; kept stable.
+    -- Line (bit 1) and column (bit 0) of the red pixel in the first 2 x 2 pixels; must be constant.
     red_place : in    std_logic_vector(1 downto 0);
     -- Raw frames: AXI4-Stream video.
     s_axis_tvalid : in    std_logic;
@@ -42,7 +42,7 @@ entity colour_mosaic is
     m_axis_tdata  : out   std_logic_vector(3 * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream that came in, set until error_clear; frame_sequencer says which.
+    -- Faults of the stream in, by the bits of frame_sequencer; bits stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic := '0'
   );
@@ -60,7 +60,7 @@ architecture rtl of colour_mosaic is
 
 begin
 
-  -- The mosaic has no slices: of the order only the size counts.
+  -- The mosaic has no slices, so only the size of the order counts.
   order   <= (columns, rows, x"00", '0', x"00");
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 

@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Makes the rows of a hexagonal grid rectangular: each micro image of the raster lies between two lenses of its row.
+-- Interpolates the rows of a hexagonal grid to a rectangular raster: each of its micro images lies between two lenses
+-- of its row.
 --
--- Even and odd lenses are stored in separate memories, two of each, so the same pixel of two neighbours is read in one
+-- Lenses with even and with odd numbers have two memories each, so that the same pixel of two neighbours is read in one
 -- clock while the next lenses arrive.
 --
 -- Latency: 2 M + 7 clocks from the first pixel of a line. Throughput: one pixel out each clock.
@@ -18,7 +19,7 @@ use work.resample_pkg.all;
 
 entity hexagonal_rows is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
@@ -26,7 +27,7 @@ entity hexagonal_rows is
     reset : in    std_logic;
     -- Registers, read with the first line of a frame.
     registers : in    registers_t;
-    -- Values in: the first of a frame, the last of a line.
+    -- Values of pixels in; in_first: the first of a frame; in_last: the last of a line.
     in_valid : in    std_logic;
     in_ready : out   std_logic;
     in_first : in    std_logic;
@@ -47,38 +48,39 @@ architecture rtl of hexagonal_rows is
   constant OUT_BITS   : positive := BUILD.channels * BUILD.pixel_bits;
   constant LAST_PIXEL : natural  := BUILD.micro_image_size - 1;
   constant PIXEL_ADDR : positive := bits_for(larger(LAST_PIXEL, 1));
-  -- Room for what is under way between a read and the output, and for a sink that pauses.
+  -- Room for pixels that are under way between a read and the output, and for a sink that pauses.
   constant FIFO_BITS : positive := 4;
-  -- Clocks from a pixel that is read to its place in the output buffer.
+  -- Clocks from reading a pixel to its place in the output buffer.
   constant READ_LATENCY : positive := 5;
 
-  -- Lenses are numbered on and on; of the number only differences below eight count, so four bits
-  -- are enough.
+  -- The number of a lens counts on without end. Only differences below eight matter, so four bits are enough.
   subtype number_t is signed(3 downto 0);
 
   subtype pixel_index_t is natural range 0 to larger(LAST_PIXEL, 1);
 
   subtype weight_t is unsigned(BUILD.weight_bits - 1 downto 0);
 
-  -- Of lenses with an even and with an odd number.
+  -- The word addresses in the memories of even and of odd lenses.
   type banks_t is array (0 to 1) of unsigned(PIXEL_ADDR downto 0);
 
   type words_t is array (0 to 1) of std_logic_vector(DATA_BITS - 1 downto 0);
 
-  -- Lenses that are complete, and the pixel that comes in.
+  -- written: lenses that are complete; in_pixel: the pixel that comes in; take, taken: it is taken, and into which
+  -- memory.
   signal written  : number_t      := (others => '0');
   signal in_pixel : pixel_index_t := 0;
   signal take     : std_logic;
   signal taken    : std_logic_vector(0 to 1);
-  -- Whether a lens is the first one of a frame.
+  -- Which lenses are the first of a frame, by their numbers modulo 8.
   signal firsts : std_logic_vector(7 downto 0) := (others => '0');
-  -- Four lenses lie in memory, those of even and of odd number apart: two neighbours are read at once. The address is
-  -- the lens above its lowest bit, and the pixel.
+  -- Four lenses are in memory, even and odd ones apart, so that two neighbours are read at once. The address is the
+  -- lens's number without its lowest bit, then the pixel.
   signal in_bank : unsigned(PIXEL_ADDR downto 0);
   signal banks   : banks_t := (others => (others => '0'));
   signal word    : words_t;
 
-  -- The line that goes out: number of its first lens, place of the micro image.
+  -- The line that goes out: number of its first lens; place of the micro image among the lenses; the lenses to its left
+  -- and right.
   signal line_base    : number_t              := (others => '0');
   signal place        : position_t            := (others => '0');
   signal left_lens    : number_t;
@@ -88,21 +90,22 @@ architecture rtl of hexagonal_rows is
   signal outputs_left : unsigned(15 downto 0) := (others => '0');
   signal out_pixel    : pixel_index_t         := 0;
   signal line_index   : pixel_index_t         := 0;
-  -- Of the row of lenses, whose first lens lies half a pitch further on in every second row; what the registers said
-  -- when its frame began.
+  -- The row of lenses (in odd rows the first lens lies half a pitch further on), and the registers as read with the
+  -- frame's first line.
   signal row_odd    : std_logic;
   signal outputs    : unsigned(15 downto 0) := (others => '0');
   signal lenses     : unsigned(15 downto 0) := (others => '0');
   signal place_even : position_t            := (others => '0');
   signal place_odd  : position_t            := (others => '0');
   signal step       : position_t            := (others => '0');
-  -- A pixel is read; whether it is the first of a frame, the last of a line; of these reset clears the first alone.
+  -- issue: a pixel is read. Behind the read: whether there is a pixel, whether it is a frame's first or a line's last.
+  -- Only valid_at has a reset.
   signal issue    : std_logic                           := '0';
   signal issued   : std_logic                           := '0';
   signal valid_at : std_logic_vector(1 to READ_LATENCY) := (others => '0');
   signal first_at : std_logic_vector(1 to READ_LATENCY) := (others => '0');
   signal last_at  : std_logic_vector(1 to READ_LATENCY) := (others => '0');
-  -- The share of the right lens, and which of both memories has the left one, until the words are there.
+  -- The weight of the right lens, and whether the left lens is in the odd memory, until the words come.
   signal weight_1 : weight_t  := (others => '0');
   signal weight_2 : weight_t  := (others => '0');
   signal weight_3 : weight_t  := (others => '0');
@@ -110,7 +113,8 @@ architecture rtl of hexagonal_rows is
   signal odd_2    : std_logic := '0';
   signal odd_3    : std_logic := '0';
   signal blended  : std_logic_vector(OUT_BITS - 1 downto 0);
-  -- Places in the output FIFO; as everything behind a read goes on, one is taken with each read.
+  -- Free places in the output FIFO. A read takes one at once, because everything behind a read goes on without
+  -- stopping.
   signal room      : unsigned(FIFO_BITS downto 0) := to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
   signal fifo_in   : std_logic_vector(OUT_BITS + 1 downto 0);
   signal fifo_out  : std_logic_vector(OUT_BITS + 1 downto 0);
@@ -118,7 +122,7 @@ architecture rtl of hexagonal_rows is
 
 begin
 
-  -- In: four lenses at most, from the left one of those that are read on. Two are read, two arrive.
+  -- Input. At most four lenses are in memory, counted from the left one that is read: two are read, two arrive.
   take     <= '1' when in_valid = '1' and written - left_lens < 4 else
               '0';
   in_ready <= '1' when written - left_lens < 4 else
@@ -127,8 +131,7 @@ begin
   taken(1) <= take and written(0);
   in_bank  <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
 
-  -- Out: the lens to the left of the micro image, and the one to the right.
-  -- The whole part of the place says how many lenses behind the line's first one.
+  -- Output. The integer part of the place says how many lenses the left lens lies behind the line's first lens.
   left_lens  <= line_base + place(BUILD.fraction_bits + number_t'length - 1 downto BUILD.fraction_bits);
   right_lens <= left_lens + 1;
   issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
@@ -138,7 +141,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Even and odd lenses go to their own memory, pixel after pixel.
+      -- Even and odd lenses go to their own memories, pixel after pixel.
       if take = '1' then
         if in_pixel = LAST_PIXEL then
           in_pixel <= 0;
@@ -164,12 +167,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A line begins as soon as its first lens is there. Registers are read here and not earlier: the frame before
-      -- may still be read until its last line has gone out.
+      -- A line begins as soon as its first lens is complete. Registers are read only now, because the frame before may
+      -- still need them until its last line has gone out.
       if starts_line = '1' and written - line_base >= 1 then
         starts_line  <= '0';
         starts_frame <= firsts(to_integer(unsigned(line_base(2 downto 0))));
-        -- The first line of a frame takes what the registers say; the next ones keep it.
+        -- The first line of a frame reads the registers; the following lines keep what was read.
         if firsts(to_integer(unsigned(line_base(2 downto 0)))) = '1' then
           outputs_left <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
           outputs      <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
@@ -182,7 +185,7 @@ begin
           row_odd      <= '0';
         else
           outputs_left <= outputs;
-          -- In odd rows the lenses lie half a pitch off, so the first micro image has another place between them.
+          -- In odd rows the lenses lie half a pitch off, so the first micro image has another place among them.
           if row_odd = '0' then
             place <= place_even;
           else
@@ -191,12 +194,12 @@ begin
         end if;
       end if;
 
-      -- 1: reads.
+      -- Clock 1: reads.
       issued      <= issue;
       valid_at(1) <= '0';
       first_at(1) <= '0';
       last_at(1)  <= '0';
-      -- Both memories are asked at once. The even one has the left lens, or, where that is odd, the right one.
+      -- Both memories are read at once. The even memory has the left lens, or the right one if the left is odd.
       banks(0) <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       banks(1) <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
       if left_lens(0) = '1' then
@@ -218,7 +221,7 @@ begin
           -- Behind the last pixel of a micro image the place moves on by a step.
           place        <= place + step;
           outputs_left <= outputs_left - 1;
-          -- The line has all its micro images: the next one begins as many lenses further on.
+          -- The line has all its micro images: the next line begins with the next row's first lens.
           if outputs_left = 1 then
             last_at(1)  <= '1';
             starts_line <= '1';
@@ -236,14 +239,14 @@ begin
         end if;
       end if;
 
-      -- Room in the output buffer. One that is read and one that leaves in the same clock change nothing.
+      -- Free places in the output buffer. A read and a pixel that leaves in the same clock cancel out.
       if issue = '1' and not (out_valid = '1' and m_axis_tready = '1') then
         room <= room - 1;
       elsif issue = '0' and out_valid = '1' and m_axis_tready = '1' then
         room <= room + 1;
       end if;
 
-      -- The registers of the frame need no reset: the first lens behind it is the first of a frame.
+      -- The registers need no reset, because the first lens after it is the first of a frame.
       if reset = '1' then
         line_base   <= (others => '0');
         place       <= (others => '0');
@@ -258,8 +261,7 @@ begin
 
   end process follow;
 
-  -- Four lenses of M pixels, in two memories: a ring of lenses, of which two are read and two are
-  -- written.
+  -- Four lenses of M pixels in two memories: a ring of lenses, of which two are read and two are written.
   parities : for i in 0 to 1 generate
 
     words : entity work.ram_simple_dual_port
@@ -290,7 +292,7 @@ begin
 
   begin
 
-    -- Which memory holds the left lens was known when it was read.
+    -- odd_3 says which memory holds the left lens.
     left_value  <= unsigned(word(0)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits)) when odd_3 = '0' else
                    unsigned(word(1)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits));
     right_value <= unsigned(word(1)((c + 1) * BUILD.value_bits - 1 downto c * BUILD.value_bits)) when odd_3 = '0' else
@@ -306,13 +308,13 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- One product instead of two: left + w (right - left).
+        -- left + w (right - left) takes one product instead of two.
         difference := signed('0' & right_value) - signed('0' & left_value);
         part       <= difference * signed('0' & weight_3);
         left_late  <= left_value;
 
         whole := "00" & left_late & to_unsigned(0, BUILD.weight_bits);
-        -- Clock 2: the left value, as far up as the product, and the half that rounds.
+        -- Clock 2: the left value, shifted to the product's fraction bits, and the half for rounding.
         sum     := resize(unsigned(signed(whole) + part), SUM_BITS + 1);
         sum     := shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS);
         rounded := sum(BUILD.pixel_bits - 1 downto 0);
@@ -332,7 +334,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- As long as the memories and the interpolation take.
+      -- The marks wait as long as memories and interpolation take.
       valid_at(2 to READ_LATENCY) <= valid_at(1 to READ_LATENCY - 1);
       first_at(2 to READ_LATENCY) <= first_at(1 to READ_LATENCY - 1);
       last_at(2 to READ_LATENCY)  <= last_at(1 to READ_LATENCY - 1);

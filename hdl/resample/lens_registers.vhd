@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Takes calibrations from the load port. Each frame gets the registers of the newest one that was committed by the
--- clock in which its first pixel was taken, however long the pixel waits before the frame begins to come in.
+-- Takes calibrations from the load port. Each frame gets the registers of the newest calibration that was committed
+-- when its first pixel was taken, however long that pixel waits before the frame begins to come in.
 --
--- A memory of four banks holds the newest calibration, that of the frame whose first pixel was taken last, that of the
--- frame that began to come in last, and the words that are being written, so a write never touches what a frame uses or
--- will use. A load that is interrupted therefore changes nothing, and a committed one replaces one that no frame has
--- used yet. Of several frames that wait at once, each has the calibration of the last of them: frames so short that two
--- fit into the buffers in front.
+-- A memory of four banks holds the newest calibration, the calibration of the frame whose first pixel was taken last,
+-- that of the frame that began to come in last, and the words that are being written. A write therefore never touches
+-- what a frame uses or will use, an interrupted load changes nothing, and a commit replaces a calibration that no frame
+-- has used. If several frames wait at once (frames so short that two fit into the buffers in front), all have the
+-- calibration of the last of them.
 --
--- A commit without new words repeats the one before and changes nothing. A commit after only some of the words is a
--- fault and waits for the missing ones. Words that were written survive a reset.
+-- A commit without new words repeats the commit before and changes nothing. A commit after only some of the words is a
+-- fault and waits for the missing words. Words survive a reset.
 --
 -- Latency: REGISTER_COUNT + 1 clocks from copy to copied. Throughput: a word each clock.
 -- Equation: registers = the bank `used`, word by word, while copy = '1'.
@@ -29,15 +29,16 @@ entity lens_registers is
   );
   port (
     clk : in    std_logic;
-    -- The load port; of it the registers and the commit.
+    -- The load port; only registers and commits are used here.
     load : in    load_t;
-    -- For a clock: a commit without all registers.
+    -- High for one clock: a commit without all registers.
     incomplete : out   std_logic;
-    -- The first pixel of a frame is taken: the frame has what is committed by now. It begins to come in, a clock later
-    -- at the earliest.
+    -- frame_accepted: the first pixel of a frame is taken; the frame has the calibration committed by now. frame_start:
+    -- the frame begins to come in, at least a clock later.
     frame_accepted : in    std_logic;
     frame_start    : in    std_logic;
-    -- Copies the registers of the frame that began last, until they are copied; the frame before has left.
+    -- copy: copies the registers of the frame that began last, while high; the frame before has left. copied: all are
+    -- copied.
     copy      : in    std_logic;
     copied    : out   std_logic;
     registers : out   registers_t
@@ -48,12 +49,12 @@ architecture rtl of lens_registers is
 
   subtype bank_t is unsigned(1 downto 0);
 
-  -- Of a register's number.
+  -- Bits of a register's number.
   constant NUMBER_BITS : positive := 4;
 
   subtype written_t is std_logic_vector(2 ** NUMBER_BITS - 1 downto 0);
 
-  -- A bank that is none of them.
+  -- A bank that is none of the three.
   function other_than (
     a : bank_t;
     b : bank_t;
@@ -73,14 +74,14 @@ architecture rtl of lens_registers is
 
   end function other_than;
 
-  -- Bank of the newest calibration, of the frame whose first pixel was taken last, of the frame on work, and the one
-  -- that is written; registers written into it so far.
+  -- Banks: of the newest calibration; of the frame whose first pixel was taken last; of the frame that is processed;
+  -- the one that is written. written: registers written into it so far.
   signal newest  : bank_t    := "00";
   signal waiting : bank_t    := "00";
   signal used    : bank_t    := "00";
   signal writing : bank_t    := "01";
   signal written : written_t := (others => '0');
-  -- The copy: how many are out, and the memory's word.
+  -- The copy: how many registers are copied, and the memory's word.
   signal count       : natural range 0 to REGISTER_COUNT := 0;
   signal write_now   : std_logic;
   signal number      : unsigned(NUMBER_BITS - 1 downto 0);
@@ -129,7 +130,8 @@ begin
       if commits then
         newest_now := writing;
       end if;
-      -- Both memories of a frame: from its first pixel to its beginning, and from there until its registers are copied.
+      -- A frame's bank is kept in `waiting` from its first pixel until it begins, and in `used` until its registers are
+      -- copied.
       waiting_now := waiting;
       if frame_accepted = '1' then
         waiting_now := newest_now;
@@ -142,7 +144,7 @@ begin
       newest  <= newest_now;
       waiting <= waiting_now;
       used    <= used_now;
-      -- Four banks, so that there is always one to write: software never waits and no frame gets half a grid.
+      -- With four banks one is always free to write: software never waits, and no frame gets half a grid.
       if commits then
         writing <= other_than(newest_now, waiting_now, used_now);
         written <= (others => '0');
@@ -173,7 +175,7 @@ begin
 
   end process copy_words;
 
-  -- One memory for all banks: the registers are copied out once a frame, a word each clock.
+  -- One memory has all banks: the registers are copied out once a frame, one word each clock.
   words : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => 32,
@@ -189,7 +191,7 @@ begin
       read_data     => word
     );
 
-  -- A frame that begins without having been accepted would take another one's calibration.
+  -- Simulation stops if a frame begins that was not accepted: it would take another frame's calibration.
   watch_frames : process (clk) is
 
     variable waits : natural := 0;

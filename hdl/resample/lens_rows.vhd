@@ -1,17 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Goes through the lines of the raster (for each row of lenses, line v of all its lenses, v after v) and offers each as
--- soon as the raw lines that it needs have arrived. At the beginning of a frame it copies the registers of the grid.
+-- Goes through the lines of the raster (for each row of lenses, line v of all its lenses, v after v) and offers each
+-- line as soon as the raw lines that it needs have arrived. At the beginning of a frame it copies the registers of the
+-- grid.
 --
 -- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
--- the borders, where y is the position of its first lens. Raw lines are kept from the first one that this or a later
--- line needs. A frame is abandoned, with a fault, if its grid needs more lines than the ring has or has no lens, or if
--- the frame has a single line or column, or more than 8192 lines. The rest of a frame that was cut short is abandoned
+-- the borders; y is the position of the row's first lens. The ring keeps raw lines from the first one that this or a
+-- later line needs. A frame is abandoned with a fault if its grid needs more lines than the ring has or has no lens, or
+-- if the frame has a single line or column or more than 8192 lines. The rest of a frame that was cut short is abandoned
 -- too.
 --
 -- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to
---   line.
+-- line.
 -- Throughput: a line of the raster in 6 clocks or more.
--- Equation: y(t + 1) = y(t) + down(t mod 2), and x the same.
+-- Equation: y(t + 1) = y(t) + down(t mod 2); x likewise.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,9 +24,9 @@ use work.resample_pkg.all;
 
 entity lens_rows is
   generic (
-    -- M.
+    -- M, pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive;
-    -- Whether rows of lenses are interpolated to a rectangular raster.
+    -- true: rows of lenses are interpolated to a rectangular raster.
     HEXAGONAL : boolean := false;
     -- Lines that the ring holds.
     LINES : positive range 4 to 256;
@@ -35,42 +36,44 @@ entity lens_rows is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The load port; of it the registers and the commit.
+    -- The load port; only registers and commits are used here.
     load : in    load_t;
     -- The first pixel of a frame is taken; the frame begins to come in; its size.
     frame_accepted : in    std_logic;
     frame_start    : in    std_logic;
     columns        : in    std_logic_vector(15 downto 0);
     rows           : in    std_logic_vector(15 downto 0);
-    -- From and to raw_writer.
+    -- The ring's state from raw_writer, and what the reader needs of it.
     ring : in    ring_state_t;
     need : out   ring_need_t;
-    -- A line of the raster; it was taken; no line is walked along; all pixels have left.
+    -- line_valid: a line of the raster is on offer; line_taken: it was taken; at_rest: lens_walk is on no line;
+    -- drained: all pixels have left.
     raster_line : out   raster_line_t;
     line_valid  : out   std_logic;
     line_taken  : in    std_logic;
     at_rest     : in    std_logic;
     drained     : in    std_logic;
-    -- The frame on work, and its registers.
+    -- The frame that is processed, and its registers.
     frame     : out   raw_frame_t;
     registers : out   registers_t;
-    -- Size of its raster; between frames that of the last one.
+    -- Size of the frame's raster; between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- For a clock: a frame was given up for its grid or its size, or a commit came before all registers.
+    -- High for one clock: a frame was abandoned for its grid or its size, or a commit came before all registers.
     fault : out   std_logic
   );
 end entity lens_rows;
 
 architecture rtl of lens_rows is
 
-  -- Registers of a grid; lenses of a row, at least.
+  -- Registers of a grid, and the fewest lenses of a row.
   constant GRID_REGISTERS : positive := choose(HEXAGONAL, REGISTER_COUNT, REGISTER_BLACK + 1);
   constant LEAST_LENSES   : positive := choose(HEXAGONAL, 2, 1);
   constant MOST_LINES     : positive := 8192;
 
-  -- idle: no frame. fetch: copies registers. start: the first row of lenses. borders, reach, check: which lines the
-  -- next line of the raster needs. wait_lines: until they are in. offer: until it is taken. finish: until all is out.
+  -- idle: no frame. fetch: copies registers. start: first row of lenses. borders, reach, check: compute which raw lines
+  -- the next line of the raster needs. wait_lines: until these are in. offer: until the line is taken. finish: until
+  -- all pixels are out.
   type state_t is (idle, fetch, start, borders, reach, check, wait_lines, offer, finish);
 
   signal state : state_t := idle;
@@ -85,18 +88,20 @@ architecture rtl of lens_rows is
   signal waiting_columns : place_t := (others => '0');
   signal waiting_rows    : place_t := (others => '0');
 
-  -- The size of the raster that is reported.
+  -- The size of the raster at the ports.
   signal columns_now : unsigned(15 downto 0) := (others => '0');
   signal rows_now    : unsigned(15 downto 0) := (others => '0');
 
-  -- The current frame; whether it can be resampled. No line has a single column, as the ring reads neighbours.
+  -- The current frame, and whether it can be resampled. A line has at least two columns, because the ring reads
+  -- neighbours.
   signal base_now    : place_t   := (others => '0');
   signal bottom_line : place_t   := (others => '0');
   signal last_place  : place_t   := to_signed(1, place_t'length);
   signal size_fits   : std_logic := '0';
   signal possible    : std_logic;
 
-  -- The next line of the raster: the row of lenses, the line in it, and where its first lens lies.
+  -- The next line of the raster: position of its first lens, its row of lenses, its number in the row, its table
+  -- addresses.
   signal y            : position_t                                         := (others => '0');
   signal x            : position_t                                         := (others => '0');
   signal row_index    : place_t                                            := (others => '0');
@@ -108,11 +113,12 @@ architecture rtl of lens_rows is
   signal row_ends     : std_logic;
   signal last_row     : std_logic;
 
-  -- Lines from a row of lenses to the next one, at least and at most.
+  -- The least and the largest number of raw lines from one row of lenses to the next.
   signal gap    : place_t := (others => '0');
   signal stride : place_t := (others => '0');
 
-  -- Lines that the next raster line needs, by its lenses, and mirrored; lines to keep for it; lines that are kept now.
+  -- Raw lines that the next line of the raster needs (top, bottom), mirrored at the borders (needed); raw lines to keep
+  -- for it and later ones (oldest, last_kept, kept); lines that are kept now.
   signal top       : place_t   := (others => '0');
   signal bottom    : place_t   := (others => '0');
   signal oldest    : place_t   := (others => '0');
@@ -122,7 +128,7 @@ architecture rtl of lens_rows is
   signal keep_now  : place_t   := (others => '0');
   signal offered   : std_logic := '0';
 
-  -- The whole part of a position: a line of the sensor.
+  -- The integer part of a position: a line of the sensor.
   function whole (
     position : std_logic_vector
   ) return place_t is
@@ -172,12 +178,11 @@ begin
 
   copy <= '1' when state = fetch else
           '0';
-  -- What a grid must have: at least a row, and in each as many lenses as the rows' interpolation
-  -- needs.
+  -- A grid needs at least one row, and in each row as many lenses as the interpolation of rows needs.
   possible <= '1' when size_fits = '1' and unsigned(held(REGISTER_LENSES)(15 downto 0)) /= 0 and
                        unsigned(held(REGISTER_LENSES)(31 downto 16)) >= LEAST_LENSES else
               '0';
-  -- The last line of the row of lenses; its last row.
+  -- row_ends: the last line of the row of lenses; then the grid's last row.
   row_ends <= '1' when line_index = MICRO_IMAGE_SIZE - 1 else
               '0';
   last_row <= '1' when row_index + 1 = signed(held(REGISTER_LENSES)(15 downto 0)) else
@@ -198,7 +203,7 @@ begin
       registers      => held
     );
 
-  -- The size of a frame is known when it begins to arrive, which may be before the last one is finished.
+  -- The size of a frame is known when it begins to arrive, which may be before the last frame is finished.
   take_size : process (clk) is
   begin
 
@@ -207,7 +212,7 @@ begin
         waiting_columns <= signed(columns);
         waiting_rows    <= signed(rows);
       end if;
-      -- Taken with the frame: until then the size is that of a frame that may still be on work.
+      -- The size is taken over with the frame: until then the registers describe the frame that is still processed.
       if state = idle and ring.frame_waits = '1' then
         bottom_line <= waiting_rows - 1;
         last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
@@ -229,7 +234,7 @@ begin
 
         when idle =>
 
-          -- Without a frame the whole ring may be overwritten; one that waits is kept from its first line on.
+          -- Without a frame the whole ring may be overwritten; a frame that waits is kept from its first line on.
           if ring.frame_waits = '1' then
             base_now <= ring.frame_base;
             keep_now <= ring.frame_base;
@@ -249,7 +254,7 @@ begin
 
         when start =>
 
-          -- No raster can be made of it: the frame is left out, and the next one is tried.
+          -- A frame from which no raster can be made is left out, and the next one is tried.
           state <= borders;
           if possible = '0' then
             given_up <= '1';
@@ -268,14 +273,14 @@ begin
         when check =>
 
           state <= wait_lines;
-          -- Kept and needed are the first and the last raw line; the ring holds LINES from one to the other.
+          -- kept and needed are the first and the last raw line; the ring holds LINES between them.
           if needed - kept >= LINES then
             given_up <= '1';
             state    <= finish;
           end if;
 
-        -- Lines above `kept` are given free only while nothing is walked along: a walk that still reads the line
-        -- before may need them.
+        -- Lines above `kept` are released only while lens_walk is on no line: a walk that still reads the line before
+        -- may need them.
         when wait_lines =>
 
           if at_rest = '1' then
@@ -318,7 +323,7 @@ begin
 
   end process follow_frame;
 
-  -- From line to line, as each is taken.
+  -- Steps to the next line when a line is taken.
   step_lines : process (clk) is
   begin
 
@@ -333,13 +338,12 @@ begin
         first_line   <= '1';
         line_index   <= 0;
         line_profile <= (others => '0');
-        -- The pitch of rows varies where they are staggered: the ring must serve the smaller one
-        -- and the larger one.
+        -- The pitch of rows varies if rows are staggered: the ring must serve the smaller and the larger one.
         gap    <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
         stride <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
       elsif state = offer and line_taken = '1' then
         first_line <= '0';
-        -- The next row of lenses, which lies a step further on: alternately by one of two.
+        -- The next row of lenses lies a step further on, by one of two alternating steps.
         if row_ends = '1' then
           line_index   <= 0;
           line_profile <= (others => '0');
@@ -354,7 +358,7 @@ begin
             x <= x + signed(held(REGISTER_DOWN_ODD_X));
           end if;
         else
-          -- The next line of the same lenses: their profile goes on by a line.
+          -- The next line of the same lenses: the profile's address moves on by a line.
           line_index   <= line_index + 1;
           line_profile <= line_profile + MICRO_IMAGE_SIZE;
         end if;
@@ -363,7 +367,7 @@ begin
 
   end process step_lines;
 
-  -- The line, and the raw lines that it needs, 2 clocks later.
+  -- The line, and 2 clocks later the raw lines that it needs.
   find_needs : process (clk) is
 
     variable first_row  : place_t;
@@ -375,8 +379,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A line further down in the micro image, whatever the row's rotation: micro images are
-      -- sampled along the sensor's own axes.
+      -- The next line of a micro image lies a raw line further down, whatever the grid's rotation: micro images are
+      -- sampled along the sensor's axes.
       raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
       raster_line.x       <= x;
       raster_line.lens    <= row_lens;
@@ -387,20 +391,21 @@ begin
       steps      := to_signed(line_index, place_t'length);
       reach_up   := signed(held(REGISTER_REACH)(15 downto 0));
       reach_down := signed(held(REGISTER_REACH)(31 downto 16));
-      -- Computed in two clocks (borders, reach), which the state waits for: the additions are wide and off the path
-      -- of pixels.
+      -- Computed in two clocks (borders, reach), for which the state waits: the additions are wide and off the path of
+      -- pixels.
       top    <= first_row + steps + reach_up;
       bottom <= first_row + steps + 1 + reach_down;
       -- The next row of lenses may begin above the last line of this one.
       oldest <= first_row + smaller(steps, gap) + reach_up;
-      -- Raw lines that the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
+      -- The last raw line that the last line of this row of lenses, or of the next one, needs, mirrored at the last raw
+      -- line.
       bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
       if last_row = '0' then
         bottom_row := bottom_row + stride;
       end if;
       last_kept <= shift_left(bottom_line, 1) - bottom_row;
 
-      -- Mirrored at the first raw line, a line above it is one below; the lower of both is needed.
+      -- A line above the first raw line is mirrored to one below it; the lower of both is needed.
       if bottom < -top then
         needed <= smaller(-top, bottom_line);
       else

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The light at positions of the raw raster: lenses moved, four pixels interpolated, black level and gain taken.
+-- The light at positions on the raw frame: lenses are moved, four pixels interpolated, black level and gain applied.
 --
 --   position -> + move (lens_tables) -> raw_window -> pixel_sample -> sample_gain -> values
 --
@@ -16,23 +16,24 @@ use work.resample_pkg.all;
 
 entity lens_samples is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The load port; of it the words of the tables.
+    -- The load port; only words of the tables are used here.
     load : in    load_t;
-    -- From raw_writer.
+    -- Pixels for the ring, from raw_writer.
     ring_write : in    ring_write_t;
     write_data : in    std_logic_vector(BUILD.data_bits - 1 downto 0);
     -- The frame that is read, and its black level.
     frame : in    raw_frame_t;
     black : in    unsigned(BUILD.sample_bits - 1 downto 0);
-    -- From lens_walk: a pixel, at a position of the even grid.
+    -- A pixel of the raster from lens_walk, at its position on the even grid.
     pixel : in    walked_t;
-    -- Whether there is a value, the first of a frame, the last of a line; its channels, channel 0 in the low bits.
+    -- value_valid: there is a value; value_first: a frame's first; value_last: a line's last; its channels, channel 0
+    -- in the low bits.
     value_valid : out   std_logic;
     value_first : out   std_logic;
     value_last  : out   std_logic;
@@ -47,9 +48,9 @@ architecture rtl of lens_samples is
   constant SAMPLE_BITS : positive := BUILD.sample_bits;
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
   constant GAIN_WIDTH  : positive := BUILD.gain_bits + GAIN_INTEGER_BITS;
-  -- Two clocks of the table, one of the addition.
+  -- Table 2, addition 1.
   constant MOVE_LATENCY : positive := 3;
-  -- From a position to a value; of the gain from lens_tables to the multiplier.
+  -- Clocks from a position to its value, and those that a gain waits between lens_tables and the multiplier.
   constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
   constant GAIN_WAIT     : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + 1 - 4;
 
@@ -57,32 +58,32 @@ architecture rtl of lens_samples is
 
   type gains_t is array (1 to GAIN_WAIT) of unsigned(GAIN_WIDTH - 1 downto 0);
 
-  -- The position as if lenses were evenly spaced, until the move of its lens has been read.
+  -- The position on the even grid, until the move of its lens has been read.
   signal even_y_at : positions_t                   := (others => (others => '0'));
   signal even_x_at : positions_t                   := (others => (others => '0'));
   signal move_y    : signed(BUILD.weight_bits + 1 downto 0);
   signal move_x    : signed(BUILD.weight_bits + 1 downto 0);
   signal moved_y   : signed(POSITION - 1 downto 0) := (others => '0');
   signal moved_x   : signed(POSITION - 1 downto 0) := (others => '0');
-  -- The four pixels around the moved position, and how far it lies between them.
+  -- The four pixels around the moved position, and its place between them.
   signal pixel_00 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal pixel_01 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal pixel_10 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal pixel_11 : std_logic_vector(DATA_BITS - 1 downto 0);
   signal weight_y : unsigned(BUILD.weight_bits - 1 downto 0);
   signal weight_x : unsigned(BUILD.weight_bits - 1 downto 0);
-  -- The gain is known with the move, and needed after the interpolation. It begins with one: where nothing else
-  -- follows, it is a constant.
+  -- The gain comes with the move and is needed behind the interpolation. Its initial value is one, so without gains it
+  -- is a constant.
   signal gain    : unsigned(GAIN_WIDTH - 1 downto 0);
   signal gain_at : gains_t := (others => to_unsigned(2 ** BUILD.gain_bits, GAIN_WIDTH));
-  -- The fields that accompany a value.
+  -- The marks that go with a value.
   signal valid_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal first_at : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
   signal last_at  : std_logic_vector(1 to VALUE_LATENCY) := (others => '0');
 
 begin
 
-  -- Asked with the position, so that the move comes as soon as a table can give it.
+  -- The tables are read with the position, so the move comes as soon as possible.
   tables : entity work.lens_tables
     generic map (
       BUILD => BUILD
@@ -97,8 +98,8 @@ begin
       gain    => gain
     );
 
-  -- A move is at most a pixel or so: the sum needs no bit more, as positions reach half a micro image beyond the
-  -- sensor at most.
+  -- A move is about a pixel at most. The sum needs no further bit, because positions reach at most half a micro image
+  -- beyond the sensor.
   move : process (clk) is
   begin
 
@@ -115,7 +116,7 @@ begin
 
   end process move;
 
-  -- It reads four neighbouring pixels at once, from four memories by parity of line and column.
+  -- raw_window reads four neighbouring pixels at once, from four memories by parity of line and column.
   window : entity work.raw_window
     generic map (
       MAX_COLUMNS => BUILD.max_columns,
@@ -145,7 +146,7 @@ begin
 
   begin
 
-    -- Channel by channel: the weights and the gain are the same for all.
+    -- Each channel has its own interpolation; weights and gain are the same for all.
     interpolate : entity work.pixel_sample
       generic map (
         BUILD => BUILD
@@ -190,7 +191,7 @@ begin
       first_at(2 to VALUE_LATENCY) <= first_at(1 to VALUE_LATENCY - 1);
       last_at(1)                   <= pixel.last;
       last_at(2 to VALUE_LATENCY)  <= last_at(1 to VALUE_LATENCY - 1);
-      -- The other marks count with valid alone, and so fit shift registers of LUTs, which have no reset.
+      -- Only valid needs a reset; the other marks fit shift registers in LUTs, which have none.
       if reset = '1' then
         valid_at <= (others => '0');
       end if;

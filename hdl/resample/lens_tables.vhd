@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The tables of corrections: for each lens its move from the even grid and its gain, and a gain for each pixel of a
--- micro image.
+-- Tables of corrections: for each lens its move from the even grid and its gain; for each pixel of a micro image a gain
+-- (the profile).
 --
--- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves
--- along x and y (WEIGHT_BITS + 2 bits each, signed), if there are moves. A word of the profile is a gain.
+-- A word of the lens table has, from its low bits on, the gain (GAIN_BITS + 4 bits) if there are gains, and the moves
+-- along x and y (WEIGHT_BITS + 2 bits each, signed) if there are moves. A word of the profile is a gain.
 --
 -- Latency: 2 clocks to the moves, 4 to the gain. Throughput: one pixel each clock.
 -- Equation: gain = smaller(floor(lens gain * profile / 2**GAIN_BITS + 1/2), LARGEST_GAIN 2**GAIN_BITS).
@@ -18,20 +18,20 @@ use work.resample_pkg.all;
 
 entity lens_tables is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
-    -- The load port; of it the words of the lens table and of the profile.
+    -- The load port; only words of the lens table and of the profile are used here.
     load : in    load_t;
-    -- The lens and the pixel.
+    -- Addresses of the lens and of its pixel.
     lens    : in    lens_t;
     profile : in    profile_t;
     -- Moves along y and x.
     move_y : out   signed(BUILD.weight_bits + 1 downto 0);
     move_x : out   signed(BUILD.weight_bits + 1 downto 0);
-    -- The gain.
+    -- The product of both gains, limited.
     gain : out   unsigned(BUILD.gain_bits + GAIN_INTEGER_BITS - 1 downto 0)
   );
 end entity lens_tables;
@@ -46,13 +46,13 @@ architecture rtl of lens_tables is
 
 begin
 
-  -- An even grid needs no table; the tool drops what adds the moves.
+  -- An even grid needs no table; synthesis removes the addition of moves.
   no_moves : if not BUILD.moves generate
     move_y <= (others => '0');
     move_x <= (others => '0');
   end generate no_moves;
 
-  -- A gain of one, so that the multiplier behind it is a wire.
+  -- The gain is one, so synthesis turns the multiplier behind it into a wire.
   no_gains : if not BUILD.gains generate
     gain <= to_unsigned(2 ** BUILD.gain_bits, WORD_BITS);
   end generate no_gains;
@@ -120,7 +120,8 @@ begin
       begin
 
         if rising_edge(clk) then
-          -- Gains of the lens and of the place in it: two small tables instead of one for each pixel of the sensor.
+          -- Multiplying the lens's gain by the pixel's gain takes two small tables instead of one for each pixel of the
+          -- sensor.
           product <= unsigned(word(WORD_BITS - 1 downto 0)) * unsigned(share);
 
           rounded := shift_right(product + 2 ** (BUILD.gain_bits - 1), BUILD.gain_bits);

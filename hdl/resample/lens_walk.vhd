@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Walks along a line of the raster: from lens to lens, and M pixels in each.
+-- Walks along a line of the raster from lens to lens, M pixels in each.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock while credit = '1', also from line to line.
--- Equation: position(s, u) = line + s right + (0, u), cut to WEIGHT_BITS fraction bits.
+-- Equation: position(s, u) = line + s right + (0, u), truncated to WEIGHT_BITS fraction bits.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,21 +14,21 @@ use work.resample_pkg.all;
 
 entity lens_walk is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lenses of a line, step from one to the next.
+    -- Lenses of a line, and the step from one to the next.
     lenses  : in    unsigned(15 downto 0);
     right_y : in    position_t;
     right_x : in    position_t;
-    -- From and to lens_rows.
+    -- Lines of the raster, from lens_rows.
     raster_line : in    raster_line_t;
     line_valid  : in    std_logic;
     line_taken  : out   std_logic;
-    -- It is not on a line.
+    -- The walk is on no line.
     at_rest : out   std_logic;
     -- The output has room for a pixel.
     credit : in    std_logic;
@@ -41,15 +41,15 @@ architecture rtl of lens_walk is
 
   constant LAST_PIXEL : natural := BUILD.micro_image_size - 1;
 
-  -- On a line; its first pixel is the next one.
+  -- active: on a line; starts: its first pixel comes next.
   signal active : std_logic := '0';
   signal starts : std_logic := '0';
-  -- Where the current lens begins, and the current pixel: y changes from lens to lens only, as micro images lie along
-  -- the sensor's own axes.
+  -- Positions of the current lens and of the current pixel. y changes from lens to lens only, because micro images lie
+  -- along the sensor's axes.
   signal y      : position_t := (others => '0');
   signal lens_x : position_t := (others => '0');
   signal x      : position_t := (others => '0');
-  -- Lenses left in the line and pixels left in the lens, and the addresses in the tables.
+  -- Lenses left in the line, the pixel within the lens, and the addresses in the tables.
   signal lenses_left  : unsigned(15 downto 0)                    := (others => '0');
   signal in_lens      : natural range 0 to larger(LAST_PIXEL, 1) := 0;
   signal lens_now     : lens_t                                   := (others => '0');
@@ -59,8 +59,8 @@ architecture rtl of lens_walk is
   signal line_ends    : std_logic;
   signal take         : std_logic;
 
-  -- Positions have more fraction bits than weights, so that a step added a thousand times stays exact; they are cut
-  -- where they are used, which rounds down by less than a weight.
+  -- Positions have more fraction bits than weights, so that a step added a thousand times stays exact. They are
+  -- truncated where they are used, which rounds down by less than one unit of a weight.
   function cut (
     position : position_t
   ) return signed is
@@ -77,8 +77,7 @@ begin
   line_ends <= '1' when lens_ends = '1' and lenses_left = 1 else
                '0';
 
-  -- The next line follows the last pixel of this one.
-  -- With the last pixel of a line, so that there is no clock without a pixel between two lines.
+  -- The next line is taken with the last pixel of this one, so that no clock is lost between two lines.
   take       <= line_valid and (not active or (credit and line_ends));
   line_taken <= take;
   at_rest    <= not active;
@@ -87,10 +86,10 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Without credit no position is sent, and the walk stands still.
+      -- Without credit no position is sent, and the walk stops.
       pixel.valid <= '0';
 
-      -- The next frame may have fewer columns, and the memory is read at this place before its first pixel.
+      -- The ring is addressed at this position before the next frame's first pixel; position 0 exists in every frame.
       if active = '0' then
         pixel.y <= (others => '0');
         pixel.x <= (others => '0');

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Interpolates the colours of a filter mosaic (Bayer) in a window of 3 x 3 pixels, on the tokens of a stream shell.
 --
--- A memory holds for each column the pixels of the last two lines. A token of a line gives the window of the line
--- before, so the last line comes out with the first one of the next frame, or with a flush line; the last pixel of a
--- line with the token behind it. At the borders pixels are mirrored at the first and the last one; a single line or
--- column stands for its neighbours, too.
+-- A memory holds the pixels of the last two lines for each column. A token of a line gives the window of the line
+-- before, so a frame's last line comes out with the first line of the next frame or with a flush line, and a line's
+-- last pixel comes out with the next token. Pixels are mirrored at the borders; a single line or column stands in for
+-- its neighbours.
 --
 -- Latency: a line, a token and 5 clocks. Throughput: one pixel each clock.
 -- Equation: plenofir.camera.resampling.interpolate_mosaic.
@@ -49,7 +49,8 @@ architecture rtl of mosaic_engine is
 
   subtype column_t is unsigned(COLUMN_BITS - 1 downto 0);
 
-  -- Three pixels of a column, and what it is: a pixel, the first of its line, in the first line of its frame.
+  -- Three pixels of a column; used: there is a pixel; first: the first of its line; start: in the first line of its
+  -- frame.
   type pixels_t is record
     above : pixel_t;
     own   : pixel_t;
@@ -57,12 +58,12 @@ architecture rtl of mosaic_engine is
     used  : std_logic;
     first : std_logic;
     start : std_logic;
-    -- Of even number: the line, the column.
+    -- Whether the line, and the column, have even numbers.
     even_line   : std_logic;
     even_column : std_logic;
   end record pixels_t;
 
-  -- Means of two and of four from their sums, rounded.
+  -- Means of two and of four values from their sums, rounded.
   function half (
     sum : sum_t
   ) return std_logic_vector is
@@ -80,7 +81,7 @@ architecture rtl of mosaic_engine is
 
   begin
 
-    -- A bit more, as the sum of four with its half may overflow.
+    -- One bit more than the sum of four, because adding the half may overflow.
     rounded := resize(sum, PIXEL_BITS + 3) + 2;
 
     return std_logic_vector(resize(shift_right(rounded, 2), PIXEL_BITS));
@@ -97,7 +98,7 @@ architecture rtl of mosaic_engine is
 
   end function two;
 
-  -- Column of the next pixel, of this one, and of those one and two clocks behind.
+  -- Column of the next pixel, of this one, and of the pixels one and two clocks back.
   signal column     : column_t                                  := (others => '0');
   signal column_now : column_t;
   signal column_1   : column_t                                  := (others => '0');
@@ -106,13 +107,14 @@ architecture rtl of mosaic_engine is
   signal token_2    : token_t;
   signal data_1     : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
   signal data_2     : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
-  -- The two lines above a column, from the memory, and what goes back.
+  -- The two lines above the column, from the memory, and the word to write back.
   signal above        : std_logic_vector(2 * PIXEL_BITS - 1 downto 0);
   signal above_new    : std_logic_vector(2 * PIXEL_BITS - 1 downto 0);
   signal read_enable  : std_logic;
   signal write_enable : std_logic;
 
-  -- Of the line of the tokens: it is an image line; so was the one before, which was the first of its frame.
+  -- About lines: image_line: the tokens' line is an image line; before_: the same about the line before, and whether
+  -- that is a frame's first or has an even number.
   signal image_line   : std_logic := '0';
   signal before_image : std_logic;
   signal before_first : std_logic;
@@ -124,7 +126,7 @@ architecture rtl of mosaic_engine is
   signal centre : pixels_t;
   signal left   : pixels_t;
 
-  -- 3: the window of a pixel.
+  -- Clock 3: the window of a pixel.
   signal valid_3    : std_logic := '0';
   signal start_3    : std_logic := '0';
   signal last_3     : std_logic := '0';
@@ -134,7 +136,7 @@ architecture rtl of mosaic_engine is
   signal left_3     : pixels_t;
   signal right_3    : pixels_t;
   signal centre_3   : pixels_t;
-  -- 4: sums.
+  -- Clock 4: sums.
   signal valid_4    : std_logic := '0';
   signal start_4    : std_logic := '0';
   signal last_4     : std_logic := '0';
@@ -148,15 +150,15 @@ architecture rtl of mosaic_engine is
 
 begin
 
-  -- The first pixel of a line has column 0 by itself: lines need no end.
+  -- The first pixel of a line always has column 0, wherever the line before has ended.
   column_now <= (others => '0') when token.line_first = '1' else
                 column;
-  -- Only pixels move the memory on; empty tokens leave it as it is.
+  -- Only pixels move the memory on; empty tokens leave it unchanged.
   read_enable  <= token.strobe and token.pixel;
   write_enable <= token_2.strobe and token_2.pixel;
   above_new    <= above(PIXEL_BITS - 1 downto 0) & data_2;
 
-  -- Two lines in one word: the one above and the one of the pixel; the line that comes is the one below.
+  -- A word has two lines: the pixel's own and the one above it. The line that comes in is the one below.
   lines_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH => 2 * PIXEL_BITS,
@@ -194,7 +196,7 @@ begin
 
   end process delay_tokens;
 
-  -- A column of three pixels, the middle one in the line before, and the window whose last column it is.
+  -- The new column of three pixels, whose middle lies in the line before, and the window that the column completes.
   gather : process (clk) is
 
     variable right     : pixels_t;
@@ -232,36 +234,35 @@ begin
         now.own   := unsigned(above(PIXEL_BITS - 1 downto 0));
         now.above := unsigned(above(2 * PIXEL_BITS - 1 downto PIXEL_BITS));
         now.below := unsigned(data_2);
-        -- Behind the last line of a frame there is the next frame or a flush line: neither is below
-        -- it, so the line above stands for it.
+        -- Behind a frame's last line comes the next frame or a flush line, which is no neighbour: the line above stands
+        -- in for the one below.
         if token_2.frame_first = '1' or token_2.image = '0' then
           if was_first = '1' then
-            -- A frame that was cut to a line.
+            -- A frame that was cut to a single line.
             now.above := now.own;
           end if;
           now.below := now.above;
         elsif was_first = '1' then
-          -- The first line has none above: the one below stands for it.
+          -- The first line has none above: the line below stands in for it.
           now.above := now.below;
         end if;
-        -- The middle of the window is a line behind, and so are its fields.
+        -- The window's middle is a line back, and so are its fields.
         now.even_line   := was_even;
         now.even_column := token_2.line_first or not centre.even_column;
 
-        -- The window of the column before.
-        -- The middle of the window was the last column of its line.
+        -- The window of the column before. ends_line: its middle was the last column of its line.
         ends_line := not token_2.pixel or token_2.line_first;
         right     := now;
         if ends_line = '1' then
-          -- It has none to its right: the one to its left stands for it.
+          -- The last column has none to its right: the column to its left stands in for it.
           right := left;
           if centre.first = '1' then
-            -- A line of one column.
+            -- A line of a single column.
             right := centre;
           end if;
         end if;
         left_3 <= left;
-        -- The first column has none to its left.
+        -- The first column has none to its left: the column to its right stands in for it.
         if centre.first = '1' then
           left_3 <= right;
         end if;
@@ -271,13 +272,13 @@ begin
         valid_3  <= centre.used;
         start_3  <= centre.start and centre.first;
         last_3   <= ends_line;
-        -- What the place is: a line with red filters, and a green one in it.
+        -- The kind of the pixel: a line with red filters, and a green filter in it.
         red_line_3 <= centre.even_line xor red_line;
         green_3    <= (centre.even_line xor red_line) xor (centre.even_column xor red_column);
 
         left   <= centre;
         centre <= now;
-        -- Behind the last line nothing of it is left.
+        -- Behind the last line no pixel of it remains.
         if token_2.pixel = '0' then
           centre.used <= '0';
         end if;
@@ -292,7 +293,7 @@ begin
 
   end process gather;
 
-  -- Sums of the neighbours, of which each kind of filter needs two.
+  -- Sums of the neighbours; each kind of filter needs two of them.
   add_up : process (clk) is
   begin
 
@@ -303,7 +304,7 @@ begin
       red_line_4 <= red_line_3;
       green_4    <= green_3;
       own_4      <= own_3;
-      -- All sums are made: each place of the mosaic wants two of them, and which is known only with the pixel.
+      -- All sums are computed: each pixel needs two of them, and which is known only with the pixel.
       across_4  <= two(left_3.own, right_3.own);
       along_4   <= two(centre_3.above, centre_3.below);
       cross_4   <= two(left_3.own, right_3.own) + two(centre_3.above, centre_3.below);
@@ -315,7 +316,7 @@ begin
 
   end process add_up;
 
-  -- The colour of the pixel's own filter is as it came in, the others are means.
+  -- The colour of the pixel's own filter is taken as it came in, the others are means.
   mix : process (clk) is
   begin
 
@@ -323,7 +324,7 @@ begin
       result.valid <= valid_4;
       result.start <= start_4;
       result.last  <= last_4;
-      -- Green: its own value; red and blue lie along the line or across it, two of each.
+      -- A green pixel: red and blue lie along the line or across it, two of each.
       if green_4 = '1' then
         result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= std_logic_vector(own_4);
         if red_line_4 = '1' then
@@ -334,7 +335,7 @@ begin
           result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= half(across_4);
         end if;
       else
-        -- Red or blue: green lies on four sides, the other one at the four corners.
+        -- A red or blue pixel: green lies on four sides, the other colour at the four corners.
         result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= quarter(cross_4);
         if red_line_4 = '1' then
           result_data(PIXEL_BITS - 1 downto 0)                  <= std_logic_vector(own_4);

@@ -14,12 +14,12 @@ use work.resample_pkg.all;
 
 entity pixel_sample is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
-    -- Pixels (line, column) and weights of line and column 1.
+    -- Pixels (line, column), and the weights of line 1 and column 1.
     pixel_00 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
     pixel_01 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
     pixel_10 : in    unsigned(BUILD.pixel_bits - 1 downto 0);
@@ -37,15 +37,15 @@ architecture rtl of pixel_sample is
   constant SUM_BITS    : positive := BUILD.pixel_bits + 2 * BUILD.weight_bits;
   constant DROP_BITS   : positive := 2 * BUILD.weight_bits - BUILD.guard_bits;
 
-  -- Difference times weight, signed, and what it is added to.
+  -- A difference times a weight, signed, and the value that it is added to.
   subtype step_t is signed(COLUMN_BITS + 1 downto 0);
 
   subtype column_t is unsigned(COLUMN_BITS - 1 downto 0);
 
   subtype sum_t is unsigned(SUM_BITS - 1 downto 0);
 
-  -- Clock 1: the way between the lines, for both columns. Clock 2: the columns between them. Clock
-  -- 3: the way between the columns. Clock 4: the sum, clock 5: rounded.
+  -- Clock 1: the steps between the lines, for both columns. Clock 2: both columns. Clock 3: the step between the
+  -- columns. Clock 4: the sum. Clock 5: rounding.
   signal step_0     : step_t                                   := (others => '0');
   signal step_1     : step_t                                   := (others => '0');
   signal from_0     : unsigned(BUILD.pixel_bits - 1 downto 0)  := (others => '0');
@@ -58,7 +58,7 @@ architecture rtl of pixel_sample is
   signal step_3     : signed(SUM_BITS + 1 downto 0)            := (others => '0');
   signal sum        : sum_t                                    := (others => '0');
 
-  -- (b - a) weight.
+  -- (b - a) times the weight.
   function step (
     a      : unsigned;
     b      : unsigned;
@@ -70,7 +70,7 @@ architecture rtl of pixel_sample is
 
   begin
 
-    -- Signed, as it may go down.
+    -- The difference is signed.
     difference := signed('0' & b) - signed('0' & a);
     factor     := signed('0' & weight);
 
@@ -90,8 +90,7 @@ begin
       from_1     <= pixel_01;
       weight_x_1 <= weight_x;
 
-      -- From the first line on; the result lies between both pixels, so the top bits of the sum are
-      -- not needed.
+      -- Line 0 plus the step. The result lies between both pixels, so the top bits of the sum are not needed.
       column_0   <= resize(unsigned(signed('0' & from_0 & to_unsigned(0, BUILD.weight_bits)) + step_0), COLUMN_BITS);
       column_1   <= resize(unsigned(signed('0' & from_1 & to_unsigned(0, BUILD.weight_bits)) + step_1), COLUMN_BITS);
       weight_x_2 <= weight_x_1;
@@ -101,7 +100,7 @@ begin
 
       sum <= resize(unsigned(signed('0' & column_0_3 & to_unsigned(0, BUILD.weight_bits)) + step_3), SUM_BITS);
 
-      -- The last bits are what the weights have beyond the guard bits.
+      -- The bits that are cut off are those that the weights have beyond the guard bits.
       sample <= resize(shift_right(sum + 2 ** (DROP_BITS - 1), DROP_BITS), BUILD.sample_bits);
     end if;
 

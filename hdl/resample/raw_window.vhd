@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Ring of raw lines: takes one pixel at each clock, and gives the four pixels around a position at each clock.
+-- Ring of raw lines: stores one pixel each clock, and gives the four pixels around a position each clock.
 --
--- Even and odd lines, and even and odd columns, are stored in separate memories. Of two neighbouring lines and two
--- neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond the borders of the
+-- Even and odd lines, and even and odd columns, are stored in separate memories. Two neighbouring lines and two
+-- neighbouring columns have one pixel in each, so four memories give the four pixels at once. Beyond the borders of the
 -- sensor, lines and columns are mirrored at the first and the last one.
 --
 -- The place of a line in the ring follows from its age: the number of pairs of lines since it was written.
@@ -31,7 +31,7 @@ entity raw_window is
   );
   port (
     clk : in    std_logic;
-    -- From raw_writer.
+    -- Pixels for the ring, from raw_writer.
     ring_write : in    ring_write_t;
     write_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
     -- The frame that is read.
@@ -39,7 +39,7 @@ entity raw_window is
     -- The position.
     position_y : in    signed(15 + WEIGHT_BITS downto 0);
     position_x : in    signed(15 + WEIGHT_BITS downto 0);
-    -- The pixels around it (line, column), and its fraction.
+    -- The pixels around the position (line, column), and the fraction of the position.
     pixel_00 : out   std_logic_vector(DATA_BITS - 1 downto 0);
     pixel_01 : out   std_logic_vector(DATA_BITS - 1 downto 0);
     pixel_10 : out   std_logic_vector(DATA_BITS - 1 downto 0);
@@ -53,12 +53,12 @@ architecture rtl of raw_window is
 
   constant ODD_LINES : boolean := not takes(LINES mod 2 = 0, "raw_window: LINES must be even, as memories hold pairs");
 
-  -- Pairs of lines in the ring, pairs of columns in a line.
+  -- Pairs of lines in the ring, and pairs of columns in a line.
   constant PAIRS     : positive := LINES / 2;
   constant HALF      : positive := divide_up(MAX_COLUMNS, 2);
   constant WORDS     : positive := larger(PAIRS * HALF, 2);
   constant ADDR_BITS : positive := bits_for(WORDS - 1);
-  -- Of an age, 0 to PAIRS.
+  -- Bits of an age, 0 to PAIRS.
   constant AGE_BITS : positive := bits_for(PAIRS);
 
   subtype address_t is unsigned(ADDR_BITS - 1 downto 0);
@@ -96,7 +96,7 @@ architecture rtl of raw_window is
 
   constant BASES : bases_t := base_table;
 
-  -- The slot of a pair of lines that is some pairs behind the one at `newest`.
+  -- The slot of the pair of lines that is `age` pairs older than the one at `newest`.
   function slot_of (
     newest : slot_t;
     age    : age_t
@@ -113,7 +113,7 @@ architecture rtl of raw_window is
     end if;
 
     if place < 0 then
-      -- Does not happen as long as the reader only reads lines in the ring.
+      -- This does not happen as long as the reader reads lines in the ring only.
       place := 0;
     end if;
 
@@ -121,14 +121,13 @@ architecture rtl of raw_window is
 
   end function slot_of;
 
-  -- Lines and columns 0 and 1 of the window.
-  -- Step 1.
+  -- Clock 1: lines and columns 0 and 1 of the window.
   signal line_0   : place_t := (others => '0');
   signal line_1   : place_t := (others => '0');
   signal column_0 : place_t := (others => '0');
   signal column_1 : place_t := (others => '0');
-  -- Step 2. Ages need few bits: the ring never holds a line that is older than PAIRS pairs, so the difference of two
-  -- line numbers is cut to AGE_BITS without loss, also where the numbers wrap around.
+  -- Clock 2. Ages need few bits: the ring never holds a line older than PAIRS pairs, so the difference of two line
+  -- numbers is cut to AGE_BITS without loss, even if the numbers wrap round.
   signal even_age  : age_t     := (others => '0');
   signal odd_age   : age_t     := (others => '0');
   signal newest_3  : slot_t    := 0;
@@ -136,15 +135,15 @@ architecture rtl of raw_window is
   signal odd_half  : address_t := (others => '0');
   signal even_3    : address_t := (others => '0');
   signal odd_3     : address_t := (others => '0');
-  -- Steps 3 and 4 stand apart so that neither has both a table and an addition behind a comparison.
+  -- Clocks 3 and 4 are separate, so that neither has a table or an addition behind a comparison.
   signal even_slot : slot_t := 0;
   signal odd_slot  : slot_t := 0;
-  -- Values that are delayed as the addresses and the memories delay the pixels.
+  -- Values that are delayed as long as addresses and memories delay the pixels.
   signal swap_line_at   : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
   signal swap_column_at : std_logic_vector(1 to WINDOW_LATENCY - 1) := (others => '0');
   signal weight_y_at    : weights_t                                 := (others => (others => '0'));
   signal weight_x_at    : weights_t                                 := (others => (others => '0'));
-  -- Memory 2 i + j: lines with number mod 2 = i, columns mod 2 = j.
+  -- Memory 2 i + j has lines with number mod 2 = i and columns with number mod 2 = j.
   signal addresses     : addresses_t                  := (others => (others => '0'));
   signal pixels        : pixels_t;
   signal write_slot    : slot_t;
@@ -154,8 +153,8 @@ architecture rtl of raw_window is
 
 begin
 
-  -- Whether line (column) 0 is of odd number: the memories give lines and columns sorted by parity, so what was swapped
-  -- on the way in is swapped back when their words are there, in step 8.
+  -- Whether line 0 (column 0) is odd: the memories give lines and columns by parity, so lines and columns that were
+  -- swapped on the way in are swapped back in clock 8.
   swap_line_at(1)   <= line_0(0);
   swap_column_at(1) <= column_0(0);
 
@@ -180,9 +179,8 @@ begin
       swap_line_at(2 to WINDOW_LATENCY - 1)   <= swap_line_at(1 to WINDOW_LATENCY - 2);
       swap_column_at(2 to WINDOW_LATENCY - 1) <= swap_column_at(1 to WINDOW_LATENCY - 2);
 
-      -- The second line and column are mirrored by themselves: at a border the two are not
-      -- neighbours any more, but one is still even and one odd.
-      -- 1: lines by their numbers, columns; mirrored.
+      -- Clock 1: lines by their numbers, and columns, mirrored. The second line and column are mirrored separately: at
+      -- a border the two are no neighbours any more, but one is still even and one odd.
       line_now   := position_y(15 + WEIGHT_BITS downto WEIGHT_BITS);
       column_now := position_x(15 + WEIGHT_BITS downto WEIGHT_BITS);
       line_0     <= mirrored(line_now, frame.last_line) + frame.base;
@@ -190,7 +188,7 @@ begin
       column_0   <= mirrored(column_now, frame.last_column);
       column_1   <= mirrored(column_now + 1, frame.last_column);
 
-      -- 2: which is even; how old.
+      -- Clock 2: which line is even, and how old the lines are.
       if line_0(0) = '0' then
         even_line := line_0;
         odd_line  := line_1;
@@ -205,7 +203,7 @@ begin
         even_column := column_1;
         odd_column  := column_0;
       end if;
-      -- In pairs, so the parity does not count.
+      -- Ages count pairs of lines, so parity is cut off.
       number    := shift_right(ring_write.line, 1) - shift_right(even_line, 1);
       even_age  <= unsigned(number(AGE_BITS - 1 downto 0));
       number    := shift_right(ring_write.line, 1) - shift_right(odd_line, 1);
@@ -214,21 +212,20 @@ begin
       even_half <= resize(unsigned(even_column(14 downto 1)), ADDR_BITS);
       odd_half  <= resize(unsigned(odd_column(14 downto 1)), ADDR_BITS);
 
-      -- A slot is asked for relative to the newest one, which is the place that is written when the age is measured.
-      -- 3: where in the ring.
+      -- Clock 3: slots in the ring. A slot is computed relative to the newest one, which is written when the age is
+      -- measured.
       even_slot <= slot_of(newest_3, even_age);
       odd_slot  <= slot_of(newest_3, odd_age);
       even_3    <= even_half;
       odd_3     <= odd_half;
 
-      -- 4: addresses.
-      -- Each memory has its own pairing of line and column.
+      -- Clock 4: addresses. Each memory has its own combination of line and column.
       addresses(0) <= BASES(even_slot) + even_3;
       addresses(1) <= BASES(even_slot) + odd_3;
       addresses(2) <= BASES(odd_slot) + even_3;
       addresses(3) <= BASES(odd_slot) + odd_3;
 
-      -- 8: in order.
+      -- Clock 8: pixels in order.
       if swap_line_at(WINDOW_LATENCY - 1) = '0' then
         if swap_column_at(WINDOW_LATENCY - 1) = '0' then
           pixel_00 <= pixels(0);
@@ -258,10 +255,10 @@ begin
 
   end process locate;
 
-  -- The record's slot has the range of the largest ring; a table is asked by what this ring has.
+  -- The record's slot has the range of the largest ring; this one has the range of this ring.
   write_slot <= ring_write.slot;
 
-  -- Into the ring: a clock behind its place, as its data are. The four memories share the address.
+  -- Pixels are written a clock behind their places. The four memories share the address.
   write_pixels : process (clk) is
   begin
 
@@ -284,7 +281,7 @@ begin
 
   memories : for i in 0 to 3 generate
 
-    -- Deep memories in blocks: a register stands behind each, which block RAM needs at sensor clocks.
+    -- Deep memories are divided into blocks with a register behind each, which block RAM needs at sensor clocks.
     memory : entity work.ram_blocks
       generic map (
         WIDTH => DATA_BITS,

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Numbers the lines of the raw frames that go into the ring of lines, and says when there is room for another line.
+-- Numbers the lines of the raw frames that go into the ring, and says when there is room for another line.
 --
--- Lines are numbered without end, even over resets. A line may be overwritten when the reader needs only lines from
--- `keep` on. A new frame, with the number of its first line, waits until the reader has finished the one before and
--- takes it; meanwhile its lines go into the ring as far as there is room.
+-- Lines are numbered without end, even across resets. A line may be overwritten when the reader needs only lines from
+-- `keep` on. A new frame waits until the reader has finished the one before and takes it; meanwhile its lines go into
+-- the ring as far as there is room.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
--- Equation: room = (number of the next pixel's line) - keep < LINES, keep the first line of a frame that waits if the
---   reader needs no other.
+-- Equation: room = (number of the next pixel's line) - keep < LINES, with keep the first line of a waiting frame if the
+-- reader needs no other line.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,21 +20,21 @@ use work.token_pkg.all;
 
 entity raw_writer is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Tokens of the frame sequencer: pixels of lines that are all whole.
+    -- Tokens of the frame sequencer: pixels of whole lines.
     token      : in    token_t;
     token_data : in    std_logic_vector(BUILD.data_bits - 1 downto 0);
-    -- The next pixel has a place.
+    -- The ring has room for the next pixel.
     room : out   std_logic;
-    -- To the ring.
+    -- Pixels for the ring.
     ring_write : out   ring_write_t;
     write_data : out   std_logic_vector(BUILD.data_bits - 1 downto 0);
-    -- What the ring has, and what its reader needs.
+    -- The ring's state, and what its reader needs.
     ring : out   ring_state_t;
     need : in    ring_need_t
   );
@@ -48,23 +48,23 @@ architecture rtl of raw_writer is
 
   type keeps_t is array (1 to KEEP_WAIT) of place_t;
 
-  -- The line that is written, its place in the ring, and the next column. The number wraps around; only differences
-  -- of lines within the ring are ever taken.
+  -- The line that is written, its slot in the ring, and the next column. The number wraps round; only differences of
+  -- lines within the ring are used.
   signal line_number : place_t                                                := (others => '0');
   signal slot        : natural range 0 to LAST_SLOT                           := 0;
   signal column      : unsigned(bits_for(BUILD.max_columns - 1) - 1 downto 0) := (others => '0');
-  -- The frame that came in last still waits for its reader; its first line; lines complete of it, and of the one
-  -- before, which the reader may still have.
+  -- waits: the newest frame waits for its reader; frame_first: its first line; done: complete lines of it; done_before:
+  -- complete lines of the frame before, which the reader may still have.
   signal waits       : std_logic := '0';
   signal frame_first : place_t   := (others => '0');
   signal done        : place_t   := (others => '0');
   signal done_before : place_t   := (others => '0');
   signal line_ends   : std_logic;
-  -- The first line that the reader needs, and the same when its last reads have left the memory: a line is given free
-  -- that much later.
+  -- The first line that the reader needs, and whether it needs any, delayed until the reads have left the memory: lines
+  -- are released that much later.
   signal keep_at  : keeps_t                          := (others => (others => '0'));
   signal keeps_at : std_logic_vector(1 to KEEP_WAIT) := (others => '0');
-  -- The first line that must stay, if any.
+  -- The first line that must stay; keeps_none: no line must.
   signal first_kept : place_t;
   signal keeps_none : std_logic;
   -- Room for pixels of this line, and of the next.
@@ -78,11 +78,11 @@ begin
                       room_this;
   ring.frame_base  <= frame_first;
   ring.frame_waits <= waits;
-  -- While a frame waits, the reader has the one before, and that one is complete.
+  -- While a frame waits, the reader has the frame before, which is complete.
   ring.lines_in <= done_before when waits = '1' else
                    done;
 
-  -- While it has no frame, all lines of the one that waits stay.
+  -- While the reader has no frame, all lines of the waiting frame stay.
   first_kept <= keep_at(KEEP_WAIT) when keeps_at(KEEP_WAIT) = '1' else
                 frame_first;
   keeps_none <= not (keeps_at(KEEP_WAIT) or waits);
@@ -94,14 +94,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Once a pixel is here its line has room: the sequencer was told before it took it.
+      -- A pixel that has come has room: the sequencer was told before it took the pixel.
       ring_write.enable <= token.strobe and token.pixel;
       write_data        <= token_data;
       ring_write.line   <= line_number;
       ring_write.slot   <= slot;
 
-      -- The first line to stay is given free late, when the reads of the lines before it have left the memory; that
-      -- none must stay is known late for the same reason.
+      -- Lines are released late, when the reads of the lines before have left the memory.
       keep_at(1)               <= need.keep;
       keep_at(2 to KEEP_WAIT)  <= keep_at(1 to KEEP_WAIT - 1);
       keeps_at(1)              <= not need.keep_none;
@@ -111,8 +110,8 @@ begin
         waits <= '0';
       end if;
 
-      -- `room` is registered, so it is decided here for the line of the next pixel, and for the line after it in case
-      -- this pixel is the last one of its line.
+      -- `room` is a register, so it is decided here for the next pixel's line, and for the line behind it in case this
+      -- pixel is the last of its line.
       now := line_number;
       if token.strobe = '1' and token.pixel = '1' then
         if token.line_first = '1' then
@@ -137,7 +136,7 @@ begin
           else
             done <= done + 1;
           end if;
-          -- Slots hold pairs of lines: the odd one completes a pair.
+          -- A slot holds a pair of lines, which the odd line completes.
           if line_number(0) = '1' then
             if slot = LAST_SLOT then
               slot <= 0;
@@ -147,7 +146,7 @@ begin
           end if;
         end if;
       end if;
-      -- The number runs on from frame to frame, so that a line has one name in the ring whatever frame it is of.
+      -- The number counts on from frame to frame, so each line in the ring has a number of its own.
       line_number <= now;
 
       room_this <= '0';
@@ -159,7 +158,7 @@ begin
         room_next <= '1';
       end if;
 
-      -- A reset makes it a reader that needs no line.
+      -- A reset acts like a reader that needs no line.
       if reset = '1' then
         keeps_at <= (others => '0');
         waits    <= '0';

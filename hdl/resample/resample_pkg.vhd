@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Types and constants of the resampler: positions, lines, registers, and the records between its parts.
+-- Types and constants of the resampler: positions, lines, registers, and the records between its entities.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -10,18 +10,18 @@ use work.math_pkg.all;
 
 package resample_pkg is
 
-  -- What a resampler is built for, and the widths that follow from it.
+  -- Generics of a resampler, and the widths that follow from them.
   type resample_build_t is record
-    -- M.
+    -- M, pixels of a micro image in each dimension.
     micro_image_size : positive range 1 to 128;
-    -- Longest raw line in pixels; raw lines that the ring holds.
+    -- Longest raw line in pixels; raw lines in the ring.
     max_columns : positive range 2 to 8192;
     held_lines  : positive range 4 to 256;
-    -- Lenses of the table; whether it moves them from the even grid, whether it has gains.
+    -- lenses: lenses of the table; moves: the table moves lenses from the even grid; gains: the table has gains.
     lenses : positive range 2 to 1048576;
     moves  : boolean;
     gains  : boolean;
-    -- 1 (grey) or 3 (RGB); the width of one, and of all.
+    -- Channels: 1 (grey) or 3 (RGB); the width of a channel, and of all.
     channels   : positive range 1 to 3;
     pixel_bits : positive range 1 to 16;
     data_bits  : positive range 1 to 48;
@@ -30,7 +30,7 @@ package resample_pkg is
     weight_bits   : positive range 2 to 8;
     guard_bits    : positive range 1 to 3;
     gain_bits     : positive range 4 to 14;
-    -- Width of an interpolated channel, and of one with its gain.
+    -- Width of an interpolated channel, and of one behind its gain.
     sample_bits : positive range 2 to 19;
     value_bits  : positive;
   end record resample_build_t;
@@ -38,7 +38,7 @@ package resample_pkg is
   -- A position on the sensor in fixed point.
   subtype position_t is signed(31 downto 0);
 
-  -- A line or column of the sensor, also beyond its borders; lines also numbered on and on, from frame to frame.
+  -- A line or column of the sensor, also beyond its borders; or a line in the ring's numbering without end.
   subtype place_t is signed(15 downto 0);
 
   -- Addresses of the tables.
@@ -46,12 +46,12 @@ package resample_pkg is
 
   subtype profile_t is unsigned(13 downto 0);
 
-  -- Registers of the grid: their addresses.
-  -- Rows of lenses (low half), lenses sampled in a row (high half).
+  -- Addresses of the grid's registers. Rows of lenses (low half), and lenses sampled in a row (high half).
   constant REGISTER_LENSES : natural := 0;
   -- Micro images in a row of the raster.
   constant REGISTER_OUTPUTS : natural := 1;
-  -- Top left pixel of the first lens; step to the next lens; steps from even and from odd rows of lenses to the next.
+  -- Top left pixel of the first lens; step to the next lens; steps from even and from odd rows of lenses to the next
+  -- row.
   constant REGISTER_ORIGIN_Y    : natural := 2;
   constant REGISTER_ORIGIN_X    : natural := 3;
   constant REGISTER_RIGHT_Y     : natural := 4;
@@ -60,11 +60,13 @@ package resample_pkg is
   constant REGISTER_DOWN_EVEN_X : natural := 7;
   constant REGISTER_DOWN_ODD_Y  : natural := 8;
   constant REGISTER_DOWN_ODD_X  : natural := 9;
-  -- Lines from the first lens of a row to the highest (low half, signed) and to the lowest one (high half, signed).
+  -- Lines from the first lens of a row to its highest lens (low half, signed) and to its lowest lens (high half,
+  -- signed).
   constant REGISTER_REACH : natural := 10;
   -- Black level.
   constant REGISTER_BLACK : natural := 11;
-  -- Hexagonal: place of the first micro image in even and in odd rows of lenses, and from one to the next.
+  -- Hexagonal grids only: place of the first micro image in even and in odd rows of lenses; step to the next micro
+  -- image.
   constant REGISTER_PLACE_EVEN : natural := 12;
   constant REGISTER_PLACE_ODD  : natural := 13;
   constant REGISTER_STEP       : natural := 14;
@@ -72,7 +74,7 @@ package resample_pkg is
 
   type registers_t is array (0 to REGISTER_COUNT - 1) of std_logic_vector(31 downto 0);
 
-  -- A word for the load port, where records may stand at ports: it is written for a clock.
+  -- A word at the load port as a record; written for one clock.
   type load_t is record
     write   : std_logic;
     kind    : std_logic_vector(1 downto 0);
@@ -82,7 +84,7 @@ package resample_pkg is
 
   constant NO_LOAD : load_t := ('0', "00", (others => '0'), (others => '0'));
 
-  -- The same as bits that cross between clocks: kind, address, data from the high end.
+  -- A word at the load port as bits, to cross between clocks; from the high end kind, address, data.
   subtype load_word_t is std_logic_vector(61 downto 0);
 
   function to_load (
@@ -90,21 +92,21 @@ package resample_pkg is
     word  : load_word_t
   ) return load_t;
 
-  -- What the load port writes.
+  -- Kinds of words at the load port.
   constant LOAD_KIND_REGISTER : std_logic_vector(1 downto 0) := "00";
   constant LOAD_KIND_LENS     : std_logic_vector(1 downto 0) := "01";
   constant LOAD_KIND_PROFILE  : std_logic_vector(1 downto 0) := "10";
-  -- The registers written so far, all of a grid, take effect with the next frame.
+  -- A commit: the registers written so far (all of a grid) take effect with the next frame.
   constant LOAD_KIND_COMMIT : std_logic_vector(1 downto 0) := "11";
 
-  -- Whether a load writes what a kind says.
+  -- Whether a load writes a word of this kind.
   function writes (
     load : load_t;
     kind : std_logic_vector(1 downto 0)
   ) return std_logic;
 
-  -- Where raw_writer puts a pixel: its column, the number of its line, and that line's place in the ring, counted in
-  -- pairs. Columns and places have the bits of the largest ring; what a smaller one does not use is always 0.
+  -- Where raw_writer puts a pixel: line number, slot of the line in the ring (counted in pairs), column. The fields
+  -- have the bits of the largest ring; bits that a smaller ring does not use are always 0.
   type ring_write_t is record
     enable : std_logic;
     line   : place_t;
@@ -112,30 +114,31 @@ package resample_pkg is
     column : unsigned(12 downto 0);
   end record ring_write_t;
 
-  -- What the ring has, from raw_writer to lens_rows: whether a frame waits for its reader, the number of its first
-  -- line, and the lines that are complete of the frame that the reader has; while a frame waits these are all.
+  -- State of the ring, from raw_writer to lens_rows. frame_waits: a frame waits for its reader; frame_base: its first
+  -- line; lines_in: complete lines of the reader's frame (all of them while another frame waits).
   type ring_state_t is record
     frame_waits : std_logic;
     frame_base  : place_t;
     lines_in    : place_t;
   end record ring_state_t;
 
-  -- What its reader needs: it takes the frame that waits; the first line that must stay, or that none must.
+  -- Needs of the ring's reader. frame_taken: it takes the waiting frame; keep: the first line that must stay;
+  -- keep_none: no line must.
   type ring_need_t is record
     frame_taken : std_logic;
     keep        : place_t;
     keep_none   : std_logic;
   end record ring_need_t;
 
-  -- The frame that is read: number of its line 0, its last line and column.
+  -- The frame that is read: number of its line 0, its last line and its last column.
   type raw_frame_t is record
     base        : place_t;
     last_line   : place_t;
     last_column : place_t;
   end record raw_frame_t;
 
-  -- A pixel of the raster on its way through the samples: whether there is one, the first of a frame, the last of a
-  -- line; its lens and its place in the profile; where it lies, with the fraction bits of weights (8 at most).
+  -- A pixel of the raster on its way through the samples: valid: there is one; first: a frame's first; last: a line's
+  -- last; addresses of its lens and its profile; its position, with the fraction bits of weights (8 at most).
   type walked_t is record
     valid   : std_logic;
     first   : std_logic;
@@ -148,26 +151,26 @@ package resample_pkg is
 
   -- A line of the raster.
   type raster_line_t is record
-    -- Where its first pixel lies.
+    -- Position of the line's first pixel.
     y : position_t;
     x : position_t;
-    -- Addresses of its first lens and of the first pixel in the profile.
+    -- Addresses of the line's first lens, and of its first pixel in the profile.
     lens    : lens_t;
     profile : profile_t;
     -- The first line of a frame.
     first : std_logic;
   end record raster_line_t;
 
-  -- Integer bits of a gain; the largest gain.
+  -- Integer bits of a gain, and the largest gain.
   constant GAIN_INTEGER_BITS : positive := 4;
   constant LARGEST_GAIN      : positive := 10;
 
-  -- Clocks from a position to the pixels around it, to the sample between them, and through the gain.
+  -- Latencies in clocks: of raw_window, of pixel_sample, of sample_gain.
   constant WINDOW_LATENCY : positive := 8;
   constant SAMPLE_LATENCY : positive := 5;
   constant GAIN_LATENCY   : positive := 3;
 
-  -- A column (line) inside the sensor for one outside: mirrored at the first and the last.
+  -- The column (line) inside the sensor that stands for one outside: mirrored at the first and the last.
   function mirrored (
     place : place_t;
     last  : place_t

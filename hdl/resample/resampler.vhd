@@ -1,25 +1,24 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the raw raster of the sensor to the raster of micro images of M x M pixels, without a frame memory.
 --
--- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs have arrived, the resampler goes
--- along its lenses and reads four pixels around each position at each clock. Positions are sums of registers in fixed
--- point; the weights of the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses
--- drift over the lines: the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the
--- sensor's borders.
+-- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs have arrived, the resampler walks
+-- along the row's lenses and reads four pixels around one position each clock. Positions are sums of registers in fixed
+-- point; all pixels of a micro image have the same interpolation weights. Rotation makes a row of lenses drift over the
+-- lines: the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
 --
--- The output frame has its own size: M times the number of lenses. The registers of the grid and the tables are written
--- through the load port. The grid takes effect with the first frame after a commit, the tables at once. A load that is
--- not committed changes no grid, and a newer one replaces one that no frame has used (lens_registers).
+-- The output frame has a size of its own: M times the number of lenses. Registers of the grid and tables are written
+-- through the load port. The grid takes effect with the first frame after a commit, the tables at once. A load without
+-- a commit changes no grid, and a newer calibration replaces one that no frame has used (lens_registers).
 --
--- Faults of the stream are repaired as in frame_sequencer. If a frame is cut short, those raster lines come out, whole,
--- for which all raw lines have arrived. If a raster line needs more raw lines than the ring has, the frame ends there
--- with a flag; the lines before it have come out.
+-- Faults of the stream are repaired as in frame_sequencer. If a frame is cut short, the raster lines whose raw lines
+-- have all arrived come out whole. If a raster line needs more raw lines than the ring has, the frame ends there with a
+-- flag; the lines before have come out.
 --
--- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more,
---   when nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
--- Throughput: one raw pixel each clock, one pixel of the raster each clock. The source is never refused if the sink
---   takes a pixel each clock, a line of the raster has fewer pixels than a raw line has clocks, M is at most the lines
---   from a row of lenses to the next, and the ring holds the lines that plenofir.plan.sensor.chip counts.
+-- Latency: 27 clocks from the last raw pixel that a line needs to the line's first pixel, hexagonal grids 2 M + 8
+-- clocks more, when nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
+-- Throughput: one raw pixel each clock, and one pixel of the raster each clock. The source is never refused if the sink
+-- takes a pixel each clock, a raster line has fewer pixels than a raw line has clocks, M is at most the number of raw
+-- lines from a row of lenses to the next, and the ring holds the lines that plenofir.plan.sensor.chip counts.
 -- Equation: plenofir.camera.resampling.grid_resampler.
 
 library ieee;
@@ -34,15 +33,15 @@ use work.token_pkg.all;
 
 entity resampler is
   generic (
-    -- M.
+    -- M, pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- Whether rows of lenses are interpolated to a rectangular raster.
+    -- true: rows of lenses are interpolated to a rectangular raster.
     HEXAGONAL : boolean := false;
     -- Longest raw line in pixels.
     MAX_COLUMNS : positive range 2 to 8192 := 2048;
     -- Raw lines that the ring holds, an even number.
     LINES : positive range 4 to 256 := 8;
-    -- Lenses of the table; whether it moves them from the even grid, whether it has gains.
+    -- LENSES of the table; MOVES: the table moves them from the even grid; GAINS: the table has gains.
     LENSES : positive range 2 to 1048576 := 2;
     MOVES  : boolean                     := false;
     GAINS  : boolean                     := false;
@@ -55,7 +54,7 @@ entity resampler is
     WEIGHT_BITS   : positive range 2 to 8  := 8;
     GUARD_BITS    : positive range 1 to 3  := 3;
     GAIN_BITS     : positive range 4 to 14 := 12;
-    -- Whether what is in front holds frames back, so that taken_early says when one is taken.
+    -- true: the entity in front holds frames back, and taken_early says when it takes one.
     HELD_BACK : boolean := false
   );
   port (
@@ -64,15 +63,16 @@ entity resampler is
     -- Size of the raw frame, read with its first pixel.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what. A frame has one
-    -- calibration, that of its first pixel; where its mark of start lasts several pixels, one committed between these
-    -- may act on it already.
+    -- Load port: the kind of word (resample_pkg: register, lens, profile, commit), its address, its data. A frame has
+    -- one calibration, that of its first pixel. If its mark of start lasts several pixels, a calibration committed
+    -- between them may already act on the frame.
     load_write   : in    std_logic;
     load_kind    : in    std_logic_vector(1 downto 0);
     load_address : in    std_logic_vector(19 downto 0);
     load_data    : in    std_logic_vector(39 downto 0);
-    -- With HELD_BACK: the first pixel of a frame is taken in front, for a clock. The frame has the calibration of that
-    -- clock; without HELD_BACK that of the clock in which its first pixel is taken here.
+    -- With HELD_BACK: high for one clock when the entity in front takes the first pixel of a frame; the frame has the
+    -- calibration of that clock. Without HELD_BACK a frame has the calibration of the clock in which its first pixel is
+    -- taken here.
     taken_early : in    std_logic := '0';
     -- Raw frames: AXI4-Stream video, channel 0 in the low bits.
     s_axis_tvalid : in    std_logic;
@@ -86,11 +86,12 @@ entity resampler is
     m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Size of the raster: of the frame on work, between frames that of the last one.
+    -- Size of the raster: of the frame that is processed, between frames of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- 0 to 4 as in frame_sequencer. 5: the grid needs more lines than there are or has no lens, the frame is one line
-    -- or column or more than 8192 lines, or a commit came before all registers. Set until error_clear.
+    -- Bits 0 to 4 as in frame_sequencer. Bit 5: the grid needs more lines than the ring has or has no lens, the frame
+    -- is a single line or column or has more than 8192 lines, or a commit came before all registers. Bits stay set
+    -- until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic := '0'
   );
@@ -101,8 +102,8 @@ architecture rtl of resampler is
   constant ODD_LINES    : boolean := not takes(LINES mod 2 = 0, "resampler: LINES is odd, expected an even number");
   constant TWO_CHANNELS : boolean := not takes(CHANNELS /= 2, "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)");
 
-  -- Widths of a pixel, of an interpolated one, and of one behind its gain; of the words of both
-  -- FIFOs, with their marks.
+  -- Widths of a pixel, of an interpolated pixel, of a pixel behind its gain, and of the words of both FIFOs with their
+  -- marks.
   constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
   constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
@@ -113,8 +114,8 @@ architecture rtl of resampler is
     WEIGHT_BITS, GUARD_BITS, GAIN_BITS, SAMPLE_BITS, VALUE_BITS
   );
 
-  -- The FIFO behind the samples holds all pixels that are under way, so that nothing between the ring and it needs to
-  -- stop: the walk sends a pixel only against a credit.
+  -- The output FIFO has room for all pixels under way, so nothing between the ring and it needs to stop: the walk sends
+  -- a pixel only for a credit.
   constant FIFO_BITS : positive := 6;
   constant CREDIT    : positive := 2 ** FIFO_BITS;
   constant IN_BITS   : positive := DATA_BITS + 2;
@@ -142,7 +143,7 @@ architecture rtl of resampler is
   signal ring       : ring_state_t;
   signal need       : ring_need_t;
 
-  -- The frame that is read: its grid and where it lies in the ring; the line of the raster on offer.
+  -- The frame that is read, and its registers; the line of the raster on offer.
   signal registers   : registers_t;
   signal frame       : raw_frame_t;
   signal raster_line : raster_line_t;
@@ -151,15 +152,15 @@ architecture rtl of resampler is
   signal at_rest     : std_logic;
   signal drained     : std_logic;
 
-  -- Places in the output FIFO that no pixel under way is meant for.
+  -- Places in the output FIFO that belong to no pixel under way.
   signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
   signal pixel       : walked_t;
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
 
-  -- The light at each position; the same as it goes into the output FIFO, rounded unless a
-  -- hexagonal raster follows; and as it comes out.
+  -- The light at each position; the word for the output FIFO (rounded, unless a hexagonal raster follows); and the word
+  -- that comes out.
   signal value_valid : std_logic;
   signal value_first : std_logic;
   signal value_last  : std_logic;
@@ -171,11 +172,10 @@ architecture rtl of resampler is
 
 begin
 
-  -- A camera does not wait: the FIFO takes what comes while the ring is full or a frame has to
-  -- wait.
+  -- A camera does not wait, so the FIFO takes pixels while the ring is full or a frame has to wait.
   input_word    <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
   s_axis_tready <= input_ready;
-  -- The frame has the calibration of this clock, although its first pixel may wait here for the frame before.
+  -- The frame has the calibration of this clock, even if its first pixel waits for the frame before.
   frame_accepted <= taken_early when HELD_BACK else
                     s_axis_tvalid and input_ready and s_axis_tuser(0);
 
@@ -195,7 +195,7 @@ begin
       m_axis_tdata  => stream_word
     );
 
-  -- A further frame waits until the reader has the one before.
+  -- A further frame waits until the reader has taken the one before.
   may_take <= room and not (stream_valid and stream_word(DATA_BITS + 1) and
                             (ring.frame_waits or (token.strobe and token.line_first and token.frame_first)));
 
@@ -222,8 +222,7 @@ begin
       error_clear   => error_clear
     );
 
-  -- It numbers the lines, and says when the ring has a place for another one: the only brake on the
-  -- sequencer.
+  -- raw_writer numbers the lines and says when the ring has room for another line, which alone can stop the sequencer.
   writer : entity work.raw_writer
     generic map (
       BUILD => BUILD
@@ -240,7 +239,7 @@ begin
       need       => need
     );
 
-  -- Users get plain ports; inside, a record goes to all that keep a part of it.
+  -- Users get plain ports; inside, one record goes to all entities that store words.
   load <= (load_write, load_kind, load_address, load_data);
 
   lines_of_lenses : entity work.lens_rows
@@ -272,7 +271,7 @@ begin
       fault          => fault
     );
 
-  -- Its fields of a pixel are registered, and only one register is between it and the memories.
+  -- lens_walk registers the fields of its pixel: only one more register stands in front of the memories.
   walk : entity work.lens_walk
     generic map (
       BUILD => BUILD
@@ -291,13 +290,13 @@ begin
       pixel       => pixel
     );
 
-  -- A pixel that was sent a clock ago is not counted yet, so one place more must be free.
+  -- A pixel that was sent in the last clock is not counted yet, so one more place must be free.
   have_credit <= '1' when credits > 1 else
                  '0';
   drained     <= '1' when credits = CREDIT and pixel.valid = '0' else
                  '0';
 
-  -- A pixel that leaves gives its place back; one that is sent and one that leaves in the same clock change nothing.
+  -- A pixel that leaves returns its place; a pixel sent in the same clock takes it.
   follow : process (clk) is
   begin
 
@@ -329,7 +328,7 @@ begin
   -- The black level has the fraction bits of a sample.
   black <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
 
-  -- It cannot stop: credits guarantee that everything it sends has a place.
+  -- lens_samples cannot stop: the credits guarantee that each of its values has a place.
   samples : entity work.lens_samples
     generic map (
       BUILD => BUILD
@@ -349,7 +348,7 @@ begin
       values      => values
     );
 
-  -- Its ready is ignored: thanks to the credits it is never full.
+  -- The FIFO's ready is not used, because the credits keep it from being full.
   values_out : entity work.axis_fifo
     generic map (
       WIDTH        => WORD_BITS,
@@ -368,7 +367,7 @@ begin
 
   rectangular : if not HEXAGONAL generate
 
-    -- In step with the rounding, which takes a clock.
+    -- The marks are delayed by the clock that rounding takes.
     follow_values : process (clk) is
     begin
 
@@ -401,7 +400,7 @@ begin
 
   hexagonal_grid : if HEXAGONAL generate
 
-    -- Not rounded yet: hexagonal_rows weighs two values of this width.
+    -- hexagonal_rows interpolates between unrounded values.
     word_valid <= value_valid;
     word       <= value_last & value_first & values;
 

@@ -13,15 +13,15 @@ use work.resample_pkg.all;
 
 entity sample_gain is
   generic (
-    -- What the resampler is built for.
+    -- Sizes of the resampler.
     BUILD : resample_build_t
   );
   port (
     clk : in    std_logic;
-    -- The sample, and what is subtracted.
+    -- The sample, and the black level to subtract.
     sample : in    unsigned(BUILD.sample_bits - 1 downto 0);
     black  : in    unsigned(BUILD.sample_bits - 1 downto 0);
-    -- The gain, a clock after the sample.
+    -- The gain, a clock behind the sample.
     gain : in    unsigned(BUILD.gain_bits + GAIN_INTEGER_BITS - 1 downto 0);
     -- The value.
     value : out   unsigned(BUILD.sample_bits + GAIN_INTEGER_BITS - 1 downto 0)
@@ -32,7 +32,7 @@ architecture rtl of sample_gain is
 
   constant VALUE_BITS : positive := BUILD.sample_bits + GAIN_INTEGER_BITS;
 
-  -- The light above black; times the gain.
+  -- The light above black, and its product with the gain.
   signal above   : unsigned(BUILD.sample_bits - 1 downto 0)            := (others => '0');
   signal product : unsigned(VALUE_BITS + BUILD.gain_bits - 1 downto 0) := (others => '0');
 
@@ -42,7 +42,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Noise may lie below black; negative light would wrap round.
+      -- Noise may lie below black, and a negative difference would wrap round.
       if sample > black then
         above <= sample - black;
       else
@@ -51,7 +51,7 @@ begin
 
       product <= above * gain;
 
-      -- No gain is above LARGEST_GAIN, so the half fits.
+      -- No gain exceeds LARGEST_GAIN, so the half for rounding fits.
       value <= resize(shift_right(product + 2 ** (BUILD.gain_bits - 1), BUILD.gain_bits), VALUE_BITS);
     end if;
 

@@ -1,8 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From a sensor to the raster of micro images: colour_mosaic, if the sensor has a mosaic, then resampler.
 --
--- Latency: those of its parts. Throughput: one raw pixel each clock, one pixel of the raster each clock.
--- Equation: as its parts.
+-- Latency: that of resampler, with MOSAIC that of colour_mosaic more. Throughput: one raw pixel each clock, one pixel
+-- of the raster each clock.
+-- Equation: with MOSAIC that of colour_mosaic, followed by that of resampler.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -13,9 +14,9 @@ use work.math_pkg.all;
 
 entity sensor_raster is
   generic (
-    -- Whether the sensor has a colour filter mosaic; CHANNELS is 3 then.
+    -- true: the sensor has a colour filter mosaic; CHANNELS must be 3.
     MOSAIC : boolean := false;
-    -- M, and what the resampler is built for.
+    -- M, and the generics of the resampler.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     HEXAGONAL        : boolean                     := false;
     MAX_COLUMNS      : positive range 2 to 8192    := 2048;
@@ -33,12 +34,12 @@ entity sensor_raster is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size of the raw frame, kept stable until it has left.
+    -- Size of the raw frame; must be constant until the frame has left.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Line (bit 1) and column (bit 0) of the mosaic's first red pixel.
     red_place : in    std_logic_vector(1 downto 0);
-    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what.
+    -- Load port: the kind of word (resample_pkg: register, lens, profile, commit), its address, its data.
     load_write   : in    std_logic;
     load_kind    : in    std_logic_vector(1 downto 0);
     load_address : in    std_logic_vector(19 downto 0);
@@ -58,7 +59,7 @@ entity sensor_raster is
     -- Size of the raster; between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- Faults, set until error_clear; resampler says which. 0 to 4 are those of the mosaic, too.
+    -- Faults by the bits of resampler, which stay set until error_clear. Bits 0 to 4 include those of the mosaic.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic := '0'
   );
@@ -66,13 +67,13 @@ end entity sensor_raster;
 
 architecture rtl of sensor_raster is
 
-  -- A mosaic gives three channels, so the resampler must have as many.
+  -- A mosaic gives three channels, so the resampler needs three.
   constant REFUSED : boolean := not takes(not MOSAIC or CHANNELS = 3, "sensor_raster: MOSAIC requires CHANNELS = 3");
 
-  -- Behind the mosaic.
+  -- Channels behind the mosaic.
   constant COLOURS : positive := choose(MOSAIC, 3, CHANNELS);
 
-  -- The first pixel of a frame is taken; raw pixels with all their colours, and the raster.
+  -- The first pixel of a frame is taken; raw pixels with all their colours; the raster.
   signal taken           : std_logic;
   signal in_tready       : std_logic;
   signal raw_tvalid      : std_logic;
@@ -87,7 +88,7 @@ architecture rtl of sensor_raster is
 begin
 
   s_axis_tready <= in_tready;
-  -- The mosaic holds a frame back for two lines, but its calibration is that of now.
+  -- The mosaic holds a frame back for two lines, but its calibration is that of this clock.
   taken <= s_axis_tvalid and in_tready and s_axis_tuser(0);
 
   -- A grey or an RGB sensor needs nothing in front of the resampler.
@@ -100,7 +101,7 @@ begin
     mosaic_flags <= (others => '0');
   end generate plain;
 
-  -- Colours are completed on the raw grid: resampling first would mix those of neighbours.
+  -- Colours are completed on the raw grid: resampling first would mix neighbouring colours.
   filters : if MOSAIC generate
 
     colours : entity work.colour_mosaic
@@ -130,7 +131,7 @@ begin
 
   end generate filters;
 
-  -- From here on there are CHANNELS values for each pixel, whatever the sensor has.
+  -- From here on each pixel has CHANNELS values, whatever the sensor.
   lenses_out : entity work.resampler
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -174,10 +175,10 @@ begin
       error_clear    => error_clear
     );
 
-  -- COLOURS is CHANNELS with all generics that are allowed.
+  -- COLOURS equals CHANNELS for all generics that are not refused.
   m_axis_tdata <= raster(CHANNELS * PIXEL_BITS - 1 downto 0);
 
-  -- Both see the same frames, so the same fault has the same bit.
+  -- Both entities see the same frames, so a fault has the same bit in both.
   error_flags <= resampler_flags or ('0' & mosaic_flags);
 
 end architecture rtl;

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The core tests itself on a board: pseudo-random frames go in, a signature of what comes out is
--- compared with that of the golden model.
+-- The core tests itself on a board: pseudo-random frames go in, and a signature of the results is compared with that of
+-- the golden model.
 --
--- A linear feedback shift register makes the pixels, the same in each frame; another takes the
--- refocused pixels. Nothing but a clock and LEDs is needed, so it runs on any board and any FPGA.
+-- One linear feedback shift register makes the pixels, equal in each frame; another compresses the refocused pixels.
+-- The test needs only a clock and LEDs, so it runs on any board and any FPGA.
 --
 -- Latency: a frame and the latency of the core until the first result. Throughput: one pixel each clock.
 -- Equation: pixel(n) = low bits of state(n), state(0) = SEED, state(n+1) = 2*state(n) modulo P over GF(2);
@@ -17,11 +17,11 @@ entity self_test is
   generic (
     -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128 := 5;
-    -- The slice: a' in pixels.
+    -- The slice's shift in pixels.
     SHIFTS : string := "-3";
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 3;
-    -- Exact sums and one division at the end, or stored products, which round.
+    -- true: exact sums and one division at the end; false: stored products, which round.
     EXACT : boolean := true;
     -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
@@ -33,7 +33,7 @@ entity self_test is
     ROWS : positive range 2 to 65535 := 480;
     -- Upper half of the signature of a refocused frame.
     EXPECTED_HIGH : natural range 0 to 65535 := 0;
-    -- Its lower half.
+    -- Lower half of the signature.
     EXPECTED_LOW : natural range 0 to 65535 := 0;
     -- Frames for each change of blink, as a power of two.
     BLINK_BITS : positive range 1 to 31 := 5
@@ -66,7 +66,7 @@ architecture rtl of self_test is
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(COLUMNS, 16));
   constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(ROWS, 16));
 
-  -- 2 * state modulo the polynomial.
+  -- 2 * state, modulo the polynomial.
   function shifted (
     state : state_t
   ) return state_t is
@@ -75,7 +75,7 @@ architecture rtl of self_test is
 
   begin
 
-    -- As a shift register: what leaves at the top comes back at the places of the polynomial.
+    -- A shift register: the bit that leaves at the top comes back at the places of the polynomial.
     product := state(30 downto 0) & '0';
 
     if state(31) = '1' then
@@ -86,7 +86,7 @@ architecture rtl of self_test is
 
   end function shifted;
 
-  -- Source.
+  -- Source of pixels.
   signal state        : state_t                        := SEED;
   signal column       : natural range 0 to COLUMNS - 1 := 0;
   signal row          : natural range 0 to ROWS - 1    := 0;
@@ -95,7 +95,7 @@ architecture rtl of self_test is
   signal source_start : std_logic_vector(0 downto 0);
   signal source_last  : std_logic;
 
-  -- Sink.
+  -- Sink of results.
   signal result_valid : std_logic;
   signal result       : std_logic_vector(DATA_BITS - 1 downto 0);
   signal result_last  : std_logic;
@@ -113,8 +113,7 @@ begin
   source_last     <= '1' when column = COLUMNS - 1 else
                      '0';
 
-  -- The source never pauses by itself, and begins anew with each frame, so that all frames are
-  -- alike.
+  -- The source never pauses, and restarts its register with each frame, so that all frames are equal.
   make_pixels : process (clk) is
   begin
 
@@ -180,12 +179,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The core must not complain either, as the stream is right.
+      -- The stream is correct, so any fault that the core reports is an error.
       if error_flags /= "00000" then
         is_passed <= '0';
       end if;
       if lines = ROWS then
-        -- The clock behind the last pixel of a frame: nothing of the next one has come yet, or its first pixel.
+        -- This is the clock behind a frame's last pixel: at most the next frame's first pixel has come.
         lines     <= 0;
         frames    <= frames + 1;
         is_tested <= '1';
@@ -198,7 +197,7 @@ begin
         if lines = ROWS then
           next_signature := (others => '0');
         else
-          -- With each pixel the old ones move on, so their order counts, too.
+          -- Earlier pixels move on with each new one, so the signature depends on their order.
           next_signature := shifted(signature);
         end if;
         next_signature(DATA_BITS - 1 downto 0) := next_signature(DATA_BITS - 1 downto 0) xor result;

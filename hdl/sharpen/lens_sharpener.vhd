@@ -1,15 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Sharpens refocused sums with three taps, one micro lens apart, which removes the blur that the operator adds between
--- integer a.
+-- Sharpens refocused sums with three taps, one micro lens apart. This removes the blur that the operator adds for
+-- values of a between integers.
 --
--- It stands between the sums of an engine and their division, so that the result is rounded only once. Columns come
--- first, as their memory then holds the sums as they are. A tap outside the picture counts as the pixel itself.
+-- The sharpener stands between the sums of an engine and their division, so that the result is rounded only once.
+-- Columns come first, because their memory then holds the unchanged sums. A tap outside the picture counts as the
+-- pixel itself.
 --
--- The division gets the sharpened sum, rounded to a whole number in such a way that the quotient is that of the exact
--- sum: round(n / (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
+-- The sharpened sum is rounded to an integer in such a way that its quotient equals that of the exact sum: round(n /
+-- (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
 --
 -- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each
---   clock; the same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- clock; one column comes at least PARTIAL_SUM_LOOP clocks apart.
 -- Equation: t(k) = (2**s + 2 * side) * S(k) - side * (S(k - M) + S(k + M)) along columns, then along rows;
 --   out = t / 4**s, rounded as above and limited to 0 .. SUM_MAX.
 
@@ -25,31 +26,31 @@ use work.sharpen_pkg.all;
 
 entity lens_sharpener is
   generic (
-    -- M: the distance of the taps in pixels.
+    -- M, the distance of the taps in pixels.
     MICRO_IMAGE_SIZE : positive;
     -- The weight of each slice in 64ths, 0 to 16, with blanks in between.
     SHARPENING : string;
-    -- Neighbouring pixels of a line that a token has.
+    -- Pixels of a token.
     PIXELS_PER_CLOCK : positive := 1;
     -- Tokens of the longest line.
     TOKENS : positive;
-    -- Sums of a pixel.
+    -- Sums of a pixel, one for each channel.
     CHANNELS : positive;
     -- Largest sum: the largest pixel times the divisor.
     SUM_MAX : positive;
-    -- What sums are divided by behind this.
+    -- The divisor of the sums behind the sharpener.
     DIVISOR : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token. What it says of its line counts with the line's first token.
+    -- A token. Its fields of the line are read with the line's first token.
     token : in    token_t;
-    -- The pixels that a line's last token has.
+    -- Which pixels a line's last token has.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0) := (others => '1');
     -- The sums of a token, channel 0 of pixel 0 in the low bits.
     sums : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
-    -- The same, sharpened; what is said of a line comes with each of its tokens.
+    -- Token and sharpened sums. The fields of the line come with each of its tokens.
     out_token : out   token_t;
     out_sums  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
   );

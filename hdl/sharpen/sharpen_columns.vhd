@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The taps of sharpening along columns: each sum with those of the lines M above and M below.
 --
--- The memory holds, for each column and each line number modulo M, the sums of the last two lines; a word that is read
--- is written back shifted by one line. So the last 2 M lines are kept, and one word has both taps.
+-- The memory holds, for each column and each line number modulo M, the sums of the last two such lines. A word that
+-- is read is written back shifted by one line, so the last 2 M lines are kept and one word has both taps.
 --
--- Lines may follow each other without a gap, and frames too: each line remembers whether the one M above it is in its
+-- Lines and frames may follow each other without a gap: each line remembers whether the line M above it is in its
 -- frame.
 --
--- Latency: M lines and SHARPEN_COLUMNS_LATENCY clocks. Throughput: one token each clock; the same column comes again
---   PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Latency: M lines and SHARPEN_COLUMNS_LATENCY clocks. Throughput: one token each clock; one column comes at least
+-- PARTIAL_SUM_LOOP clocks apart.
 -- Equation: out(k) = three_taps of sum(k), sum(k - M), sum(k + M), k counting lines.
 
 library ieee;
@@ -23,19 +23,19 @@ use work.sharpen_pkg.all;
 
 entity sharpen_columns is
   generic (
-    -- What the sharpener is built for, and the weight of each slice in 64ths, with blanks in between.
+    -- Sizes of the sharpener, and the weight of each slice in 64ths, with blanks in between.
     BUILD      : sharpen_build_t;
     SHARPENING : string
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and its sums. What it says of its line counts with the line's first token.
+    -- A token and its sums. Its fields of the line are read with the line's first token.
     token : in    token_t;
     sums  : in    std_logic_vector(BUILD.pixels * BUILD.channels * bits_for(BUILD.sum_max) - 1 downto 0);
-    -- The same behind the taps; what is said of a line holds until the next one.
+    -- The token behind the taps. The fields of the line hold until the next line.
     out_token : out   token_t;
-    -- Whether the slice is sharpened at all.
+    -- out_sharpened: the slice has a weight above 0; then the values behind the taps.
     out_sharpened : out   std_logic;
     out_values    : out   std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.tapped_bits - 1 downto 0)
   );
@@ -50,7 +50,7 @@ architecture rtl of sharpen_columns is
   constant LINE_BITS  : positive := LANES * SUM_BITS;
   constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
 
-  -- Clocks from a token to the words of its address.
+  -- Clocks from a token to the words at its address.
   constant LATENCY : positive := SHARPEN_COLUMNS_LATENCY;
   constant READ    : positive := LATENCY - TAPS_LATENCY;
 
@@ -70,7 +70,7 @@ architecture rtl of sharpen_columns is
 
   begin
 
-    -- Slices of weight 0 go through as they are.
+    -- Slices of weight 0 pass unchanged.
     table := (others => '1');
 
     for i in 0 to slice_count(SHARPENING) - 1 loop
@@ -87,10 +87,10 @@ architecture rtl of sharpen_columns is
 
   constant SHARPENED : sharpened_t := sharpened_table;
 
-  -- A pixel, and the first of its line.
+  -- active: the token has a pixel; step: the first pixel of its line.
   signal active : std_logic;
   signal step   : std_logic;
-  -- Each line number modulo M has TOKENS words in the memory; this is the first one of the next line.
+  -- Each line number modulo M has TOKENS words in the memory; next_line is the first of the next line's words.
   signal next_line  : address_t                   := (others => '0');
   signal address_at : addresses_t                 := (others => (others => '0'));
   signal active_at  : std_logic_vector(1 to READ) := (others => '0');
@@ -98,24 +98,24 @@ architecture rtl of sharpen_columns is
 
   -- Lines of the frame before the current one, up to M - 1.
   signal lines_before : natural range 0 to larger(M - 1, 1) := 0;
-  -- The fields of a line are delayed by lines, up to the line M before, whose results are due now; the last place is
-  -- delayed by the clocks of its words. With them are delayed whether the line above it exists and whether it is
-  -- sharpened.
+  -- The fields of a line are delayed by lines, up to the line M before, whose results leave now; the last places
+  -- are delayed by clocks like the words. Beside them: whether the line above exists (above_at), and whether the
+  -- line is sharpened.
   signal line_at      : tokens_t(1 to M + LATENCY)         := (others => NO_TOKEN);
   signal above_at     : std_logic_vector(1 to M + LATENCY) := (others => '0');
   signal sharpened_at : std_logic_vector(1 to M + LATENCY) := (others => '0');
-  -- The line is M below one of its own frame.
+  -- below: the line lies M below another line of its frame.
   signal below       : std_logic;
   signal below_at    : std_logic_vector(1 to READ) := (others => '0');
   signal above_there : std_logic;
   signal below_there : std_logic;
 
-  -- The word read has the sums of M lines above in the low bits, those of 2 M lines above in the high ones. The word
-  -- written back has this line's in the low bits.
+  -- The word read has the sums of the line M above in the low bits and those of the line 2 M above in the high
+  -- bits. The word written back has this line's sums in the low bits.
   signal word      : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal word_back : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal slice_tap : unsigned(SLICE_BITS - 1 downto 0);
-  -- The fields of a token, and its strobe, which alone has a reset.
+  -- The fields of a token; and its strobe, the only one with a reset.
   signal token_at  : tokens_t(0 to LATENCY)         := (others => NO_TOKEN);
   signal strobe_at : std_logic_vector(0 to LATENCY) := (others => '0');
 
@@ -125,7 +125,7 @@ begin
   step   <= active and token.line_first;
 
   --------------------------------------------------------------------------------------------------
-  -- Lines.
+  -- Fields of lines.
 
   below <= token.image and not token.frame_first when lines_before = M - 1 else
            '0';
@@ -149,8 +149,8 @@ begin
 
       for i in 2 to M + LATENCY loop
 
-        -- Up to the line M before by lines, as the memory is; from there on by clocks, as the taps
-        -- are.
+        -- Up to the line M before, fields move with lines like the memory; behind it they move with clocks
+        -- like the taps.
         if step = '1' or i > M + 1 then
           line_at(i)      <= line_at(i - 1);
           above_at(i)     <= above_at(i - 1);
@@ -184,7 +184,7 @@ begin
   slice_tap   <= line_at(M + READ + 2).slice(SLICE_BITS - 1 downto 0);
 
   --------------------------------------------------------------------------------------------------
-  -- The memory.
+  -- Memory of lines.
 
   find_address : process (clk) is
   begin
@@ -193,8 +193,8 @@ begin
       if step = '1' then
         address_at(1) <= next_line;
 
-        -- M words for a column follow each other TOKENS apart: the next line is found by an addition, and the first
-        -- by a comparison.
+        -- The M words of a column lie TOKENS apart: adding finds the next line, and a comparison finds the
+        -- first.
         if next_line = (M - 1) * BUILD.tokens then
           next_line <= (others => '0');
         else
@@ -204,7 +204,7 @@ begin
         address_at(1) <= address_at(1) + 1;
       end if;
 
-      -- Address, pixel and write enable go together, so that a word that was read is written back at its own place.
+      -- Address, sums and write enable move together, so that a word goes back to its own place.
       active_at(1) <= active;
       sums_at(1)   <= sums;
 
@@ -216,7 +216,7 @@ begin
 
       end loop;
 
-      -- A place beyond the memory would never come back into it.
+      -- A reset sets the place to 0: one beyond the memory would never come back into it.
       if reset = '1' then
         next_line <= (others => '0');
       end if;
@@ -241,7 +241,7 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- The taps.
+  -- Taps.
 
   lane : for i in 0 to LANES - 1 generate
 
@@ -256,7 +256,7 @@ begin
     line_above <= signed('0' & word(LINE_BITS + (i + 1) * SUM_BITS - 1 downto LINE_BITS + i * SUM_BITS));
     line_below <= signed('0' & sums_at(READ)((i + 1) * SUM_BITS - 1 downto i * SUM_BITS));
 
-    -- A bit more than a sum: taps work on signed numbers.
+    -- Taps work on signed numbers, so the width is a bit more than that of a sum.
     taps : entity work.three_taps
       generic map (
         VALUE_BITS  => SUM_BITS + 1,
@@ -280,7 +280,7 @@ begin
   end generate lane;
 
   --------------------------------------------------------------------------------------------------
-  -- The token.
+  -- Fields of tokens.
 
   token_at(0)  <= token;
   strobe_at(0) <= token.strobe;
@@ -289,7 +289,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The token keeps its place in its line; its fields of the line are replaced below by those of the line M before.
+      -- A token keeps its place in its line; its fields of the line are replaced below by those of the line M
+      -- before.
       token_at(1 to LATENCY)  <= token_at(0 to LATENCY - 1);
       strobe_at(1 to LATENCY) <= strobe_at(0 to LATENCY - 1);
       if reset = '1' then

@@ -15,22 +15,23 @@ use work.refocus_pkg.all;
 
 package sharpen_pkg is
 
-  -- What a sharpener is built for besides its weights, and what follows from them.
+  -- Sizes of a sharpener, besides its weights.
   type sharpen_build_t is record
-    -- M.
+    -- Micro image size M.
     micro_image_size : positive;
-    -- Pixels of a token, tokens of the longest line, sums of a pixel.
+    -- pixels of a token; tokens of the longest line; channels, sums of a pixel.
     pixels   : positive;
     tokens   : positive;
     channels : positive;
-    -- Largest sum; width of a value between both passes, a signed number.
+    -- Largest sum; width of a value between the two passes, a signed number.
     sum_max     : positive;
     tapped_bits : positive;
-    -- What the taps of columns add, for the rounding behind those of rows.
+    -- Number that the taps of columns add, for the rounding behind the taps of rows.
     rounding : natural;
   end record sharpen_build_t;
 
-  -- Stops elaboration, by a message that begins with a name, if SHARPENING cannot be built for these slices; else true.
+  -- Returns true, or stops elaboration if SHARPENING cannot be built for these slices; the message begins with the
+  -- name.
   function takes_sharpening (
     name          : string;
     sharpening    : string;
@@ -39,7 +40,7 @@ package sharpen_pkg is
     parallel_rows : positive
   ) return boolean;
 
-  -- Bits of the lines of sums that all lanes keep.
+  -- Bits of the lines of sums that the sharpener keeps, for all channels.
   function sharpen_line_bits (
     sharpening       : string;
     micro_image_size : positive;
@@ -52,13 +53,13 @@ package sharpen_pkg is
     sharpening : string
   ) return boolean;
 
-  -- Lines and pixels that sharpening is behind.
+  -- Delay of the sharpener, in lines and in pixels.
   function sharpen_delay (
     sharpening       : string;
     micro_image_size : positive
   ) return natural;
 
-  -- The s of the taps.
+  -- The scale exponent s of the taps.
   function scale_exponent (
     sharpening : string
   ) return positive;
@@ -74,7 +75,7 @@ package sharpen_pkg is
     sharpening : string
   ) return positive;
 
-  -- Whether all slices that are sharpened at all have the same weight.
+  -- Whether all slices with a weight above 0 have the same weight.
   function one_weight (
     sharpening : string
   ) return boolean;
@@ -85,16 +86,16 @@ package sharpen_pkg is
     sharpening : string
   ) return positive;
 
-  -- Clocks of three_taps.
+  -- Latency of three_taps in clocks.
   constant TAPS_LATENCY : positive := 4;
 
-  -- Clocks of sharpen_columns: address, memory 3, taps.
+  -- Latency of sharpen_columns in clocks: address 1, memory 3, taps.
   constant SHARPEN_COLUMNS_LATENCY : positive := 4 + TAPS_LATENCY;
 
-  -- Clocks of sharpen_rows: registers behind the delays, taps, limits 2.
+  -- Latency of sharpen_rows in clocks: registers behind the delays 1, taps, limits 2.
   constant SHARPEN_ROWS_LATENCY : positive := 1 + TAPS_LATENCY + 2;
 
-  -- Clocks of both; 0 without sharpening.
+  -- Latency of both in clocks; 0 without sharpening.
   function sharpen_latency (
     sharpening : string
   ) return natural;
@@ -103,10 +104,10 @@ end package sharpen_pkg;
 
 package body sharpen_pkg is
 
-  -- Weights are whole numbers of 1 / 2**UNIT_BITS.
+  -- Weights are integers in units of 1 / 2**UNIT_BITS.
   constant UNIT_BITS : positive := 6;
 
-  -- A quarter, with which the taps of a dimension double a sum at most.
+  -- The largest weight is a quarter: the taps of a dimension then double a sum at most.
   constant LARGEST_WEIGHT : positive := 16;
 
   function takes_sharpening (
@@ -126,7 +127,7 @@ package body sharpen_pkg is
       report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
       severity failure;
 
-    -- It works on sums that are not rounded yet, in raster order.
+    -- The sharpener works on unrounded sums in raster order.
     assert not sharpens(sharpening) or (exact and parallel_rows = 1)
       report name & ": SHARPENING needs EXACT and PARALLEL_ROWS = 1"
       severity failure;
@@ -147,7 +148,7 @@ package body sharpen_pkg is
       return 0;
     end if;
 
-    -- A word has two lines.
+    -- A word of the memory has two lines.
     return micro_image_size * words * 2 * sum_bits;
 
   end function sharpen_line_bits;
@@ -160,7 +161,7 @@ package body sharpen_pkg is
 
   begin
 
-    -- One weight above 0 is enough: slices with weight 0 then go through the sharpener unchanged.
+    -- One weight above 0 is enough: slices with weight 0 then pass the sharpener unchanged.
     found := false;
 
     for i in 0 to slice_count(sharpening) - 1 loop
@@ -199,8 +200,8 @@ package body sharpen_pkg is
 
       weight := slice_shift(sharpening, i);
 
-      -- A weight that 2**candidate does not make whole needs a bit more; each candidate is tried in
-      -- its turn.
+      -- A weight that is no integer in units of 2**-candidate needs a bit more; candidates are tried in
+      -- ascending order.
       for candidate in 2 to UNIT_BITS - 1 loop
 
         if exponent = candidate and weight mod 2 ** (UNIT_BITS - candidate) /= 0 then
@@ -221,8 +222,8 @@ package body sharpen_pkg is
   ) return natural is
   begin
 
-    -- In units of 1 / 2 ** scale_exponent, the coarsest in which all weights are whole: products are no wider than
-    -- they must be.
+    -- Units of 1 / 2**scale_exponent are the coarsest in which all weights are integers, so products are as
+    -- narrow as possible.
     return slice_shift(sharpening, slice) / 2 ** (UNIT_BITS - scale_exponent(sharpening));
 
   end function side_weight;
@@ -237,7 +238,7 @@ package body sharpen_pkg is
 
     largest := 1;
 
-    -- At least 1, so that widths are positive.
+    -- At least 1, because widths must be positive.
     for i in 0 to slice_count(sharpening) - 1 loop
 
       largest := larger(largest, slice_shift(sharpening, i));
@@ -265,7 +266,7 @@ package body sharpen_pkg is
 
       weight := slice_shift(sharpening, i);
 
-      -- The first weight above 0; the others must be the same, or 0.
+      -- The first weight above 0; all others must equal it or be 0.
       if first = 0 then
         first := weight;
       elsif weight /= 0 and weight /= first then
@@ -289,10 +290,10 @@ package body sharpen_pkg is
 
   begin
 
-    -- Behind the taps a sum is 1 + 4 b times as large at most, which is no more than 2.
+    -- The taps make a sum at most 1 + 4 b times as large, which is at most 2.
     growth := 1;
 
-    -- Compared in 256ths, so that no product exceeds an integer.
+    -- The comparison is in 256ths, so that no product exceeds an integer.
     if (sum_max / 256 + 1) * (2 ** EXPONENT + 4 * largest_side(sharpening)) <
        2 ** (larger(bits_for(sum_max) + EXPONENT, 8) - 8) then
       growth := 0;
@@ -307,7 +308,7 @@ package body sharpen_pkg is
   ) return natural is
   begin
 
-    -- Columns, then rows.
+    -- Columns come first, then rows.
     return choose(sharpens(sharpening), SHARPEN_COLUMNS_LATENCY + SHARPEN_ROWS_LATENCY, 0);
 
   end function sharpen_latency;

@@ -1,11 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The taps of sharpening along rows: each value with those M pixels to its left and right. The result is a sum again.
+-- The taps of sharpening along rows: each value with the values M pixels to its left and right, rounded to a sum
+-- again.
 --
--- Tokens may have several pixels of a line. The neighbours of lane i are in the lanes (i + M) and (i - M) modulo
--- PIXELS_PER_CLOCK, always as many tokens later and earlier.
+-- Tokens may have several pixels of a line. The neighbours of pixel i of a token are pixels (i + M) and (i - M)
+-- modulo PIXELS_PER_CLOCK of other tokens, always the same number of tokens later and earlier.
 --
 -- Latency: divide_up(M, PIXELS_PER_CLOCK) tokens and SHARPEN_ROWS_LATENCY clocks. Throughput: one token each clock.
--- Equation: sum(k) = three_taps of value(k), value(k - M), value(k + M), over 4**s, limited to 0 .. SUM_MAX.
+-- Equation: sum(k) = three_taps of value(k), value(k - M), value(k + M), divided by 4**s, limited to 0 .. SUM_MAX.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,23 +21,23 @@ use work.sharpen_pkg.all;
 
 entity sharpen_rows is
   generic (
-    -- What the sharpener is built for, and the weight of each slice in 64ths, with blanks in between.
+    -- Sizes of the sharpener, and the weight of each slice in 64ths, with blanks in between.
     BUILD      : sharpen_build_t;
     SHARPENING : string
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, which says of its line what holds for it, and the pixels that a line's last token has.
+    -- A token, with the fields of its line; and which pixels a line's last token has.
     token    : in    token_t;
     line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    -- Whether the slice is sharpened.
+    -- Whether the token's slice is sharpened.
     sharpened : in    std_logic;
     -- The values of a token, channel 0 of pixel 0 in the low bits.
     values : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.tapped_bits - 1 downto 0);
-    -- The same behind the taps.
+    -- The token behind the taps.
     out_token : out   token_t;
-    -- Sums; 0 behind a line's last pixel.
+    -- Its sums; 0 behind a line's last pixel.
     out_sums : out   std_logic_vector(BUILD.pixels * BUILD.channels * bits_for(BUILD.sum_max) - 1 downto 0)
   );
 end entity sharpen_rows;
@@ -50,13 +51,13 @@ architecture rtl of sharpen_rows is
   constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
   constant SCALE_BITS : positive := scale_exponent(SHARPENING);
   constant TAP_BITS   : positive := BUILD.tapped_bits + SCALE_BITS + 1;
-  -- Of them in front of the point.
+  -- Integer bits of the result.
   constant WHOLE_BITS : positive := BUILD.tapped_bits + 1 - SCALE_BITS;
 
-  -- Tokens that the pixel in the middle waits.
+  -- Tokens that the middle pixel waits for its right neighbour.
   constant DELAY : positive := divide_up(M, PIXELS);
 
-  -- Of a token, until it comes out: tokens up to the one whose pixels are in the middle, clocks behind it.
+  -- Length of a token's delay: DELAY tokens up to the middle pixel, then clocks.
   constant LAST : positive := DELAY + SHARPEN_ROWS_LATENCY;
 
   type lanes_t is array (1 to LAST) of std_logic_vector(PIXELS - 1 downto 0);
@@ -64,15 +65,16 @@ architecture rtl of sharpen_rows is
   -- Clocks from a token to the sums behind the taps.
   constant TAPS_DONE : positive := 1 + TAPS_LATENCY;
 
-  -- Tokens of the line before this one, up to DELAY: until then the pixel in the middle has no left neighbour.
+  -- Tokens of the line before this one, counted up to DELAY: the middle pixel has no left neighbour until then.
   signal tokens_before : natural range 0 to DELAY := 0;
   signal tokens_now    : natural range 0 to DELAY;
-  -- The pixels that the token has, and whether so many tokens of its line come before it.
+  -- lanes_now: which pixels the token has. full_now, nearly_now: DELAY, or one fewer, tokens of its line come
+  -- before it.
   signal lanes_now  : std_logic_vector(PIXELS - 1 downto 0);
   signal full_now   : std_logic;
   signal nearly_now : std_logic;
-  -- The fields of a token, whether it is sharpened, which pixels it has, and whether DELAY tokens of its line come
-  -- before it, or one fewer.
+  -- The token's fields: whether it is sharpened, which pixels it has, whether DELAY tokens (full) or one fewer
+  -- (nearly) of its line come before it.
   signal token_at     : tokens_t(1 to LAST)                         := (others => NO_TOKEN);
   signal sharpened_at : std_logic_vector(1 to LAST)                 := (others => '0');
   signal lanes_at     : lanes_t                                     := (others => (others => '0'));
@@ -80,15 +82,16 @@ architecture rtl of sharpen_rows is
   signal nearly_at    : std_logic_vector(1 to LAST)                 := (others => '0');
   signal strobe_at    : std_logic_vector(0 to SHARPEN_ROWS_LATENCY) := (others => '0');
   signal slice_tap    : unsigned(SLICE_BITS - 1 downto 0);
-  -- Idle clocks must not move the middle: delays up to the middle count tokens, behind it clocks.
+  -- The middle pixels. Delays up to the middle count tokens, so that idle clocks do not move it; delays behind it
+  -- count clocks.
   signal middle : std_logic_vector(PIXELS * PIXEL_BITS - 1 downto 0);
 
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- The fields of tokens.
+  -- Fields of tokens.
 
-  -- Counted up to DELAY only: more tokens before a pixel change nothing.
+  -- The count stops at DELAY, because more tokens in front change nothing.
   tokens_now <= 0 when begins_line(token) = '1' else
                 tokens_before when tokens_before = DELAY else
                 tokens_before + 1;
@@ -99,7 +102,7 @@ begin
                   '0';
   strobe_at(0) <= token.strobe;
 
-  -- A pixel that the token does not have is no neighbour.
+  -- A pixel that the token lacks is no neighbour.
   every_lane : for i in 0 to PIXELS - 1 generate
     lanes_now(i) <= token.pixel and (line_end(i) or not token.line_last);
   end generate every_lane;
@@ -119,7 +122,8 @@ begin
 
       for i in 2 to LAST loop
 
-        -- Up to the middle with tokens, as its pixels; from there on with clocks, as the taps.
+        -- Up to the middle fields move with tokens like the pixels; behind it they move with clocks like the
+        -- taps.
         if token.strobe = '1' or i > DELAY then
           token_at(i)     <= token_at(i - 1);
           sharpened_at(i) <= sharpened_at(i - 1);
@@ -132,8 +136,7 @@ begin
 
       strobe_at(1 to SHARPEN_ROWS_LATENCY) <= strobe_at(0 to SHARPEN_ROWS_LATENCY - 1);
       if reset = '1' then
-        -- Fields without strobe do not count; the pixel mark is looked at from the neighbours'
-        -- side.
+        -- Only tokens with strobe count; the neighbours look at the pixel mark.
         strobe_at(1 to SHARPEN_ROWS_LATENCY) <= (others => '0');
 
         for i in 1 to DELAY loop
@@ -154,9 +157,9 @@ begin
 
   lane : for i in 0 to PIXELS - 1 generate
 
-    -- Tokens from the pixel in the middle to its neighbours, and their lanes.
-    -- Whole tokens to the right, the rest is another lane; to the left the same, counted from DELAY
-    -- tokens earlier, so that nothing is negative.
+    -- Tokens from the middle pixel to its neighbours, and the neighbours' numbers within their tokens. To the
+    -- right: whole tokens and the rest. To the left the same, counted from DELAY tokens earlier so that no
+    -- number is negative.
     constant RIGHT_TOKENS : natural := (i + M) / PIXELS;
     constant RIGHT_LANE   : natural := (i + M) mod PIXELS;
     constant LEFT_TOKENS  : natural := (DELAY * PIXELS + PIXELS - 1 + M - i) / PIXELS - DELAY;
@@ -164,7 +167,7 @@ begin
 
     subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
 
-    -- The pixel and its neighbours as they come, and those under way until the last of them is there.
+    -- The pixel and its neighbours as they come, and those that wait until the last of the three has come.
     signal own         : pixel_t;
     signal right       : pixel_t;
     signal left        : pixel_t;
@@ -187,7 +190,7 @@ begin
 
     middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS) <= delayed(owns, own, DELAY);
 
-    -- A neighbour is there if its token belongs to the line, and has this pixel.
+    -- A neighbour exists if its token belongs to the line and has that pixel.
     right_now : if RIGHT_TOKENS = DELAY generate
       right_there <= full_now and lanes_now(RIGHT_LANE);
     end generate right_now;
@@ -250,16 +253,16 @@ begin
           result        => tapped
         );
 
-      -- OFFSET has rounded already, so the fraction bits are cut.
+      -- OFFSET has rounded already, so the fraction bits are cut off.
       whole <= tapped(TAP_BITS - 1 downto 2 * SCALE_BITS);
 
       limit : process (clk) is
       begin
 
         if rising_edge(clk) then
-          -- A negative sum and a pixel behind the line end alike: as zero.
+          -- A negative sum becomes 0, and so does a pixel behind the line's end.
           none <= whole(whole'high) or not lanes_at(DELAY + TAPS_DONE)(i);
-          -- Compared a clock before the choice, as the sum has many bits.
+          -- The comparison has a clock of its own, because the sum has many bits.
           above_all <= '0';
 
           if whole > BUILD.sum_max then
@@ -286,7 +289,7 @@ begin
   end generate lane;
 
   --------------------------------------------------------------------------------------------------
-  -- Out.
+  -- Results.
 
   give : process (token_at, strobe_at) is
   begin

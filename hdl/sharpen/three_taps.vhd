@@ -1,12 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Three taps: a value, and its neighbours on both sides as far as there are any.
+-- Three taps: a value, and its neighbours on both sides where they exist.
 --
--- It takes differences to the neighbours; one that is missing counts as the value itself. Each clock has one addition
--- at most.
+-- The taps work on differences to the neighbours; a missing neighbour counts as the value itself. Each clock has at
+-- most one addition.
 --
 -- Latency: TAPS_LATENCY clocks. Throughput: one value each clock.
--- Equation: result = 2**SCALE_BITS * value + side * sum over the neighbours that are there (value - neighbour)
---   + OFFSET.
+-- Equation: result = 2**SCALE_BITS * value + side * sum over existing neighbours (value - neighbour) + OFFSET.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -21,22 +20,22 @@ entity three_taps is
   generic (
     -- Width of a value, a signed number.
     VALUE_BITS : positive;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
+    -- The weight of each slice in 64ths, with blanks in between.
     SHARPENING : string;
-    -- What is added, 0 to 2**SCALE_BITS - 1.
+    -- Number added to the result, 0 to 2**SCALE_BITS - 1.
     OFFSET : natural := 0;
     -- Width of the result.
     RESULT_BITS : positive
   );
   port (
     clk : in    std_logic;
-    -- A value and its neighbours, and which of them are there.
+    -- A value and its neighbours, and which neighbours exist.
     value         : in    signed(VALUE_BITS - 1 downto 0);
     earlier       : in    signed(VALUE_BITS - 1 downto 0);
     later         : in    signed(VALUE_BITS - 1 downto 0);
     earlier_there : in    std_logic;
     later_there   : in    std_logic;
-    -- The slice, 2 clocks behind the value; counts where slices have several weights above 0.
+    -- The slice, 2 clocks behind the value; only read if slices have several weights above 0.
     slice_2 : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
     result  : out   signed(RESULT_BITS - 1 downto 0)
   );
@@ -47,7 +46,7 @@ architecture rtl of three_taps is
   constant SCALE_BITS : positive := scale_exponent(SHARPENING);
   constant SIDE       : positive := largest_side(SHARPENING);
   constant SIDE_BITS  : positive := bits_for(SIDE) + 1;
-  -- Of the differences, times a side weight.
+  -- Width of the differences' sum times a side weight.
   constant PRODUCT_BITS : positive := VALUE_BITS + 2 + SIDE_BITS;
 
   -- Trailing zeros of a number below 32.
@@ -73,7 +72,7 @@ architecture rtl of three_taps is
 
   end function lowest_bit;
 
-  -- Clocks behind the value are part of the names.
+  -- Names of signals end in the number of clocks behind the value.
   signal value_1   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_2   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_3   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
@@ -85,15 +84,15 @@ architecture rtl of three_taps is
 
 begin
 
-  -- The value times 2**SCALE_BITS, with OFFSET in the places of its fraction: that takes no adder.
+  -- The value times 2**SCALE_BITS has OFFSET in its fraction bits: this takes no adder.
   scaled_3 <= resize(value_3 & signed(to_unsigned(OFFSET, SCALE_BITS)), RESULT_BITS);
 
   add : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- 1: differences to the neighbours that are there; 2: their sum; 3 (below): times the side
-      -- weight; 4: the result.
+      -- Clock 1: differences to existing neighbours. 2: their sum. 3 (below): times the side weight. 4: the
+      -- result.
       value_1   <= value;
       earlier_1 <= (others => '0');
       later_1   <= (others => '0');
@@ -115,13 +114,13 @@ begin
 
   end process add;
 
-  -- The only side weight, as a sum or a difference of two powers of two where it is one (not 11 and 13).
+  -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder.
   one_side : if one_weight(SHARPENING) generate
 
     constant LOW_BIT : natural := lowest_bit(SIDE);
-    -- Without its trailing zeros.
+    -- The side weight without its trailing zeros.
     constant ODD : positive := SIDE / 2 ** LOW_BIT;
-    -- The power of two that is nearest to it.
+    -- The power of two that is nearest to ODD.
     constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
 
     signal scaled : signed(PRODUCT_BITS - 1 downto 0);
@@ -155,7 +154,7 @@ begin
 
     type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
 
-    -- The weight by slice; a number beyond the set, which never comes, has the largest one.
+    -- The weight of each slice. Numbers beyond the set do not occur; they have the largest weight.
     function side_table return sides_t is
 
       variable table : sides_t;

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The moving sums of one slice of a focal stack over columns.
+-- The moving sums of one slice of a focal stack, over columns.
 --
--- From the column memory that all slices share it takes the pixel that enters the sum and the one that leaves it; their
--- places depend on the phase alone.
+-- From the column memory that all slices share, the entity takes the pixel that enters the sum and the one that
+-- leaves it. Their places depend on the phase alone.
 --
--- Latency: 7 clocks from a token to its sum, output_delay lines. Throughput: one token each clock; the same
---   column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Latency: output_delay lines and 7 clocks. Throughput: one token each clock; one column comes at least
+-- PARTIAL_SUM_LOOP clocks apart.
 -- Equation: sum += entering pixel - leaving pixel; see sum_schedule_pkg.
 
 library ieee;
@@ -21,32 +21,32 @@ use work.focal_stack_pkg.all;
 
 entity column_sum is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
-    -- Which of the slices.
+    -- The slice of this entity.
     SLICE : natural;
     -- Longest line in pixels.
     COLUMNS : positive;
-    -- Pixels of a token.
+    -- Values of a token that have sums of their own: channels of its pixels.
     LANES : positive;
-    -- Width of a lane of a pixel.
+    -- Width of such a value.
     LANE_BITS : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A line begins; whether it is the first of a frame, and whether it belongs to the frame.
+    -- step: a line begins; first: it is a frame's first line; live: it belongs to the frame.
     step  : in    std_logic;
     first : in    std_logic;
     live  : in    std_logic;
     -- 1 clock behind step: phase of the line.
     phase_1 : out   natural range 0 to larger(GEOMETRY.micro_image_size - 1, 1);
-    -- Of a token: its column, then whether it has a pixel, the pixel, and what the memory holds of its column.
+    -- For each token: its column; whether it has a pixel; the pixel; the memory's word for its column.
     column_2  : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_3  : in    std_logic;
     pixel_3   : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
     history_3 : in    std_logic_vector(history_word_bits(GEOMETRY, LANES * LANE_BITS) - 1 downto 0);
-    -- The lanes.
+    -- The sums of the token's values.
     sum : out   std_logic_vector(LANES * column_sum_bits(GEOMETRY.micro_image_size, LANE_BITS) - 1 downto 0)
   );
 end entity column_sum;
@@ -65,8 +65,8 @@ architecture rtl of column_sum is
 
   constant NO_SLICE : unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0) := (others => '0');
 
-  -- By phase: the place in its shift register of the pixel that enters, -1 for the line that is just coming in, and
-  -- the place of the register among all.
+  -- For each phase: the place of the entering pixel in its shift register (-1 for the line that is just coming
+  -- in), and the place of that register in the word.
   type places_t is array (natural range 0 to M - 1) of integer;
 
   function enter_table return places_t is
@@ -75,7 +75,7 @@ architecture rtl of column_sum is
 
   begin
 
-    -- Which pixel enters depends on the phase alone: a multiplexer of M wired choices instead of an address.
+    -- The phase alone decides which pixel enters: a multiplexer with M fixed inputs, no address.
     for v in 0 to M - 1 loop
 
       table(v) := history_place(GEOMETRY, SLICE, v);
@@ -105,7 +105,7 @@ architecture rtl of column_sum is
   constant ENTERS_AT : places_t := enter_table;
   constant BASE_OF   : places_t := base_table;
 
-  -- The pixel of a phase that enters, or the one `later` places behind it; none if the memory does not have it yet.
+  -- The phase's pixel that enters, or the one `later` places behind it; zero if the memory does not hold it yet.
   function pixel_at (
     words : std_logic_vector;
     phase : natural;
@@ -126,8 +126,8 @@ architecture rtl of column_sum is
 
   end function pixel_at;
 
-  -- Clocks behind the token are part of the names.
-  -- Which pixel enters is a choice of words that are there already: all slices read the same memory.
+  -- Names of signals end in the number of clocks behind the token. All slices read the same word of the memory;
+  -- entering pixels are chosen from it.
   signal ring          : ring_control_t;
   signal enter_phase_3 : phase_t       := 0;
   signal choice_3      : pixel_choice_t;
@@ -142,7 +142,7 @@ begin
 
   phase_1 <= ring.phase_1;
 
-  -- Of one slice alone, so its tables are constants.
+  -- The control is built for one slice alone, so its tables are constants.
   control : entity work.moving_sum_control
     generic map (
       GEOMETRY    => GEOMETRY,
@@ -172,14 +172,15 @@ begin
       entering_4 <= (others => '0');
       leaving_4  <= (others => '0');
 
-      -- By comparison with each phase: its words are wired, so there is no address to be computed.
+      -- The loop compares with each phase: its pixels are at fixed places of the word, so no address is
+      -- computed.
       for v in 0 to M - 1 loop
 
         if enter_phase_3 = v then
           if choice_3.enter = '1' then
             entering_4 <= pixel_at(history_3, v, 0);
           end if;
-          -- Where nothing ever leaves, the memory does not have the word.
+          -- If no pixel ever leaves, the memory does not hold the place.
           if choice_3.leave = '1' and pixels_leave(GEOMETRY) then
             leaving_4 <= pixel_at(history_3, v, 1);
           end if;
@@ -187,7 +188,7 @@ begin
 
       end loop;
 
-      -- Last, so that it wins: the pixel that has just come is not in the memory yet.
+      -- This assignment comes last and wins: the pixel that has just come is not in the memory yet.
       if choice_3.enter = '1' and choice_3.enter_now = '1' then
         entering_4 <= pixel_3;
       end if;
@@ -198,7 +199,7 @@ begin
 
   end process pick;
 
-  -- It keeps running and first sums for each column; with held results those, too.
+  -- The adder keeps running and first sums of each column; with held outputs their results too.
   adder : entity work.moving_sum_adder
     generic map (
       COLUMNS      => COLUMNS,

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The places in the shared column memory at which the slices of a focal stack find their pixels.
 --
--- The lines of each phase form a shift register: each line that arrives moves those of its phase by one place. With
--- frames a multiple of M lines apart, every M-th line is of a phase, so the place of a pixel of a given age never
--- changes. Ages are those of sum_schedule_pkg. All functions are evaluated at elaboration only.
+-- The lines of each phase form a shift register: each line that arrives moves those of its phase by one place.
+-- Frames are a multiple of M lines apart, so every M-th line is of a phase, and a pixel of a given age is always at
+-- the same place. Ages are those of sum_schedule_pkg. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -18,7 +18,7 @@ use work.sum_lanes_pkg.all;
 
 package focal_stack_pkg is
 
-  -- Stops elaboration, by a message that begins with a name, if the stack cannot be built; else true.
+  -- Returns true, or stops elaboration if the stack cannot be built; the message begins with the name.
   function takes_stack (
     name        : string;
     geometry    : geometry_t;
@@ -42,41 +42,41 @@ package focal_stack_pkg is
     phase    : natural
   ) return natural;
 
-  -- Lines of all phases before a phase (phase = M: of all).
+  -- Lines of all phases before this one (phase = M: of all phases).
   function history_base (
     geometry : geometry_t;
     phase    : natural
   ) return natural;
 
-  -- Bits of a word of all of them; one more than they need, because a vector without bits is no port.
+  -- Width of a word with the pixels of all phases; one bit more than needed, because ports need at least one bit.
   function history_word_bits (
     geometry   : geometry_t;
     pixel_bits : positive
   ) return positive;
 
-  -- Width of the sums of a slice over columns.
+  -- Width of one sum of a slice over columns.
   function column_sum_bits (
     micro_image_size : positive;
     lane_bits        : positive
   ) return positive;
 
-  -- The same of all lanes and slices.
+  -- Width of the column sums of all slices, for a whole token.
   function stack_sum_bits (
     geometry  : geometry_t;
     lanes     : positive;
     lane_bits : positive
   ) return positive;
 
-  -- Clocks from a token at the columns' input to their output.
+  -- Latency of stack_columns in clocks.
   constant STACK_COLUMN_LATENCY : positive := 7;
 
-  -- Clocks of the slowest row stage of several pixels a token: its slices have as many or one fewer.
+  -- Latency of the slowest row stage with several pixels a token; slices take that many clocks or one fewer.
   function stack_lanes_latency (
     geometry : geometry_t;
     pixels   : positive
   ) return positive;
 
-  -- Clocks from a token at the stack array's input to its output.
+  -- Latency of the stack array in clocks.
   function stack_array_latency (
     geometry : geometry_t;
     pixels   : positive
@@ -109,14 +109,14 @@ package body focal_stack_pkg is
     sums := 0;
     bits := 0;
 
-    -- Bits of memory a column: pixels for all slices; of each slice running and first sums, and held
-    -- ones. A line of one token keeps them in registers.
+    -- Bits of memory for a column: pixels for all slices, and running sums, first sums and held results of each
+    -- slice. A line of one token keeps them in registers.
     if max_columns > 1 or pixels > 1 then
 
       for i in 0 to geometry.slices - 1 loop
 
-        -- Running and first sums; a third where the slice holds outputs, a fourth where a line
-        -- begins within a group.
+        -- Running and first sums; results if the slice holds outputs; held first sums if a line begins
+        -- within a group.
         sums := sums + 2 + choose(group_size(geometry, i) > 1, 1, 0) + choose(begins_group(geometry, i, 0), 0, 1);
 
       end loop;
@@ -135,7 +135,7 @@ package body focal_stack_pkg is
   ) return integer is
   begin
 
-    -- Lines of a phase are M apart, so of the ages at which its pixels may be read one in M counts.
+    -- Lines of a phase are M apart, so one place is M steps of age.
     return divide_up(entering_age(geometry, slice, phase), geometry.micro_image_size) - 1;
 
   end function history_place;
@@ -149,10 +149,10 @@ package body focal_stack_pkg is
 
   begin
 
-    -- Lines of a phase are M apart; one that has just come is not in the memory yet.
+    -- Lines of a phase are M apart; the one that has just come is not in the memory yet.
     lines := divide_up(oldest_entering(geometry, phase), geometry.micro_image_size);
 
-    -- The line that leaves is M older than the one that enters: the next one of its phase.
+    -- The leaving line is M lines older than the entering one: the next of its phase.
     if pixels_leave(geometry) then
       lines := lines + 1;
     end if;
@@ -170,7 +170,7 @@ package body focal_stack_pkg is
 
   begin
 
-    -- The registers of the phases lie one behind the other in a word.
+    -- The shift registers of the phases lie side by side in a word.
     lines := 0;
 
     for v in 0 to phase - 1 loop
@@ -189,7 +189,7 @@ package body focal_stack_pkg is
   ) return positive is
   begin
 
-    -- One bit more, which is 0: a set that needs no line of any phase would have a word without bits.
+    -- One bit more, always 0: a set that needs no line of any phase would else have an empty word.
     return history_base(geometry, geometry.micro_image_size) * pixel_bits + 1;
 
   end function history_word_bits;
@@ -200,7 +200,7 @@ package body focal_stack_pkg is
   ) return positive is
   begin
 
-    -- M pixels of full white.
+    -- The sum of M white pixels.
     return bits_for(micro_image_size * (2 ** lane_bits - 1));
 
   end function column_sum_bits;
@@ -249,7 +249,7 @@ package body focal_stack_pkg is
 
     rows := sum_stage_latency(false, 1);
 
-    -- Of several pixels a token rows take another entity.
+    -- With several pixels a token, lane_stage filters the rows.
     if pixels > 1 then
       rows := stack_lanes_latency(geometry, pixels);
     end if;

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The column memory of a focal stack: the lines of each phase as a shift register of pixels.
 --
--- One word for each column and phase holds the pixels of the phase's last lines. When a line arrives, the word that was
--- read is written back, moved by one place, with the new pixel in front. All words of a column are read at once, so any
--- number of slices find their pixels there, and the column is the only address.
+-- One word for each column and phase holds the pixels of the phase's last lines. When a line arrives, the word that
+-- was read is written back, shifted by one place, with the new pixel in front. All words of a column are read at
+-- once, so any number of slices find their pixels, and the column is the only address.
 --
--- Latency: 2 clocks. Throughput: one column each clock; the same one again 3 clocks later at the earliest.
+-- Latency: 2 clocks. Throughput: one column each clock; one column comes at least 3 clocks apart.
 -- Equation: history(phase) = history(phase) moved one place on & pixel.
 
 library ieee;
@@ -19,7 +19,7 @@ use work.focal_stack_pkg.all;
 
 entity line_history is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
     -- Longest line in pixels.
     COLUMNS : positive;
@@ -28,14 +28,15 @@ entity line_history is
   );
   port (
     clk : in    std_logic;
-    -- Address.
+    -- The column to read.
     column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
-    -- 2 clocks behind it: marks a pixel that comes in, its phase, its column again, and the pixel.
+    -- 2 clocks behind the address: whether a pixel comes in, its line's phase, its column, and the pixel.
     active   : in    std_logic;
     phase    : in    natural range 0 to larger(GEOMETRY.micro_image_size - 1, 1);
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
-    -- With them the pixels of all phases before it, phase 0 and the newest line of a phase in the low bits.
+    -- 2 clocks behind the address: the pixels of all phases before this one; phase 0, and the newest line of a
+    -- phase, in the low bits.
     history : out   std_logic_vector(history_word_bits(GEOMETRY, PIXEL_BITS) - 1 downto 0)
   );
 end entity line_history;
@@ -44,7 +45,7 @@ architecture rtl of line_history is
 
   type lines_t is array (natural range 0 to GEOMETRY.micro_image_size) of natural;
 
-  -- Lines of all phases before one.
+  -- Lines of all phases in front of each phase.
   function lines_before return lines_t is
 
     variable before : lines_t;
@@ -85,8 +86,8 @@ begin
 
     begin
 
-      -- A shift register of lines for each column: read, moved on by the new pixel, written back two clocks later.
-      -- Only the lines of one phase move in a line, so a memory for each phase is written a line in M.
+      -- Each column has a shift register of lines: read, shifted by the new pixel, written back two clocks
+      -- later. A line moves only its own phase, so each phase's memory is written once in M lines.
       moved        <= word & pixel;
       write_enable <= active when phase = v else
                       '0';

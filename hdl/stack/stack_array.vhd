@@ -1,18 +1,20 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The arithmetic of a focal stack: all slices of each pixel, from one column memory.
 --
--- Columns come first, so that the memory holds the input pixels and all slices share it. Behind it each slice has its
--- own moving sums, over columns and then over rows, and one division at the end.
+-- Columns come first, so that the memory holds the input pixels and all slices share it. Behind the memory each slice
+-- has its own moving sums, over columns and then over rows, and one division at the end.
 --
--- A token may hold several neighbouring pixels. For columns they are channels of one wider pixel; for rows each slice
--- has its own lane_stage, as sums over columns differ from slice to slice. In the last token of a line, pixels behind
+-- A token may hold several neighbouring pixels. Column filters treat them as channels of one wider pixel. For rows each
+-- slice has a lane_stage, because sums over columns differ from slice to slice. In a line's last token, pixels behind
 -- the line's end count as zero and come out as zero.
 --
--- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay; with several pixels a token D lines,
---   D' tokens and these clocks, D' = lane_delay. Throughput: one token of all slices each clock, in lines of D + 1
---   tokens at least (D' + 1 with several pixels); frames begin D + 1 lines apart at least, and a multiple of M lines;
---   empty tokens and lines must make up for what is missing.
--- Equation: as fir_array, for each slice; latency with weights: scaler_latency for DIVIDE_LATENCY.
+-- Latency: D lines, D + 1 tokens and stack_array_latency clocks with one pixel a token, D = output_delay; D lines, D'
+-- tokens and stack_array_latency clocks with several, D' = lane_delay. With weights scaler_latency replaces
+-- DIVIDE_LATENCY.
+-- Throughput: one token of all slices each clock. Lines need at least D + 1 tokens (D' + 1 with several pixels); frames
+-- begin at least D + 1 lines apart, and a multiple of M lines. Empty tokens and flush lines make up for what is
+-- missing.
+-- Equation: that of fir_array, for each slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -32,33 +34,33 @@ entity stack_array is
   generic (
     -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The slices: a' of each in pixels, with blanks in between.
+    -- The shift of each slice in pixels, with blanks in between.
     SHIFTS : string;
-    -- Whether the picture stays put from slice to slice.
+    -- true: the picture stays put from slice to slice.
     CENTRED : boolean := true;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
-    -- P: pixels of a token.
+    -- P, pixels of a token.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Width of the weights that divide the sums, exact ones of one pixel a token; 0: M * M divides them.
+    -- Width of the weights that divide the sums (one pixel a token); 0: the sums are divided by M * M.
     WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and its pixels; pixel 0 and channel 0 in the low bits.
+    -- A token and its pixels; pixel 0 and channel 0 in the low bits.
     token      : in    token_t;
     token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The pixels that a line's last token has; the same while a frame is under way.
+    -- Which pixels a line's last token has; constant while a frame is under way.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- The weight of each slice (border_weights), with its sums.
+    -- The weight of each slice (from border_weights), in the clock of its sums.
     weights : in    std_logic_vector(slice_count(SHIFTS) * larger(WEIGHT_BITS, 1) - 1 downto 0);
-    -- The result of a token, and its pixels: all slices of pixel 0, slice 0 and channel 0 in the low bits, then of the
-    -- next one.
+    -- The result of a token and its pixels: all slices of pixel 0 (slice 0, channel 0 in the low bits), then all slices
+    -- of pixel 1.
     result      : out   result_t;
     result_data : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
@@ -85,12 +87,12 @@ architecture rtl of stack_array is
   constant COLUMN_MAX : positive := M * PIXEL_MAX;
   constant SUM_MAX    : positive := M * COLUMN_MAX;
 
-  -- Of a channel: column sums, results; of all lanes: column sums.
+  -- Widths of a column sum and of a result of one channel; WIDE_BITS: the column sums of a slice for a whole token.
   constant COLUMN_BITS : positive := bits_for(COLUMN_MAX);
   constant SUM_BITS    : positive := bits_for(SUM_MAX);
   constant WIDE_BITS   : positive := LANES * COLUMN_BITS;
 
-  -- The slice whose row stage takes longest: the others' sums wait for it.
+  -- The slice whose row stage takes longest; the sums of other slices wait for it.
   function slowest return natural is
   begin
 
@@ -106,7 +108,7 @@ architecture rtl of stack_array is
 
   end function slowest;
 
-  -- The token's pixels that lie in its line; behind the columns; behind the rows of each slice.
+  -- The token's pixels within its line; then token and sums behind the columns, and behind the rows of each slice.
   signal own_pixels   : std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
   signal column_token : token_t;
   signal column_data  : std_logic_vector(SLICES * WIDE_BITS - 1 downto 0);
@@ -114,14 +116,14 @@ architecture rtl of stack_array is
   signal last_token   : token_t;
   signal summed       : result_t;
   signal sums         : std_logic_vector(SLICES * LANES * SUM_BITS - 1 downto 0);
-  -- The pixels, the lanes of slice 0 in the low bits.
+  -- The pixels of all slices, those of slice 0 in the low bits.
   signal pixels : std_logic_vector(SLICES * LANES * PIXEL_BITS - 1 downto 0);
 
 begin
 
   own_pixels <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
-  -- Pixels of a token are channels of one pixel for columns, as they never mix there.
+  -- Column filters treat the pixels of a token as channels.
   columns : entity work.stack_columns
     generic map (
       GEOMETRY  => GEOMETRY,
@@ -207,11 +209,12 @@ begin
 
   end generate slice;
 
-  -- All slices have the same delay, so one of them says what the results are.
+  -- All slices have the same delay, so one of them provides the token.
   last_token <= row_token(slowest);
   summed     <= result_of(last_token);
 
-  -- All slices are divided alike; with weights each slice has its own, as its views leave the border elsewhere.
+  -- All slices are divided alike; with weights each slice has its own, because each slice loses other views at the
+  -- border.
   scale : entity work.result_scaler
     generic map (
       LANES        => SLICES * LANES,
@@ -230,7 +233,7 @@ begin
       pixels  => pixels
     );
 
-  -- Lanes of a slice are neighbours in the engine, slices of a pixel in the stream.
+  -- The engine has the pixels of a slice side by side, the stream the slices of a pixel.
   all_pixels : for j in 0 to P - 1 generate
 
     all_slices : for s in 0 to SLICES - 1 generate

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The column pass of a focal stack: one memory of pixels, and for each slice its moving sums.
 --
--- Lines must begin output_delay + 1 lines before those of the next frame, and a multiple of M lines; the sequencer
--- appends empty ones.
+-- Frames must begin at least output_delay + 1 lines apart, and a multiple of M lines; the sequencer appends flush
+-- lines.
 --
--- Latency: output_delay lines and STACK_COLUMN_LATENCY clocks. Throughput: one token each clock; the same
---   column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Latency: output_delay lines and STACK_COLUMN_LATENCY clocks. Throughput: one token each clock; one column comes at
+-- least PARTIAL_SUM_LOOP clocks apart.
 -- Equation: for each slice sum += entering pixel - leaving pixel; see sum_schedule_pkg.
 
 library ieee;
@@ -20,19 +20,19 @@ use work.focal_stack_pkg.all;
 
 entity stack_columns is
   generic (
-    -- M, the slices, and what follows from them.
+    -- Geometry of the slices.
     GEOMETRY : geometry_t;
     -- Longest line in pixels.
     COLUMNS : positive;
-    -- Pixels of a token.
+    -- Values of a token that have sums of their own: channels of its pixels.
     LANES : positive;
-    -- Width of a lane of the input.
+    -- Width of such a value.
     LANE_BITS : positive
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and its lanes.
+    -- A token and its values.
     token : in    token_t;
     data  : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
     -- The token behind the pass (token_path), and the sums, slice 0 in the low bits.
@@ -58,14 +58,14 @@ architecture rtl of stack_columns is
 
   type pixels_t is array (1 to 3) of std_logic_vector(PIXEL_BITS - 1 downto 0);
 
-  -- A pixel, and the first of its line.
+  -- active: the token has a pixel; step: the first pixel of its line.
   signal active : std_logic;
   signal step   : std_logic;
-  -- The same of all slices.
+  -- The phase of the line. All slices have the same.
   signal phase_1 : phases_t;
   signal phase_2 : phase_t := 0;
   signal phase_3 : phase_t := 0;
-  -- The line that comes in and the lines before it, both of the same column, for all slices.
+  -- The pixels that come in, and the memory's word of the same column with the lines before, for all slices.
   signal pixel_at  : pixels_t := (others => (others => '0'));
   signal history_3 : std_logic_vector(HISTORY_BITS - 1 downto 0);
 
@@ -81,7 +81,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The column is counted and not given: empty tokens between pixels must not move it.
+      -- The column is counted here, because tokens carry none; empty tokens between pixels must not move it.
       if step = '1' then
         column_at(1) <= (others => '0');
       elsif active = '1' then
@@ -91,7 +91,7 @@ begin
       active_at         <= active & active_at(1 to 2);
       pixel_at(1)       <= data;
       pixel_at(2 to 3)  <= pixel_at(1 to 2);
-      -- The phase counts lines modulo M, and these are the same in all slices.
+      -- The phase counts lines modulo M, so all slices have the same: slice 0 provides it.
       phase_2 <= phase_1(0);
       phase_3 <= phase_2;
       if reset = '1' then
@@ -101,7 +101,7 @@ begin
 
   end process count_columns;
 
-  -- One memory for all slices: they differ only in which of its words they take.
+  -- One memory serves all slices, which differ only in the pixels that they take from its word.
   memory : entity work.line_history
     generic map (
       GEOMETRY   => GEOMETRY,
@@ -118,7 +118,7 @@ begin
       history  => history_3
     );
 
-  -- The large part, the memory of pixels, is shared. Each slice adds only an adder and a word a column.
+  -- The large memory of pixels is shared. Each slice adds only an adder and a word for each column.
   slice : for s in 0 to SLICES - 1 generate
 
     sums : entity work.column_sum
@@ -145,7 +145,7 @@ begin
 
   end generate slice;
 
-  -- One for all slices, as all have the same delay.
+  -- All slices have the same delay, so one path of tokens serves all.
   path : entity work.token_path
     generic map (
       LATENCY => STACK_COLUMN_LATENCY,
@@ -160,8 +160,9 @@ begin
       out_token => out_token
     );
 
-  -- Frames share the phases of the memory's lines, and a frame's first outputs follow its predecessor's last ones.
-  -- Marks without an image are what a reset has left in the path of the tokens.
+  -- Simulation stops if a frame comes too early: frames share the phases of the memory's lines, and a frame's
+  -- first outputs follow the last outputs of the frame before. Marks without an image are left in the path of
+  -- tokens by a reset and do not count.
   watch_frames : process (clk) is
 
     variable lines : integer := -1;
