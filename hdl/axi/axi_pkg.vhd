@@ -76,7 +76,7 @@ package axi_pkg is
   -- A bit for each register.
   subtype registers_t is std_logic_vector(0 to REGISTERS_TOTAL - 1);
 
-  -- Those registers of `modes` that exist in a core with these parts; parts is the content of the register `parts`.
+  -- The registers of `modes` that exist in a core with these parts; parts is the content of the register `parts`.
   function present_registers (
     parts : natural;
     modes : registers_t

@@ -1,16 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Digilent Atlys (XC6SLX45): HDMI in on J3, refocused HDMI out on J2.
 --
--- This file has what belongs to the board and its family: pins (constraints/atlys.ucf), clocks, serialisers. The rest,
--- the same for any board, is in hdmi_control and hdmi_refocuser.
+-- This file has what belongs to the board and its family: pins (constraints/atlys.ucf), clocks, serialisers.
+-- hdmi_control and hdmi_refocuser have everything that is common to all boards.
 --
--- Clocks: clk_100 runs the control. The pixel clock is the TMDS clock of J3, or for the test pattern
--- one made on the board; a PLL makes it and its multiples for the receiver and the video path, a second
--- PLL, behind it, those of the transmitter. The domains: control (clk_100), pixels (receiver, video,
--- refocuser), receiver's halves, transmitter's words and halves; crossings are synchroniser,
--- bus_crossing, reset_bridge, elastic_buffer and the gearboxes.
+-- Clocks: clk_100 runs the control. The pixel clock is the TMDS clock of J3, or for the test pattern one made on the
+-- board. A PLL makes it and its multiples for the receiver and the video path; a second PLL behind it makes those of
+-- the transmitter. The clock domains are control (clk_100), pixels (receiver, video, refocuser), the receiver's half
+-- words, the transmitter's words and half words; crossings are synchroniser, bus_crossing, reset_bridge, elastic_buffer
+-- and the gearboxes.
 --
--- Latency: see hdmi_refocuser. Throughput: one pixel each clock.
+-- Latency: that of hdmi_refocuser. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture).
 
 library ieee;
@@ -26,7 +26,7 @@ use work.video_pkg.all;
 
 entity atlys_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -46,7 +46,7 @@ entity atlys_top is
     PATTERN_V_FRONT  : positive range 1 to 4095 := 10;
     PATTERN_V_SYNC   : positive range 1 to 4095 := 2;
     PATTERN_V_BACK   : positive range 1 to 4095 := 33;
-    -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
+    -- Times in 10 ns, except DATA_PATIENCE, which counts METER_WINDOW (625 are 100 ms); a simulation shortens them.
     METER_WINDOW  : positive range 1 to 200000000 := 16000;
     LOCK_TIMEOUT  : positive range 1 to 200000000 := 1000000;
     DATA_PATIENCE : positive                      := 625;
@@ -54,7 +54,7 @@ entity atlys_top is
     BIT_TIME      : positive range 1 to 200000000 := 868;
     DDC_QUARTER   : positive range 1 to 200000000 := 500;
     DDC_PAUSE     : positive range 1 to 200000000 := 200000000;
-    -- Frames for each slice of a sweep by the switch: half a second.
+    -- Frames for each slice of a sweep by the switch; 30 are half a second.
     SWITCH_FRAMES : positive range 1 to 255 := 30;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive := 8192
@@ -77,7 +77,7 @@ entity atlys_top is
     out_data_n : out   std_logic_vector(2 downto 0);
     out_scl    : inout std_logic;
     out_sda    : inout std_logic;
-    -- Serial port, buttons, switches and LEDs, see hdmi_control.
+    -- Serial port, buttons, switches and LEDs of hdmi_control.
     uart_rx        : in    std_logic;
     uart_tx        : out   std_logic;
     button_up      : in    std_logic;
@@ -124,30 +124,30 @@ architecture rtl of atlys_top is
                                    false
                                  );
 
-  -- Control: reset, and what it knows and orders of the clocks.
+  -- Control: its reset, the state of the clocks, and the orders to them.
   signal reset_request : std_logic;
   signal reset         : std_logic;
   signal own_ready     : std_logic;
   signal clocks        : clocks_state_t;
   signal order         : clocks_order_t;
-  -- Of the PLLs of receiver (0) and transmitter (1).
+  -- Signals of the PLLs of receiver (0) and transmitter (1).
   signal configured_each : std_logic_vector(1 downto 0);
   signal pll_locked      : std_logic_vector(1 downto 0);
 
-  -- Display data channels: levels of the pins, and pulled low.
+  -- Display data channels: levels of the pins, and lines to pull low.
   signal in_ddc      : ddc_t;
   signal in_sda_low  : std_logic;
   signal out_ddc     : ddc_t;
   signal out_ddc_low : ddc_t;
 
-  -- To and from the parts that any board has.
+  -- Signals between this file and the entities common to all boards.
   signal panel    : panel_t;
   signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
 
-  -- Clocks and resets.
-  -- The input clock at the pin and on a global net, the one chosen, and the multiples of it for both directions.
+  -- Clocks and resets. The input clock at the pin and on a global net; the chosen pixel clock and its multiples for
+  -- both directions.
   signal tmds_clk        : std_logic;
   signal tmds_clk_global : std_logic;
   signal source_clk      : std_logic;
@@ -169,8 +169,7 @@ architecture rtl of atlys_top is
   signal out_p     : std_logic_vector(CHANNELS downto 0);
   signal out_n     : std_logic_vector(CHANNELS downto 0);
 
-  -- The constraints name these nets: without the attribute the synthesis would be free to rename or
-  -- absorb them.
+  -- The constraints name these nets: without the attribute, synthesis could rename or absorb them.
   attribute keep : string;
   attribute keep of tmds_clk_global : signal is "TRUE";
   attribute keep of clk             : signal is "TRUE";
@@ -183,7 +182,7 @@ architecture rtl of atlys_top is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- What any board has.
+  -- Entities common to all boards.
 
   control : entity work.hdmi_control
     generic map (
@@ -218,11 +217,11 @@ begin
       state       => state
     );
 
-  -- A line that a pull-up holds is high: in simulation it has the level H.
+  -- A line that a pull-up holds has the level H in simulation and counts as high.
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
-  -- The channel is open drain: it is pulled low or let go, never driven high.
+  -- The channel is open drain: lines are pulled low or released, never driven high.
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
   out_scl <= '0' when out_ddc_low.scl = '1' else
@@ -243,7 +242,7 @@ begin
     switch_bottom  => switch_bottom
   );
 
-  -- The phase detectors follow the bits themselves, so wrong words need not steer the delays.
+  -- The phase detectors follow the bits, so wrong words need not steer the delays.
   path : entity work.hdmi_refocuser
     generic map (
       CORE            => CORE,
@@ -267,7 +266,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks and resets.
 
-  -- The button is low while pressed, the logic's reset is high.
+  -- The button is low while pressed; the logic's reset is high.
   reset_request <= not reset_n;
 
   reset_of_control : entity work.reset_bridge
@@ -277,7 +276,7 @@ begin
       reset   => reset
     );
 
-  -- The clock lane has no data: its frequency is all that is taken.
+  -- The clock lane has no data: only its frequency is used.
   clock_pins : entity work.clock_input
     port map (
       clk_p      => in_clk_p,
@@ -286,7 +285,7 @@ begin
       clk_global => tmds_clk_global
     );
 
-  -- A PLL follows whichever clock is chosen, so the rest does not know the difference.
+  -- The PLL follows whichever clock is chosen, so all behind it is independent of the choice.
   clock_select : entity work.pixel_clock_select
     port map (
       clk_100   => clk_100,
@@ -297,12 +296,11 @@ begin
       own_ready => own_ready
     );
 
-  -- Both PLLs have the same setting, written to one and the other at the same time.
+  -- Both PLLs have one setting, which is written to both at the same time.
   clocks <= (own_ready, configured_each(0) and configured_each(1), pll_locked(0), pll_locked(1));
 
-  -- Both PLLs make the same multiples: receiver and transmitter have a BUFPLL each, in their own
-  -- banks of pins. They differ in their source alone: the transmitter's PLL takes the receiver's
-  -- pixel clock, which cleans the jitter of a cable.
+  -- Both PLLs make the same multiples, because receiver and transmitter have a BUFPLL each in their own banks of pins.
+  -- The transmitter's PLL takes the receiver's pixel clock as its source, which removes the jitter of a cable.
   receive_clocks : entity work.serial_clocks
     port map (
       clk_in        => source_clk,
@@ -335,8 +333,7 @@ begin
       locked        => pll_locked(1)
     );
 
-  -- The halves of words have clocks of their own, twice the pixels': each gets a reset that ends
-  -- with it.
+  -- The half words have clocks of their own at twice the pixel clock: each has a reset that ends in step with it.
   stop <= not order.run;
 
   reset_of_halves : entity work.reset_bridge
@@ -356,7 +353,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Serialisers.
 
-  -- A lane at a time, so that each has its own delay: the wires of a cable differ by more than a bit.
+  -- Each lane has its own delay, because the wires of a cable differ by more than a bit.
   channel : for c in 0 to CHANNELS - 1 generate
 
     link_in : entity work.tmds_input
@@ -377,7 +374,7 @@ begin
 
   end generate channel;
 
-  -- The clock is sent as a word, from the same kind of serialiser, so that it leaves in step with the data.
+  -- The clock is sent as a word by an equal serialiser, so that it leaves in step with the data.
   lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.tmds_output

@@ -6,8 +6,7 @@
 -- put it at the bottom. If a function has a switch and a command, it is on if either is on. A sweep started by the
 -- switch shows each slice for SWITCH_FRAMES frames.
 --
--- Latency: a few clocks. Throughput: not applicable.
--- Equation: none.
+-- Latency: a few clocks.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,10 +23,10 @@ entity board_control is
   generic (
     -- Number of slices of the refocuser.
     SLICES : positive range 1 to 256;
-    -- Number of outputs, and whether there is a text over the picture.
+    -- Number of outputs; whether there is a text over the picture.
     OUTPUTS   : positive range 1 to 3 := 1;
     WITH_TEXT : boolean               := false;
-    -- Whether there is a resampler to be loaded, and what it is, see load_port.
+    -- Whether there is a resampler to load; the resampler's description (load_port).
     WITH_LOAD   : boolean := false;
     DESCRIPTION : string  := "";
     -- Slice after a reset.
@@ -39,7 +38,7 @@ entity board_control is
     BIT_CLOCKS : positive range 4 to 65535 := 868;
     -- Clocks that a button must be stable.
     STABLE : positive := 1000000;
-    -- Frames for each slice of a sweep by the switch: half a second.
+    -- Frames for each slice of a sweep by the switch; 30 are half a second.
     SWITCH_FRAMES : positive range 1 to 255 := 30
   );
   port (
@@ -48,20 +47,20 @@ entity board_control is
     -- Serial port.
     line_in  : in    std_logic;
     line_out : out   std_logic;
-    -- Buttons and switches, as they are at the pins.
+    -- Buttons and switches at the pins.
     panel : in    panel_t;
     -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
-    -- What is to be shown; the test pattern instead of the input; place of the text: 0 none, 1 at the top, 2 at the
+    -- What is shown; pattern: the test pattern instead of the input; place of the text: 0 none, 1 at the top, 2 at the
     -- bottom.
     choice     : out   picture_choice_t;
     pattern    : out   std_logic;
     text_place : out   std_logic_vector(1 downto 0);
-    -- Channels of the input to be inverted, or that they are found.
+    -- Channels of the input to invert, or FIND_POLARITY.
     polarity : out   polarity_t;
-    -- Clear the error flags, for a clock.
+    -- High for one clock: clear the error flags.
     clear_errors : out   std_logic;
-    -- Word for the resampler; busy: the one before is under way.
+    -- Word for the resampler; load_busy: the word before is under way.
     load_busy  : in    std_logic;
     load_write : out   std_logic;
     load_word  : out   load_word_t
@@ -74,14 +73,14 @@ architecture rtl of board_control is
 
   constant LAST : natural := SLICES - 1;
 
-  -- Buttons and switches: as contacts, their levels, and those that became high.
+  -- Buttons and switches: contacts at the pins, their levels, and those that became high; the last two as records.
   signal contacts         : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
   signal contact_levels   : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
   signal contacts_pressed : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
   signal level            : panel_t;
   signal pressed          : panel_t;
 
-  -- Characters from the line, those of lines that are no words for the resampler, the answers to these, all answers.
+  -- Characters from the serial port; those of lines that are no words for the resampler; answers to these; all answers.
   signal in_data      : std_logic_vector(7 downto 0);
   signal in_valid     : std_logic;
   signal other_data   : std_logic_vector(7 downto 0);
@@ -93,7 +92,7 @@ architecture rtl of board_control is
   signal out_valid    : std_logic;
   signal out_ready    : std_logic;
 
-  -- What commands and buttons have set.
+  -- Settings made by commands and buttons.
   signal command         : command_t;
   signal slice_now       : unsigned(7 downto 0) := to_unsigned(FIRST_SLICE, 8);
   signal output_now      : unsigned(1 downto 0) := "00";
@@ -105,7 +104,7 @@ architecture rtl of board_control is
 
 begin
 
-  -- All contacts go through one debouncer, as a vector.
+  -- One debouncer takes all contacts as a vector.
   contacts <= to_vector(panel);
 
   debounce : entity work.debouncer
@@ -161,7 +160,8 @@ begin
 
   load : if WITH_LOAD generate
 
-    -- In front of the command line, as it takes the lines that begin with its letter and passes on the others.
+    -- load_port stands in front of the command line: it takes the lines that begin with its letter and passes the
+    -- others on.
     words : entity work.load_port
       generic map (
         DESCRIPTION => DESCRIPTION
@@ -188,8 +188,7 @@ begin
 
   end generate load;
 
-  -- What a build does not have counts as one choice (one output, one place of the text), so all
-  -- commands for it but that for 0 are refused.
+  -- A feature that a build lacks counts as having one choice, so command_line refuses all numbers for it except 0.
   commands : entity work.command_line
     generic map (
       STATUS => STATUS,
@@ -210,9 +209,9 @@ begin
       command       => command
     );
 
-  -- A switch and a command mean "or", so that either can be used alone.
+  -- A switch and a command are ored, so that each works without the other.
   choice.slice <= std_logic_vector(slice_now);
-  -- A sweep by command brings its own number of frames, one by the switch has that of the generic.
+  -- A sweep by command brings its own number of frames; a sweep by the switch takes that of the generic.
   choice.sweep        <= level.switch_sweep or to_logic(sweep_command /= 0);
   choice.sweep_frames <= std_logic_vector(sweep_command) when sweep_command /= 0 else
                          std_logic_vector(to_unsigned(SWITCH_FRAMES, 8)) when level.switch_sweep = '1' else
@@ -220,7 +219,7 @@ begin
   choice.pass_through <= pass_command or level.switch_pass;
   choice.shown        <= std_logic_vector(output_now);
   pattern             <= pattern_command or level.switch_pattern;
-  -- The switches win over the command: whoever stands at the board sees what they do.
+  -- The switches win over the command, so that whoever stands at the board sees their effect.
   text_place   <= "00" when level.switch_hide = '1' or not WITH_TEXT or place_command = 0 else
                   "10" when level.switch_bottom = '1' else
                   std_logic_vector(place_command);
@@ -231,12 +230,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A command names the slice, a button steps; in the same clock the command holds, for it is exact.
+      -- A command names the slice, a button steps. If both come in one clock, the command wins.
       if command.set_slice = '1' then
         slice_now <= command.value;
       elsif pressed.button_up = '1' then
         slice_now <= slice_now + 1;
-        -- Around the end, as 256 slices would by themselves.
+        -- Slices step around both ends.
         if slice_now = LAST then
           slice_now <= (others => '0');
         end if;
@@ -246,7 +245,7 @@ begin
           slice_now <= to_unsigned(LAST, 8);
         end if;
       end if;
-      -- The same for the outputs, in one direction.
+      -- Outputs step likewise, in one direction.
       if command.set_output = '1' then
         output_now <= command.value(1 downto 0);
       elsif pressed.button_output = '1' then
@@ -270,7 +269,7 @@ begin
       if command.set_polarity = '1' then
         polarity_now <= std_logic_vector(command.value(polarity_t'range));
       end if;
-      -- After a reset the text is at the top: a board that starts says what it shows.
+      -- After a reset the text is at the top, so that a board which starts says what it shows.
       if reset = '1' then
         output_now      <= "00";
         place_command   <= "01";

@@ -2,15 +2,15 @@
 -- A camera on one chip, without anything specific to a family: lanes of a D-PHY in, refocused frames out.
 --
 -- The sensor is set up over I2C and its CSI-2 is received. If sensor_pkg has a sensor, mosaic and lenses are resampled
--- to a raster of micro images; else frames are that raster, grey. The raster is refocused. camera_pkg describes what
--- the lanes bring. The calibration of the lenses is built in (sensor_pkg) or arrives over the serial port, as on a
--- board with HDMI. Without a calibration no frame comes out. The serial port also tells what came of the set-up and
--- over the lanes, shown or not, and sets the sensor up again (camera_report).
+-- to a raster of micro images; otherwise the frames are that raster, in grey. The raster is refocused. camera_pkg
+-- describes the camera's lanes and pixels. The calibration of the lenses is built in (sensor_pkg) or comes over the
+-- serial port, as on a board with HDMI; without a calibration no frame comes out. The serial port also reports the
+-- set-up and all that came over the lanes, shown or not, and sets the sensor up again (camera_report).
 --
 -- No frame is stored. The camera does not wait; the sink may, as long as the ring of raw lines and the buffers last.
 --
--- Latency: see csi_receiver, sensor_raster, raster_refocuser. Throughput: one raw pixel each clock of clk, or
---   PIXELS_PER_CLOCK without a sensor in sensor_pkg.
+-- Latency: that of csi_receiver, sensor_raster and raster_refocuser. Throughput: one raw pixel each clock of clk, or
+-- PIXELS_PER_CLOCK without a sensor in sensor_pkg.
 -- Equation: out frame = refocus(raster(raw frame)).
 
 library ieee;
@@ -27,40 +27,40 @@ use work.sensor_pkg.all;
 
 entity camera_refocuser is
   generic (
-    -- How the core computes; its slices and its engine, see raster_refocuser.
+    -- Generics of raster_refocuser.
     CORE   : core_t;
     SHIFTS : string;
     ENGINE : string;
-    -- Without a sensor in sensor_pkg: lines of the frames (columns are those of CORE), and neighbouring pixels that
-    -- come together.
+    -- Without a sensor in sensor_pkg: lines of the frames (CORE has the columns), and neighbouring pixels in one
+    -- transfer.
     ROWS             : positive range 1 to 65535;
     PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
-    -- Of clk in kHz, for I2C and the serial port.
+    -- Frequency of clk in kHz, for I2C and the serial port.
     CLOCK_KHZ : positive range 2000 to 500000;
-    -- Clocks in a millisecond and in a bit of the serial port; 0: those of CLOCK_KHZ. A simulation shortens them.
+    -- Clocks in a millisecond, and in a bit of the serial port; 0: computed from CLOCK_KHZ. A simulation shortens them.
     MILLISECOND : natural := 0;
     BIT_TIME    : natural := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Of a D-PHY, as csi_receiver takes them.
+    -- Outputs of a D-PHY, as csi_receiver takes them.
     byte_clk    : in    std_logic;
     lane_valid  : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
     lane_sync   : in    std_logic_vector(CAMERA_LANES - 1 downto 0);
     lane_data   : in    std_logic_vector(8 * CAMERA_LANES - 1 downto 0);
     lane_missed : in    std_logic_vector(CAMERA_LANES - 1 downto 0) := (others => '0');
-    -- The sensor's registers: levels of its lines, and pulled low.
+    -- I2C to the sensor: levels of the lines, and '1' to pull them low.
     scl     : in    std_logic;
     sda     : in    std_logic;
     scl_low : out   std_logic;
     sda_low : out   std_logic;
-    -- Serial port for commands and calibrations, see camera_report and load_port.
+    -- Serial port for commands and calibrations (camera_report, load_port).
     uart_rx : in    std_logic;
     uart_tx : out   std_logic;
-    -- See slice_select.
+    -- Slice, as in slice_select.
     slice : in    std_logic_vector(7 downto 0);
-    -- Refocused frames, AXI4-Stream video, and their size.
+    -- Refocused frames as AXI4-Stream video, and their size.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
@@ -68,10 +68,10 @@ entity camera_refocuser is
     m_axis_tlast  : out   std_logic;
     frame_columns : out   std_logic_vector(15 downto 0);
     frame_rows    : out   std_logic_vector(15 downto 0);
-    -- Lines of the raw frame that have come whole.
+    -- Lines of the raw frame that have come completely.
     raw_lines : out   std_logic_vector(15 downto 0);
-    -- 0 the sensor is set up, 1 it could not be, 2 changes with each raw frame; since the reset or the command that
-    -- clears: 3 any fault of the lanes, 4 of the raster or the core.
+    -- Bits 0 the sensor is set up, 1 the set-up failed, 2 changes with each raw frame. Since the reset or a command
+    -- that clears: 3 any fault of the lanes, 4 any fault of the raster or the core.
     state : out   std_logic_vector(4 downto 0)
   );
 end entity camera_refocuser;
@@ -81,25 +81,24 @@ architecture rtl of camera_refocuser is
   -- The serial port has 115.2 kBd.
   constant MS         : positive := choose(MILLISECOND = 0, CLOCK_KHZ, MILLISECOND);
   constant BIT_CLOCKS : positive := choose(BIT_TIME = 0, CLOCK_KHZ * 10 / 1152, BIT_TIME);
-  -- A quarter of a bit of the I2C lines at 50 kHz, but at least the clocks that a level takes to
-  -- come in.
+  -- A quarter of a bit of I2C at 50 kHz, but at least the clocks that a level takes to be seen.
   constant QUARTER : positive := larger(MS / 200, 4);
-  -- Bits of the receiver's counters: 255 are as many or more.
+  -- Bits of the receiver's counters; 255 means 255 or more.
   constant COUNT_BITS : positive := 8;
 
-  -- What the receiver delivers. A resampler takes one pixel each clock; several at once only go to
-  -- the core directly.
+  -- Frames that the receiver delivers. A resampler takes one pixel each clock; several at once go to the core only
+  -- directly.
   constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, CORE.max_columns);
   constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
   constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
 
-  -- Constants at the ports of a core that takes one size: their logic goes away.
+  -- The core takes one size, so its size ports are constants and synthesis removes their logic.
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_COLUMNS, 16));
   constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_ROWS, 16));
 
   constant NO_FAULTS : std_logic_vector(8 * COUNT_BITS - 1 downto 0) := (others => '0');
 
-  -- The sensor's set-up was begun; it is wanted, ordered, under way, done without fault, over without; and why, where.
+  -- Set-up of the sensor: it was begun; it is asked for, ordered, under way, done without fault, failed; why and where.
   signal begun         : std_logic := '0';
   signal wish          : std_logic := '1';
   signal start         : std_logic := '0';
@@ -111,7 +110,7 @@ architecture rtl of camera_refocuser is
   signal setup_entry   : std_logic_vector(11 downto 0);
   signal setup_retried : std_logic_vector(7 downto 0);
 
-  -- Characters of the serial port, in and out; those of lines for the commands, and their answers.
+  -- Characters of the serial port, in and out; those of lines for the commands, and the answers to them.
   signal rx_valid     : std_logic;
   signal rx_data      : std_logic_vector(7 downto 0);
   signal tx_valid     : std_logic;
@@ -126,14 +125,14 @@ architecture rtl of camera_refocuser is
   signal asks_set_up  : std_logic;
   signal clear        : std_logic;
 
-  -- Raw frames; then those that the core takes, behind the resampler if there is one.
+  -- Raw frames; then the frames that the core takes, behind the resampler if there is one.
   signal raw_tvalid : std_logic;
-  -- It waits while the ring of raw lines is full; the receiver's buffer takes what comes meanwhile.
+  -- Low while the ring of raw lines is full; the receiver's buffer takes pixels meanwhile.
   signal raw_tready : std_logic;
   signal raw_tdata  : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
   signal raw_tuser  : std_logic_vector(0 downto 0);
   signal raw_tlast  : std_logic;
-  -- Counts of the receiver, flags of the raster and of the core: any of them is a fault.
+  -- Counters of the receiver; then the raster, and its flags and those of the core, each of which is a fault.
   signal lane_faults : std_logic_vector(8 * COUNT_BITS - 1 downto 0);
   signal lane_left   : std_logic_vector(4 * COUNT_BITS - 1 downto 0);
   signal left_out    : identifier_t;
@@ -147,7 +146,7 @@ architecture rtl of camera_refocuser is
   signal lens_rows    : std_logic_vector(15 downto 0);
   signal lens_flags   : std_logic_vector(5 downto 0);
   signal core_flags   : std_logic_vector(4 downto 0);
-  -- Lines of the raw frame so far, and raw frames.
+  -- Lines of the raw frame, and raw frames, so far.
   signal lines       : unsigned(15 downto 0) := (others => '0');
   signal frames      : unsigned(15 downto 0) := (others => '0');
   signal line_count  : std_logic_vector(15 downto 0);
@@ -212,7 +211,7 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- The serial port.
+  -- Serial port.
 
   take_characters : entity work.uart_receiver
     generic map (
@@ -272,8 +271,7 @@ begin
   line_count   <= std_logic_vector(lines);
   frame_count  <= std_logic_vector(frames);
 
-  -- Without a resampler the raw frame is the raster: its size is that of the camera, and there is
-  -- nothing to be loaded.
+  -- Without a resampler the raw frame is the raster: it has the camera's size, and there is nothing to load.
   direct : if not WITH_SENSOR generate
     line_valid   <= rx_valid;
     line_data    <= rx_data;
@@ -292,10 +290,10 @@ begin
 
   sensor : if WITH_SENSOR generate
 
-    -- Corner of the mosaic's red filter, as the port of the raster takes it.
+    -- Corner of the mosaic's red filter.
     constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
 
-    -- Words of the calibration: as load_port has them, as they came, and for a clock to the raster.
+    -- Words of the calibration: from load_port; as they came across; high for one clock at the raster.
     signal word_busy : std_logic;
     signal written   : std_logic;
     signal word      : load_word_t;
@@ -306,8 +304,7 @@ begin
 
   begin
 
-    -- As on a board with HDMI each change of the toggle is a word. A clock later the word counts as
-    -- seen.
+    -- Each change of the toggle is a word, as on a board with HDMI. A clock later the word counts as seen.
     load <= to_load(seen xor toggle, came);
 
     follow_words : process (clk) is
@@ -343,7 +340,7 @@ begin
         load_data     => word(39 downto 0)
       );
 
-    -- Both sides have one clock here; what it does besides is to begin with the calibration that is built in.
+    -- Both sides have one clock here; load_crossing is used because it begins with the built-in calibration.
     built_in_first : entity work.load_crossing
       port map (
         clk         => clk,
@@ -434,13 +431,12 @@ begin
       error_clear   => clear
     );
 
-  -- What the camera has sent is counted where the raster takes it, so a line counts when the raster
-  -- has it.
+  -- The camera's lines are counted where the raster takes them.
   follow : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- Behind each reset, and by command.
+      -- The set-up starts behind each reset, and by command.
       start <= '0';
       if asks_set_up = '1' then
         wish <= '1';
@@ -460,7 +456,7 @@ begin
       end if;
 
       state(0) <= setup_done;
-      -- Asked for, no longer under way, and not done: the sensor did not answer, or kept the lines.
+      -- Asked for, no longer under way, and not done: the sensor did not answer, or kept the lines low.
       state(1) <= setup_failed;
       state(2) <= frames(0);
       if lane_faults /= NO_FAULTS then

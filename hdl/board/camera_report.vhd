@@ -1,12 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The status line and the commands of a camera's serial port.
 --
--- The status has what came of the sensor's set-up, and what came over the lanes, shown or not, so that a missing
--- picture is explained. Commands are those of command_line with CAMERA: c clears counts and flags, i sets the sensor
--- up again.
+-- The status has the result of the sensor's set-up and all that came over the lanes, shown or not, which explains a
+-- missing picture. Commands are those of command_line with CAMERA: c clears counters and flags, i sets the sensor up
+-- again.
 --
--- Latency: the length of a line. Throughput: one line at a time.
--- Equation: none.
+-- Latency: up to the end of a line of characters. Throughput: one line of characters at a time.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,20 +16,19 @@ use work.hdmi_pkg.all;
 
 entity camera_report is
   generic (
-    -- Bits of a count.
+    -- Bits of a counter.
     COUNT_BITS : positive range 1 to 16
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Characters in, always taken, and out.
+    -- Characters in, always taken; and characters out.
     s_axis_tvalid : in    std_logic;
     s_axis_tdata  : in    std_logic_vector(7 downto 0);
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
-    -- The set-up of the sensor: 00 not begun, 01 done, 10 failed, 11 under way; its other ports as sensor_setup has
-    -- them.
+    -- Set-up of the sensor: 00 not begun, 01 done, 10 failed, 11 under way; and other ports of sensor_setup.
     setup_state   : in    std_logic_vector(1 downto 0);
     setup_entry   : in    std_logic_vector(11 downto 0);
     setup_fault   : in    std_logic_vector(1 downto 0);
@@ -38,14 +36,14 @@ entity camera_report is
     -- Raw frames, and lines of the frame under way.
     frames : in    std_logic_vector(15 downto 0);
     lines  : in    std_logic_vector(15 downto 0);
-    -- Counts and the identifier as csi_receiver has them.
+    -- Counters and identifier of csi_receiver.
     fault_counts    : in    std_logic_vector(8 * COUNT_BITS - 1 downto 0);
     left_counts     : in    std_logic_vector(4 * COUNT_BITS - 1 downto 0);
     left_identifier : in    std_logic_vector(7 downto 0);
     -- Flags of sensor_raster and of raster_refocuser.
     lens_flags : in    std_logic_vector(5 downto 0);
     core_flags : in    std_logic_vector(4 downto 0);
-    -- Commands, for a clock: counts and flags begin anew; the sensor is set up again.
+    -- Commands, each high for one clock: clear counters and flags; set the sensor up again.
     clear  : out   std_logic;
     set_up : out   std_logic
   );
@@ -71,7 +69,7 @@ begin
 
     variable place : natural range 0 to FIELDS;
 
-    -- The next number of the status.
+    -- Appends the next number to the status.
 
     procedure put (
       value : std_logic_vector
@@ -90,7 +88,7 @@ begin
     put(setup_entry);
     put(setup_fault);
     put(setup_retried);
-    -- The status has numbers with a sign.
+    -- Numbers of the status have a sign, so the highest bit is 0.
     put('0' & frames(14 downto 0));
     put('0' & lines(14 downto 0));
 

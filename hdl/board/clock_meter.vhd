@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Measures the frequency of a clock against this one; a clock that stands still measures 0.
 --
--- The clock under test is divided by 16 in its own domain; the divided clock is sampled here, and its
--- rising edges are counted during WINDOW clocks. With 16000 clocks of 100 MHz the count is the
--- frequency in units of 100 kHz.
+-- The clock under test is divided by 16 in its own domain. The divided clock is sampled here, and its rising edges are
+-- counted during WINDOW clocks. With 16000 clocks of 100 MHz the count is the frequency in units of 100 kHz.
 --
 -- Latency: WINDOW clocks. Throughput: one count each WINDOW clocks.
 -- Equation: count = f(measured_clk) / 16 * WINDOW / f(clk).
@@ -24,7 +23,7 @@ entity clock_meter is
     clk : in    std_logic;
     -- Any clock slower than 4 times clk.
     measured_clk : in    std_logic;
-    -- Last count, and high for a clock with each new one.
+    -- The last count; updated: high for one clock with each new count.
     count   : out   unsigned(11 downto 0);
     updated : out   std_logic
   );
@@ -32,9 +31,8 @@ end entity clock_meter;
 
 architecture rtl of clock_meter is
 
-  -- A clock cannot be sampled by one of about its own frequency. Divided by 16 it is slow enough to
-  -- be seen in each half, and its counter is the only logic that runs from it: it may stop or
-  -- change at any time.
+  -- A clock cannot be sampled by one of about its own frequency. Divided by 16 it is slow enough for both of its levels
+  -- to be seen. The divider is the only logic in that clock domain, so the clock may stop or change at any time.
   signal divider : unsigned(3 downto 0)                     := (others => '0');
   signal divided : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
@@ -68,8 +66,8 @@ begin
     if rising_edge(clk) then
       former  <= arrived(0);
       updated <= '0';
-      -- An edge in the last clock of the window is not counted. That and the phase of the window
-      -- against the edges are the error of one count that users of it allow for.
+      -- An edge in the last clock of the window is not counted. This, and the phase of the window, cause an error of
+      -- one count, which users of the count allow for.
       if arrived(0) = '1' and former = '0' then
         edges <= edges + 1;
       end if;
@@ -93,7 +91,7 @@ begin
 
     -- synthesis translate_off
     if rising_edge(clk) then
-      -- A level of the divided clock that is seen once only comes from a clock that is too fast to be counted.
+      -- A level of the divided clock that is seen in one clock only means that the measured clock is too fast.
       assert not (arrived(0) /= former and former /= before_former)
         report "clock_meter: measured_clk is not slower than 4 times clk"
         severity failure;

@@ -1,25 +1,24 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The line protocol of the serial port: commands in, answers out.
 --
--- A command is a letter, for most a number (decimal, 0 to 255), and a line end (CR, LF or both);
--- blanks do not count. Each command is answered by one line.
+-- A command is a letter, for most commands a number (decimal, 0 to 255), and a line end (CR, LF or both); blanks are
+-- ignored. Each command is answered by one line.
 --
 --   s N   show slice N                     p 0|1   pass the input through
 --   w N   sweep, N frames a slice; 0: off  t 0|1   test pattern
 --   c     clear the error flags            ?       status
 --   o N   show output N                    h 0|1|2 text: none, at the top, at the bottom
---   i N   invert channels, sum of 1, 2, 4; 8: those that are found to be swapped
+--   i N   invert channels, sum of 1, 2, 4; 8: find the channels with swapped wires
 --
--- With CAMERA there are c, ? and
+-- With CAMERA the commands are c, ? and
 --
 --   i     set the sensor up again
 --
--- The answer is "ok", "error" (unknown letter, number missing, too large, or not wanted), or the
--- status: text with numbers in decimal, negative ones with a minus sign.
+-- The answer is "ok", "error" (unknown letter; number missing, too large, or not allowed), or the status: text with
+-- numbers in decimal, negative ones with a minus sign.
 --
--- Latency: the length of the line. Throughput: one command at a time; what arrives during an
---   answer is dropped.
--- Equation: none.
+-- Latency: up to the end of the line. Throughput: one command at a time; characters that come during an answer are
+-- dropped.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -35,7 +34,7 @@ entity command_line is
     -- The status: each # stands for the next number.
     STATUS : string;
     FIELDS : positive range 1 to 256;
-    -- The commands are those of a board with a camera.
+    -- true: the commands are those of a board with a camera.
     CAMERA : boolean := false
   );
   port (
@@ -56,14 +55,14 @@ entity command_line is
     -- Number of outputs and of places of the text, the limits of the commands "o" and "h".
     outputs : in    unsigned(2 downto 0) := (others => '0');
     places  : in    unsigned(2 downto 0) := (others => '0');
-    -- The command that came.
+    -- The command that has come.
     command : out   command_t
   );
 end entity command_line;
 
 architecture rtl of command_line is
 
-  -- Numbers that the status has a place for.
+  -- Number of places for numbers in the status.
   function places_in (
     text : string
   ) return natural is
@@ -89,8 +88,8 @@ architecture rtl of command_line is
   constant REFUSED : boolean := not takes(places_in(STATUS) = FIELDS,
                                           "command_line: STATUS must have FIELDS times a #");
 
-  -- The answers lie one behind the other in one ROM; each is left from its first character to its
-  -- line feed. STATUS is last, as it alone has a length that varies.
+  -- The answers lie one behind the other in one ROM. Each ends with its line feed. STATUS is last, because only its
+  -- length varies.
   constant LINE_END : string := CR & LF;
   constant ANSWERS  : string := "ok" & LINE_END & "error" & LINE_END & STATUS & LINE_END;
 
@@ -109,7 +108,7 @@ architecture rtl of command_line is
 
   end function code;
 
-  -- The answers as codes, made at elaboration: what is left is a ROM.
+  -- The answers as codes, computed at elaboration: a ROM.
 
   type codes_t is array (ANSWERS'range) of character_t;
 
@@ -133,11 +132,11 @@ architecture rtl of command_line is
 
   constant CODES : codes_t := codes_of(ANSWERS);
 
-  -- read_line: characters come in; act: the line is complete; answer: characters go out; sign,
-  -- convert, digits: a number goes out.
+  -- read_line: characters come in; act: the line is complete; answer: characters go out; sign, convert, digits: a
+  -- number goes out.
   type state_t is (read_line, act, answer, sign, convert, digits);
 
-  -- Steps of a conversion: one for each bit in, one for each digit out. Five digits hold 16 bits.
+  -- Steps of a conversion: one for each bit in, and one for each digit out. Five digits hold 16 bits.
   constant LAST_BIT   : natural := 16;
   constant LAST_DIGIT : natural := 4;
 
@@ -145,24 +144,24 @@ architecture rtl of command_line is
 
   signal state : state_t := read_line;
 
-  -- The line so far. Code 0 stands for no letter yet, all ones for a letter that no command has.
+  -- The line so far. letter: 0 means none yet, all ones a letter that no command has.
   signal letter : character_t          := (others => '0');
   signal number : unsigned(7 downto 0) := (others => '0');
   signal given  : std_logic            := '0';
   signal wrong  : std_logic            := '0';
 
-  -- A line that can be obeyed came, with a number, without one.
+  -- A valid line has come: at all; with a number; without one.
   signal right    : std_logic;
   signal numbered : std_logic;
   signal bare     : std_logic;
-  -- Each high for the command that it is; whether it is any of them.
+  -- High for the command that it is; is_known: any of them.
   signal to_slice   : std_logic;
   signal to_sweep   : std_logic;
   signal to_pass    : std_logic;
   signal to_pattern : std_logic;
   signal to_output  : std_logic;
-  -- The comparisons of numbers are part of the command, so a number out of range makes it unknown,
-  -- and unknown ones are answered by an error.
+  -- The comparisons of numbers are part of the command, so a number out of range makes the command unknown, and the
+  -- answer an error.
   signal to_place    : std_logic;
   signal to_polarity : std_logic;
   signal to_clear    : std_logic;
@@ -170,12 +169,12 @@ architecture rtl of command_line is
   signal to_set_up   : std_logic;
   signal is_known    : std_logic;
 
-  -- The character of an answer that comes next; it is the last one, and the answer is over with it.
+  -- The next character of an answer; is_end: it is the last one.
   signal place    : natural range 1 to ANSWERS'length := 1;
   signal next_one : character_t;
   signal is_end   : std_logic;
 
-  -- The number that the status has next, and its digits. Behind its sign none is negative.
+  -- The next number of the status, its binary value (not negative once the sign is out), and its digits.
   signal field   : natural range 0 to FIELDS   := 0;
   signal binary  : unsigned(15 downto 0)       := (others => '0');
   signal decimal : decimal_t                   := (others => '0');
@@ -186,7 +185,8 @@ architecture rtl of command_line is
   signal offer  : std_logic   := '0';
   signal symbol : character_t := (others => '0');
 
-  -- Double dabble, for all digits at once: one of 5 or more gets 3, so that its doubling carries into the next one.
+  -- Double dabble for all digits at once: a digit of 5 or more gets 3 added, so that doubling carries into the next
+  -- digit.
 
   function doubled (
     value : decimal_t;
@@ -220,7 +220,7 @@ begin
   m_axis_tdata  <= symbol;
   command.value <= number;
 
-  -- All of these hold for the single clock of state act.
+  -- All of these are valid in the single clock of state act.
   right    <= to_logic(state = act) and not wrong;
   numbered <= right and given;
   bare     <= right and not given;
@@ -249,15 +249,15 @@ begin
 
     if rising_edge(clk) then
       if state = read_line and s_axis_tvalid = '1' then
-        -- A line end is handled by reply; here it must only not count as a letter.
+        -- Line ends are handled by process reply; here they must not count as letters.
         if s_axis_tdata = code(CR) or s_axis_tdata = code(LF) or s_axis_tdata = code(' ') then
           null;
         elsif unsigned(s_axis_tdata) >= unsigned(code('0')) and unsigned(s_axis_tdata) <= unsigned(code('9')) then
-          -- Ten times what was there, and the digit.
+          -- Ten times the number so far, plus the digit.
           wide := resize(number, 12);
           wide := shift_left(wide, 3) + shift_left(wide, 1) + unsigned(s_axis_tdata(3 downto 0));
-          -- A number without a letter, or one beyond 255. The letter becomes one that no command
-          -- has, so that the line is known as not empty and as wrong.
+          -- A number without a letter, or one beyond 255, makes the line wrong: the letter becomes one that no command
+          -- has.
           if letter = x"00" or wide > 255 then
             letter <= x"FF";
             wrong  <= '1';
@@ -265,8 +265,8 @@ begin
           number <= wide(7 downto 0);
           given  <= '1';
         elsif letter = x"00" then
-          -- Everything else is a letter. It is checked when the line is complete: the first one is
-          -- kept, a second one makes the line wrong.
+          -- Everything else is a letter, which is checked when the line is complete. The first letter is kept; a second
+          -- one makes the line wrong.
           letter <= s_axis_tdata;
         else
           wrong <= '1';
@@ -298,9 +298,8 @@ begin
       command.clear_errors <= to_clear;
       command.set_up       <= to_set_up;
       if reset = '1' then
-        -- A command of this very clock would come with the number 0, which the reset has set. For
-        -- sweep, pass, pattern and output that is their value after a reset; slice, place, polarity
-        -- and errors would be changed by it.
+        -- A command in this clock would come with the number 0 that the reset has set. For sweep, pass, pattern and
+        -- output that is their value after a reset; slice, place, polarity and errors would be changed.
         command.set_slice    <= '0';
         command.set_place    <= '0';
         command.set_polarity <= '0';
@@ -323,14 +322,14 @@ begin
 
         when read_line =>
 
-          -- An empty line is no command: CR and LF may both end one.
+          -- An empty line is no command, because CR and LF may both end a line.
           if s_axis_tvalid = '1' and letter /= x"00" and (s_axis_tdata = code(CR) or s_axis_tdata = code(LF)) then
             state <= act;
           end if;
 
         when act =>
 
-          -- Error is the answer unless something is known, so no case can be without one.
+          -- The answer is an error unless the command is known, so every line gets an answer.
           state <= answer;
           place <= ERROR_FIRST;
           if is_known = '1' then
@@ -376,14 +375,14 @@ begin
           if offer = '0' then
             if step > LAST_DIGIT then
               state <= answer;
-              -- Behind the number the text goes on with the character after its #.
+              -- Behind the number the text goes on with the character behind its #.
               place <= place + 1;
               if field /= FIELDS then
                 field <= field + 1;
               end if;
             elsif leading = '0' or decimal(19 downto 16) /= 0 or step = LAST_DIGIT then
-              -- The code of a digit is 0x30 and its value.
-              -- Leading zeros are left out; the last digit is not, as 0 is a number.
+              -- The code of a digit is 0x30 plus its value. Leading zeros are left out except the last digit, because 0
+              -- is a number.
               symbol <= x"3" & std_logic_vector(decimal(19 downto 16));
               offer  <= '1';
             end if;
@@ -399,9 +398,8 @@ begin
 
   end process reply;
 
-  -- A number: its bits into decimal digits, the highest first, which then leave from the highest
-  -- on. A bit each clock takes 16 clocks, nothing beside the ten bits of a character on the line,
-  -- and no divider.
+  -- A number becomes decimal digits, its highest bit first; the digits then leave, the highest first. One bit each
+  -- clock takes 16 clocks, which is short against a character on the line, and needs no divider.
   convert_number : process (clk) is
   begin
 
@@ -411,8 +409,7 @@ begin
         decimal <= (others => '0');
         step    <= 0;
 
-        -- A multiplexer by comparison: an index beyond the last field, which is reached behind the
-        -- last number, chooses nothing.
+        -- A multiplexer by comparison: the index behind the last number selects nothing.
         for i in 1 to FIELDS - 1 loop
 
           if field = i then
@@ -422,8 +419,8 @@ begin
         end loop;
 
       elsif state = sign and binary(15) = '1' then
-        -- The sign is offered in this clock (reply). -32768 is its own complement, and right as an
-        -- unsigned number.
+        -- The sign is offered in this clock (process reply). -32768 is its own complement, and right as an unsigned
+        -- number.
         binary <= 0 - binary;
       elsif state = convert and step = LAST_BIT then
         step    <= 0;

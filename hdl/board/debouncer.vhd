@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Levels and edges of buttons and switches.
 --
--- Latency: STABLE clocks. Throughput: not applicable.
+-- Latency: STABLE clocks.
 -- Equation: level changes when the contact has differed from it for STABLE clocks.
 
 library ieee;
@@ -14,7 +14,7 @@ entity debouncer is
   generic (
     -- Contacts side by side.
     WIDTH : positive := 1;
-    -- 10 ms of 100 MHz.
+    -- Clocks that a contact must be stable; the default is 10 ms at 100 MHz.
     STABLE : positive := 1000000
   );
   port (
@@ -23,7 +23,7 @@ entity debouncer is
     contacts : in    std_logic_vector(WIDTH - 1 downto 0);
     -- Each contact after STABLE equal samples.
     levels : out   std_logic_vector(WIDTH - 1 downto 0);
-    -- Its level became high, for a clock.
+    -- High for one clock: the contact's level became high.
     pressed : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity debouncer;
@@ -49,8 +49,8 @@ begin
 
   contact : for i in 0 to WIDTH - 1 generate
 
-    -- Clocks for which the contact has differed from its level. Each contact counts for itself: one that bounces, or
-    -- is open, must not keep the others from counting.
+    -- Clocks for which the contact has differed from its level. Each contact has a counter, so that one that bounces,
+    -- or is open, does not disturb the others.
     signal clocks : natural range 0 to larger(STABLE - 1, 1) := 0;
 
   begin
@@ -65,8 +65,8 @@ begin
         elsif clocks = STABLE - 1 then
           clocks        <= 0;
           levels_now(i) <= arrived(i);
-          -- Only a contact that closes is a press. No reset: a button held down from the start
-          -- counts as pressed once.
+          -- Only a contact that closes is a press. Without a reset, a button held down from the start counts as pressed
+          -- once.
           pressed(i) <= arrived(i);
         else
           clocks <= clocks + 1;

@@ -1,8 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Control of a board that shows a stored light field: sweeps the focus to and fro until a key stops it.
 --
--- Latency: a key takes effect with the next frame. Throughput: not applicable.
--- Equation: slice = 0, 1, .. SLICES - 1, SLICES - 2, .. 0, each for FRAMES frames while it goes, one on with a step.
+-- Latency: a key takes effect with the next frame.
+-- Equation: slice = 0, 1, .. SLICES - 1, SLICES - 2, .. 0, each for FRAMES frames while sweeping, one further with a
+-- step.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -26,10 +27,10 @@ entity demo_control is
     reset : in    std_logic;
     -- Vertical sync of the frames, of either polarity.
     v_sync : in    std_logic;
-    -- Keys, active high, from any clock: stop or go on; stop, and a step.
+    -- Keys, active high, from any clock: key_stop stops or continues the sweep; key_step stops it and steps.
     key_stop : in    std_logic;
     key_step : in    std_logic;
-    -- What is to be shown, and whether the focus goes by itself.
+    -- What is shown; going: the focus sweeps.
     choice : out   picture_choice_t;
     going  : out   std_logic
   );
@@ -41,7 +42,8 @@ architecture rtl of demo_control is
   signal keys    : std_logic_vector(1 downto 0);
   signal pressed : std_logic_vector(1 downto 0);
 
-  -- Focus goes by itself; direction of the next step; the slice on show; vertical sync a clock ago.
+  -- going_now: the focus sweeps; upwards: direction of the next step; the slice that is shown; vertical sync a clock
+  -- ago.
   signal going_now   : std_logic                                := '1';
   signal upwards     : std_logic                                := '1';
   signal slice       : natural range 0 to larger(SLICES - 1, 1) := 0;
@@ -81,12 +83,11 @@ begin
         going_now <= '0';
       end if;
 
-      -- A stopped focus starts with a whole interval when it goes on.
+      -- A sweep that continues begins with a whole interval.
       if going_now = '0' then
         edges <= 0;
       elsif v_sync /= v_sync_seen then
-        -- Both edges are counted, so the polarity of the sync does not matter; two edges are a
-        -- frame.
+        -- Both edges are counted, so the polarity of the sync does not matter; two edges are a frame.
         if edges < 2 * FRAMES - 1 then
           edges <= edges + 1;
         else
@@ -95,12 +96,12 @@ begin
         end if;
       end if;
 
-      -- There and back: the first and the last slice are shown once each turn, so the picture never
-      -- jumps from one end of the focus to the other.
+      -- There and back: the first and the last slice are shown once each turn, so the focus never jumps from one end to
+      -- the other.
       if step and SLICES > 1 then
         if upwards = '1' then
           if slice < SLICES - 1 then
-            -- The ends step inwards at once: they were shown already.
+            -- At an end the slice steps inwards at once, because the end was shown already.
             slice <= slice + 1;
           else
             slice   <= slice - 1;
@@ -125,8 +126,8 @@ begin
   end process go;
 
   going <= going_now;
-  -- The sweep of the core starts anew behind the last slice (slice_select); this one turns round, so
-  -- it is made here and a plain slice is asked for.
+  -- The core's sweep starts again behind the last slice (slice_select). This sweep turns round, so it is made here, and
+  -- the core is asked for single slices.
   choice <=
   (
     pass_through => '0',

@@ -1,14 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Control of a board with HDMI input and output: clocks, buttons, serial port, EDID, LEDs.
 --
--- Runs from the board's oscillator, so it works without an input clock. Settings and reports cross to and from the
--- pixel clock here.
+-- The entity runs from the board's oscillator, so it works without an input clock. Settings and reports cross to and
+-- from the pixel clock here.
 --
 -- LEDs: 0 TMDS clock in range, 1 following (timing understood, picture refocused), 2 to 4 channels
 -- aligned, 5 error since the last clearing, 6 and 7 slice.
 --
--- Latency: a setting takes about 10 clocks. Throughput: not applicable.
--- Equation: none; see link_supervisor, board_control, i2c_rom_slave and monitor_edid.
+-- Latency: about 10 clocks for a setting.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -32,15 +31,15 @@ entity hdmi_control is
     SLICES : positive range 1 to 256;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive range 1 to 8192;
-    -- 0: pixel clocks from 24 MHz on with two settings of the PLLs. Otherwise from 82 to 158 MHz divided by it, less
-    -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz, with 3
-    -- 50 MHz: 500 Mb/s a lane, see plenofir.fpga.hdmi.modes.
+    -- 0: pixel clocks from 24 MHz on, with two settings of the PLLs. Otherwise 82 to 158 MHz divided by this number, a
+    -- little inside the range of a fixed PLL (80 to 160 MHz), and only such modes are offered. The limit is 74.3 MHz,
+    -- with 3 50 MHz: 500 Mb/s a lane, see plenofir.fpga.hdmi.modes.
     CLOCK_RANGE : natural range 0 to 4 := 0;
-    -- Frequency of clk.
+    -- Frequency of clk in MHz.
     CONTROL_MHZ : positive range 5 to 1000 := 100;
-    -- Times in 10 ns, see clock_meter, link_supervisor, debouncer, uart_receiver and
-    -- monitor_edid; DATA_PATIENCE is in windows of the meter. The PLLs are in reset for a fiftieth of LOCK_TIMEOUT,
-    -- hot plug is low for 20 times BUTTON_STABLE.
+    -- Times in 10 ns, for clock_meter, link_supervisor, debouncer, uart_receiver and monitor_edid; DATA_PATIENCE counts
+    -- windows of the meter. The PLLs are in reset for a fiftieth of LOCK_TIMEOUT; hot plug is low for 20 times
+    -- BUTTON_STABLE.
     METER_WINDOW  : positive range 1 to 200000000;
     LOCK_TIMEOUT  : positive range 1 to 200000000;
     DATA_PATIENCE : positive;
@@ -54,17 +53,17 @@ entity hdmi_control is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The clock of the HDMI input, to be measured, and the one that the pixels have.
+    -- The clock of the HDMI input, to be measured; and the pixel clock.
     tmds_clk  : in    std_logic;
     pixel_clk : in    std_logic;
-    -- What the clocks are, and what they are to be.
+    -- State of the clocks, and orders to them.
     clocks : in    clocks_state_t;
     order  : out   clocks_order_t;
-    -- Display data channels of the input and of the output. The input's clock line is never pulled low: the memory
-    -- is as fast as its reader.
+    -- Display data channels of the input and of the output. The input's clock line is never pulled low, because the
+    -- memory is as fast as its reader.
     in_ddc     : in    ddc_t;
     in_sda_low : out   std_logic;
-    -- Hot plug detect of the input: low for a while after a reset, so that a source that was there reads the EDID.
+    -- Hot plug detect of the input: low for a while after a reset, so that a connected source reads the EDID again.
     in_hot_plug : out   std_logic;
     out_ddc     : in    ddc_t;
     out_ddc_low : out   ddc_t;
@@ -73,9 +72,9 @@ entity hdmi_control is
     uart_tx : out   std_logic;
     panel   : in    panel_t;
     led     : out   std_logic_vector(7 downto 0);
-    -- From the delay lines of the receiver, in pixel_clk or a multiple of it that is made with it.
+    -- Reports of the receiver's delay lines, in pixel_clk or a multiple of it.
     lanes : in    lanes_t;
-    -- To and from the video path, in pixel_clk.
+    -- Settings for the video path and its reports, in pixel_clk.
     settings : out   video_settings_t;
     state    : in    video_state_t
   );
@@ -83,8 +82,7 @@ end entity hdmi_control;
 
 architecture rtl of hdmi_control is
 
-  -- TMDS clocks that are accepted, in units of 100 kHz; constraints/atlys.ucf has the period of the
-  -- fastest one.
+  -- TMDS clocks that are accepted, in units of 100 kHz; constraints/atlys.ucf has the period of the fastest one.
   constant ANY_SLOWEST : positive := 240;
   constant ANY_FASTEST : positive := 743;
   constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));
@@ -92,13 +90,14 @@ architecture rtl of hdmi_control is
 
   -- Time that a line of the display data channel must be stable, in 10 ns.
   constant LINE_FILTER : positive := 20;
-  -- And how much longer, so that it is seen behind a change of the clock line at the same time (i2c_lines).
+  -- Further time in 10 ns by which the data line is delayed, so that a change at the same time as the clock line's is
+  -- seen behind it (i2c_lines).
   constant LINE_HOLD : positive := 32;
-  -- A source that says nothing for that long in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
+  -- A source that is silent for this time in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
   constant LINE_LET_GO : positive := 3000000;
 
-  -- Clocks of a time, which is a whole number of them. Divided before it is multiplied: 2 s in 10
-  -- ns times the frequency exceed an integer.
+  -- Clocks of a time, which is a whole number of clocks. The division comes first, because 2 s in 10 ns times the
+  -- frequency exceeds an integer.
   function clocks_of (
     hundredths_us : positive
   ) return natural is
@@ -118,10 +117,10 @@ architecture rtl of hdmi_control is
   constant NO_DDC    : boolean := not takes(clocks_of(DDC_QUARTER) >= 3 and clocks_of(DDC_QUARTER) < 65536,
                                             "hdmi_control: DDC_QUARTER is not 3 to 65535 clocks of CONTROL_MHZ");
 
-  -- The TMDS clock as measured.
+  -- The measured TMDS clock.
   signal rate         : unsigned(11 downto 0) := (others => '0');
   signal rate_updated : std_logic;
-  -- The clocks' levels come from any clock; here they are of this one.
+  -- The clocks' state: levels from any clock, and the same in clk.
   signal lock_levels : std_logic_vector(2 downto 0);
   signal locked_here : std_logic_vector(2 downto 0);
   signal clocks_here : clocks_state_t;
@@ -132,7 +131,7 @@ architecture rtl of hdmi_control is
   signal lock_failed : std_logic;
   signal lost_locks  : std_logic_vector(RARE_BITS - 1 downto 0) := (others => '0');
 
-  -- What the panel sets.
+  -- Settings from the panel.
   signal choice         : picture_choice_t;
   signal pattern        : std_logic;
   signal text_place     : std_logic_vector(1 downto 0);
@@ -145,7 +144,7 @@ architecture rtl of hdmi_control is
   signal port_write     : std_logic;
   signal port_word      : load_word_t;
 
-  -- What is reported.
+  -- Reports.
   signal state_here    : video_state_t;
   signal lanes_here    : lanes_t;
   signal tracking_here : std_logic_vector(CHANNELS - 1 downto 0);
@@ -168,7 +167,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks.
 
-  -- The TMDS clock is looked at all the time, also while the board's own clock is shown.
+  -- The TMDS clock is measured all the time, also while the board's own clock is used.
   meter : entity work.clock_meter
     generic map (
       WINDOW => clocks_of(METER_WINDOW)
@@ -180,8 +179,7 @@ begin
       updated      => rate_updated
     );
 
-  -- Each level crosses by itself: the supervisor waits for one after the other, so that they arrive
-  -- together does not matter.
+  -- Each level crosses by itself: the supervisor waits for one after the other, so they need not arrive together.
   lock_levels <= clocks.own_ready & clocks.transmit_locked & clocks.receive_locked;
 
   lock_crossing : entity work.synchroniser
@@ -194,10 +192,10 @@ begin
       synchronous => locked_here
     );
 
-  -- `configured` is of this clock already: the control writes the settings itself.
+  -- `configured` is in clk already, because the control writes the settings itself.
   clocks_here <= (locked_here(2), clocks.configured, locked_here(0), locked_here(1));
 
-  -- It orders the clocks and nothing else: what is shown follows from its orders.
+  -- The supervisor decides about the clocks only; what is shown follows from its orders.
   supervisor : entity work.link_supervisor
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
@@ -224,9 +222,9 @@ begin
   order <= order_now;
 
   --------------------------------------------------------------------------------------------------
-  -- Panel, EDID.
+  -- Panel and EDID.
 
-  -- Whoever sets something, board or host, it is collected here.
+  -- Settings come from the board or a host; board_control collects both.
   settings_of_panel : entity work.board_control
     generic map (
       SLICES        => SLICES,
@@ -257,8 +255,7 @@ begin
       load_word     => port_word
     );
 
-  -- The EDID is served from the start on, without a pixel clock: a source asks for it before it
-  -- sends anything.
+  -- The EDID is served from the start, without a pixel clock: a source reads it before it sends anything.
   edid : entity work.i2c_rom_slave
     generic map (
       FILTER      => clocks_of(LINE_FILTER),
@@ -304,14 +301,14 @@ begin
       monitor       => monitor
     );
 
-  -- The counters here are cleared at once, those in the pixel clock by the toggle.
+  -- Counters here are cleared directly, those in the pixel clock by the toggle.
   clear_or_reset <= clear or reset;
 
   follow_clear : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- Into the pixel clock a pulse of this one may be lost, a change of level is not.
+      -- A pulse could be lost on the way into the pixel clock; a change of level cannot.
       if clear = '1' then
         clear_toggle <= not clear_toggle;
       end if;
@@ -323,10 +320,10 @@ begin
   end process follow_clear;
 
   --------------------------------------------------------------------------------------------------
-  -- To the video path.
+  -- Towards the video path.
 
-  -- The supervisor decides which clock runs, and the picture follows it: between the wish for the
-  -- pattern and its clock the input is still on show. Words for a sensor are added where they cross.
+  -- The supervisor decides which clock runs, and the picture follows: the input is shown until the pattern's clock
+  -- runs. settings_crossing adds the words for a sensor.
   settings_here <=
   (
     choice       => choice,
@@ -366,22 +363,21 @@ begin
       hung_counts => hung_counts
     );
 
-  -- The reports are registered in the pixel clock: where it has stopped, the last ones stay and
-  -- mean nothing.
+  -- The reports are registers in the pixel clock: if it has stopped, they keep their last values, which mean nothing.
   tracking_here <= lanes_here.tracking when order_now.run = '1' else
                    (others => '0');
   aligned       <= state_here.aligned when order_now.run = '1' else
                    (others => '0');
   inverted      <= state_here.inverted when order_now.run = '1' else
                    (others => '0');
-  -- What the supervisor takes for data: every channel samples well and finds its words.
+  -- Whether every channel samples well and finds its words, for the supervisor.
   data_here   <= '1' when (tracking_here and aligned) = "111" else
                  '0';
   following   <= state_here.following and order_now.run;
   unsupported <= state_here.unsupported and order_now.run;
   varying     <= state_here.varying and order_now.run;
 
-  -- The frame rate of the source, from its vertical sync; a monitor's modes are compared with it.
+  -- The frame rate of the source, from its vertical sync; compared with the monitor's modes.
   frames : entity work.frame_rate_meter
     generic map (
       TICK => clocks_of(METER_WINDOW) / 160
@@ -394,11 +390,11 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- What is shown.
+  -- Status.
 
-  -- The names are those of the status line, in its order. What a link that does not run last said
-  -- is masked where it would mislead; sizes and counters stay, to be read after a loss.
-  -- Where a field has several numbers, the first one is in the low bits, so at the right.
+  -- The names are those of the status line, in its order. Reports of a link that does not run are masked where they
+  -- would mislead; sizes and counters stay, to be read after a loss. In a field of several numbers the first is in the
+  -- low bits, so at the right.
   status <=
   (
     slice         => number(choice.slice),
@@ -453,7 +449,7 @@ begin
       led(1)          <= following;
       led(4 downto 2) <= aligned;
       led(5)          <= '0';
-      -- One light for all errors; the serial port tells which.
+      -- One LED shows all errors; the serial port tells which.
       if state_here.errors /= "00000" then
         led(5) <= '1';
       end if;

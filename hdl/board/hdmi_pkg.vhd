@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Records between the parts of an HDMI board: control and video path, both in the pixel clock; control, pins and
--- clocks.
+-- Records between the entities of an HDMI board: between control and video path, in the pixel clock; between control,
+-- pins and clocks.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,18 +14,18 @@ use work.video_pkg.all;
 
 package hdmi_pkg is
 
-  -- Errors: those of refocus_video, then words that no encoder sends.
+  -- Bits of the errors: those of refocus_video, then wrong words (words that no encoder sends).
   constant WRONG_WORD : natural  := 4;
   constant ERRORS     : positive := 5;
 
-  -- Bits of the counters of such words, of packets with errors, of the positions of the delay lines, and of the
-  -- counters of restarts and of their hangs.
+  -- Bits of the counters of wrong words, of the counters of packets with errors, of the positions of the delay lines,
+  -- and of the counters of restarts and hung delay lines.
   constant WORD_ERROR_BITS   : positive := 12;
   constant PACKET_ERROR_BITS : positive := 8;
   constant TAP_BITS          : positive := 8;
   constant RARE_BITS         : positive := 8;
 
-  -- The lines of a display data channel: their levels at the pins; or which of them are pulled low (open drain).
+  -- The lines of a display data channel: their levels at the pins, or '1' to pull them low (open drain).
   type ddc_t is record
     scl : std_logic;
     sda : std_logic;
@@ -33,15 +33,15 @@ package hdmi_pkg is
 
   -- Buttons and switches, active high.
   type panel_t is record
-    -- Step through the slices; clear the errors.
+    -- Step through the slices, up and down; clear the errors.
     button_up    : std_logic;
     button_down  : std_logic;
     button_clear : std_logic;
-    -- Show the test pattern, the input as it is, all slices in turn.
+    -- Show the test pattern; pass the input through; sweep.
     switch_pattern : std_logic;
     switch_pass    : std_logic;
     switch_sweep   : std_logic;
-    -- Step through the outputs; hide the text, put it at the bottom. A board may lack them.
+    -- Step through the outputs; hide the text; put it at the bottom. A board may lack these three.
     button_output : std_logic;
     switch_hide   : std_logic;
     switch_bottom : std_logic;
@@ -57,7 +57,7 @@ package hdmi_pkg is
     vector : std_logic_vector(PANEL_CONTACTS - 1 downto 0)
   ) return panel_t;
 
-  -- What is set by a command line, for a clock, and the number that came with it.
+  -- A command: which one it is (each high for one clock), and its number.
   type command_t is record
     value        : unsigned(7 downto 0);
     set_slice    : std_logic;
@@ -72,42 +72,42 @@ package hdmi_pkg is
     set_up : std_logic;
   end record command_t;
 
-  -- What the clocks of the video path are; from any clock.
+  -- State of the clocks of the video path; from any clock.
   type clocks_state_t is record
     -- The board's own pixel clock runs.
     own_ready : std_logic;
-    -- The settings of both PLLs are written; the PLLs of receiver and transmitter have locked.
+    -- The settings of both PLLs are written; the receiver's and the transmitter's PLL have locked.
     configured      : std_logic;
     receive_locked  : std_logic;
     transmit_locked : std_logic;
   end record clocks_state_t;
 
-  -- What they are to be.
+  -- Orders to the clocks.
   type clocks_order_t is record
     -- Take the board's own pixel clock.
     use_own : std_logic;
-    -- Write the settings of both PLLs, for a clock; high: those for 40 to 100 MHz.
+    -- Write the settings of both PLLs (high for one clock); high: the settings for 40 to 100 MHz.
     configure : std_logic;
     high      : std_logic;
-    -- Resets of the PLLs, and release of all that their clocks drive.
+    -- Resets of the PLLs; run: releases everything that their clocks drive.
     receive_reset  : std_logic;
     transmit_reset : std_logic;
     run            : std_logic;
   end record clocks_order_t;
 
-  -- What the delay lines of the receiver tell, see phase_detector_control, phase_search.
+  -- Reports of the receiver's delay lines (phase_detector_control, phase_search).
   type lanes_t is record
     tracking : std_logic_vector(CHANNELS - 1 downto 0);
     taps     : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-    -- Each change of a bit is a delay line that hung.
+    -- Each change of a bit: a delay line hung.
     hung_toggle : std_logic_vector(CHANNELS - 1 downto 0);
   end record lanes_t;
 
-  -- What the last read of the monitor's EDID gave.
+  -- Result of the last read of the monitor's EDID.
   type monitor_t is record
-    -- 0 no answer, 1 an EDID, 2 something else, 3 a line stays low.
+    -- 0 no answer, 1 an EDID, 2 an answer that is no EDID, 3 a line stays low.
     state : std_logic_vector(1 downto 0);
-    -- Of an EDID the preferred mode, else 0, its rate in 0.1 Hz; and whether the mode on show was in it.
+    -- The preferred mode of an EDID (else 0), its rate in 0.1 Hz; offered: the EDID has the present mode.
     columns : std_logic_vector(11 downto 0);
     rows    : std_logic_vector(11 downto 0);
     rate    : std_logic_vector(11 downto 0);
@@ -116,39 +116,39 @@ package hdmi_pkg is
 
   constant NO_MONITOR : monitor_t := ("00", x"000", x"000", x"000", '0');
 
-  -- What the panel wants of the video path.
+  -- Settings of the panel for the video path.
   type video_settings_t is record
     choice : picture_choice_t;
     -- Place of the text: 0 none, 1 at the top, 2 at the bottom.
     text_place : std_logic_vector(1 downto 0);
     -- The test pattern instead of the input.
     show_pattern : std_logic;
-    -- Channels of the receiver to be inverted, or that they are found.
+    -- Channels of the receiver to invert, or FIND_POLARITY.
     polarity : polarity_t;
-    -- Each change of it clears the errors.
+    -- Each change clears the errors.
     clear_toggle : std_logic;
     -- Word for the load port of a sensor's resampler; each change of the toggle is a word.
     load_word   : load_word_t;
     load_toggle : std_logic;
   end record video_settings_t;
 
-  -- What the video path reports.
+  -- Reports of the video path.
 
   type video_state_t is record
     -- Channels of the receiver that are aligned to words.
     aligned : std_logic_vector(CHANNELS - 1 downto 0);
-    -- Channels that are inverted, see tmds_polarity.
+    -- Channels that are inverted (tmds_polarity).
     inverted : std_logic_vector(CHANNELS - 1 downto 0);
-    -- The timing is understood and the picture refocused; it is stable but cannot be followed; the frames are not all
-    -- alike.
+    -- following: the timing is understood and the picture refocused; unsupported: the timing is stable but cannot be
+    -- followed; varying: the frames are not all alike.
     following   : std_logic;
     unsupported : std_logic;
     varying     : std_logic;
     -- Errors since the last clearing.
     errors : std_logic_vector(ERRORS - 1 downto 0);
-    -- Words of each channel that no encoder sends, since the last clearing.
+    -- Wrong words of each channel since the last clearing.
     word_errors : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
-    -- What the source sends, see tmds_receiver (which YCbCr it is, is not reported); packets with wrong check bits and
+    -- The kind of source (tmds_receiver; which YCbCr it sends is not reported). Packets with wrong check bits, and
     -- InfoFrames with a wrong sum, since the last clearing.
     hdmi          : std_logic;
     info          : picture_info_t;
@@ -159,11 +159,11 @@ package hdmi_pkg is
     rows    : count_t;
     h_sync  : std_logic;
     v_sync  : std_logic;
-    -- Vertical sync itself.
+    -- Vertical sync, as it is now.
     v_sync_now : std_logic;
     -- Toggle of the last word for the load port that has arrived.
     load_seen : std_logic;
-    -- See picture_marks.
+    -- Result of picture_marks.
     marks : std_logic_vector(1 downto 0);
   end record video_state_t;
 
@@ -210,8 +210,8 @@ package body hdmi_pkg is
   ) return std_logic_vector is
   begin
 
-    -- The order of the fields is free, but to_state must take them apart in the same one; the last
-    -- operand is in the low bits.
+    -- The order of the fields is free, but to_state must take them apart in the same order; the last operand is in the
+    -- low bits.
     return state.varying & state.marks & state.inverted & state.sum_errors & state.packet_errors &
            state.info.format_code & state.info.limited & state.info.colour & (state.info.informed & state.hdmi) &
            state.load_seen & (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
@@ -224,8 +224,7 @@ package body hdmi_pkg is
     vector : std_logic_vector(STATE_BITS - 1 downto 0)
   ) return video_state_t is
 
-    -- Where each group of fields begins. The constants are in the order of to_vector, read from its
-    -- end.
+    -- Where each group of fields begins: the order of to_vector, read from its end.
     constant FLAGS : positive := CHANNELS + 2;
     constant WORDS : positive := FLAGS + ERRORS;
     constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
@@ -253,8 +252,8 @@ package body hdmi_pkg is
     state.info.informed := vector(TOLD + 1);
     state.info.colour   := vector(TOLD + 3 downto TOLD + 2);
     state.info.limited  := vector(TOLD + 4);
-    -- Only the conversion to RGB needs to know which YCbCr it is, and that happens in the pixel
-    -- clock: no bit is spent on it.
+    -- Only the conversion to RGB needs to know which YCbCr it is, and it stands in the pixel clock: this bit does not
+    -- cross.
     state.info.bt601 := '0';
 
     state.info.format_code := vector(TOLD + 12 downto TOLD + 5);

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The video path of a board, without anything specific to a family: TMDS bits in, refocused, TMDS words out.
+-- The video path of a board, independent of the FPGA family: TMDS bits in, refocused, TMDS words out.
 --
 -- The input is that of the receiver, as full-range RGB, or the board's own: a stored light field (stored_pkg) or a test
--- pattern with three planes. screen_pkg says which outputs there are besides the refocused slice, and whether a text is
--- shown; sensor_pkg says whether the input is a sensor's raw frames. The board provides the clocks, collects ten bits a
--- clock and serialises words.
+-- pattern with three planes. screen_pkg has the outputs besides the refocused slice, and whether a text is shown;
+-- sensor_pkg says whether the input is a sensor's raw frames. The board provides the clocks, collects ten bits each
+-- clock, and serialises words.
 --
--- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
--- Equation: out picture = refocus(in picture), see raster_refocuser.
+-- Latency: that of refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
+-- Equation: out picture = refocus(in picture).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,7 +24,7 @@ use work.video_pkg.all;
 
 entity hdmi_refocuser is
   generic (
-    -- How the core computes; its slices and its engine, see raster_refocuser.
+    -- Generics of raster_refocuser.
     CORE   : core_t;
     SHIFTS : string;
     ENGINE : string;
@@ -41,17 +41,17 @@ entity hdmi_refocuser is
     tx_clk : in    std_logic;
     -- High while all clocks run; from any clock.
     run : in    std_logic;
-    -- The next ten bits of each channel, in clk, wherever its words begin: channel 0 (blue) in the low bits, bit 0
-    -- came first.
+    -- The next ten bits of each channel, in clk, wherever words begin: channel 0 (blue) in the low bits; bit 0 came
+    -- first.
     in_bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
     -- Words of the channels and, in the high bits, of the clock lane, in tx_clk; bit 0 is sent first.
     out_words : out   std_logic_vector(10 * CHANNELS + 9 downto 0);
-    -- Timing of the test pattern; stable.
+    -- Timing of the test pattern; must be constant.
     pattern_timing : in    timing_t;
-    -- From and to the control, in clk.
+    -- Settings from the control and reports to it, in clk.
     settings : in    video_settings_t;
     state    : out   video_state_t;
-    -- Channels whose word is one that no encoder sends, in clk: what says that bits are not sampled well any more.
+    -- Channels with a wrong word (one that no encoder sends), in clk: bits may no longer be sampled well.
     wrong : out   std_logic_vector(CHANNELS - 1 downto 0)
   );
 end entity hdmi_refocuser;
@@ -60,12 +60,12 @@ architecture rtl of hdmi_refocuser is
 
   constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, CORE.max_columns);
 
-  -- Pixels and words of the transmitter start with the link, and are in reset without it.
+  -- Resets of pixels and of the transmitter's words: both start with the link, and are in reset without it.
   signal stop     : std_logic;
   signal reset    : std_logic;
   signal tx_reset : std_logic;
 
-  -- From the receiver: what came, and what it tells.
+  -- Outputs of the receiver.
   signal link         : video_t;
   signal aligned      : std_logic_vector(CHANNELS - 1 downto 0);
   signal inverted     : std_logic_vector(CHANNELS - 1 downto 0);
@@ -75,7 +75,7 @@ architecture rtl of hdmi_refocuser is
   signal packet_error : std_logic;
   signal sum_error    : std_logic;
 
-  -- Video on its way: as RGB, the board's own, what goes in, what is shown.
+  -- Video: as RGB; the board's own; the chosen source; as shown.
   signal rgb           : video_t;
   signal drawn         : video_t;
   signal pattern_reset : std_logic;
@@ -90,7 +90,7 @@ architecture rtl of hdmi_refocuser is
   signal timing       : timing_t;
   signal video_errors : std_logic_vector(3 downto 0);
 
-  -- Toggles of the settings as they were; what their changes ask for.
+  -- Toggles of the settings as last seen, and the orders that their changes mean.
   signal clear_seen : std_logic := '0';
   signal clear      : std_logic;
   signal load_seen  : std_logic := '0';
@@ -106,8 +106,8 @@ begin
   stop  <= not run;
   wrong <= wrong_words;
 
-  -- Both clocks may stop with the source. The resets begin without a clock and end with one, so
-  -- nothing starts half.
+  -- Both clocks may stop with the source. The resets begin without a clock and end in step with one, so nothing starts
+  -- in part.
   reset_of_pixels : entity work.reset_bridge
     port map (
       clk     => clk,
@@ -122,7 +122,7 @@ begin
       reset   => tx_reset
     );
 
-  -- `locked` is not looked at: the control judges by the channels, which it names in its report.
+  -- `locked` is not used: the control judges by the channels, which its report names.
   receiver : entity work.tmds_receiver
     generic map (
       ALIGN_TIMEOUT => ALIGN_TIMEOUT
@@ -142,7 +142,7 @@ begin
       sum_error    => sum_error
     );
 
-  -- In front of all else, so that everything behind it has RGB of full range, whatever the source sends.
+  -- The conversion comes first, so that everything behind it has full-range RGB whatever the source sends.
   convert : entity work.full_range_rgb
     port map (
       clk       => clk,
@@ -153,10 +153,10 @@ begin
       out_video => rgb
     );
 
-  -- The pattern is drawn anew when it is chosen, so its first frame is whole.
+  -- The pattern restarts when it is chosen, so its first frame is whole.
   pattern_reset <= reset or not settings.show_pattern;
 
-  -- A picture without a source, so that output and refocuser can be tried with nothing plugged in.
+  -- A picture without a source, to try output and refocuser with nothing plugged in.
   own : entity work.own_light_field
     generic map (
       MICRO_IMAGE_SIZE => CORE.micro_image_size,
@@ -175,13 +175,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Registered: from here on it is one video, whatever it came from.
+      -- A register: from here on it is one video, whatever the source.
       source <= rgb;
       if settings.show_pattern = '1' then
         source <= drawn;
       end if;
-      -- During the reset nothing counts as a pixel; the syncs need none, as the timing is measured
-      -- anew behind it.
+      -- During the reset no pixel counts. The syncs need no reset, because the timing is measured again behind it.
       if reset = '1' then
         source.active <= '0';
       end if;
@@ -189,7 +188,7 @@ begin
 
   end process choose_source;
 
-  -- The same entity for all boards: a board is what lies around it.
+  -- This entity is common to all boards.
   picture : entity work.shown_video
     generic map (
       CORE   => CORE,
@@ -212,7 +211,7 @@ begin
       video_errors => video_errors
     );
 
-  -- Marks are looked for in what came in; what was found is drawn into what goes out.
+  -- Marks are searched in the incoming video; the result is drawn into the outgoing video.
   watch_marks : entity work.picture_marks
     generic map (
       LINES => CORE.micro_image_size
@@ -226,7 +225,7 @@ begin
       marks       => marks
     );
 
-  -- A toggle crosses clocks where a pulse would be lost.
+  -- A toggle crosses between clocks where a pulse could be lost.
   clear <= clear_seen xor settings.clear_toggle;
   load  <= to_load(load_seen xor settings.load_toggle, settings.load_word);
 
@@ -239,26 +238,25 @@ begin
       if clear = '1' then
         errors_now <= (others => '0');
       elsif reset = '0' then
-        -- A restart of the link clears nothing: what led to it is to be seen behind it.
+        -- A restart of the link clears no error, so that its cause stays visible.
         errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
-        -- Without a picture, and with the pattern, words of any kind are no fault: an input that is
-        -- not plugged in receives noise.
+        -- Without a picture, and with the pattern, wrong words are no fault: an input without a source receives noise.
         if following = '1' and wrong_words /= "000" and settings.show_pattern = '0' then
           errors_now(WRONG_WORD) <= '1';
         end if;
       end if;
 
-      -- By channel: a bad contact shows in one of them.
+      -- A counter for each channel, because a bad contact shows in one of them.
       word_errors <= each_counted(word_errors, wrong_words, clear);
-      -- Apart from each other: wrong check bits tell of the cable, a wrong checksum of the source.
+      -- Two counters: wrong check bits point to the cable, a wrong checksum points to the source.
       packet_errors <= counted(packet_errors, packet_error, clear);
       sum_errors    <= counted(sum_errors, sum_error, clear);
     end if;
 
   end process collect_errors;
 
-  -- The transmitter's clock has the frequency of the pixels but not their phase: an elastic buffer
-  -- takes up the difference.
+  -- The transmitter's clock has the frequency of the pixels in any phase; an elastic buffer in tmds_transmitter bridges
+  -- the difference.
   transmitter : entity work.tmds_transmitter
     port map (
       clk      => clk,
@@ -269,7 +267,7 @@ begin
       tx_words => out_words
     );
 
-  -- All that the control reports.
+  -- Reports to the control.
   state <=
   (
     aligned       => aligned,

@@ -1,23 +1,24 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Announces a monitor to the source a while after reset, as if it had just been plugged in.
 --
--- A source that was connected before the board was configured, perhaps with other modes, then reads the EDID anew.
+-- A source that was connected before the board was configured, perhaps with other modes, then reads the EDID again.
 --
--- Latency: PAUSE clocks. Throughput: not applicable.
--- Equation: present = reset is over for PAUSE clocks.
+-- Latency: PAUSE clocks.
+-- Equation: present = reset has been over for PAUSE clocks.
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 entity hot_plug is
   generic (
-    -- 200 ms of 100 MHz: sources take less than 100 ms for a bad contact (HDMI 1.4, section 8.5).
+    -- Clocks after the reset; the default is 200 ms at 100 MHz. Sources take less than 100 ms for a bad contact (HDMI
+    -- 1.4, section 8.5).
     PAUSE : positive := 20000000
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- To the pin.
+    -- The hot plug pin.
     present : out   std_logic
   );
 end entity hot_plug;

@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The EDID memory that sources read over the display data channel: an I2C slave at 0x50.
 --
--- A write sets the address, and reads continue from it, one byte after the other; without a write they go on from the
--- last read, from 0 on behind a reset. The address wraps at the size, EDID_BYTES, as that of a 24LCS21 does. Both
--- lines are taken only after FILTER equal samples, and the data line with a hold time (i2c_lines): a source may
--- change both at once. A start condition begins anew from any state, so an interrupted transfer blocks nothing. A
--- source that goes away while the data line is held low would block it: the line is therefore released when the clock
--- line has stood still for LET_GO clocks.
+-- A write sets the address, and reads continue from it byte by byte; without a write they continue behind the last
+-- read, after a reset from 0. The address wraps round at EDID_BYTES, like that of a 24LCS21. Both lines are filtered by
+-- FILTER equal samples, and the data line also has a hold time (i2c_lines), because a source may change both at once. A
+-- start condition restarts the slave in any state, so an interrupted transfer blocks nothing. A source that goes away
+-- while the slave holds the data line low would block it, so the line is released when the clock line has been still
+-- for LET_GO clocks.
 --
--- Latency: FILTER + HOLD + 3 clocks from a falling edge of the clock line to the data line, a hold time for the other
---   side. Throughput: I2C up to 400 kHz, with clk of 100 MHz.
+-- Latency: FILTER + HOLD + 3 clocks from a falling edge of the clock line to the data line, which is the master's hold
+-- time. Throughput: I2C up to 400 kHz, with clk at 100 MHz.
 -- Equation: the n-th byte of a read = EDID((address + n) mod EDID_BYTES).
 
 library ieee;
@@ -22,16 +22,16 @@ use work.math_pkg.all;
 
 entity i2c_rom_slave is
   generic (
-    -- Equal samples that make a level; 20 are 200 ns of 100 MHz.
+    -- Equal samples that make a level; 20 are 200 ns at 100 MHz.
     FILTER : positive := 20;
-    -- Clocks of hold time: UM10204 asks a device for 300 ns. With FILTER they are less than the clock line's shortest
-    -- high level, 600 ns.
+    -- Clocks of hold time; UM10204 asks devices for 300 ns. FILTER and HOLD together must be less than the clock line's
+    -- shortest high level, 600 ns.
     HOLD : positive := 30;
-    -- Clocks without an edge of the clock line after which the data line is let go: more than the longest bit.
+    -- Clocks without an edge of the clock line after which the data line is released: more than the longest bit.
     LET_GO : positive := 3000000;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive := 1280;
-    -- Pixel clocks of the build, see hdmi_control: others are not offered.
+    -- Pixel clocks of the build (hdmi_control): modes with other clocks are not offered.
     CLOCK_RANGE : natural range 0 to 4 := 0
   );
   port (
@@ -42,7 +42,7 @@ entity i2c_rom_slave is
     sda : in    std_logic;
     -- Pull the data line low (open drain).
     sda_low : out   std_logic;
-    -- A byte was read, for a clock.
+    -- High for one clock: a byte was read.
     read_byte : out   std_logic
   );
 end entity i2c_rom_slave;
@@ -50,13 +50,13 @@ end entity i2c_rom_slave;
 architecture rtl of i2c_rom_slave is
 
   constant DEVICE : std_logic_vector(6 downto 0) := "1010000";
-  -- The size is a power of two, so the address wraps by itself.
+  -- The size is a power of two, so that the address wraps round.
   constant ADDRESS_BITS : positive := bits_for(EDID_BYTES - 1);
 
   type rom_t is array (0 to EDID_BYTES - 1) of std_logic_vector(7 downto 0);
 
-  -- Of those for the pixel clocks the one with the longest lines that fit; their first one in any case, and the first
-  -- of all if there is none.
+  -- Among the EDIDs for these pixel clocks, the one with the longest lines that fit; if none fits, the first of them;
+  -- if there are none, the first of all.
   function chosen_edid (
     columns : positive;
     clocks  : natural
@@ -92,23 +92,24 @@ architecture rtl of i2c_rom_slave is
 
   constant EDID : rom_t := chosen_edid(MAX_COLUMNS, CLOCK_RANGE);
 
-  -- idle: not addressed, until the next start; device_byte, address_byte, discard: bytes coming in;
-  -- acknowledge: the slave's bit; send: a byte going out; acknowledged: the master's bit.
+  -- idle: not addressed, until the next start; device_byte, address_byte, discard: a byte comes in; acknowledge: the
+  -- slave's bit; send: a byte goes out; acknowledged: the master's bit.
   type state_t is (idle, device_byte, address_byte, discard, acknowledge, send, acknowledged);
 
-  -- The levels of the lines, now and a clock before.
+  -- Levels of the lines, now and a clock before.
   signal scl_now    : std_logic;
   signal sda_now    : std_logic;
   signal scl_before : std_logic := '1';
   signal sda_before : std_logic := '1';
   signal state      : state_t   := idle;
-  -- What follows the slave's acknowledge bit.
+  -- after_ack: the state behind the slave's acknowledge bit.
   signal after_ack : state_t                             := idle;
   signal shift     : std_logic_vector(7 downto 0)        := (others => '0');
   signal bits      : natural range 0 to 8                := 0;
   signal address   : unsigned(ADDRESS_BITS - 1 downto 0) := (others => '0');
   signal rom_byte  : std_logic_vector(7 downto 0)        := (others => '0');
-  -- The data line is to be low, and is, some clocks later; clocks since the last edge of the clock line meanwhile.
+  -- holds: the data line is to be low; pulls: it is, some clocks later; waited: clocks in between; held_long: clocks
+  -- since the last edge of the clock line while it is held.
   signal holds     : std_logic                 := '0';
   signal pulls     : std_logic                 := '0';
   signal waited    : natural range 0 to HOLD   := 0;
@@ -116,11 +117,12 @@ architecture rtl of i2c_rom_slave is
   -- The master has not acknowledged: it wants no more bytes.
   signal refused : std_logic := '0';
 
-  -- Edges of the clock line, a start or a stop, each for a clock.
+  -- Each high for one clock: edges of the clock line; borders: a start or a stop.
   signal rises   : std_logic;
   signal falls   : std_logic;
   signal borders : std_logic;
-  -- The bits are those of a byte that comes in; a whole byte has passed; the next byte of the memory begins to go out.
+  -- receives: the bits belong to a byte that comes in; full: a whole byte has passed; fetches: the next byte of the
+  -- memory begins to go out.
   signal receives : std_logic;
   signal full     : std_logic;
   signal fetches  : std_logic;
@@ -142,7 +144,7 @@ begin
       sda_level => sda_now
     );
 
-  -- The data line changes HOLD clocks behind the clock line's fall, as the other side may see that late.
+  -- The data line changes HOLD clocks behind the fall of the clock line, because the master may see that fall late.
   drive_line : process (clk) is
   begin
 
@@ -162,7 +164,7 @@ begin
 
   end process drive_line;
 
-  -- For the edges.
+  -- Levels of the clock before, to find edges.
   remember_levels : process (clk) is
   begin
 
@@ -173,8 +175,7 @@ begin
 
   end process remember_levels;
 
-  -- A register behind the ROM: it is read a clock after the address, and the next byte is wanted
-  -- bits later.
+  -- A register behind the ROM: the byte is needed many clocks after the address.
   look_up : process (clk) is
   begin
 
@@ -186,17 +187,16 @@ begin
 
   rises <= scl_now and not scl_before;
   falls <= scl_before and not scl_now;
-  -- The data line changes while the clock line is high, now and a clock ago: only a start or a stop
-  -- does that.
+  -- Only a start or a stop changes the data line while the clock line is high, now and a clock before.
   borders  <= scl_now and scl_before and (sda_now xor sda_before);
   receives <= to_logic(state = device_byte or state = address_byte or state = discard);
   full     <= to_logic(bits = 8);
-  -- A byte begins to go out behind the acknowledge bit of the address, and behind each one that the
-  -- master acknowledges.
+  -- A byte begins to go out behind the acknowledge bit of the address, and behind each byte that the master
+  -- acknowledges.
   fetches <= falls and (to_logic(state = acknowledge and after_ack = send) or
                         (to_logic(state = acknowledged) and not refused));
 
-  -- Bits are taken as the clock line rises, and sent as it falls.
+  -- Bits are read when the clock line rises, and sent when it falls.
   shift_bits : process (clk) is
   begin
 
@@ -207,8 +207,7 @@ begin
       elsif falls = '1' and full = '1' and (receives = '1' or state = send) then
         bits <= 0;
       elsif fetches = '1' then
-        -- The first bit leaves in this clock (see holds), so seven are left. The ones behind them
-        -- let the line go.
+        -- The first bit leaves in this clock (see holds), so seven are left. The ones behind them release the line.
         shift <= rom_byte(6 downto 0) & '1';
         bits  <= 1;
       elsif falls = '1' and state = send then
@@ -219,8 +218,7 @@ begin
         bits <= 0;
       end if;
       if falls = '1' and state = address_byte and full = '1' then
-        -- The address counts on by itself from the last one, as that of an EEPROM does: a source
-        -- may read without writing it.
+        -- The address counts on from the last one, like that of an EEPROM: a source may read without writing it.
         address <= unsigned(shift(ADDRESS_BITS - 1 downto 0));
       elsif fetches = '1' then
         address <= address + 1;
@@ -233,8 +231,8 @@ begin
 
   end process shift_bits;
 
-  -- Open drain: a 0 is pulled (holds), a 1 is let go. The lowest bit of the device byte says that the master reads; a
-  -- write sets the address with its first byte. What the master leaves high behind a byte it has not acknowledged.
+  -- Open drain: a 0 is pulled (holds), a 1 is released. The lowest bit of the device byte says whether the master
+  -- reads. A write sets the address with its first byte. A byte that the master does not acknowledge is the last one.
   serve : process (clk) is
   begin
 
@@ -258,7 +256,7 @@ begin
             if full = '1' then
               state <= idle;
               if shift(7 downto 1) = DEVICE then
-                -- The acknowledge bit: low for a clock of the line, until its next falling edge.
+                -- The acknowledge bit is low until the next falling edge of the clock line.
                 holds     <= '1';
                 state     <= acknowledge;
                 after_ack <= address_byte;
@@ -278,7 +276,7 @@ begin
 
           when discard =>
 
-            -- There is nothing to write to: no acknowledgement, so the source stops.
+            -- The memory is read-only: without an acknowledgement the source stops.
             if full = '1' then
               state <= idle;
             end if;
@@ -301,7 +299,7 @@ begin
 
             holds <= not rom_byte(7);
             state <= send;
-            -- The master wants no more: it makes a stop next, for which the line must be free.
+            -- The master wants no more bytes: it makes a stop next, for which the line must be released.
             if refused = '1' then
               holds <= '0';
               state <= idle;
@@ -317,7 +315,7 @@ begin
         end if;
       end if;
 
-      -- Every edge of the clock line begins the count anew, and a line that is not held does not count.
+      -- Every edge of the clock line restarts the count, and only a held line counts.
       held_long <= 0;
       if holds = '1' and rises = '0' and falls = '0' then
         held_long <= held_long + 1;

@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- CrossLink-NX evaluation board (LIFCL-40): a camera at its camera connector, refocused parallel video out.
 --
--- This file has what belongs to the board and its family: pins (constraints/lifcl40.pdc), clock, D-PHY. The rest is
--- camera_refocuser.
+-- This file has what belongs to the board and its family: pins (constraints/lifcl40.pdc), clock, D-PHY.
+-- camera_refocuser has everything else.
 --
--- Without a sensor in sensor_pkg, frames are already the raster of micro images, grey, four pixels a clock: those of a
--- sensor with micro images of exactly M x M pixels, 360 million pixels a second on four lanes of 900 Mb/s.
+-- Without a sensor in sensor_pkg, the frames are a raster of micro images already, in grey, four pixels each clock:
+-- from a sensor with micro images of exactly M x M pixels, 360 million pixels a second on four lanes of 900 Mb/s.
 --
--- Clocks: that of the lanes from the D-PHY, and clk from the device's own oscillator, 450 MHz / (CLOCK_DIVIDE + 1)
--- within 7 %. The crossing is in csi_receiver.
+-- Clocks: byte_clk from the D-PHY, and clk from the device's oscillator, 450 MHz / (CLOCK_DIVIDE + 1) within 7 %. The
+-- crossing is in csi_receiver.
 --
 -- Latency: that of camera_refocuser, and a line. Throughput: one pixel each clock, PIXELS_PER_CLOCK without a sensor.
 -- Equation: out frame = refocus(raster(raw frame)).
@@ -28,7 +28,7 @@ use work.sensor_pkg.all;
 
 entity lifcl40_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -40,18 +40,18 @@ entity lifcl40_top is
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "moving_sum";
     PIXELS_PER_CLOCK    : positive range 1 to 8    := 4;
-    -- Lines of a frame; a raster of the sensor's has its own.
+    -- Lines of a frame; with a sensor its raster sets them.
     ROWS : positive range 1 to 65535 := 480;
-    -- 3: 112.5 MHz.
+    -- Divider of the oscillator; 3 gives 112.5 MHz.
     CLOCK_DIVIDE : positive range 1 to 255 := 3;
-    -- Clocks in a millisecond and in a bit of the serial port; 0: as they are.
+    -- Clocks in a millisecond, and in a bit of the serial port; 0: computed from the frequency.
     MILLISECOND : natural := 0;
     BIT_TIME    : natural := 0
   );
   port (
-    -- Button (low while pressed).
+    -- Reset button (low while pressed).
     reset_n : in    std_logic;
-    -- The camera: pads of the D-PHY, registers, reset (low).
+    -- The camera: pads of the D-PHY, I2C, reset (low).
     cam_clk_p   : inout std_logic;
     cam_clk_n   : inout std_logic;
     cam_data_p  : inout std_logic_vector(3 downto 0);
@@ -62,15 +62,15 @@ entity lifcl40_top is
     -- Serial port for calibrations.
     uart_rx : in    std_logic;
     uart_tx : out   std_logic;
-    -- Switches: the slice.
+    -- Switches for the slice.
     slice : in    std_logic_vector(7 downto 0);
-    -- Refocused video: the clock, in whose falling edge all else changes least, frame and line valid, the pixels from
-    -- the low bits on, red first.
+    -- Refocused video: its clock, near whose falling edge the other outputs are stable; frame and line valid; pixels
+    -- from the low bits on, red first.
     out_clk         : out   std_logic;
     out_frame_valid : out   std_logic;
     out_line_valid  : out   std_logic;
     out_data        : out   std_logic_vector(39 downto 0);
-    -- LEDs, low: lit: state of camera_refocuser.
+    -- LEDs (low: lit): state of camera_refocuser.
     led_n : out   std_logic_vector(4 downto 0)
   );
 end entity lifcl40_top;
@@ -98,7 +98,7 @@ architecture rtl of lifcl40_top is
   signal clk           : std_logic;
   signal reset_request : std_logic;
   signal reset         : std_logic;
-  -- The camera: bytes of its lanes, levels of its registers' lines, and pulled low.
+  -- The camera: bytes of its lanes; levels of its I2C lines, and lines to pull low.
   signal byte_clk   : std_logic;
   signal lane_valid : std_logic_vector(CAMERA_LANES - 1 downto 0);
   signal lane_sync  : std_logic_vector(CAMERA_LANES - 1 downto 0);
@@ -107,7 +107,7 @@ architecture rtl of lifcl40_top is
   signal sda        : std_logic;
   signal scl_low    : std_logic;
   signal sda_low    : std_logic;
-  -- The refocused frames as a stream, then as parallel video.
+  -- Refocused frames as a stream, then as parallel video.
   signal new_tvalid  : std_logic;
   signal new_tready  : std_logic;
   signal new_tdata   : std_logic_vector(WIDTH - 1 downto 0);
@@ -118,7 +118,7 @@ architecture rtl of lifcl40_top is
   signal data        : std_logic_vector(WIDTH - 1 downto 0);
   signal state       : std_logic_vector(4 downto 0);
 
-  -- A parameter of the oscillator is a text.
+  -- A number as text, because a parameter of the oscillator is a text.
 
   function decimal (
     value : natural
@@ -149,8 +149,7 @@ begin
       hfclkout => clk
     );
 
-  -- Board and camera are reset by the same button, so the registers are written into a sensor that
-  -- has just started.
+  -- One button resets board and camera, so the registers are written into a sensor that has just started.
   reset_request <= not reset_n;
   cam_reset_n   <= reset_n;
 
@@ -179,7 +178,7 @@ begin
       lane_data  => lane_data
     );
 
-  -- A line that a pull-up holds is high: in simulation it has the level H.
+  -- A line that a pull-up holds has the level H in simulation and counts as high.
   scl     <= to_x01(cam_scl);
   sda     <= to_x01(cam_sda);
   cam_scl <= '0' when scl_low = '1' else
@@ -239,15 +238,14 @@ begin
       data          => data
     );
 
-  -- Registers of their own at the pins, so that all bits leave at the same time after the clock,
-  -- however the logic is placed.
+  -- Registers at the pins, so that all bits leave at the same time after the clock, however the logic is placed.
   send : process (clk) is
   begin
 
     if rising_edge(clk) then
       out_frame_valid <= frame_valid;
       out_line_valid  <= line_valid;
-      -- A core of fewer pixels or bits than the connector has leaves the high pins low.
+      -- High pins that a core of fewer pixels or bits does not use stay low.
       out_data                     <= (others => '0');
       out_data(WIDTH - 1 downto 0) <= data;
       led_n                        <= not state;
@@ -255,7 +253,7 @@ begin
 
   end process send;
 
-  -- A clock net has no way of its own to a pin: it leaves as data do, high in the clock's first half.
+  -- A clock net has no direct way to a pin: the clock leaves through an output register, high in the first half.
   clock_out : component oddrx1
     port map (
       sclk => clk,

@@ -1,21 +1,21 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Starts the clocks of the video path in the right order, and again after any loss.
 --
--- The order, from the measured TMDS clock or for the test pattern the board's own: choose the source, set both PLLs for
--- its range, release the receiver's PLL; when it has locked, the transmitter's PLL; when that has locked, the logic. A
--- source that changes, a clock out of range and a lost lock lead back to the beginning. Each wait ends after TIMEOUT
--- clocks, which is counted. A TMDS clock without data leads back too, so that a PLL or a delay line that started
--- wrongly gets another chance.
+-- The order, from the measured TMDS clock or (for the test pattern) from the board's own: choose the source; set both
+-- PLLs for its range; release the receiver's PLL; when that has locked, the transmitter's PLL; when that has locked,
+-- the logic. A source that changes, a clock out of range and a lost lock lead back to the beginning. Each wait ends
+-- after TIMEOUT clocks, which is counted. A TMDS clock without data leads back too, so that a PLL or a delay line that
+-- started wrongly gets another chance.
 --
 -- A TMDS clock is accepted when STEADY measurements in a row were in range and each differed from the one before by at
--- most a count, so an open input, which may oscillate, starts nothing. The fastest clock accepted is that of the timing
--- constraints.
+-- most one count, so an open input, which may oscillate, starts nothing. The fastest accepted clock is that of the
+-- timing constraints.
 --
--- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 MHz and more (high)
--- overlap, and a clock within both does not switch back and forth.
+-- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 MHz and more (high) overlap, so a
+-- clock in the overlap does not switch back and forth.
 --
--- Latency: STEADY + 1 measurements and the PLLs' lock times. Throughput: not applicable.
--- Equation: run = clock steady and in range, and all that it goes through is locked.
+-- Latency: STEADY + 1 measurements and the lock times of the PLLs.
+-- Equation: run = clock steady and in range, and all PLLs behind it locked.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -29,7 +29,7 @@ entity link_supervisor is
   generic (
     -- Counts of clock_meter for 10 MHz.
     COUNTS_10_MHZ : positive := 100;
-    -- Clocks to wait for a lock, and clocks that the PLLs are held in reset before; more than 15.
+    -- Clocks to wait for a lock; clocks for which the PLLs are held in reset before, more than 15.
     TIMEOUT : positive := 1000000;
     HOLD    : positive := 20000;
     -- Measurements of a TMDS clock that must agree.
@@ -45,17 +45,17 @@ entity link_supervisor is
     reset : in    std_logic;
     -- The board's own clock is wanted.
     want_own : in    std_logic;
-    -- The TMDS clock, see clock_meter.
+    -- The TMDS clock as measured by clock_meter.
     rate         : in    unsigned(11 downto 0);
     rate_updated : in    std_logic;
-    -- What the clocks are, and what they are to be.
+    -- State of the clocks, and orders to them.
     clocks : in    clocks_state_t;
     order  : out   clocks_order_t;
-    -- Every channel of the receiver tracks its bits and finds words.
+    -- Every channel of the receiver samples well and finds words.
     data : in    std_logic;
-    -- It ran and is held again though the choice of the clock is the same, for a clock.
+    -- High for one clock: the link ran and is stopped again, though the choice of the clock is the same.
     restarted : out   std_logic;
-    -- A PLL was given up that did not lock in time, for a clock.
+    -- High for one clock: a PLL did not lock in time and was given up.
     lock_failed : out   std_logic;
     -- There is a steady TMDS clock in range.
     present : out   std_logic
@@ -64,13 +64,13 @@ end entity link_supervisor;
 
 architecture rtl of link_supervisor is
 
-  -- The limits allow for the measuring error of a count, and at the fast end for half a percent of
-  -- tolerance of the source.
+  -- The limits allow for the measuring error of one count, and at the fast end for half a percent of tolerance of the
+  -- source.
   constant LOW_SLOWEST  : natural := (COUNTS_10_MHZ * SLOWEST) / 100;
   constant LOW_FASTEST  : natural := (COUNTS_10_MHZ * 50) / 10;
   constant HIGH_SLOWEST : natural := (COUNTS_10_MHZ * 40) / 10;
   constant HIGH_FASTEST : natural := (COUNTS_10_MHZ * FASTEST) / 100 + (COUNTS_10_MHZ * FASTEST) / 20000 + 1;
-  -- Above this a new clock gets the high setting.
+  -- Above this rate a new clock gets the high setting.
   constant MIDDLE : natural := (COUNTS_10_MHZ * 45) / 10;
 
   type state_t is (quiet, choose, write_setting, lock_receive, lock_transmit, running);
@@ -78,22 +78,22 @@ architecture rtl of link_supervisor is
   signal state : state_t := quiet;
   -- Clocks that a state has lasted, up to TIMEOUT.
   signal waited : natural range 0 to TIMEOUT := 0;
-  -- The choice and the setting that hold.
+  -- The chosen source and the setting in effect.
   signal own      : std_logic := '0';
   signal high_now : std_logic := '0';
-  -- The measurement before, those in a row that agree, and what is known from the last one: whether enough of them do,
-  -- whether the rate fits the setting that holds, which one a new clock of this rate would get.
+  -- The measurement before; measurements in a row that agree. From the last measurement: in_range: enough agree; fits:
+  -- the rate fits the setting in effect; want_high: the setting that a new clock of this rate would get.
   signal last      : unsigned(11 downto 0)     := (others => '0');
   signal agree     : natural range 1 to STEADY := 1;
   signal in_range  : std_logic                 := '0';
   signal fits      : std_logic                 := '0';
   signal want_high : std_logic                 := '0';
-  -- The clock that was chosen is there.
+  -- The chosen clock runs.
   signal source_ok : std_logic;
   -- Measurements in a row without data.
   signal lacking : natural range 0 to PATIENCE := 0;
 
-  -- PLLs are in reset from the FPGA's configuration on.
+  -- PLLs are in reset from configuration on.
   signal receive_reset_now  : std_logic := '1';
   signal transmit_reset_now : std_logic := '1';
 
@@ -118,7 +118,7 @@ begin
         in_range  <= '0';
         want_high <= '0';
         fits      <= '0';
-        -- In range, so the additions of 1 cannot overflow.
+        -- The rate is in range, so adding 1 cannot overflow.
         if rate >= LOW_SLOWEST and rate <= HIGH_FASTEST and rate <= last + 1 and last <= rate + 1 then
           if agree >= STEADY - 1 then
             agree    <= STEADY;
@@ -135,7 +135,7 @@ begin
         end if;
       end if;
       if state = choose then
-        -- The setting is about to be chosen for this very rate.
+        -- The setting is about to be chosen for this rate.
         fits <= '1';
       end if;
       if reset = '1' then
@@ -146,9 +146,9 @@ begin
 
   end process judge;
 
-  -- A source that went to sleep may leave its clock on, so every PLL locks and no picture comes. A
-  -- PLL or a delay line that started wrongly looks the same from here. A restart every PATIENCE
-  -- measurements costs nothing in the first case and cures the second.
+  -- A source that went to sleep may leave its clock on: every PLL locks and no picture comes. A PLL or a delay line
+  -- that started wrongly looks the same. A restart every PATIENCE measurements costs nothing in the first case and
+  -- cures the second.
   count_lacking : process (clk) is
   begin
 
@@ -162,9 +162,9 @@ begin
 
   end process count_lacking;
 
-  -- A lost source and another choice end every state alike; in quiet and choose there is nothing to lose. In choose the
-  -- wait has no limit, as without a source nothing better can be done. In write_setting `configured` takes up to three
-  -- clocks to fall behind the order; before that it is still that of the last setting.
+  -- A lost source, or another choice, ends every state alike, except quiet and choose, where nothing can be lost. In
+  -- choose the wait has no limit, because without a source nothing else can be done. In write_setting `configured`
+  -- takes up to three clocks to fall behind the order; until then it belongs to the last setting.
   bring_up : process (clk) is
 
     variable give_up : boolean;
@@ -184,8 +184,8 @@ begin
 
         when quiet =>
 
-          -- The resets are given HOLD clocks to reach all that still runs from the old clock; only then is the source
-          -- switched, as a PLL that sees its input jump may leave its range.
+          -- The resets get HOLD clocks to reach everything that still runs from the old clock. Only then is the source
+          -- switched, because a PLL whose input jumps may leave its range.
           order.run          <= '0';
           receive_reset_now  <= '1';
           transmit_reset_now <= '1';
@@ -247,8 +247,7 @@ begin
           restarted <= '1';
         end if;
         if state = lock_receive or state = lock_transmit then
-          -- A wait that ended by itself is a PLL that did not lock; one that the source ended is not counted against
-          -- it.
+          -- A wait that ends by itself is a PLL that did not lock; a wait that the source ended is not counted.
           lock_failed <= to_logic(waited = TIMEOUT);
         end if;
       end if;

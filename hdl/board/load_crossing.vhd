@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Brings words for the load port of a resampler into the pixel clock: after each reset first the built-in calibration
--- (sensor_pkg), if there is one, then those of load_port. Without a pixel clock they wait.
+-- Brings words for the load port of a resampler into the pixel clock: after each reset the built-in calibration
+-- (sensor_pkg) if there is one, then the words of load_port. Without a pixel clock they wait.
 --
 -- Latency: that of bus_crossing. Throughput: a word in two round trips.
 -- Equation: load_word = CALIBRATION(0), CALIBRATION(1), ..., then port_word.
@@ -16,13 +16,13 @@ entity load_crossing is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- From load_port. Busy: the word before has not arrived.
+    -- Words from load_port. port_busy: the word before has not arrived.
     port_write : in    std_logic;
     port_word  : in    load_word_t;
     port_busy  : out   std_logic;
     -- Toggle of the last word that has arrived, brought back from the pixel clock.
     seen : in    std_logic;
-    -- In the pixel clock: the word; each change of the toggle is one.
+    -- In the pixel clock: the word; each change of the toggle is one word.
     pixel_clk   : in    std_logic;
     load_word   : out   load_word_t;
     load_toggle : out   std_logic
@@ -41,8 +41,8 @@ begin
 
   sensor : if WITH_SENSOR generate
 
-    -- Words of the calibration that were sent; the word under way; its toggle; it has not arrived
-    -- yet; the calibration is through.
+    -- Words of the calibration that were sent; the word under way and its toggle; busy: it has not arrived; all_done:
+    -- the calibration is sent.
     constant WORDS : natural := CALIBRATION'length;
 
     signal number    : natural range 0 to WORDS      := 0;
@@ -55,15 +55,14 @@ begin
 
   begin
 
-    -- A word is under way until its toggle has come back: one that is replaced before would be
-    -- lost. Without a pixel clock the toggle does not come back, and the words wait.
+    -- A word is under way until its toggle has come back; if it were replaced before, it would be lost. Without a pixel
+    -- clock the toggle does not come back, and the words wait.
     busy     <= toggle xor seen;
     all_done <= '1' when number = WORDS or not CALIBRATED else
                 '0';
     -- Words of the port wait for the calibration, which they may be meant to correct.
     port_busy <= busy or not all_done;
-    -- The word crosses with its toggle on one bus: where the toggle has changed, the word is
-    -- complete.
+    -- Word and toggle cross on one bus: when the toggle has changed, the word is complete.
     to_pixels <= toggle & word;
 
     send : process (clk) is
@@ -86,8 +85,8 @@ begin
           word   <= port_word;
           toggle <= not toggle;
         end if;
-        -- The toggle keeps its level: a change of it would be a word. A word on its way arrives,
-        -- and the calibration begins anew behind it.
+        -- The toggle keeps its level, because a change would be a word. A word on its way arrives, and the calibration
+        -- restarts behind it.
         if reset = '1' then
           number <= 0;
         end if;

@@ -1,17 +1,17 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Words for the load port of a resampler from the serial port, in front of command_line.
+-- Takes words for the load port of a resampler from the serial port, in front of command_line.
 --
--- A line that begins with the letter l is for this entity; all others go on to command_line, whose answers return
--- through here. Blanks do not count. Each line is answered with one line.
+-- Lines that begin with the letter l are for this entity; all others go on to command_line, whose answers return
+-- through here. Blanks are ignored. Each line is answered with one line.
 --
 --   l KAAAAADDDDDDDDDD   write a word: kind, address, data, 16 hexadecimal digits
---   l ?                  what resampler it is
+--   l ?                  describe the resampler
 --
 -- The answer is "ok", "error" (another character, more or fewer digits, a second question mark, a kind above 3, or a
 -- resampler that has not taken the word before), or DESCRIPTION.
 --
--- Latency: the length of the line. Throughput: one line at a time; what arrives during an answer is dropped.
--- Equation: none.
+-- Latency: up to the end of the line. Throughput: one line at a time; characters that come during an answer are
+-- dropped.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -19,7 +19,7 @@ use ieee.numeric_std.all;
 
 entity load_port is
   generic (
-    -- Answer to the question, one line.
+    -- Answer to "l ?", one line.
     DESCRIPTION : string
   );
   port (
@@ -28,7 +28,7 @@ entity load_port is
     -- Characters in, always taken.
     in_valid : in    std_logic;
     in_data  : in    std_logic_vector(7 downto 0);
-    -- Characters of other lines, to command_line.
+    -- Characters of all other lines, for command_line.
     other_valid : out   std_logic;
     other_data  : out   std_logic_vector(7 downto 0);
     -- Answers of command_line.
@@ -39,7 +39,7 @@ entity load_port is
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
-    -- The word before is still on its way.
+    -- The word before has not arrived.
     busy : in    std_logic;
     -- The load port of resampler.
     load_write   : out   std_logic;
@@ -54,7 +54,7 @@ architecture rtl of load_port is
   constant LINE_END : string := CR & LF;
   constant ANSWERS  : string := "ok" & LINE_END & "error" & LINE_END & DESCRIPTION & LINE_END;
 
-  -- First characters of the answers in the ROM, as in command_line; each ends with its line feed.
+  -- First characters of the answers in the ROM, as in command_line; each answer ends with its line feed.
   constant OK_FIRST          : positive := 1;
   constant ERROR_FIRST       : positive := 5;
   constant DESCRIPTION_FIRST : positive := 12;
@@ -104,15 +104,15 @@ architecture rtl of load_port is
 
   end function between;
 
-  -- The next character begins a line; the line is for this entity; hexadecimal digits of it so far,
-  -- and their values; a question mark came; it is wrong whatever follows.
+  -- begins: the next character begins a line; own: the line is for this entity; its hexadecimal digits so far and their
+  -- values; asked: a question mark came; wrong: the line is wrong whatever follows.
   signal begins : std_logic                                 := '1';
   signal own    : std_logic                                 := '0';
   signal count  : natural range 0 to DIGITS                 := 0;
   signal word   : std_logic_vector(4 * DIGITS - 1 downto 0) := (others => '0');
   signal asked  : std_logic                                 := '0';
   signal wrong  : std_logic                                 := '0';
-  -- An answer of this entity, of command_line, is under way.
+  -- answering: an answer of this entity is under way; other: one of command_line is.
   signal answering : std_logic                         := '0';
   signal other     : std_logic                         := '0';
   signal place     : natural range 1 to ANSWERS'length := 1;
@@ -132,7 +132,7 @@ begin
                    '0';
   blank         <= '1' when in_data = code(' ') else
                    '0';
-  -- The letter l at the beginning of a line stays here, as does all that follows it.
+  -- The letter l at the beginning of a line, and all that follows it, stays here.
   other_valid  <= in_valid and not own and not answering when in_data /= code('l') or begins = '0' else
                   '0';
   load_kind    <= word(61 downto 60);
@@ -145,9 +145,8 @@ begin
     if rising_edge(clk) then
       load_write <= '0';
 
-      -- The answer of command_line is passed on as it is. Characters that come in meanwhile are
-      -- dropped, as command_line drops them: otherwise they would be taken for the beginning of a
-      -- line here and not there.
+      -- An answer of command_line passes unchanged. Characters that come meanwhile are dropped here as command_line
+      -- drops them; otherwise they would begin a line here and not there.
       if answering = '0' and s_axis_tvalid = '1' and m_axis_tready = '1' then
         other <= '1';
         if s_axis_tdata = code(LF) then
@@ -164,7 +163,7 @@ begin
           end if;
         end if;
       elsif in_valid = '1' and other = '0' then
-        -- Blanks in front of the letter do not hide it.
+        -- Blanks in front of the letter are ignored.
         begins <= ends or (begins and blank);
         if own = '0' then
           if begins = '1' and in_data = code('l') then
@@ -177,8 +176,8 @@ begin
           own       <= '0';
           answering <= '1';
           place     <= ERROR_FIRST;
-          -- A question has no digits, a word has all of them and a kind that exists, and the word
-          -- before must have arrived: it is held in a register until then.
+          -- A question has no digits; a word has all digits and a valid kind. The word before must have arrived,
+          -- because it is held in a register until then.
           if wrong = '0' and asked = '1' and count = 0 then
             place <= DESCRIPTION_FIRST;
           elsif wrong = '0' and asked = '0' and count = DIGITS and word(63 downto 62) = "00" and
@@ -195,15 +194,15 @@ begin
           else
             count <= count + 1;
           end if;
-          -- The codes of A to F and a to f end with 1 to 6 and have bit 6, those of the digits do
-          -- not: one adder of 9 serves both cases of letters.
+          -- The codes of A to F and a to f end with 1 to 6 and have bit 6, which the codes of digits have not: adding 9
+          -- serves both cases of letters.
           word <= word(4 * DIGITS - 5 downto 0) & in_data(3 downto 0);
           if in_data(6) = '1' then
             word(3 downto 0) <= std_logic_vector(unsigned(in_data(3 downto 0)) + 9);
           end if;
         elsif blank = '0' then
-          -- Any other character makes the line wrong; it is answered when it has ended, so that
-          -- each line has one answer.
+          -- Any other character makes the line wrong; the answer comes when the line has ended, so that each line has
+          -- one answer.
           wrong <= '1';
         end if;
       end if;

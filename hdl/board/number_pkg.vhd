@@ -10,17 +10,17 @@ use work.tmds_pkg.all;
 
 package number_pkg is
 
-  -- An unsigned number of fewer bits.
+  -- An unsigned number, extended.
   function number (
     value : std_logic_vector
   ) return std_logic_vector;
 
-  -- 0 or 1.
+  -- A flag as 0 or 1.
   function flag (
     value : std_logic
   ) return std_logic_vector;
 
-  -- A number for each channel, of as many bits each, signed where they may be negative.
+  -- A number for each channel, of equal widths; negative: the numbers have a sign.
   function numbers (
     values   : std_logic_vector;
     negative : boolean := false
@@ -53,8 +53,7 @@ package body number_pkg is
     negative : boolean := false
   ) return std_logic_vector is
 
-    -- The slices are read by bounds made of c, so the argument must end at bit 0; callers pass
-    -- whole vectors.
+    -- The bounds below are computed from c, so the argument must end at bit 0; callers pass whole vectors.
     constant WIDTH  : positive := values'length / CHANNELS;
     variable value  : std_logic_vector(WIDTH - 1 downto 0);
     variable result : std_logic_vector(16 * CHANNELS - 1 downto 0);
@@ -66,8 +65,7 @@ package body number_pkg is
 
       value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);
 
-      -- Extended with zeros, then again with the sign if it has one: a function returns one type,
-      -- so both are written as vectors.
+      -- Extended with zeros, or with the sign if there is one. A function returns one type, so both are vectors.
       result(16 * c + 15 downto 16 * c) := number(value);
 
       if negative then

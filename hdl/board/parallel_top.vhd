@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A camera with parallel output in, refocused parallel video out: for an evaluation board, without pins of its own.
+-- A camera with parallel output in, refocused parallel video out: for an evaluation board of any kind.
 --
--- The camera's pixel clock is the only clock. Lines and frames must have as much blanking as the refocuser needs behind
--- a frame; a pixel that it cannot take is reported.
+-- The camera's pixel clock is the only clock. Lines and frames must have as much blanking as the refocuser needs; a
+-- pixel that it cannot take is reported.
 --
--- Latency: see raster_refocuser, and a line. Throughput: one pixel each clock.
--- Equation: out picture = refocus(in picture), see raster_refocuser.
+-- Latency: that of raster_refocuser, and a line. Throughput: one pixel each clock.
+-- Equation: out picture = refocus(in picture).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -13,7 +13,7 @@ use ieee.numeric_std.all;
 
 entity parallel_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -25,7 +25,7 @@ entity parallel_top is
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "moving_sum";
     PIXEL_BITS          : positive range 8 to 12   := 10;
-    -- Lines of a frame; each has MAX_COLUMNS pixels.
+    -- Lines of a frame; each line has MAX_COLUMNS pixels.
     ROWS : positive range 1 to 65535 := 480
   );
   port (
@@ -36,7 +36,7 @@ entity parallel_top is
     in_frame_valid : in    std_logic;
     in_line_valid  : in    std_logic;
     in_data        : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
-    -- Slice, see slice_select.
+    -- Slice, as in slice_select.
     slice : in    std_logic_vector(7 downto 0);
     -- Refocused pixels.
     out_frame_valid : out   std_logic;
@@ -49,13 +49,13 @@ end entity parallel_top;
 
 architecture rtl of parallel_top is
 
-  -- A camera has one size, so the sizes are constants and their logic goes away.
+  -- A camera has one size, so the core's size ports are constants and synthesis removes their logic.
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(MAX_COLUMNS, 16));
   constant ROWS_PORT    : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(ROWS, 16));
 
   signal reset_request : std_logic;
   signal reset         : std_logic;
-  -- From the camera to the core, and from the core to the monitor.
+  -- Streams from the camera to the core, and from the core to the output.
   signal raw_valid : std_logic;
   signal raw_ready : std_logic;
   signal raw_data  : std_logic_vector(PIXEL_BITS - 1 downto 0);
@@ -73,7 +73,7 @@ begin
 
   reset_request <= not reset_n;
 
-  -- The button is asynchronous; the reset ends with a clock edge.
+  -- The button is asynchronous; the reset ends in step with the clock.
   bridge : entity work.reset_bridge
     port map (
       clk     => clk,
@@ -81,7 +81,7 @@ begin
       reset   => reset
     );
 
-  -- A camera cannot wait: what the core does not take at once is lost, and said so.
+  -- A camera cannot wait: a pixel that the core does not take at once is lost and reported.
   camera : entity work.parallel_to_stream
     generic map (
       WIDTH => PIXEL_BITS
@@ -133,7 +133,7 @@ begin
       error_flags   => flags
     );
 
-  -- It waits until a whole line is there, so that lines go out without gaps.
+  -- stream_to_parallel waits for whole lines, so that lines go out without gaps.
   monitor : entity work.stream_to_parallel
     generic map (
       WIDTH       => PIXEL_BITS,
@@ -157,7 +157,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Faults stay until the reset: the light that shows them is looked at now and then.
+      -- Faults stay until the reset, because the LED that shows them is looked at now and then.
       if lost = '1' or flags /= "00000" then
         error <= '1';
       end if;

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings the reports of the video path and of the delay lines out of the pixel clock, and counts hung delay lines.
 --
--- Latency: that of bus_crossing. Throughput: the latest report; a change of a toggle counts if it stays that long.
--- Equation: hung_counts = changes of hung_toggle since clear; all others as they are.
+-- Latency: that of bus_crossing. Throughput: the latest report; a change of a toggle counts if it lasts as long.
+-- Equation: hung_counts = changes of hung_toggle since clear; all other outputs = inputs at an earlier moment.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,11 +14,11 @@ use work.tmds_pkg.all;
 
 entity report_crossing is
   port (
-    -- In pixel_clk: of the video path; of the delay lines, as in hdmi_control.
+    -- In pixel_clk: reports of the video path; reports of the delay lines (as in hdmi_control).
     pixel_clk : in    std_logic;
     state     : in    video_state_t;
     lanes     : in    lanes_t;
-    -- In clk: the last ones that have come.
+    -- In clk: the reports that came last.
     clk        : in    std_logic;
     state_here : out   video_state_t;
     lanes_here : out   lanes_t;
@@ -30,8 +30,8 @@ end entity report_crossing;
 
 architecture rtl of report_crossing is
 
-  -- Places of the parts in the report: the state of the video path in the low bits, as its length
-  -- is a constant of the package.
+  -- Places of the fields in the report. The state of the video path is in the low bits, because its length is a
+  -- constant of the package.
   constant TAPS_AT     : positive := STATE_BITS;
   constant TRACKING_AT : positive := TAPS_AT + TAP_BITS * CHANNELS;
   constant HUNG_AT     : positive := TRACKING_AT + CHANNELS;
@@ -46,8 +46,7 @@ architecture rtl of report_crossing is
 
 begin
 
-  -- One crossing for all, so that what arrives was true at one moment: a position of a delay line
-  -- is never read half changed.
+  -- All fields cross on one bus, so they belong to one moment: a position of a delay line is never half changed.
   report_now <= lanes.hung_toggle & lanes.tracking & lanes.taps & to_vector(state);
 
   crossing : entity work.bus_crossing
@@ -65,7 +64,7 @@ begin
   lanes_here <= (report_here(HUNG_AT - 1 downto TRACKING_AT), report_here(TRACKING_AT - 1 downto TAPS_AT), hung_here);
   hung_here  <= report_here(REPORT_BITS - 1 downto HUNG_AT);
 
-  -- A toggle instead of a pulse: however slow the crossing is, a change of level waits to be seen.
+  -- A toggle instead of a pulse: a change of level waits until the crossing has seen it.
   watch : process (clk) is
   begin
 
@@ -79,7 +78,7 @@ begin
   hung_now    <= hung_here xor hung_before;
   hung_counts <= hung;
 
-  -- A toggle that changes twice before it has arrived looks as if nothing had happened.
+  -- Simulation stops if a toggle changes twice before it has arrived, which would look like no change.
   watch_toggles : process (pixel_clk) is
 
     variable before : std_logic_vector(CHANNELS - 1 downto 0);

@@ -16,14 +16,14 @@ entity settings_crossing is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- In clk; what it has of words does not count.
+    -- Settings in clk; their fields of words are not used.
     settings : in    video_settings_t;
-    -- A word from load_port; busy: the one before has not arrived. seen: toggle of the last that has.
+    -- A word from load_port; port_busy: the word before has not arrived; seen: toggle of the last word that has.
     port_write : in    std_logic;
     port_word  : in    load_word_t;
     port_busy  : out   std_logic;
     seen       : in    std_logic;
-    -- In pixel_clk.
+    -- Settings in pixel_clk.
     pixel_clk : in    std_logic;
     arrived   : out   video_settings_t
   );
@@ -31,8 +31,8 @@ end entity settings_crossing;
 
 architecture rtl of settings_crossing is
 
-  -- Settings of more than a bit must arrive together, or a slice that was never chosen would be
-  -- shown for a frame; those of one bit have a synchroniser each, which takes less.
+  -- Settings of several bits must arrive together, or a slice that was never chosen would be shown for a frame. Those
+  -- of one bit have a synchroniser each, which is smaller.
   constant TOGETHER_BITS : positive := 23 + CHANNELS;
 
   signal together       : std_logic_vector(TOGETHER_BITS - 1 downto 0);
@@ -47,7 +47,7 @@ begin
   together <= settings.polarity & settings.text_place & settings.choice.shown & settings.choice.pass_through &
               settings.choice.sweep & settings.choice.sweep_frames & settings.choice.slice;
 
-  -- Slice and sweep of one moment arrive in one clock, never half of each.
+  -- All bits of a slice and a sweep arrive in one clock.
   bus_of_settings : entity work.bus_crossing
     generic map (
       WIDTH => TOGETHER_BITS
@@ -71,7 +71,7 @@ begin
       synchronous => pixel_singles
     );
 
-  -- Words for the resampler must all arrive, so each is acknowledged before the next.
+  -- Words for the resampler must all arrive, so each is acknowledged before the next is sent.
   loads : entity work.load_crossing
     port map (
       clk         => clk,

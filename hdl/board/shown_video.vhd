@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What any board shows of its video: the refocused picture, and the text over it where screen_pkg has one.
+-- The picture that a board shows: the refocused video, and over it the text if screen_pkg has one.
 --
--- Latency: see refocus_video, and that of the text. Throughput: one pixel each clock.
--- Equation: out picture = refocus(in picture), see raster_refocuser.
+-- Latency: that of refocus_video, and with a text OVERLAY_LATENCY clocks. Throughput: one pixel each clock.
+-- Equation: out picture = refocus(in picture), with the text.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -19,7 +19,7 @@ use work.video_pkg.all;
 
 entity shown_video is
   generic (
-    -- How the core computes; its slices and its engine, see raster_refocuser.
+    -- Generics of raster_refocuser.
     CORE   : core_t;
     SHIFTS : string;
     ENGINE : string
@@ -27,17 +27,17 @@ entity shown_video is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- What is to be shown, and the place of the text: 0 none, 1 at the top, 2 at the bottom.
+    -- What is shown; place of the text: 0 none, 1 at the top, 2 at the bottom.
     choice     : in    picture_choice_t;
     text_place : in    std_logic_vector(1 downto 0);
-    -- Errors that the text tells.
+    -- Errors whose number the text shows.
     errors : in    std_logic_vector(ERRORS - 1 downto 0);
-    -- The sensor's calibration.
+    -- Load port of the sensor's calibration.
     load : in    load_t;
-    -- Video in, and what is shown.
+    -- Video in; video out.
     in_video  : in    video_t;
     out_video : out   video_t;
-    -- As refocus_video has them.
+    -- As in refocus_video.
     following    : out   std_logic;
     unsupported  : out   std_logic;
     varying      : out   std_logic;
@@ -50,17 +50,17 @@ architecture rtl of shown_video is
 
   constant REFUSED : boolean := not takes_shifts("shown_video", SHIFTS, CORE.max_columns);
 
-  -- The ruler under the text has a field for each.
+  -- The ruler under the text has a field for each slice.
   constant SLICES : positive := slice_count(SHIFTS);
 
-  -- Before the text is laid over it, and what the text says of it.
+  -- Video before the text is laid over it, and what that video shows.
   signal bare       : video_t;
   signal on_show    : on_show_t;
   signal timing_now : timing_t;
 
 begin
 
-  -- Out to the board, and to the text, which is placed by the number of rows.
+  -- For the board, and for the text, which is placed by the number of rows.
   timing <= timing_now;
 
   video : entity work.refocus_video
@@ -91,17 +91,17 @@ begin
       errors      => video_errors
     );
 
-  -- A board without a screen text pays nothing for it.
+  -- A board without a text has no overlay.
   no_text : if not WITH_TEXT generate
     out_video <= bare;
   end generate no_text;
 
   text : if WITH_TEXT generate
 
-    -- What each output number shows depends on the build; the text names the kind, not the number.
+    -- The meaning of an output's number depends on the build; the text names the kind of output.
     constant KINDS : kinds_t := output_kinds(OUTPUTS);
 
-    -- For text_overlay: shown at all, at the bottom, what is on show, and the lines of the picture.
+    -- For text_overlay: whether it is shown, whether at the bottom, what is shown, and the lines of the picture.
     signal show   : std_logic;
     signal bottom : std_logic;
     signal kind   : std_logic_vector(1 downto 0);
@@ -109,7 +109,7 @@ begin
 
   begin
 
-    -- 1: at the top, 2: at the bottom. 3 does not come, and would count as at the bottom.
+    -- 1: at the top, 2: at the bottom. 3 does not occur and would act like 2.
     show   <= text_place(0) or text_place(1);
     bottom <= text_place(1);
     kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_show.place))), 2));

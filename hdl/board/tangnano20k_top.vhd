@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Sipeed Tang Nano 20K (GW2AR-18): a stored light field, refocused, HDMI out. It needs nothing but a monitor.
+-- Sipeed Tang Nano 20K (GW2AR-18): a stored light field, refocused, HDMI out. The board needs only a monitor.
 --
--- The light field is that of stored_pkg, or the test pattern. The core takes only the picture's columns; black ones on
--- both sides extend them to lines of 640 pixels.
+-- The light field is that of stored_pkg, or the test pattern. The core takes only the picture's columns; black columns
+-- on both sides extend the lines to 640 pixels.
 --
--- Clocks: one, made from the oscillator, with five times of it for the serialisers; no crossings.
+-- Clocks: the pixel clock, made from the oscillator, and five times that for the serialisers; no crossings.
 --
--- Latency: see refocus_video. Throughput: one pixel each clock.
+-- Latency: that of refocus_video. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(light field).
 
 library ieee;
@@ -24,7 +24,7 @@ use work.video_pkg.all;
 
 entity tangnano20k_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-2 0 2";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -45,14 +45,14 @@ entity tangnano20k_top is
     PATTERN_V_FRONT  : positive range 1 to 4095 := 10;
     PATTERN_V_SYNC   : positive range 1 to 4095 := 2;
     PATTERN_V_BACK   : positive range 1 to 4095 := 33;
-    -- Frames for each slice, half a second; clocks for which a key must be steady, 10 ms.
+    -- Frames for each slice (30 are half a second); clocks for which a key must be steady (10 ms).
     SWEEP_FRAMES  : positive range 1 to 255       := 30;
     BUTTON_STABLE : positive range 1 to 200000000 := 252000
   );
   port (
     -- Oscillator.
     clk_27 : in    std_logic;
-    -- Keys, high while pressed: S1 stops the focus or lets it go on, S2 stops it and steps.
+    -- Keys, high while pressed: S1 stops or continues the sweep, S2 stops it and steps.
     key_stop : in    std_logic;
     key_step : in    std_logic;
     -- HDMI out.
@@ -60,7 +60,7 @@ entity tangnano20k_top is
     out_clk_n  : out   std_logic;
     out_data_p : out   std_logic_vector(2 downto 0);
     out_data_n : out   std_logic_vector(2 downto 0);
-    -- LEDs, low: lit. 0 a picture is refocused, 1 the focus goes by itself, 2 to 4 the slice, 5 an error.
+    -- LEDs (low: lit): 0 a picture is refocused, 1 the focus sweeps, 2 to 4 the slice, 5 an error.
     led_n : out   std_logic_vector(5 downto 0)
   );
 end entity tangnano20k_top;
@@ -103,7 +103,7 @@ architecture rtl of tangnano20k_top is
   signal stop   : std_logic;
   signal reset  : std_logic;
 
-  -- What the keys set: the slice, and whether the focus goes by itself.
+  -- Settings of the keys: the slice, and whether the focus sweeps.
   signal choice : picture_choice_t;
   signal going  : std_logic;
 
@@ -115,14 +115,14 @@ architecture rtl of tangnano20k_top is
   signal out_p : std_logic_vector(CHANNELS downto 0);
   signal out_n : std_logic_vector(CHANNELS downto 0);
 
-  -- What the LEDs tell.
+  -- States that the LEDs show.
   signal following    : std_logic;
   signal video_errors : std_logic_vector(3 downto 0);
   signal errors_now   : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
 
 begin
 
-  -- One oscillator is all there is: no input clock, no choice between two.
+  -- The oscillator is the only source: there is no input clock to choose.
   clocks : entity work.display_clocks
     port map (
       clk_27 => clk_27,
@@ -131,7 +131,7 @@ begin
       locked => locked
     );
 
-  -- Nothing runs before the PLL does.
+  -- Everything is in reset until the PLL has locked.
   stop <= not locked;
 
   reset_of_pixels : entity work.reset_bridge
@@ -141,7 +141,7 @@ begin
       reset   => reset
     );
 
-  -- Without a serial port and an input the keys set everything.
+  -- Without a serial port and an input, the keys make all settings.
   control : entity work.demo_control
     generic map (
       SLICES        => slice_count(SHIFTS),
@@ -158,7 +158,7 @@ begin
       going    => going
     );
 
-  -- Light field and timing are made here, so there is no source to wait for, and no clock of one.
+  -- Light field and timing are made here, so there is no source to wait for.
   own : entity work.own_light_field
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -173,7 +173,7 @@ begin
       video  => drawn
     );
 
-  -- The text is at the bottom; there is no sensor to be calibrated.
+  -- The text is at the bottom; there is no sensor to calibrate.
   picture : entity work.shown_video
     generic map (
       CORE   => CORE,
@@ -193,8 +193,7 @@ begin
       video_errors => video_errors
     );
 
-  -- The light field must fit the device's block RAM, so it has fewer columns than any HDMI mode;
-  -- black ones fill the line.
+  -- The core must fit the device's block RAM, so its lines are shorter than any HDMI mode's; black columns fill them.
   sides : entity work.black_sides
     generic map (
       COLUMNS => SIDE_COLUMNS
@@ -206,7 +205,7 @@ begin
       out_video => wide
     );
 
-  -- One clock for pixels and words: no crossing.
+  -- Pixels and words have one clock: no crossing.
   transmitter : entity work.tmds_transmitter
     port map (
       clk      => clk,
@@ -217,8 +216,8 @@ begin
       tx_words => words
     );
 
-  -- The clock is sent as a word of five ones and five zeros, from the same kind of output, so that
-  -- it leaves in step with the data.
+  -- The clock is sent as a word of five ones and five zeros by an equal output, so that it leaves in step with the
+  -- data.
   lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.serial_output
@@ -242,8 +241,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- They stay until the reset: a short fault shows on the LED, too. The last one, of a
-      -- receiver's words, has no receiver here.
+      -- Errors stay until the reset, so that the LED also shows a short one. The last bit is for words of a receiver,
+      -- which does not exist here.
       errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
       if reset = '1' then
         errors_now <= (others => '0');

@@ -1,10 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The frame rate of a timing: pixel clock over pixels of a frame, both with blanking.
 --
--- It only adds. The lines of a frame are added up; then the clock is added in CLOCK_STEPS steps, and each time the sum
--- has reached a frame, that is subtracted and counted. The sum begins half a frame below, which rounds the result.
+-- The entity only adds. It adds up the lines of a frame; then it adds the clock in CLOCK_STEPS steps, and each time the
+-- sum has reached a frame, the frame is subtracted and counted. The sum begins half a frame below zero, which rounds
+-- the result.
 --
--- Latency: at most 2 ** 13 + CLOCK_STEPS + 2 ** 12 + 4 clocks. Throughput: one rate at a time.
+-- Latency: at most 2**13 + CLOCK_STEPS + 2**12 + 4 clocks. Throughput: one rate at a time.
 -- Equation: rate = floor((100000 * clock + ceil(pixels / 2)) / pixels), pixels = line_length * frame_lines,
 --   at most 4095.
 
@@ -16,13 +17,13 @@ entity timing_rate is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Begin, for a clock, while nothing is computed; the timing stands still until it is done.
+    -- High for one clock while no rate is computed: begin. The timing must be constant until done.
     start : in    std_logic;
-    -- Pixel clock in 10 kHz, pixels of a line and lines of a frame.
+    -- Pixel clock in 10 kHz; pixels of a line; lines of a frame.
     pixel_clock : in    std_logic_vector(15 downto 0);
     line_length : in    unsigned(12 downto 0);
     frame_lines : in    unsigned(12 downto 0);
-    -- In 0.1 Hz, while done is high for a clock and until the next start.
+    -- The rate in 0.1 Hz; done is high for one clock with it, and the rate stays until the next start.
     rate : out   unsigned(11 downto 0);
     done : out   std_logic
   );
@@ -30,15 +31,15 @@ end entity timing_rate;
 
 architecture rtl of timing_rate is
 
-  -- 100000 = 3125 * 32: a shift by five bits takes the place of 31 of 32 additions. Rate and clock
-  -- are in 0.1 Hz and 10 kHz, whose quotient is the 100000.
+  -- 100000 = 3125 * 32: a shift by five bits replaces 31 of 32 additions. The factor 100000 is the ratio of the units
+  -- 10 kHz and 0.1 Hz.
   constant CLOCK_STEPS : positive := 3125;
   constant HIGHEST     : positive := 2 ** 12 - 1;
 
   type state_t is (idle, add_lines, divide);
 
   signal state : state_t := idle;
-  -- Lines, or steps, that are done; the sum; pixels of a frame; frames found.
+  -- Lines or steps that are done; the sum; pixels of a frame; frames counted.
   signal turns  : unsigned(12 downto 0) := (others => '0');
   signal sum    : signed(26 downto 0)   := (others => '0');
   signal pixels : signed(26 downto 0)   := (others => '0');
@@ -58,8 +59,8 @@ begin
 
         when idle =>
 
-          -- The two factors never meet a multiplier: this runs once for each timing in a monitor's
-          -- EDID, and takes less than a byte of it on the line (180 us at 50 kHz).
+          -- A multiplier would save little: this runs once for each timing in a monitor's EDID, and takes less than a
+          -- byte of it on the line (180 us at 50 kHz).
           if start = '1' then
             turns  <= (others => '0');
             sum    <= (others => '0');
@@ -75,21 +76,20 @@ begin
           else
             turns  <= (others => '0');
             pixels <= sum;
-            -- What is below zero by half a frame counts a frame as soon as half of it is reached.
+            -- The sum begins half a frame below zero, so a frame counts as soon as half of it is reached.
             sum   <= -shift_right(sum, 1);
             state <= divide;
           end if;
 
         when divide =>
 
-          -- Subtract as long as a whole frame is in the sum, then add the next step: the sum never
-          -- grows beyond a step and a frame.
+          -- While a whole frame is in the sum it is subtracted; then the next step is added. The sum never exceeds a
+          -- step and a frame.
           if sum >= 0 and frames /= HIGHEST then
             sum    <= sum - pixels;
             frames <= frames + 1;
           elsif sum >= 0 or turns = CLOCK_STEPS then
-            -- At the end, or where the port can hold no more: a frame of no pixels would be counted
-            -- for ever.
+            -- All steps are done, or the port's limit is reached: a frame without pixels would be counted for ever.
             done  <= '1';
             state <= idle;
           else
@@ -107,7 +107,7 @@ begin
 
   end process compute;
 
-  -- A start at any other time has no effect.
+  -- Simulation stops at a start while a rate is computed, which has no effect.
   watch_starts : process (clk) is
   begin
 

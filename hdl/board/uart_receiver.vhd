@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Serial receiver: 8 data bits, no parity, 1 stop bit.
 --
--- Latency: in the middle of the stop bit. Throughput: one byte each 10 bits.
+-- Latency: up to the middle of the stop bit. Throughput: one byte each 10 bits.
 -- Equation: data bit n is the level of the line n + 1.5 bits behind the falling edge.
 
 library ieee;
@@ -17,7 +17,7 @@ entity uart_receiver is
     reset : in    std_logic;
     -- Serial line, idle high.
     line : in    std_logic;
-    -- A byte, and high for a clock when it came in. Bytes without a stop bit are dropped.
+    -- A byte; valid is high for one clock when it has come in. Bytes without a stop bit are dropped.
     data  : out   std_logic_vector(7 downto 0);
     valid : out   std_logic
   );
@@ -27,18 +27,17 @@ architecture rtl of uart_receiver is
 
   signal level   : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
-  -- Clocks until the middle of the next bit, and bits of the character so far.
+  -- Clocks until the middle of the next bit; bits of the character so far; whether one is under way; its bits.
   signal clocks : natural range 0 to BIT_CLOCKS - 1 := 0;
   signal bits   : natural range 0 to 9              := 0;
   signal busy   : std_logic                         := '0';
   signal shift  : std_logic_vector(7 downto 0)      := (others => '0');
-  -- The line was high since the reset or the last character: a level that is low from the start is no start bit.
+  -- The line was high since the reset or the last character: a line that is low from the start gives no start bit.
   signal rested : std_logic := '0';
 
 begin
 
-  -- Inverted, so that the line rests before the first clock: a synchroniser starts with zeros, and
-  -- a line that is not driven yet must not look like a start bit.
+  -- Inverted, because a synchroniser starts with zeros: the line counts as idle before the first clock.
   level(0) <= not line;
 
   crossing : entity work.synchroniser
@@ -54,9 +53,8 @@ begin
     if rising_edge(clk) then
       valid <= '0';
       if busy = '0' then
-        -- Half a bit from the falling edge to the middle of the start bit; from there on whole
-        -- bits, so every sample is in the middle of its bit, with half a bit of tolerance for two
-        -- clocks that differ.
+        -- Half a bit from the falling edge to the middle of the start bit, then whole bits: each sample lies in the
+        -- middle of its bit, and the two clocks may differ by half a bit over the character.
         clocks <= BIT_CLOCKS / 2 - 1;
         bits   <= 0;
         if arrived(0) = '0' then
@@ -69,18 +67,18 @@ begin
       else
         clocks <= BIT_CLOCKS - 1;
         if bits = 0 and arrived(0) = '0' then
-          -- The line is high again in the middle of what should be the start bit: it was a spike.
+          -- The line is high again in the middle of the supposed start bit: it was a spike.
           busy <= '0';
         elsif bits = 9 then
           busy   <= '0';
           rested <= '0';
-          -- A line that is low here breaks the frame (another baud rate, a break): the byte is
-          -- dropped, and nothing is received until the line has rested.
+          -- A line that is low here breaks the frame (another baud rate, a break): the byte is dropped, and reception
+          -- waits until the line was high.
           data  <= shift;
           valid <= not arrived(0);
         else
           bits <= bits + 1;
-          -- The lowest bit comes first, so after eight shifts it has reached bit 0.
+          -- The lowest bit comes first, so after eight shifts it is in bit 0.
           shift <= not arrived(0) & shift(7 downto 1);
         end if;
       end if;

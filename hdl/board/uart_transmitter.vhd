@@ -26,8 +26,8 @@ end entity uart_transmitter;
 
 architecture rtl of uart_transmitter is
 
-  -- Clocks left of the bit on the line; bits left of the character, 0: none is under way; what is
-  -- still to be sent, the bit on the line at the right.
+  -- Clocks left of the bit on the line; bits left of the character (0: none is under way); bits still to be sent, the
+  -- one on the line at the right.
   signal clocks : natural range 0 to BIT_CLOCKS - 1 := 0;
   signal bits   : natural range 0 to 10             := 0;
   signal shift  : std_logic_vector(8 downto 0)      := (others => '1');
@@ -35,7 +35,7 @@ architecture rtl of uart_transmitter is
 
 begin
 
-  -- A byte is taken only when the stop bit of the last one is over, so there is nothing to buffer.
+  -- A byte is taken only when the stop bit of the last byte is over, so there is no buffer.
   ready         <= '1' when bits = 0 else
                    '0';
   s_axis_tready <= ready;
@@ -55,7 +55,7 @@ begin
         clocks <= clocks - 1;
       else
         clocks <= BIT_CLOCKS - 1;
-        -- The ones that come in at the left are the stop bit, and the line at rest behind it.
+        -- The ones that come in at the left are the stop bit and the idle line behind it.
         shift <= '1' & shift(8 downto 1);
         bits  <= bits - 1;
       end if;

@@ -1,16 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Radiona ULX3S: a camera at the header J1 in place of HDMI in, refocused HDMI out on the board's GPDI.
 --
--- This file has what belongs to the board and its family: pins (constraints/ulx3s_camera.lpf), clocks, lanes. The rest
--- is camera_refocuser. The camera's lines and frames are set to last as long as the screen's (its registers,
--- camera_pkg); camera_timing makes up for the difference between the two clocks. The raster is shown in the middle of
--- the screen, which begins when enough raw lines have arrived that each raster line will be there in time.
+-- This file has what belongs to the board and its family: pins (constraints/ulx3s_camera.lpf), clocks, lanes.
+-- camera_refocuser has everything else. The camera's registers (camera_pkg) make its lines and frames last as long as
+-- the screen's; camera_timing absorbs the difference between the two clocks. The raster is shown in the middle of the
+-- screen. A screen's frame begins when enough raw lines have arrived for each raster line to be ready in time.
 --
--- Clocks: that of the lanes, and one of pixels made from the oscillator, with five times that for the lanes out.
+-- Clocks: byte_clk of the lanes; the pixel clock, made from the oscillator, and five times that for the output lanes.
 -- Crossings are in csi_receiver and word_strobe.
 --
--- Latency: that of camera_refocuser, and half of what the raster has fewer lines than the screen. Throughput: one pixel
---   each clock.
+-- Latency: that of camera_refocuser, and half of the lines that the raster has fewer than the screen. Throughput: one
+-- pixel each clock.
 -- Equation: out picture = refocus(raster(raw frame)), in the middle of black.
 
 library ieee;
@@ -30,7 +30,7 @@ use work.video_pkg.all;
 
 entity ulx3s_camera_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -50,10 +50,10 @@ entity ulx3s_camera_top is
     PATTERN_V_FRONT  : positive range 1 to 4095 := 10;
     PATTERN_V_SYNC   : positive range 1 to 4095 := 2;
     PATTERN_V_BACK   : positive range 1 to 4095 := 33;
-    -- Frames for each slice, half a second; clocks for which a key must be steady, 10 ms.
+    -- Frames for each slice (30 are half a second); clocks for which a key must be steady (10 ms).
     SWEEP_FRAMES  : positive range 1 to 255       := 30;
     BUTTON_STABLE : positive range 1 to 200000000 := 250000;
-    -- Clocks in a millisecond and in a bit of the serial port; 0: as they are.
+    -- Clocks in a millisecond, and in a bit of the serial port; 0: computed from the frequency.
     MILLISECOND : natural := 0;
     BIT_TIME    : natural := 0
   );
@@ -61,8 +61,8 @@ entity ulx3s_camera_top is
     -- Oscillator, and the reset button (low while pressed).
     clk_25  : in    std_logic;
     reset_n : in    std_logic;
-    -- The camera: differential pairs by their positive pins, pins for low power (see soft_dphy_input), registers, and
-    -- high: its supplies are on.
+    -- The camera: differential pairs by their positive pins; pins for low power (soft_dphy_input); I2C; cam_enable:
+    -- switches its supplies on.
     cam_hs_clk  : in    std_logic;
     cam_hs_data : in    std_logic_vector(1 downto 0);
     cam_lp_data : in    std_logic_vector(3 downto 0);
@@ -75,12 +75,12 @@ entity ulx3s_camera_top is
     -- Serial port for calibrations.
     uart_rx : in    std_logic;
     uart_tx : out   std_logic;
-    -- Buttons: stop the focus or let it go on; stop it, and a step.
+    -- Buttons: stop or continue the sweep; stop it and step.
     button_stop : in    std_logic;
     button_step : in    std_logic;
-    -- LEDs: 0 to 4 state of camera_refocuser, 5 a pixel came too late for the screen, 6 the focus goes by itself.
+    -- LEDs: 0 to 4 state of camera_refocuser, 5 a pixel came too late for the screen, 6 the focus sweeps.
     led : out   std_logic_vector(7 downto 0);
-    -- Pulled up and nothing else: low, the board's ESP32 would start its loader; see ulx3s_top.
+    -- These pins only need their pull-ups: low, they would start the loader of the board's ESP32; see ulx3s_top.
     wifi_gpio0     : in    std_logic;
     wifi_gpio0_new : in    std_logic
   );
@@ -104,7 +104,7 @@ architecture rtl of ulx3s_camera_top is
 
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");
   constant TAKES_8   : boolean := takes(RAW_BITS = 8, "ulx3s_camera_top: RAW_BITS of camera_pkg is not 8");
-  -- NVC looks at slices of ports when it analyses, before TAKES_TWO refuses.
+  -- NVC checks slices of ports at analysis, before TAKES_TWO refuses the number of lanes.
   constant WIRED : positive := choose(CAMERA_LANES <= 2, CAMERA_LANES, 2);
 
   constant MODE : timing_t := mode_timing
@@ -122,7 +122,7 @@ architecture rtl of ulx3s_camera_top is
                                 false
                               );
 
-  -- Clocks: made from the oscillator, then the pixels' and five times that; their resets.
+  -- Clocks: from the oscillator; the pixel clock and five times that; their resets.
   signal own_clk     : std_logic;
   signal own_ready   : std_logic;
   signal clk         : std_logic;
@@ -132,7 +132,7 @@ architecture rtl of ulx3s_camera_top is
   signal stop        : std_logic;
   signal reset       : std_logic;
   signal reset_x5    : std_logic;
-  -- The camera: bytes of its lanes, levels of its registers' lines, and pulled low.
+  -- The camera: bytes of its lanes; levels of its I2C lines, and lines to pull low.
   signal byte_clk    : std_logic;
   signal lane_valid  : std_logic_vector(CAMERA_LANES - 1 downto 0);
   signal lane_sync   : std_logic_vector(CAMERA_LANES - 1 downto 0);
@@ -142,7 +142,7 @@ architecture rtl of ulx3s_camera_top is
   signal sda         : std_logic;
   signal scl_low     : std_logic;
   signal sda_low     : std_logic;
-  -- The refocused frames in the pixel clock, their size, and what the camera part tells.
+  -- Refocused frames in the pixel clock, their size, and the state of camera_refocuser.
   signal new_tdata     : std_logic_vector(CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
   signal new_pixels    : stream_t;
   signal new_ready     : std_logic;
@@ -151,14 +151,14 @@ architecture rtl of ulx3s_camera_top is
   signal raw_lines     : std_logic_vector(15 downto 0);
   signal state         : std_logic_vector(4 downto 0);
 
-  -- The raw line at which a screen's frame is due; that it has come, now and a clock ago; its first
+  -- The raw line at which a screen's frame is due; came, came_late: it has come, now and a clock ago; due: high for one
   -- clock.
   signal due_line  : unsigned(15 downto 0) := (others => '0');
   signal came      : std_logic             := '0';
   signal came_late : std_logic             := '0';
   signal due       : std_logic;
 
-  -- The screen: its timing, the picture on it, a pixel that came too late, and the lanes out.
+  -- The screen: its timing, its picture, a pixel that came too late; the output lanes.
   signal following  : following_t;
   signal shown      : video_t;
   signal underflow  : std_logic;
@@ -181,8 +181,8 @@ begin
       locked  => own_ready
     );
 
-  -- The oscillator's PLL makes the pixel clock's source, and the second one, which multiplies it,
-  -- starts behind it.
+  -- The oscillator's PLL makes the source of the pixel clock; the second PLL, which multiplies it, starts behind the
+  -- first.
   own_stopped <= not own_ready;
 
   pixel_clocks_of_both : entity work.pixel_clocks
@@ -213,10 +213,10 @@ begin
   --------------------------------------------------------------------------------------------------
   -- The camera.
 
-  -- The camera's supplies go with the reset button: a sensor that hangs is cured by it.
+  -- The reset button switches the camera's supplies off, which also cures a sensor that hangs.
   cam_enable <= reset_n;
 
-  -- A line that a pull-up holds is high.
+  -- A line that a pull-up holds counts as high.
   scl     <= to_x01(cam_scl);
   sda     <= to_x01(cam_sda);
   cam_scl <= '0' when scl_low = '1' else
@@ -276,16 +276,15 @@ begin
       state         => state
     );
 
-  -- A screen has three channels. A grey camera gives one, which all three show.
+  -- A screen has three channels; a grey camera gives one, which all three show.
   all_channels : for i in 0 to 2 generate
     new_pixels.tdata(8 * i + 7 downto 8 * i) <= new_tdata(8 * (i mod CAMERA_CHANNELS) + 7 downto
                                                           8 * (i mod CAMERA_CHANNELS));
   end generate all_channels;
 
   --------------------------------------------------------------------------------------------------
-  -- From the beginning of its frame on the screen takes lines at the pace at which the camera sends
-  -- them, so only a few lines are stored.
-  -- The screen.
+  -- The screen. From the beginning of its frame on, it takes lines as fast as the camera sends them, so only a few
+  -- lines are stored.
 
   due <= came and not came_late;
 
@@ -296,15 +295,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The raster's last line is there when the last raw one has come; of the lines that it has fewer, half lie above
-      -- it on the screen.
-      -- Half of an odd number of spare lines is rounded up: a line later than needed is safe, one
-      -- earlier may find no pixel.
+      -- The raster's last line is ready when the last raw line has come; half of the lines that the raster has fewer
+      -- lie above it on the screen. Half of an odd number is rounded up: beginning a line later than needed is safe, a
+      -- line earlier may find no pixel.
       spare    := PATTERN_V_ACTIVE - unsigned(frame_rows);
       due_line <= spare - shift_right(spare, 1) + START_LINE;
       came     <= to_logic(unsigned(raw_lines) >= due_line);
-      -- A fault lasts until the reset, as those of the camera do.
-      -- A pixel that came too late shows once for a frame; the LED must stay.
+      -- Faults stay until the reset, like those of the camera: a pixel that came too late shows for one clock only.
       late      <= late or underflow;
       came_late <= came;
       if reset = '1' then
@@ -369,7 +366,7 @@ begin
     );
 
   --------------------------------------------------------------------------------------------------
-  -- Lanes out.
+  -- Output lanes.
 
   place : entity work.word_strobe
     port map (
@@ -379,7 +376,7 @@ begin
       out_strobe => out_strobe
     );
 
-  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
+  -- The clock is sent as a word by an equal output, so that it leaves in step with the data.
   lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.ddr_output

@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Radiona ULX3S (LFE5U-12F, -25F, -45F, -85F): HDMI in on a GPDI PMOD, refocused HDMI out on the board's GPDI.
 --
--- This file has what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes. The rest, the
--- same for any board, is in hdmi_control and hdmi_refocuser.
+-- This file has what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes. hdmi_control and
+-- hdmi_refocuser have everything that is common to all boards.
 --
 -- Clocks: control_clk, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or
--- for the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take
--- two bits. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the words
--- of the lanes, which word_strobe keeps away from the edges.
+-- for the test pattern one made from the oscillator. A PLL makes it and five times it, at which a lane carries two bits
+-- each clock. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the
+-- words of the lanes, which word_strobe keeps away from clock edges.
 --
--- Latency: see hdmi_refocuser. Throughput: one pixel each clock.
+-- Latency: that of hdmi_refocuser. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture).
 
 library ieee;
@@ -26,7 +26,7 @@ use work.video_pkg.all;
 
 entity ulx3s_top is
   generic (
-    -- M, the slices, and how they are computed; see raster_refocuser.
+    -- Generics of raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;
@@ -46,9 +46,9 @@ entity ulx3s_top is
     PATTERN_V_FRONT  : positive range 1 to 4095 := 10;
     PATTERN_V_SYNC   : positive range 1 to 4095 := 2;
     PATTERN_V_BACK   : positive range 1 to 4095 := 33;
-    -- Frequency of the control's clock.
+    -- Frequency of the control's clock in MHz.
     CONTROL_MHZ : positive range 5 to 1000 := 50;
-    -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
+    -- Times in 10 ns, except DATA_PATIENCE, which counts METER_WINDOW (625 are 100 ms); a simulation shortens them.
     METER_WINDOW  : positive range 1 to 200000000 := 16000;
     LOCK_TIMEOUT  : positive range 1 to 200000000 := 5000000;
     DATA_PATIENCE : positive                      := 625;
@@ -56,22 +56,23 @@ entity ulx3s_top is
     BIT_TIME      : positive range 1 to 200000000 := 868;
     DDC_QUARTER   : positive range 1 to 200000000 := 500;
     DDC_PAUSE     : positive range 1 to 200000000 := 200000000;
-    -- Frames for each slice of a sweep by the switch: half a second.
+    -- Frames for each slice of a sweep by the switch; 30 are half a second.
     SWITCH_FRAMES : positive range 1 to 255 := 30;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive := 8192;
-    -- Pixel clocks that the build takes: 80 / CLOCK_RANGE to 160 / CLOCK_RANGE MHz, see pixel_clocks; the board's own
-    -- one is 600 MHz / OWN_DIVIDE.
+    -- Pixel clocks of the build: 80 / CLOCK_RANGE to 160 / CLOCK_RANGE MHz (pixel_clocks); the board's own pixel clock
+    -- is 600 MHz / OWN_DIVIDE.
     CLOCK_RANGE : positive range 2 to 4 := 4;
     OWN_DIVIDE  : positive              := 24;
-    -- Words without runs of control tokens that end a look at a delay, see phase_search.
+    -- Words without runs of control tokens after which a delay counts as useless (phase_search).
     SEARCH_TIMEOUT : positive := 8192
   );
   port (
     -- Oscillator, and the reset button (low while pressed).
     clk_25  : in    std_logic;
     reset_n : in    std_logic;
-    -- HDMI in on the PMOD, with its display data channel; pairs by their positive pins. High: a monitor is there.
+    -- HDMI in on the PMOD, with its display data channel; pairs by their positive pins. in_hot_plug: a monitor is
+    -- there.
     in_clk      : in    std_logic;
     in_data     : in    std_logic_vector(2 downto 0);
     in_scl      : in    std_logic;
@@ -82,7 +83,7 @@ entity ulx3s_top is
     out_data : out   std_logic_vector(2 downto 0);
     out_scl  : inout std_logic;
     out_sda  : inout std_logic;
-    -- Serial port, buttons, switches and LEDs, see hdmi_control.
+    -- Serial port, buttons, switches and LEDs of hdmi_control.
     uart_rx        : in    std_logic;
     uart_tx        : out   std_logic;
     button_up      : in    std_logic;
@@ -92,8 +93,8 @@ entity ulx3s_top is
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0);
-    -- Pulled up and nothing else: low, the board's ESP32 would start its loader. GPIO0 is at the first one up to
-    -- v3.1.5, at the second one from v3.1.6 on, where the other pin is another of the ESP32's.
+    -- These pins only need their pull-ups: low, they would start the loader of the board's ESP32. GPIO0 is at the first
+    -- pin up to v3.1.5, at the second from v3.1.6 on, where the first is another pin of the ESP32.
     wifi_gpio0     : in    std_logic;
     wifi_gpio0_new : in    std_logic
   );
@@ -145,7 +146,7 @@ architecture rtl of ulx3s_top is
   signal pixel_reset   : std_logic;
   signal reset_x5      : std_logic;
 
-  -- Display data channels: levels of the pins, and pulled low.
+  -- Display data channels: levels of the pins, and lines to pull low.
   signal in_ddc      : ddc_t;
   signal in_sda_low  : std_logic;
   signal out_ddc     : ddc_t;
@@ -167,7 +168,7 @@ architecture rtl of ulx3s_top is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- What any board has.
+  -- Entities common to all boards.
 
   control : entity work.hdmi_control
     generic map (
@@ -205,11 +206,11 @@ begin
       state       => state
     );
 
-  -- A line that a pull-up holds is high: in simulation it has the level H.
+  -- A line that a pull-up holds has the level H in simulation and counts as high.
   in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
   out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
-  -- The channel is open drain: it is pulled low or let go, never driven high.
+  -- The channel is open drain: lines are pulled low or released, never driven high.
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
   out_scl <= '0' when out_ddc_low.scl = '1' else
@@ -217,7 +218,7 @@ begin
   out_sda <= '0' when out_ddc_low.sda = '1' else
              'Z';
 
-  -- The board has no buttons and switches for the outputs and the text.
+  -- The board has no buttons and switches for outputs and text.
   panel <=
   (
     button_up      => button_up,
@@ -231,8 +232,7 @@ begin
     switch_bottom  => '0'
   );
 
-  -- Words that no encoder sends go back to the search of the delays: they show that the bits'
-  -- middle has drifted away.
+  -- Wrong words go back to the search of the delays: they show that the middle of the bits has drifted.
   path : entity work.hdmi_refocuser
     generic map (
       CORE            => CORE,
@@ -257,7 +257,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Clocks and resets.
 
-  -- Control and test pattern have clocks even where no source is plugged in.
+  -- Control and test pattern have clocks even without a source.
   oscillator : entity work.oscillator_clocks
     generic map (
       CONTROL_MHZ => CONTROL_MHZ,
@@ -270,10 +270,10 @@ begin
       locked      => own_ready
     );
 
-  -- Until the PLL of the oscillator has locked there is no control clock that could be trusted.
+  -- Before the oscillator's PLL has locked, the control clock cannot be trusted.
   reset_request <= not reset_n or not own_ready;
 
-  -- The EDID goes on while the button bounces or the lock has a short gap.
+  -- The EDID keeps working while the button bounces or the lock has a short gap.
   reset_of_control : entity work.reset_filter
     generic map (
       ASSERT_CLOCKS  => CONTROL_MHZ,
@@ -299,8 +299,8 @@ begin
       locked    => pll_locked
     );
 
-  -- One PLL for both directions, so both have the same lock. Its setting is that of the build:
-  -- there is nothing to be configured, and it counts as done.
+  -- One PLL serves both directions, so both have the same lock. Its setting is fixed by the build, so it counts as
+  -- configured.
   clocks <= (own_ready, '1', pll_locked, pll_locked);
 
   stop <= not order.run;
@@ -322,8 +322,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Lanes.
 
-  -- One place of the strobe for all lanes in, another for all lanes out: the words of all channels
-  -- change together.
+  -- One mark for all input lanes and another for all output lanes, so that the words of all channels change together.
   place : entity work.word_strobe
     port map (
       clk        => clk,
@@ -333,7 +332,7 @@ begin
       out_strobe => out_strobe
     );
 
-  -- A lane at a time, so that each follows its own drift.
+  -- Each lane follows its own drift.
   channel : for c in 0 to CHANNELS - 1 generate
 
     link_in : entity work.ddr_input
@@ -355,7 +354,7 @@ begin
 
   end generate channel;
 
-  -- The clock is sent as a word, from the same kind of output, so that it leaves in step with the data.
+  -- The clock is sent as a word by an equal output, so that it leaves in step with the data.
   lane : for c in 0 to CHANNELS generate
 
     link_out : entity work.ddr_output

@@ -305,7 +305,7 @@ begin
 
     if rising_edge(clk) then
       counts <= each_counted(counts, faults, fault_clear);
-      -- Words with other events carry the identifier too, so a clearing needs to win over them.
+      -- left_identifier changes only with events that name a packet of pixels, so it stays 0 after a clearing.
       if fault_clear = '1' then
         left_identifier <= (others => '0');
       elsif read_valid = '1' and read_ready = '1' and

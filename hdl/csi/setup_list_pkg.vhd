@@ -20,7 +20,7 @@ package setup_list_pkg is
 
   type entries_t is array (natural range <>) of entry_t;
 
-  -- Texts between blanks in the longest list; the outputs cannot count more.
+  -- Number of texts between blanks.
   function entry_count (
     text : string
   ) return positive;

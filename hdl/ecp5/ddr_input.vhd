@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Input of one TMDS channel: delay line and the search of its delay, two bits a clock, ten bits a word.
+-- Input of one TMDS channel: delay line with the search of its delay, two bits each clock of clk_x5, words of ten bits.
 --
--- The I/O standard of the port (constraints) makes its pins a differential receiver. While the delay is being searched
--- for no bits go out, because words that arrive during the search would look like a picture.
+-- The I/O standard of the port (constraints) makes its pins a differential receiver. During a search the output is 0,
+-- because words that arrive then would look like a picture.
 --
 -- Latency: 3 to 4 clocks of clk. Throughput: ten bits each clock of clk.
--- Equation: bits = ten bits in a row while tracking, else 0.
+-- Equation: bits = ten successive bits while tracking, else 0.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -15,23 +15,23 @@ use ecp5u.components.all;
 
 entity ddr_input is
   generic (
-    -- See phase_search.
+    -- TIMEOUT of phase_search.
     TIMEOUT : positive := 8192
   );
   port (
     -- Level of the channel's pins.
     data : in    std_logic;
-    -- Pixel clock and five times that, edges aligned; the mark of word_strobe.
+    -- Pixel clock, and five times that with aligned edges; the mark of word_strobe.
     clk    : in    std_logic;
     clk_x5 : in    std_logic;
     strobe : in    std_logic;
-    -- In clk.
+    -- Reset in clk.
     reset : in    std_logic;
     -- Ten bits, in clk; bit 0 came first.
     bits : out   std_logic_vector(9 downto 0);
-    -- In clk: a word of the channel was wrong, see phase_search.
+    -- In clk: a word of the channel was wrong (phase_search).
     wrong : in    std_logic;
-    -- The delay line, in clk: see phase_search.
+    -- Reports of phase_search, in clk.
     tracking    : out   std_logic;
     taps        : out   std_logic_vector(7 downto 0);
     hung_toggle : out   std_logic
@@ -40,15 +40,14 @@ end entity ddr_input;
 
 architecture rtl of ddr_input is
 
-  -- The delay line's controls; the channel behind it, then its two bits of a clock, the earlier one
-  -- first.
+  -- Controls of the delay line; the channel behind it; its two bits of a clock, the earlier one first.
   signal load_n  : std_logic;
   signal move    : std_logic;
   signal delayed : std_logic;
   signal first   : std_logic;
   signal second  : std_logic;
-  -- The mark of the word, a clock late; bits of the last five clocks; the word at rest; the word in
-  -- the pixel clock.
+  -- The mark, a clock late; bits of the last five clocks; the held word; whether a delay is found; the word in the
+  -- pixel clock.
   signal mark      : std_logic                    := '0';
   signal collected : std_logic_vector(9 downto 0) := (others => '0');
   signal held      : std_logic_vector(9 downto 0) := (others => '0');
@@ -84,17 +83,17 @@ begin
       q1   => second
     );
 
-  -- No reset here: at five times the pixel clock it would be the slowest path, and words are looked
-  -- at only while a delay has been found.
+  -- These registers have no reset: at five times the pixel clock it would be the slowest path, and words count only
+  -- while a delay has been found.
   collect : process (clk_x5) is
   begin
 
     if rising_edge(clk_x5) then
       mark <= strobe;
-      -- Bits come in at the left, two a clock, so the oldest of ten is in bit 0.
+      -- Bits come in at the left, two each clock, so the oldest of ten is in bit 0.
       collected <= second & first & collected(9 downto 2);
-      -- Any clock of five would do, if it is always the same: where words begin is found later
-      -- (tmds_word_align). It lies far from the edge of clk that takes them.
+      -- Any one of five clocks will do, because tmds_word_align finds where words begin later. This one lies far from
+      -- the edge of clk that takes the word.
       if mark = '1' then
         held <= collected;
       end if;

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Output of one TMDS lane: ten bits a word, two bits a clock.
+-- Output of one TMDS lane: words of ten bits, two bits each clock of clk_x5.
 --
 -- The I/O standard of the port (constraints) gives its pins a complementary driver.
 --
@@ -7,7 +7,7 @@
 -- at first 0.
 --
 -- Latency: about 1 clock of clk. Throughput: ten bits each clock of clk.
--- Equation: the bits of word, one each half clock of clk_x5.
+-- Equation: the bits of word in order, two each clock of clk_x5.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -19,7 +19,7 @@ entity ddr_output is
   port (
     -- Ten bits, in the pixel clock; bit 0 is sent first.
     word : in    std_logic_vector(9 downto 0);
-    -- Five times the pixel clock, edges aligned; the mark of word_strobe.
+    -- Five times the pixel clock with aligned edges; the mark of word_strobe.
     clk_x5 : in    std_logic;
     strobe : in    std_logic;
     -- To the lane's pins.
@@ -29,8 +29,7 @@ end entity ddr_output;
 
 architecture rtl of ddr_output is
 
-  -- The mark, a clock late, so that its net may be long; the bits that are still to be sent, the
-  -- next two at the right.
+  -- The mark, a clock late, so that its net may be long; bits still to be sent, the next two at the right.
   signal mark : std_logic                    := '0';
   signal rest : std_logic_vector(9 downto 0) := (others => '0');
 
@@ -41,7 +40,7 @@ begin
 
     if rising_edge(clk_x5) then
       mark <= strobe;
-      -- In a circle: without a mark the word comes again, and the lane keeps its balance.
+      -- The bits go round: without a mark the word is sent again, and the lane stays balanced.
       rest <= rest(1 downto 0) & rest(9 downto 2);
       if mark = '1' then
         rest <= word;

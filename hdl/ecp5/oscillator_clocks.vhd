@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From a board's oscillator of 25 MHz the control's clock and a pixel clock of the board's own.
+-- From a board's 25 MHz oscillator: the control's clock, and a pixel clock of the board's own.
 --
 -- The VCO runs at 600 MHz.
 --
--- Latency: the lock time. Throughput: not applicable.
 -- Equation: f(control_clk) = CONTROL_MHZ, f(own_clk) = 600 MHz / OWN_DIVIDE.
 
 library ieee;
@@ -16,13 +15,13 @@ entity oscillator_clocks is
   generic (
     -- A multiple of 25 that divides 600.
     CONTROL_MHZ : positive := 50;
-    -- 24: 25 MHz (640x480), 15: 40 MHz (800x600p60), 12: 50 MHz (800x600p72).
+    -- Divider of the VCO. 24: 25 MHz (640x480), 15: 40 MHz (800x600p60), 12: 50 MHz (800x600p72).
     OWN_DIVIDE : positive range 8 to 128 := 24
   );
   port (
     -- The oscillator.
     clk_25 : in    std_logic;
-    -- The clocks made of it, and whether they run.
+    -- The two clocks, and whether they run.
     control_clk : out   std_logic;
     own_clk     : out   std_logic;
     locked      : out   std_logic
@@ -31,7 +30,7 @@ end entity oscillator_clocks;
 
 architecture rtl of oscillator_clocks is
 
-  -- An output cannot be read, and the PLL's feedback is the control's clock.
+  -- VHDL-93 cannot read outputs, and the control's clock is also the PLL's feedback.
   signal made_clk : std_logic;
 
 begin

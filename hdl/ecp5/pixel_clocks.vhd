@@ -1,13 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The clocks of the video path: pixel clock and five times that, two bits of a lane each.
+-- The clocks of the video path: pixel clock, and five times that, at which a lane carries two bits each clock.
 --
--- The source is the TMDS clock lane or a clock made on the board. The choice changes only while the PLL is in reset. It
--- is made by plain logic, which works even if the lane stands still.
+-- The source is the TMDS clock lane or a clock made on the board. The choice changes only while the PLL is in reset,
+-- and is made by logic, which works even if the lane stands still.
 --
 -- The PLL's ratios are fixed when the FPGA is configured. The VCO, 5 * BIT_DIVIDE times the pixel clock, must lie
 -- within 400 and 800 MHz (FPGA-TN-02200): pixel clocks of 80 / BIT_DIVIDE to 160 / BIT_DIVIDE MHz.
 --
--- Latency: the lock time. Throughput: not applicable.
 -- Equation: f(clk) = f(chosen clock), f(clk_x5) = 5 f(clk), rising edges aligned.
 
 library ieee;
@@ -22,7 +21,7 @@ entity pixel_clocks is
     BIT_DIVIDE : positive range 2 to 4 := 4
   );
   port (
-    -- The TMDS clock lane, the board's own clock, and which one to take.
+    -- The TMDS clock lane; the board's own clock; use_own chooses the latter.
     tmds_clk : in    std_logic := '0';
     own_clk  : in    std_logic;
     use_own  : in    std_logic := '1';
@@ -37,13 +36,13 @@ end entity pixel_clocks;
 
 architecture rtl of pixel_clocks is
 
-  -- The clock that is chosen, and the one made of it, which the PLL compares with it.
+  -- The chosen clock; and the clock made from it, which the PLL compares with it.
   signal source_clk : std_logic;
   signal made_clk   : std_logic;
 
 begin
 
-  -- A multiplexer of logic may glitch as it switches; the PLL is in reset then.
+  -- A multiplexer of logic may glitch when it switches, so the PLL is in reset then.
   source_clk <= own_clk when use_own = '1' else
                 tmds_clk;
 

@@ -1,10 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From an oscillator of 27 MHz the pixel clock and the serialisers' clock, five times as fast.
+-- From an oscillator of 27 MHz: the serialisers' clock, and the pixel clock, a fifth of it.
 --
--- PLL -> divider by five. The divider is held until the PLL has locked. With the defaults 126 MHz and 25.2 MHz, which
--- is 640x480 at 60 Hz; the PLL's oscillator runs at 504 MHz (500 to 1250 are allowed).
+-- A PLL, then a divider by five that is held until the PLL has locked. The defaults give 126 MHz and 25.2 MHz, for
+-- 640x480 at 60 Hz; the PLL's oscillator then runs at 504 MHz (500 to 1250 are allowed).
 --
--- Latency: the lock time. Throughput: not applicable.
 -- Equation: f(clk_x5) = 27 MHz * MULTIPLY / DIVIDE, f(clk) = f(clk_x5) / 5.
 
 library ieee;
@@ -32,8 +31,7 @@ end entity display_clocks;
 
 architecture rtl of display_clocks is
 
-  -- Outputs cannot be read, and both are needed here: the divider takes the one and waits for the
-  -- other.
+  -- VHDL-93 cannot read outputs: the divider takes the fast clock and waits for the lock.
   signal fast_clk : std_logic;
   signal lock_now : std_logic;
 
@@ -65,8 +63,8 @@ begin
       lock    => lock_now
     );
 
-  -- The serialisers need both clocks with their edges in step, which the divider gives. It is held
-  -- until the clock in front of it is good.
+  -- The serialisers need both clocks with aligned edges, as this divider makes them. It is held until the clock in
+  -- front of it is good.
   divider : component clkdiv
     generic map (
       DIV_MODE => "5"

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Output of one TMDS lane: ten bits a word to a pair of pins.
+-- Output of one TMDS lane: words of ten bits to a pair of pins.
 --
 -- Latency: about 2 clocks of clk. Throughput: ten bits each clock of clk.
--- Equation: the bits of word, one each half clock of clk_x5.
+-- Equation: the bits of word in order, two each clock of clk_x5.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -12,7 +12,7 @@ use gw2a.components.all;
 
 entity serial_output is
   port (
-    -- Pixel clock, and five times it from the same divider, see display_clocks.
+    -- Pixel clock, and five times that from the same divider (display_clocks).
     clk    : in    std_logic;
     clk_x5 : in    std_logic;
     reset  : in    std_logic;
@@ -30,8 +30,7 @@ architecture rtl of serial_output is
 
 begin
 
-  -- The primitive takes a word with the pixel clock and sends two bits in each of the fast one: no
-  -- gearbox is needed.
+  -- The primitive takes a word with the pixel clock and sends two bits each fast clock, so no gearbox is needed.
   serialise : component oser10
     port map (
       d9    => word(9),

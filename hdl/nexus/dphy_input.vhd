@@ -1,16 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Lanes of a camera into a CrossLink-NX: its hard D-PHY as receiver, and the logic that makes csi_receiver's lanes of
--- its outputs.
+-- Lanes of a camera into a CrossLink-NX: its hard D-PHY as receiver, and the logic that makes csi_receiver's inputs
+-- from its outputs.
 --
 -- The block follows the lines from low power to high speed, waits until they have settled, finds the sync sequence and
--- aligns the bytes. It reports a sync one clock before the first byte behind it. This and the parameters are from a
+-- aligns the bytes. It reports a sync one clock before the first byte behind it. This, and the parameters, are from a
 -- public design that received a camera with this block (gatecat/litex-nexus-mipi). The times to settle are those of
 -- Lattice's own receiver (115 and 150 ns; the standard has 85 ns + 6 bits to 145 ns + 10 bits for data). The block's
--- pads are fixed. Lattice gives a lane 2.5 Gb/s (FPGA-DS-02049), but the byte clock, an eighth of that, is the limit:
--- see docs/resampling.md.
+-- pads are fixed. Lattice gives 2.5 Gb/s for a lane (FPGA-DS-02049), but the byte clock, an eighth of that, is the
+-- limit: see docs/resampling.md.
 --
--- Latency: that of the block and 2 clocks of byte_clk. Throughput: a byte of each lane each clock of byte_clk.
--- Equation: as dphy_lane.
+-- Latency: that of the block, and 2 clocks of byte_clk. Throughput: a byte of each lane each clock of byte_clk.
+-- Equation: that of dphy_lane.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,23 +23,23 @@ use work.math_pkg.all;
 
 entity dphy_input is
   generic (
-    -- 1, 2 or 4.
+    -- Lanes: 1, 2 or 4.
     LANES : positive range 1 to 4;
-    -- Of sync_clk.
+    -- Frequency of sync_clk in MHz.
     SYNC_MHZ : positive range 20 to 400;
-    -- Whether the camera's clock lane goes on between bursts.
+    -- true: the camera's clock lane goes on between bursts.
     CONTINUOUS : boolean := false
   );
   port (
-    -- Pads of the block; lanes from LANES on are of no account.
+    -- Pads of the block; data lanes from LANES on are not used.
     clk_p  : inout std_logic;
     clk_n  : inout std_logic;
     data_p : inout std_logic_vector(3 downto 0);
     data_n : inout std_logic_vector(3 downto 0);
-    -- Any clock that runs, by which times are counted, and a reset of the block.
+    -- Any clock that always runs, to count times; and a reset of the block.
     sync_clk : in    std_logic;
     reset    : in    std_logic;
-    -- As csi_receiver takes them.
+    -- Bytes of bursts, as csi_receiver takes them.
     byte_clk   : out   std_logic;
     lane_valid : out   std_logic_vector(LANES - 1 downto 0);
     lane_sync  : out   std_logic_vector(LANES - 1 downto 0);
@@ -51,8 +51,7 @@ architecture rtl of dphy_input is
 
   constant TAKES_LANES : boolean := takes(LANES /= 3, "dphy_input: LANES is 3, expected 1, 2 or 4");
 
-  -- Times from LP-00 on in which the lines are not looked at, within what the standard allows (see
-  -- above).
+  -- Times from LP-00 in which the lines are ignored, within the standard's limits (see the header).
   constant DATA_SETTLE_NS  : positive := 115;
   constant CLOCK_SETTLE_NS : positive := 150;
 
@@ -61,9 +60,9 @@ architecture rtl of dphy_input is
 
   type marks_t is array (0 to 3) of std_logic_vector(3 downto 0);
 
-  -- Names that the block's parameters have.
+  -- Values of the block's parameters as text.
 
-  -- Number of lanes, and whether the clock lane goes on between bursts.
+  -- Number of lanes.
   function lanes_text return string is
   begin
 
@@ -88,7 +87,7 @@ architecture rtl of dphy_input is
 
   end function clock_text;
 
-  -- Rounded to the next clock. The block counts them with sync_clk.
+  -- Clocks of sync_clk in a time, rounded to the next clock.
   function settle_clocks (
     megahertz   : positive;
     nanoseconds : positive
@@ -125,8 +124,8 @@ architecture rtl of dphy_input is
 
   end function six_bits;
 
-  -- Levels of the block: a lane is in high speed; it is at rest (LP-11); the same in the clock of
-  -- the bytes.
+  -- Signals of the block: the lanes' words and marks; active: a lane is in high speed; stopped: it is at rest (LP-11);
+  -- at_rest: the same in byte_clk.
   signal clk        : std_logic;
   signal enable     : std_logic;
   signal escape_clk : std_logic := '0';
@@ -135,7 +134,7 @@ architecture rtl of dphy_input is
   signal active     : std_logic_vector(3 downto 0);
   signal stopped    : std_logic_vector(3 downto 0);
   signal at_rest    : std_logic_vector(3 downto 0);
-  -- A sync was told, so the first byte comes; bytes come.
+  -- begins: a sync was reported, so the first byte comes; burst: bytes come.
   signal begins : std_logic_vector(3 downto 0) := "0000";
   signal burst  : std_logic_vector(3 downto 0) := "0000";
 
@@ -144,8 +143,7 @@ begin
   byte_clk <= clk;
   enable   <= not reset;
 
-  -- The block wants a clock for escape sequences though it sends none; half of the one that runs
-  -- anyway will do.
+  -- The block needs a clock for escape sequences though it sends none; half of sync_clk will do.
   divide : process (sync_clk) is
   begin
 
@@ -155,8 +153,8 @@ begin
 
   end process divide;
 
-  -- As a receiver of CSI-2, with the block's own handling of low power.
-  -- What is not named here sends, or belongs to the PLL or the register port: its inputs rest at their defaults.
+  -- The block as a receiver of CSI-2, with its own handling of low power. Ports that are not named here send, or belong
+  -- to the PLL or the register port: their defaults leave them idle.
   block_itself : component dphy
     generic map (
       CFG_NUM_LANES      => lanes_text,
@@ -209,8 +207,8 @@ begin
       urwdckhs => clk
     );
 
-  -- The levels of rest come from no clock. Bytes stop a few clocks later than the lines, which is
-  -- filler behind the packet.
+  -- The levels of rest come from no clock. Bytes stop a few clocks later than the lines; these bytes are filler behind
+  -- the packet.
   take_rest : entity work.synchroniser
     generic map (
       WIDTH => 4
@@ -235,10 +233,9 @@ begin
 
         lane_data(8 * i + 7 downto 8 * i) <= words(i)(7 downto 0);
 
-        -- From the sync to the rest of the lane: the block itself does not say for how long bytes
-        -- come.
+        -- A burst lasts from the sync to the rest of the lane, because the block does not say for how long bytes come.
         burst(i) <= begins(i) or burst(i);
-        -- Either ends the burst, whichever the block shows first.
+        -- Either level ends the burst, whichever the block shows first.
         if active(i) = '0' or at_rest(i) = '1' then
           burst(i)      <= '0';
           lane_valid(i) <= '0';

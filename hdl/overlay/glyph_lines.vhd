@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- One line of pixels of a character of the overlay. The texts and the font are in ROMs, made at elaboration.
 --
--- Latency: 2 clocks from the character; the errors 1 clock. Throughput: one line each clock.
--- Equation: line = FONT[character, row], the character that of TEXTS, LABELS and ERROR_TEXT one behind the other, or a
---   decimal digit of the number of errors.
+-- Latency: 2 clocks; for the errors 1 clock. Throughput: one line of pixels each clock.
+-- Equation: line = FONT[character, row]; the character is that of TEXTS, LABELS and ERROR_TEXT (one text behind the
+-- other), or a decimal digit of the number of errors.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,32 +16,32 @@ use work.overlay_pkg.all;
 
 entity glyph_lines is
   generic (
-    -- For each character from the blank to the tilde, 16 lines of 8 pixels in hexadecimal.
+    -- For each character from the blank to the tilde: 16 lines of 8 pixels in hexadecimal.
     FONT : string;
-    -- All texts, all labels.
+    -- All texts, and all labels.
     TEXTS  : string;
     LABELS : string;
-    -- Characters before the first label, and before the text of the errors; the most are those of 64 slices.
+    -- Characters in front of the first label, and in front of the text of the errors; the largest are for 64 slices.
     FIRST_LABEL : positive range 1 to 4288;
     FIRST_ERROR : positive range 1 to 5312
   );
   port (
     clk : in    std_logic;
-    -- Number of errors, steady while it is shown.
+    -- Number of errors; must be constant while it is shown.
     errors : in    std_logic_vector(4 downto 0);
-    -- A character's place; 1 bit for the tens or the ones of the errors instead; its line from the top.
+    -- The place of a character; a bit of digit selects the tens or the ones of the errors instead; the line within the
+    -- character from the top.
     place : in    unsigned(bits_for(FIRST_ERROR + ERROR_COLUMNS - 1) - 1 downto 0);
     digit : in    std_logic_vector(1 downto 0);
     row   : in    unsigned(3 downto 0);
-    -- The line, its first pixel in the highest bit.
+    -- The line of pixels, the first pixel in the highest bit.
     line : out   std_logic_vector(7 downto 0)
   );
 end entity glyph_lines;
 
 architecture rtl of glyph_lines is
 
-  -- The ROMs are as long as their address allows, not as what they hold: no address is out of
-  -- range, and the rest costs nothing but zeros.
+  -- The ROMs are as long as their addresses allow, so that no address is out of range; unused words are zeros.
   subtype code_t is std_logic_vector(6 downto 0);
 
   type codes_t is array (natural range 0 to 2 ** place'length - 1) of code_t;
@@ -62,7 +62,7 @@ architecture rtl of glyph_lines is
 
   end function code_of;
 
-  -- The ROMs, made at elaboration.
+  -- The content of the ROM of texts.
 
   function make_codes return codes_t is
 
@@ -70,7 +70,7 @@ architecture rtl of glyph_lines is
 
   begin
 
-    -- The texts lie one behind the other, so a place in them is one sum; a 2-D table would need a
+    -- The texts lie one behind the other, so one sum gives a place; a two-dimensional table would need a
     -- multiplication.
     made := (others => (others => '0'));
 
@@ -104,8 +104,8 @@ architecture rtl of glyph_lines is
 
     made := (others => (others => '0'));
 
-    -- Glyph after glyph, each with its lines from the top: character and line side by side are the
-    -- address.
+    -- The glyphs lie one behind the other, each with its lines from the top, so that character and line side by side
+    -- are the address.
     for i in 0 to GLYPHS * GLYPH_ROWS - 1 loop
 
       made(i) := hex_byte(FONT, 2 * i);
@@ -116,7 +116,7 @@ architecture rtl of glyph_lines is
 
   end function make_font;
 
-  -- A digit of each number of errors: that of the tens, or of the ones.
+  -- The tens, or the ones, of each number of errors.
 
   function make_digits (
     of_tens : boolean
@@ -127,7 +127,7 @@ architecture rtl of glyph_lines is
 
   begin
 
-    -- All values of five bits, so that no division is left in the logic: two digits hold 0 to 31.
+    -- The table has all values of five bits, so no division is left in the logic: two digits hold 0 to 31.
     for i in 0 to 31 loop
 
       digit := i mod 10;
@@ -149,7 +149,7 @@ architecture rtl of glyph_lines is
   constant TENS_OF  : digits_t := make_digits(true);
   constant ONES_OF  : digits_t := make_digits(false);
 
-  -- Digits of the errors, one of which takes the place of the character that was read.
+  -- Digits of the errors, one of which may replace the character that was read.
   signal tens    : code_t                       := (others => '0');
   signal ones    : code_t                       := (others => '0');
   signal read_1  : code_t                       := (others => '0');
@@ -159,7 +159,7 @@ architecture rtl of glyph_lines is
 
 begin
 
-  -- ROMs with a register each.
+  -- Each ROM has a register.
   read_code : process (clk) is
   begin
 
@@ -169,7 +169,7 @@ begin
 
   end process read_code;
 
-  -- The digits are as late as the character that they replace.
+  -- The digits wait as long as the character that they replace.
   follow : process (clk) is
   begin
 

@@ -27,7 +27,7 @@ package overlay_pkg is
   constant FIRST_GLYPH : natural  := 32;
   constant GLYPHS      : positive := 95;
 
-  -- Characters of the widest line; those that the longest picture, of 4095 columns, has room for.
+  -- Characters of the widest line, limited to those that fit into the longest picture (4095 columns).
   function overlay_columns (
     slices        : positive;
     text_columns  : positive;
@@ -44,12 +44,12 @@ package body overlay_pkg is
     label_columns : positive
   ) return positive is
 
-    -- Characters in the longest line, rounded up: what lies beyond is never inside of a picture.
+    -- Characters of the longest line, rounded up: what lies beyond is never inside a picture.
     constant MOST : positive := (4095 - MARGIN) / GLYPH_COLUMNS + 1;
 
   begin
 
-    -- A ruler of many slices is cut by the picture's edge; its counters need not reach further.
+    -- The ruler of many slices is cut off by the picture's edge, so its counters need not reach further.
     if slices * label_columns > MOST then
       return MOST;
     end if;

@@ -1,15 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Writes a line of text over the picture, and below it a ruler of the slices, each with a label.
 --
--- The text is that of the current slice or output, followed by the errors, if there are any. The ruler has a field for
--- each slice. The current one is white; while depth is shown the fields have the colours of the slices and serve as its
--- legend. Under the overlay the picture is a quarter as bright.
+-- The text is that of the current slice or output, followed by the number of errors if there are any. The ruler has a
+-- field for each slice, with the current one in white; while depth is shown, the fields have the colours of the slices
+-- and are its legend. Under the overlay the picture is a quarter as bright. The vertical sync marks where a frame
+-- begins; place and errors are updated there.
 --
--- The vertical sync says where a frame begins; place and errors are updated there.
---
--- Latency: OVERLAY_LATENCY clocks, syncs and all. Throughput: one pixel each clock.
--- Equation: out = 255 where a glyph or the ruler is white, the ruler's colour, in / 4 (rounded down) elsewhere in the
---   overlay, in outside.
+-- Latency: OVERLAY_LATENCY clocks, syncs included. Throughput: one pixel each clock.
+-- Equation: out = 255 where a glyph or the ruler is white, the ruler's colour in its fields, in / 4 (rounded down)
+-- elsewhere in the overlay, in outside.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,35 +24,35 @@ entity text_overlay is
   generic (
     -- Number of slices.
     SLICES : positive range 1 to 64;
-    -- For each character from the blank to the tilde, 16 lines of 8 pixels in hexadecimal.
+    -- For each character from the blank to the tilde: 16 lines of 8 pixels in hexadecimal.
     FONT : string;
-    -- A text for each slice, for the picture in focus everywhere, for depth, and for the input as it is, each of
-    -- TEXT_COLUMNS characters.
+    -- A text for each slice, for the picture all in focus, for depth, and for the unchanged input, each of TEXT_COLUMNS
+    -- characters.
     TEXTS        : string;
     TEXT_COLUMNS : positive range 1 to 64;
     -- A label for each slice, of LABEL_COLUMNS characters.
     LABELS        : string;
     LABEL_COLUMNS : positive range 2 to 16;
-    -- Colours for each slice, six hexadecimal digits each (red, green, blue), of which the one in the middle is
-    -- shown; none if depth is never shown.
+    -- Colours of the slices, six hexadecimal digits each (red, green, blue). Of several for a slice the middle one is
+    -- used. Empty if depth is never shown.
     COLOURS : string := ""
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Whether it is shown, and whether at the bottom of the picture.
+    -- show: the overlay is shown; bottom: at the bottom of the picture.
     show   : in    std_logic;
     bottom : in    std_logic;
     -- Lines of the picture.
     rows : in    std_logic_vector(11 downto 0);
-    -- Of the frame that comes: its slice; 0 if the slice is shown, 1 if all is in focus, 2 if depth is shown; whether
-    -- it is the input as it is.
+    -- About the coming frame: its slice; kind: 0 the slice is shown, 1 all in focus, 2 depth; raw: it is the unchanged
+    -- input.
     slice : in    std_logic_vector(7 downto 0);
     kind  : in    std_logic_vector(1 downto 0);
     raw   : in    std_logic;
-    -- Sum of the errors as the status line has it.
+    -- Sum of the errors, as in the status line.
     errors : in    std_logic_vector(4 downto 0);
-    -- Video in, and the same with the overlay.
+    -- Video in, and video out with the overlay.
     in_video  : in    video_t;
     out_video : out   video_t
   );
@@ -61,7 +60,7 @@ end entity text_overlay;
 
 architecture rtl of text_overlay is
 
-  -- Whether a text has characters of the font alone.
+  -- Whether all characters of a text are in the font.
   function has_glyphs (
     text : string
   ) return boolean is
@@ -98,8 +97,8 @@ architecture rtl of text_overlay is
   constant CODE_BITS   : positive := bits_for(CODES - 1);
   constant FIELD_BITS  : positive := bits_for(SLICES);
 
-  -- First characters of the entries in the ROM of the texts: a table, as TEXT_COLUMNS is no power
-  -- of two and a multiplier would be dear.
+  -- First characters of the texts in the ROM. A table takes the place of a multiplication, because TEXT_COLUMNS need
+  -- not be a power of two.
   type bases_t is array (natural range 0 to ENTRIES - 1) of unsigned(CODE_BITS - 1 downto 0);
 
   type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
@@ -134,7 +133,7 @@ architecture rtl of text_overlay is
 
       for i in 0 to SLICES - 1 loop
 
-        -- Of several shades of a slice the one in the middle stands for it.
+        -- The middle one of several colours stands for a slice.
         digit := 6 * (i * SHADES + SHADES / 2);
         -- The digits are red, green, blue; a pixel has blue at the left.
         made(i) := hex_byte(COLOURS, digit + 4) & hex_byte(COLOURS, digit + 2) & hex_byte(COLOURS, digit);
@@ -150,8 +149,8 @@ architecture rtl of text_overlay is
   constant BASES : bases_t   := make_bases;
   constant TABLE : colours_t := make_colours;
 
-  -- Vertical sync a clock ago; the overlay is shown in this frame; column of the pixel that comes,
-  -- line of the overlay that it is in; active a clock ago; the frame's errors.
+  -- Vertical sync a clock ago; whether the overlay is shown in this frame; column of the coming pixel, and its line in
+  -- the overlay; data enable a clock ago; the frame's number of errors.
   signal v_before : std_logic                    := '0';
   signal shown    : std_logic                    := '0';
   signal column   : unsigned(11 downto 0)        := (others => '0');
@@ -159,7 +158,7 @@ architecture rtl of text_overlay is
   signal was      : std_logic                    := '0';
   signal faults   : std_logic_vector(4 downto 0) := (others => '0');
 
-  -- 1: place in the overlay.
+  -- Clock 1: place in the overlay.
   signal inside_1 : std_logic                            := '0';
   signal ruler_1  : std_logic                            := '0';
   signal labels_1 : std_logic                            := '0';
@@ -169,7 +168,7 @@ architecture rtl of text_overlay is
   signal field_1  : unsigned(FIELD_BITS - 1 downto 0)    := (others => '0');
   signal within_1 : natural range 0 to LABEL_COLUMNS - 1 := 0;
 
-  -- 2: the character.
+  -- Clock 2: the character.
   signal inside_2 : std_logic                        := '0';
   signal ruler_2  : std_logic                        := '0';
   signal blank_2  : std_logic                        := '0';
@@ -179,7 +178,7 @@ architecture rtl of text_overlay is
   signal at_2     : unsigned(CODE_BITS - 1 downto 0) := (others => '0');
   signal field_2  : std_logic_vector(23 downto 0)    := (others => '0');
 
-  -- 3 and 4: until its line of pixels is there; 5: its pixel.
+  -- Clocks 3 and 4: fields wait for the character's line of pixels; clock 5: the pixel.
   signal inside_3 : std_logic                     := '0';
   signal ruler_3  : std_logic                     := '0';
   signal blank_3  : std_logic                     := '0';
@@ -192,7 +191,7 @@ architecture rtl of text_overlay is
   signal line_4   : std_logic_vector(7 downto 0);
   signal field_4  : std_logic_vector(23 downto 0) := (others => '0');
 
-  -- The pixel so many clocks behind the input; reset alone needs its data enable.
+  -- The pixel, by the number of clocks behind the input; a reset clears only its data enable.
   type videos_t is array (natural range 1 to OVERLAY_LATENCY - 1) of video_t;
 
   signal video_at : videos_t := (others => NO_VIDEO);
@@ -200,7 +199,7 @@ architecture rtl of text_overlay is
 begin
 
   --------------------------------------------------------------------------------------------------
-  -- Where the pixel lies.
+  -- Place of the pixel.
 
   locate : process (clk) is
 
@@ -211,28 +210,26 @@ begin
     if rising_edge(clk) then
       v_before <= in_video.v_sync;
       was      <= in_video.active;
-      -- A column is counted in pixels of the line; the blanking sets it back.
+      -- The column counts the pixels of the line; the blanking resets it.
       if in_video.active = '1' then
         column <= column + 1;
       else
         column <= (others => '0');
       end if;
-      -- Lines are counted by their ends: the overlay needs no raster of its own.
+      -- Lines are counted by their ends, so the overlay needs no raster.
       if was = '1' and in_video.active = '0' then
         over <= over + 1;
       end if;
-      -- An edge of either direction: the polarity does not matter, and both lie between two
-      -- pictures.
+      -- Either edge of vertical sync: polarity does not matter, and both edges lie between two pictures.
       if in_video.v_sync /= v_before then
-        -- From the top, unless it is to stand at the bottom: then the mode's lines decide.
+        -- The overlay's line counts from the top of the picture, or, for the bottom, from the number of lines.
         least := to_unsigned(MARGIN, 12);
         if bottom = '1' then
           least := unsigned(rows) - (OVERLAY_ROWS + MARGIN);
         end if;
-        -- Changes take effect between frames, so that no text is cut.
+        -- Changes take effect between frames, so that no text is torn.
         shown <= show;
-        -- The overlay's first line is line 0. Lines above it count as negative, so as large
-        -- numbers, and are outside.
+        -- The overlay's first line is line 0. Lines above it wrap round to large numbers and are outside.
         over <= 0 - least;
 
         faults <= errors;
@@ -245,7 +242,7 @@ begin
   end process locate;
 
   --------------------------------------------------------------------------------------------------
-  -- 1
+  -- Clock 1.
 
   find_place : process (clk) is
 
@@ -262,15 +259,15 @@ begin
       x_1      <= x(2 downto 0);
       y_1      <= over(3 downto 0);
       place_1  <= x(COLUMN_BITS + 2 downto 3);
-      -- The field of a pixel is counted, not computed: a label's width is no power of two. It
-      -- counts on in the blanking, harmlessly, as each line sets it back here.
+      -- The field of a pixel is counted, because the width of a label need not be a power of two. The count goes on in
+      -- the blanking and is reset here in each line.
       if column = MARGIN then
         field_1  <= (others => '0');
         within_1 <= 0;
       elsif x(2 downto 0) = 0 then
         if within_1 = LABEL_COLUMNS - 1 then
           within_1 <= 0;
-          -- Behind the last field it stays.
+          -- Behind the last field the count stays.
           if field_1 /= SLICES then
             field_1 <= field_1 + 1;
           end if;
@@ -283,7 +280,7 @@ begin
   end process find_place;
 
   --------------------------------------------------------------------------------------------------
-  -- 2
+  -- Clock 2.
 
   find_character : process (clk) is
 
@@ -293,7 +290,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A number beyond the set has no text; the first one stands in for it rather than a place beyond the table.
+      -- A number beyond the set has no text; the first text stands in for it.
       number := to_integer(unsigned(slice));
       entry  := 0;
       if raw = '1' then
@@ -312,29 +309,28 @@ begin
       y_2      <= y_1;
       blank_2  <= '0';
       digit_2  <= "00";
-      -- The ruler has the labels' place, too, but shows no character.
+      -- The ruler lies in the labels' columns but shows no character.
       if labels_1 = '1' then
         at_2    <= to_unsigned(LABEL_BASE, CODE_BITS) + resize(place_1, CODE_BITS);
         blank_2 <= to_logic(place_1 >= SLICES * LABEL_COLUMNS);
       elsif place_1 < TEXT_COLUMNS then
         at_2 <= BASES(entry) + resize(place_1, CODE_BITS);
       else
-        -- Behind the text come the errors: their ROM begins where the text's column TEXT_COLUMNS
-        -- would be.
+        -- Behind the text come the errors, whose ROM begins where column TEXT_COLUMNS of the text would be.
         at_2    <= to_unsigned(ERROR_BASE - TEXT_COLUMNS, CODE_BITS) + resize(place_1, CODE_BITS);
         blank_2 <= to_logic(unsigned(faults) = 0) or to_logic(place_1 >= TEXT_COLUMNS + ERROR_COLUMNS);
         digit_2 <= to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 2) &
                    to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 1);
       end if;
 
-      -- The ruler: grey fields, white the one on show; with depth their colours; between two of them a gap.
+      -- The ruler: grey fields, white for the current slice; for depth the slices' colours; gaps between fields.
       field_2 <= x"404040";
       if raw = '0' then
         if kind = "10" then
 
           for i in 0 to SLICES - 1 loop
 
-            -- No number of a field is compared with the slice: every field has its own colour.
+            -- Each field has a colour of its own, so the slice is not compared here.
             if field_1 = i then
               field_2 <= TABLE(i);
             end if;
@@ -342,11 +338,11 @@ begin
           end loop;
 
         elsif kind = "01" or resize(field_1, 8) = unsigned(slice) then
-          -- The one on show; the picture in focus everywhere is made of all.
+          -- The current slice is white; the picture all in focus is made of all slices.
           field_2 <= x"FFFFFF";
         end if;
       end if;
-      -- A field ends with two black columns, and the ruler with its last field.
+      -- A field ends with two black columns, and the ruler ends with its last field.
       if field_1 = SLICES or (within_1 = LABEL_COLUMNS - 1 and x_1 >= GLYPH_COLUMNS - 2) then
         field_2 <= x"000000";
       end if;
@@ -355,7 +351,7 @@ begin
   end process find_character;
 
   --------------------------------------------------------------------------------------------------
-  -- 3, 4
+  -- Clocks 3 and 4.
 
   lines : entity work.glyph_lines
     generic map (
@@ -374,7 +370,7 @@ begin
       line   => line_4
     );
 
-  -- What belongs to the pixel waits for its character: two clocks of glyph_lines.
+  -- Fields of the pixel wait for its character, two clocks of glyph_lines.
   follow : process (clk) is
   begin
 
@@ -394,9 +390,9 @@ begin
   end process follow;
 
   --------------------------------------------------------------------------------------------------
-  -- 5
+  -- Clock 5.
 
-  -- As long as the character and its line of pixels take.
+  -- The video waits as long as the character and its line of pixels take.
   delay_video : process (clk) is
   begin
 
@@ -426,7 +422,7 @@ begin
       last      := video_at(OVERLAY_LATENCY - 1);
       out_video <= last;
       if inside_4 = '1' then
-        -- A shift with the pixel's column at its left end chooses its bit.
+        -- A shift brings the bit of the pixel's column to the left end.
         bits := std_logic_vector(shift_left(unsigned(line_4), to_integer(x_4)));
         if ruler_4 = '1' then
           out_video.pixel <= field_4;

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Differential clock input of the TMDS clock lane.
+-- Differential input of the TMDS clock lane.
 --
--- Each of the two outputs has a BUFIO2 of its own, as a BUFIO2 reaches one input of one clock multiplexer and the
--- pin reaches four BUFIO2s (UG382).
+-- Each of the two outputs has a BUFIO2 of its own: a BUFIO2 reaches one input of one clock multiplexer, and the pin
+-- reaches four BUFIO2s (UG382).
 --
--- Latency: the buffers. Throughput: one clock.
+-- Latency: 0 clocks, the delay of the buffers. Throughput: one clock.
 -- Equation: clk = clk_p.
 
 library ieee;
@@ -20,7 +20,7 @@ entity clock_input is
     clk_n : in    std_logic;
     -- For a clock multiplexer or PLL.
     clk : out   std_logic;
-    -- The same on a global buffer, for logic that counts it.
+    -- The clock on a global buffer, for logic that counts it.
     clk_global : out   std_logic
   );
 end entity clock_input;

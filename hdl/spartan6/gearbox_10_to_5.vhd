@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Five bits each half clock from ten bits each clock.
+-- Sends words of ten bits as two halves of five bits.
 --
--- The two clocks come from one PLL with their rising edges aligned, so that this is a synchronous
--- crossing with half a clock of room. A bit that toggles with each word tells the fast side where
--- in the slow clock it is.
+-- The two clocks come from one PLL with their rising edges aligned, so this is a synchronous crossing with half a clock
+-- of clk to spare. A bit that toggles with each word tells the fast side when a word begins.
 --
 -- Latency: 1 clock of clk, then 1 clock of clk_x2 to the first half.
 -- Throughput: ten bits each clock of clk, five bits each clock of clk_x2.
@@ -26,8 +25,8 @@ end entity gearbox_10_to_5;
 
 architecture rtl of gearbox_10_to_5 is
 
-  -- In clk: the word at rest, and a bit that changes with each. In clk_x2: that bit a half clock
-  -- ago, and the half that is still to be sent.
+  -- In clk: the word, and a bit that toggles with each word. In clk_x2: that bit a clock of clk_x2 ago, and the half
+  -- that is still to be sent.
   signal word      : std_logic_vector(9 downto 0) := (others => '0');
   signal even      : std_logic                    := '0';
   signal even_seen : std_logic                    := '0';
@@ -51,7 +50,7 @@ begin
     if rising_edge(clk_x2) then
       even_seen <= even;
       half      <= rest;
-      -- In the first half clock of a word.
+      -- The first half of a word.
       if even_seen /= even then
         half <= word(4 downto 0);
         rest <= word(9 downto 5);

@@ -1,9 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Ten bits each clock from five bits each half clock.
+-- Collects words of ten bits from halves of five bits.
 --
--- The two clocks come from one PLL with their rising edges aligned, so that this is a synchronous
--- crossing with half a clock of room. Which of the five bits come first does not matter: the word
--- alignment behind finds the phase.
+-- The two clocks come from one PLL with their rising edges aligned, so this is a synchronous crossing with half a clock
+-- of clk to spare. Either half may come first: the word alignment behind finds the phase.
 --
 -- Latency: 1 clock of clk_x2, then 1 clock of clk.
 -- Throughput: five bits each clock of clk_x2, ten bits each clock of clk.

@@ -1,11 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Chooses where the pixel clock comes from: the TMDS clock lane, or a clock made on the board.
 --
--- The board's own clock is 25.175 MHz (640x480p60) made from 100 MHz: 100 * 36 / 143 = 25.1748 MHz.
--- The choice is asynchronous, as the clock that is left may have stopped: everything behind it is in
--- reset meanwhile.
+-- The board's own clock is 25.175 MHz (640x480p60), made from 100 MHz: 100 * 36 / 143 = 25.1748 MHz. The choice is
+-- asynchronous, because the clock that is left may have stopped: everything behind it is in reset meanwhile.
 --
--- Latency: the buffer. Throughput: one clock.
+-- Latency: 0 clocks, the delay of the buffer. Throughput: one clock.
 -- Equation: clk = own clock if use_own, else tmds_clk.
 
 library ieee;
@@ -26,7 +25,7 @@ entity pixel_clock_select is
     reset   : in    std_logic;
     -- Clock of the HDMI input.
     tmds_clk : in    std_logic;
-    -- Choice: the clock made on the board.
+    -- High: choose the clock made on the board.
     use_own : in    std_logic;
     -- The chosen clock, to the PLL.
     clk : out   std_logic;

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Writes a setting into a PLL through its reconfiguration port.
 --
--- Each register is read, its masked bits are replaced, and it is written back (XAPP879). If a port does not answer
--- within TIMEOUT clocks, done comes all the same, and the PLL's missing lock shows the failure.
+-- Each register is read, its masked bits are replaced, and it is written back (XAPP879). If the port does not answer
+-- within TIMEOUT clocks, done still comes, and the PLL's missing lock shows the failure.
 --
 -- Latency: about 10 clocks for each register. Throughput: one setting at a time.
 -- Equation: register = (register and not mask) or setting.
@@ -22,10 +22,10 @@ entity pll_configure is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Write the setting; high: for 40 to 100 MHz, else for 25 to 50 MHz.
+    -- start: write the setting; high: for 40 to 100 MHz, else for 25 to 50 MHz.
     start : in    std_logic;
     high  : in    std_logic;
-    -- Nothing is being written.
+    -- No setting is being written.
     done : out   std_logic;
     -- The PLL's reconfiguration port. The PLL must be in reset while it is in use.
     drp_enable  : out   std_logic;
@@ -41,8 +41,8 @@ architecture rtl of pll_configure is
 
   type state_t is (idle, fetch, wait_read, put, wait_write);
 
-  -- What is done; the register that it is done to; the clocks that an answer has taken; nothing is
-  -- being written; what the register gets.
+  -- The state; the register that is written; clocks waited for an answer; whether no setting is being written; the
+  -- register's entry and its new bits.
   signal state    : state_t                               := idle;
   signal index    : natural range 0 to PLL_REGISTERS'high := 0;
   signal clocks   : natural range 0 to TIMEOUT            := 0;
@@ -55,7 +55,7 @@ begin
   done <= done_now;
 
   entry <= PLL_REGISTERS(index);
-  -- The control keeps the choice as long as the setting is written.
+  -- The control keeps the choice constant while the setting is written.
   contents <= entry.high when high = '1' else
               entry.low;
 
@@ -77,7 +77,7 @@ begin
           index  <= 0;
           if start = '1' then
             state <= fetch;
-            -- From the first clock on, so that nobody takes the last setting for this one.
+            -- Low from the first clock on, so that the end of the last setting is not taken for this one's.
             done_now <= '0';
           end if;
 
@@ -91,14 +91,14 @@ begin
         when wait_read =>
 
           if drp_ready = '1' then
-            -- A register has bits of others in it, which must stay: it is read first.
+            -- The register has further bits, which must stay, so it is read first.
             drp_in <= (drp_out and not entry.mask) or contents;
             state  <= put;
           end if;
 
         when put =>
 
-          -- Address and data are those of the read, so nothing else has to be set.
+          -- Address and data stay from the read.
           drp_enable <= '1';
           drp_write  <= '1';
           clocks     <= 0;
@@ -118,8 +118,8 @@ begin
 
       end case;
 
-      -- A PLL that does not answer must not hold the board back: it goes on with the clock that it has, and the lock
-      -- tells.
+      -- A PLL that does not answer must not stop the board: it goes on with its present clock, and the lock shows the
+      -- failure.
       if clocks = TIMEOUT then
         state    <= idle;
         done_now <= '1';

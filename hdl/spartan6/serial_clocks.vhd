@@ -1,10 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The clocks of a serial link: pixel clock, twice that, and ten times that on an I/O clock network.
 --
--- One PLL for all three, so that their edges are aligned. It has two settings (see pll_settings_pkg); out
--- of the FPGA's configuration it is set for 40 to 100 MHz.
+-- One PLL makes all three, so that their edges are aligned. It has two settings (pll_settings_pkg); after configuration
+-- it is set for 40 to 100 MHz.
 --
--- Latency: not applicable. Throughput: not applicable.
 -- Equation: f(io_clk) = 10 f(clk_in), f(clk_x2) = 2 f(clk_in), f(clk) = f(clk_in).
 
 library ieee;
@@ -19,7 +18,7 @@ entity serial_clocks is
     clk_in : in    std_logic;
     -- Reset of the PLL.
     pll_reset : in    std_logic;
-    -- See pll_configure, with its own clock. The PLL must be in reset while it is configured.
+    -- Ports of pll_configure, with its clock. The PLL must be in reset while it is configured.
     control_clk   : in    std_logic;
     control_reset : in    std_logic;
     configure     : in    std_logic;
@@ -45,14 +44,14 @@ architecture rtl of serial_clocks is
   signal drp_in      : std_logic_vector(15 downto 0);
   signal drp_out     : std_logic_vector(15 downto 0);
   signal drp_ready   : std_logic;
-  -- The PLL's outputs in front of their buffers: bits, pixels, half words. Its lock says nothing
-  -- yet of the I/O clock.
+  -- The PLL's outputs in front of their buffers: bits, pixels, half words. The PLL's lock does not include the I/O
+  -- clock.
   signal feedback   : std_logic;
   signal pll_bit    : std_logic;
   signal pll_pixel  : std_logic;
   signal pll_half   : std_logic;
   signal pll_locked : std_logic;
-  -- An output cannot be read, and the I/O clock's buffer needs the half words' clock.
+  -- VHDL-93 cannot read outputs, and the buffer of the I/O clock needs the clock of half words.
   signal half_clk : std_logic;
 
 begin
@@ -106,8 +105,8 @@ begin
       locked   => pll_locked
     );
 
-  -- The feedback stays inside of the PLL: equal buffers keep the clocks aligned to each other, and
-  -- nothing needs them aligned to the input.
+  -- The feedback stays inside the PLL: equal buffers keep the clocks aligned to each other, and nothing needs them
+  -- aligned to the input.
   pixel_buffer : component bufg
     port map (
       i => pll_pixel,
@@ -122,8 +121,8 @@ begin
 
   clk_x2 <= half_clk;
 
-  -- It makes the strobe, which says where in the I/O clock a word of five bits begins, and is
-  -- locked when the strobe is at its place.
+  -- BUFPLL makes the strobe, which says where in the I/O clock a word of five bits begins, and reports lock when the
+  -- strobe is at its place.
   bit_buffer : component bufpll
     generic map (
       DIVIDE      => 5,

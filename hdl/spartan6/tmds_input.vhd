@@ -1,10 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Input of one TMDS channel: pins, delay lines and their control, deserialiser 5:1, gearbox.
 --
--- Master and slave of a differential pair: the master samples the bits, the slave their edges.
+-- A differential pair has two sites: the master samples the bits, the slave their edges.
 --
--- Latency: the deserialiser, 2 to 3 clocks of clk_x2, and the gearbox. Throughput: ten bits each clock of clk.
--- Equation: bits = ten bits in a row.
+-- Latency: 2 to 3 clocks of clk_x2 for the deserialiser, and those of gearbox_5_to_10. Throughput: ten bits each clock
+-- of clk.
+-- Equation: bits = ten successive bits of the pins.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,17 +18,17 @@ entity tmds_input is
     -- Pins of the channel.
     data_p : in    std_logic;
     data_n : in    std_logic;
-    -- From serial_clocks.
+    -- Clocks from serial_clocks.
     io_clk    : in    std_logic;
     io_strobe : in    std_logic;
-    -- Pixel clock, and twice that, the deserialiser's.
+    -- Pixel clock; twice that, for the deserialiser.
     clk    : in    std_logic;
     clk_x2 : in    std_logic;
     -- Reset in clk_x2.
     reset : in    std_logic;
     -- Ten bits, in clk; bit 0 came first.
     bits : out   std_logic_vector(9 downto 0);
-    -- The delay lines, in clk_x2: see phase_detector_control.
+    -- Reports of phase_detector_control, in clk_x2.
     tracking    : out   std_logic;
     taps        : out   std_logic_vector(7 downto 0);
     hung_toggle : out   std_logic
@@ -36,7 +37,7 @@ end entity tmds_input;
 
 architecture rtl of tmds_input is
 
-  -- The sites of a differential pair: a delay line and a deserialiser each.
+  -- The sites of a differential pair: each has a delay line and a deserialiser.
   constant MASTER : natural := 0;
   constant SLAVE  : natural := 1;
 
@@ -59,7 +60,7 @@ architecture rtl of tmds_input is
 
   end function of_site;
 
-  -- From and to the control of the delay lines; valid and increase have a meaning at the master alone.
+  -- Signals of the control of the delay lines; valid and increase are used at the master only.
   signal calibrate   : sites_t;
   signal delay_reset : std_logic;
   signal step        : std_logic;
@@ -68,18 +69,18 @@ architecture rtl of tmds_input is
   signal site_busy   : sites_t;
   signal valid       : sites_t;
   signal increase    : sites_t;
-  -- The pair as one bit, and delayed by both lines: the master is to see the bits, the slave their edges.
+  -- The pair as one bit; the bit delayed by both lines: the master samples the bits, the slave their edges.
   signal from_pins : std_logic;
   signal delayed   : sites_t;
-  -- The cascade of both deserialisers: the slave has one of the five bits, the master compares the samples of both.
+  -- The cascade of both deserialisers: the slave has one of the five bits, and the master compares the samples of both.
   signal shifted : sites_t;
-  -- Five bits of each clock of clk_x2.
+  -- Five bits for each clock of clk_x2.
   signal words : words_t;
   signal half  : std_logic_vector(4 downto 0);
 
 begin
 
-  -- It runs with the deserialisers' words, as the phase detector's verdicts come with them.
+  -- The control runs with the deserialisers' words, because the phase detector's results come with them.
   phase : entity work.phase_detector_control
     port map (
       clk              => clk_x2,
@@ -97,10 +98,10 @@ begin
       hung_toggle      => hung_toggle
     );
 
-  -- A command is carried out when both lines have carried it out.
+  -- A command is done when both lines have done it.
   busy <= site_busy(MASTER) or site_busy(SLAVE);
 
-  -- TMDS is terminated to 3.3 V outside of the FPGA; DIFF_TERM would put another standard's 100 ohm across the pair.
+  -- TMDS is terminated to 3.3 V outside of the FPGA; DIFF_TERM would add the 100 ohm of another standard.
   pins : component ibufds
     generic map (
       DIFF_TERM  => false,
@@ -115,7 +116,7 @@ begin
   -- The two sites of the pair; the tools place each by its mode.
   site : for i in MASTER to SLAVE generate
 
-    -- Both lines are stepped alike, so that what the calibration has set between them stays.
+    -- Both lines are stepped alike, so that the calibrated difference between them stays.
     delay : component iodelay2
       generic map (
         COUNTER_WRAPAROUND => of_site(i, "STAY_AT_LIMIT", "WRAPAROUND"),
@@ -140,7 +141,7 @@ begin
         dataout => delayed(i)
       );
 
-    -- RETIMED: the word changes with clkdiv alone. Word boundaries are found behind the gearbox, so nothing slips here.
+    -- RETIMED: the word changes with clkdiv only. Word boundaries are found behind the gearbox, so nothing slips here.
     -- The slave's samples at the edges tell the master whether the delay is too long or too short (valid, incdec).
     deserialiser : component iserdes2
       generic map (
@@ -173,7 +174,7 @@ begin
   -- The slave has the first of the five bits.
   half <= words(MASTER) & words(SLAVE)(4);
 
-  -- Two halves make the ten bits of a TMDS word, at any of its ten phases.
+  -- Two halves are the ten bits of a TMDS word, at any of its ten phases.
   gearbox : entity work.gearbox_5_to_10
     port map (
       clk    => clk,

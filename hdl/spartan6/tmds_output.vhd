@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Output of one TMDS lane: gearbox, serialiser 5:1 and pins.
 --
--- Latency: the gearbox, and the serialiser's 2 clocks of clk_x2. Throughput: ten bits each clock of clk.
+-- Latency: that of gearbox_10_to_5, and 2 clocks of clk_x2 for the serialiser. Throughput: ten bits each clock of clk.
 -- Equation: the bits of word, one each clock of io_clk.
 
 library ieee;
@@ -14,10 +14,10 @@ entity tmds_output is
   port (
     -- Ten bits, in clk; bit 0 is sent first.
     word : in    std_logic_vector(9 downto 0);
-    -- From serial_clocks.
+    -- Clocks from serial_clocks.
     io_clk    : in    std_logic;
     io_strobe : in    std_logic;
-    -- Pixel clock, and twice that, the serialiser's.
+    -- Pixel clock; twice that, for the serialiser.
     clk    : in    std_logic;
     clk_x2 : in    std_logic;
     -- Reset in clk_x2.
@@ -30,7 +30,7 @@ end entity tmds_output;
 
 architecture rtl of tmds_output is
 
-  -- The sites of a differential pair: a serialiser each, and the pins at the master.
+  -- The sites of a differential pair: each has a serialiser; the pins are at the master.
   constant MASTER : natural := 0;
   constant SLAVE  : natural := 1;
 
@@ -51,12 +51,12 @@ architecture rtl of tmds_output is
 
   end function mode;
 
-  -- Five bits of each clock of clk_x2, those of each site, and what a site sends.
+  -- Five bits for each clock of clk_x2; the bits of each site; the outputs of the sites.
   signal half : std_logic_vector(4 downto 0);
   signal bits : bits_t;
   signal sent : sites_t;
-  -- The cascade: data and tristate go from the master to the slave and back, which send a word of five bits together.
-  -- Inputs that no other site drives are high.
+  -- The cascade: data and tristate go from master to slave and back, and both send a word of five bits together. Inputs
+  -- that no other site drives are high.
   signal down_data     : sites_t;
   signal down_tristate : sites_t;
   signal up_data       : sites_t;
@@ -65,7 +65,7 @@ architecture rtl of tmds_output is
 
 begin
 
-  -- A serialiser has eight inputs at most, so a word of ten bits goes out as two of five.
+  -- A serialiser has at most eight inputs, so a word of ten bits goes out as two halves of five.
   gearbox : entity work.gearbox_10_to_5
     port map (
       clk    => clk,
@@ -74,15 +74,15 @@ begin
       half   => half
     );
 
-  -- A cascade sends the slave's four bits first: the master has the last one.
+  -- A cascade sends the slave's four bits first, so the master has the last bit.
   bits(MASTER) <= "000" & half(4);
   bits(SLAVE)  <= half(3 downto 0);
 
-  -- Of shift inputs 1 and 2 for the slave, of 3 and 4 for the master.
+  -- The master has its cascade at shift inputs 3 and 4, the slave at 1 and 2.
   shift_in(MASTER) <= (up_tristate(SLAVE), up_data(SLAVE), '1', '1');
   shift_in(SLAVE)  <= ('1', '1', down_tristate(MASTER), down_data(MASTER));
 
-  -- What the slave sends goes out through the master.
+  -- The slave's output goes out through the master.
   site : for i in MASTER to SLAVE generate
 
     serialiser : component oserdes2

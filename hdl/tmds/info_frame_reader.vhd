@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Reads the packets of data islands: checks all of them, and keeps what the AVI InfoFrame says about the picture.
 --
--- The check bits of header and subpackets are computed along with the bits; after a whole packet all of them must be 0.
--- The bytes of an InfoFrame add up to 0. An AVI InfoFrame that passes both checks replaces the one that is kept.
+-- The check bits of header and subpackets are computed as the bits come; behind a whole packet all must be 0. The bytes
+-- of an InfoFrame add up to 0. An AVI InfoFrame that passes both checks replaces the one before.
 --
--- Latency: 2 clocks behind the last word of a packet. Throughput: a word each clock.
--- Equation: HDMI 1.4, sections 5.2.3.4 and 5.2.3.5; CEA-861-D, section 6.4. RGB without a word about its
---   range is limited in the formats of TV (VIC 2 and above); YCbCr without a word about its coding is
---   BT.601 in formats of up to 576 lines, else BT.709.
+-- Latency: 2 clocks from the last word of a packet. Throughput: one word each clock.
+-- Equation: HDMI 1.4, sections 5.2.3.4 and 5.2.3.5; CEA-861-D, section 6.4. If the range is not told, RGB is limited in
+-- the formats of TV (VIC 2 and above). If the coding is not told, YCbCr is BT.601 in formats of up to 576 lines, else
+-- BT.709.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,13 +20,13 @@ use work.tmds_pkg.all;
 entity info_frame_reader is
   port (
     clk : in    std_logic;
-    -- Forgets what was told.
+    -- Clears what was read.
     reset : in    std_logic;
     -- Words of data islands.
     island : in    island_t;
-    -- What the last whole AVI InfoFrame told.
+    -- Content of the last correct AVI InfoFrame.
     info : out   picture_info_t;
-    -- A packet with wrong check bits, for a clock; an InfoFrame with a wrong sum, for a clock.
+    -- High for one clock: a packet with wrong check bits; an InfoFrame with a wrong sum.
     packet_error : out   std_logic;
     sum_error    : out   std_logic
   );
@@ -34,8 +34,8 @@ end entity info_frame_reader;
 
 architecture rtl of info_frame_reader is
 
-  -- A packet has 32 words: with each come a bit of the header (24 bits, 8 check bits), and two of
-  -- each subpacket (56 bits, 8 check bits).
+  -- A packet has 32 words. Each word brings a bit of the header (24 bits, 8 check bits) and two bits of each subpacket
+  -- (56 bits, 8 check bits).
   constant LAST_WORD       : natural := 31;
   constant HEADER_WORDS    : natural := 24;
   constant SUBPACKET_WORDS : natural := 28;
@@ -48,28 +48,28 @@ architecture rtl of info_frame_reader is
 
   type tails_t is array (0 to 3) of std_logic_vector(5 downto 0);
 
-  -- The word of the packet that comes next, and check bits so far of header and subpackets.
+  -- The packet's next word, and the check bits of header and subpackets so far.
   signal place        : unsigned(4 downto 0) := (others => '0');
   signal header_check : byte_t               := (others => '0');
   signal checks       : checks_t             := (others => (others => '0'));
-  -- The last bits of the subpackets, all bits of the header and of the first subpacket.
+  -- The last bits of the subpackets; all bits of the header and of the first subpacket.
   signal tails      : tails_t                       := (others => (others => '0'));
   signal header_all : std_logic_vector(23 downto 0) := (others => '0');
   signal first_all  : std_logic_vector(55 downto 0) := (others => '0');
-  -- The four bytes that have just become complete, one of each subpacket, added up; the sum of all
-  -- so far.
+  -- Sum of the four bytes that have just become complete, one of each subpacket; sum of all bytes so far; done: the
+  -- packet is complete.
   signal column : unsigned(7 downto 0) := (others => '0');
   signal sum    : unsigned(7 downto 0) := (others => '0');
   signal done   : std_logic            := '0';
 
-  -- Whether a format without a word about the coding of YCbCr has at most 576 lines.
+  -- Whether a format of this code has at most 576 lines.
 
   function is_small (
     code : std_logic_vector(7 downto 0)
   ) return std_logic is
   begin
 
-    -- The codes of CEA-861-D with up to 576 lines; those that are missing here have 720 or 1080.
+    -- The codes of CEA-861-D with up to 576 lines; the others have 720 or 1080.
     case to_integer(unsigned(code)) is
 
       when 1 to 3 | 6 to 15 | 17 to 18 | 21 to 30 | 35 to 38 | 42 to 45 | 48 to 59 =>
@@ -84,7 +84,7 @@ architecture rtl of info_frame_reader is
 
   end function is_small;
 
-  -- Whether RGB (range of two bits) or YCbCr (quantisation of two bits) is limited.
+  -- Whether the range is limited, for RGB (rgb) or YCbCr (ycc).
 
   function is_limited (
     space : std_logic_vector(1 downto 0);
@@ -94,7 +94,7 @@ architecture rtl of info_frame_reader is
   ) return std_logic is
   begin
 
-    -- Each coding has a field of its own for the range; what it leaves open the format decides.
+    -- RGB and YCbCr have a field each for the range; if the field leaves it open, the format decides.
     if space /= "00" then
       return to_logic(ycc = "00");
     end if;
@@ -110,7 +110,7 @@ architecture rtl of info_frame_reader is
   ) return std_logic is
   begin
 
-    -- Not told, BT.601, BT.709, or named by the field of the extended coding.
+    -- The coding: not told, BT.601, BT.709, or named by the field of the extended coding.
     case coding is
 
       when "00" =>
@@ -134,13 +134,13 @@ architecture rtl of info_frame_reader is
 
   end function is_bt601;
 
-  -- Behind the last word of a packet: its check bits are wrong, or it is an InfoFrame whose sum is wrong.
+  -- Behind the last word of a packet: its check bits are wrong; it is an InfoFrame whose sum is wrong.
   signal bad_checks : std_logic;
   signal bad_sum    : std_logic;
 
 begin
 
-  -- Behind a packet's last bit each check byte is 0 if all bits were right.
+  -- Behind the last bit of a packet, each check byte is 0 if all bits were right.
   bad_checks <= to_logic(header_check /= x"00" or checks(0) /= x"00" or checks(1) /= x"00" or checks(2) /= x"00" or
                          checks(3) /= x"00");
   -- InfoFrames are the packet types from 80 hexadecimal on; only they have a sum.
@@ -157,15 +157,13 @@ begin
       done <= '0';
 
       if island.valid = '1' then
-        -- Packets of an island follow each other without a gap: behind the last word the count
-        -- begins anew by itself.
+        -- Packets of an island follow each other without a gap, so the count wraps round behind the last word.
         place <= place + 1;
         if place = LAST_WORD then
           done <= '1';
         end if;
 
-        -- Check bytes run along with the bits, so that the packet need not be stored to be checked: what is left must
-        -- be zero.
+        -- Check bytes are updated with each bit, so that the packet need not be stored; the remainder must be zero.
         header_before := header_check;
         if place = 0 then
           header_before := (others => '0');
@@ -174,8 +172,8 @@ begin
         if place < HEADER_WORDS then
           header_all <= island.header & header_all(23 downto 1);
         end if;
-        -- Only the first subpacket is looked at: the fields wanted here lie in it.
-        -- Two bits come with each word, so all 56 are there after 28.
+        -- Only the first subpacket is stored, because it has all fields used here. Two bits come with each word, so all
+        -- 56 are there after 28 words.
         if place < SUBPACKET_WORDS then
           first_all <= island.odd(0) & island.even(0) & first_all(55 downto 2);
         end if;
@@ -203,8 +201,8 @@ begin
 
   end process take_words;
 
-  -- A byte of each subpacket every four words, of the header every eight. The four are added up a word before
-  -- they enter the sum, which keeps the chain of adders short.
+  -- A byte of each subpacket is complete every four words, a byte of the header every eight. The four bytes are added
+  -- up a word before they enter the sum, which keeps the chain of adders short.
   add_bytes : process (clk) is
 
     variable byte  : byte_t;
@@ -224,17 +222,16 @@ begin
 
         end loop;
 
-        -- In step with the sum below, so that nothing is added twice.
+        -- The column is cleared once it has entered the sum below, so that nothing is added twice.
         column <= (others => '0');
         if place(1 downto 0) = 3 and place < SUBPACKET_WORDS then
           column <= added;
         end if;
-        -- With the first word of the next packet the sum begins anew; by then keep_told has read
-        -- it.
+        -- The sum starts again with the first word of the next packet; keep_told has read it by then.
         if place = 0 then
           sum <= (others => '0');
         elsif place(2 downto 0) = 0 and place <= HEADER_WORDS then
-          -- A byte of the header has come complete with the word before.
+          -- A byte of the header was completed by the word before.
           sum <= sum + column + unsigned(header_all(23 downto 16));
         else
           sum <= sum + column;
@@ -251,7 +248,7 @@ begin
       packet_error <= done and bad_checks;
       sum_error    <= done and not bad_checks and bad_sum;
 
-      -- Nothing is taken from a packet with an error; the values of the frame before remain valid.
+      -- A packet with an error changes nothing; earlier values stay valid.
       if done = '1' and bad_checks = '0' and bad_sum = '0' and header_all(7 downto 0) = AVI then
         -- The InfoFrame's checksum is byte 0; Y is in byte 1, C in 2, EC and Q in 3, VIC in 4, YQ in 5.
         info.informed    <= '1';

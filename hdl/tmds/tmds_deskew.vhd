@@ -1,12 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Brings the three channels to the same pixel: skew of cables and of the word alignment goes.
+-- Brings the three channels to the same pixel: removes the skew of cables and of the word alignment.
 --
--- Each channel runs through a delay line with a tap that can be chosen. The first data word behind a
--- run of control tokens (the beginning of a line) marks the same pixel in all channels; how far
--- these marks lie apart, in two lines one after the other, sets the taps. Lines that do not agree
--- with the taps in use count; the same deviation twice moves the taps.
+-- Each channel runs through a delay line with a selectable tap. The first data word behind a run of control tokens (the
+-- beginning of a line) marks the same pixel in all channels. The distances of these marks, equal in two lines in a row,
+-- set the taps. Lines that do not agree with the taps in use are counted; the same deviation twice moves the taps.
 --
--- Latency: 2 clocks for the channel that comes last. Throughput: one word of each channel each clock.
+-- Latency: 2 clocks for the latest channel. Throughput: one word of each channel each clock.
 -- Equation: out_words(t) of channel c = words(t - 2 - tap(c)), tap(c) = last arrival - arrival(c).
 
 library ieee;
@@ -24,7 +23,7 @@ entity tmds_deskew is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Words of the channels; which are control tokens; which channels are aligned.
+    -- Words of the channels; which words are control tokens; which channels are aligned.
     words   : in    words_t;
     tokens  : in    std_logic_vector(CHANNELS - 1 downto 0);
     aligned : in    std_logic_vector(CHANNELS - 1 downto 0);
@@ -37,9 +36,9 @@ end entity tmds_deskew;
 
 architecture rtl of tmds_deskew is
 
-  -- Words by which channels may be apart: far more than a cable and the word alignment make.
+  -- Words by which channels may be apart: far more than cables and word alignment cause.
   constant DEPTH : positive := 16;
-  -- Tokens that must stand before a mark, so that a single wrong token makes none.
+  -- Tokens required in front of a mark, so that a single wrong token makes no mark.
   constant BEFORE_MARK : positive := 4;
 
   subtype tap_t is natural range 0 to DEPTH - 1;
@@ -53,14 +52,14 @@ architecture rtl of tmds_deskew is
   type runs_t is array (0 to CHANNELS - 1) of natural range 0 to BEFORE_MARK;
 
   signal taps : taps_t := (others => 0);
-  -- Tokens in a row of each channel, and the first word behind enough of them.
+  -- Tokens in a row for each channel; marks: the first word behind enough of them.
   signal runs  : runs_t := (others => 0);
   signal marks : std_logic_vector(CHANNELS - 1 downto 0);
-  -- The marks of one line: which have arrived, when, counted from the first one, and the words since then.
+  -- The marks of one line: which have arrived; when, counted from the first; words since then.
   signal arrived  : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
   signal arrivals : taps_t                                  := (others => 0);
   signal age      : tap_t                                   := 0;
-  -- Taps that the last line asks for, known for a clock, and those of the line before.
+  -- Taps that the last line asks for (measured: for one clock), and the taps of the line before.
   signal candidate : taps_t                     := (others => 0);
   signal measured  : std_logic                  := '0';
   signal previous  : taps_t                     := (others => 0);
@@ -69,12 +68,12 @@ architecture rtl of tmds_deskew is
 begin
 
   mark : for c in 0 to CHANNELS - 1 generate
-    -- The end of a long run of tokens: the one moment that all channels have in common.
+    -- The end of a long run of tokens is the one moment that all channels have in common.
     marks(c) <= '1' when runs(c) = BEFORE_MARK and tokens(c) = '0' else
                 '0';
   end generate mark;
 
-  -- The delay lines: no reset, so that they fit shift registers; variables, as simulators keep an
+  -- The delay lines have no reset, so that they fit shift registers; they are variables, because simulators keep an
   -- event for each bit of a signal.
   delay : process (clk) is
 
@@ -86,7 +85,7 @@ begin
 
       for c in 0 to CHANNELS - 1 loop
 
-        -- The tap is read before the line moves, so tap 0 is the word that came a clock ago.
+        -- The tap is read before the line moves, so tap 0 is the word of the clock before.
         out_words(c) <= lines(c)(taps(c));
 
         for i in DEPTH - 1 downto 1 loop
@@ -121,20 +120,20 @@ begin
 
       end loop;
 
-      -- Arrivals, counted from the first one; a window that stays incomplete is forgotten.
+      -- Arrivals, counted from the first one; an incomplete set is dropped.
       measured    <= '0';
       now_arrived := arrived or marks;
 
       for c in 0 to CHANNELS - 1 loop
 
-        -- The first mark of a line comes with age 0.
+        -- The first mark of a line has age 0.
         if marks(c) = '1' and arrived(c) = '0' then
           arrivals(c) <= age;
         end if;
 
       end loop;
 
-      -- The channel that came last waits for none; the others wait as long as they were early.
+      -- The channel that came last is not delayed; the others are delayed by as much as they were early.
       if now_arrived = "111" then
 
         for c in 0 to CHANNELS - 1 loop
@@ -151,7 +150,7 @@ begin
         arrived  <= (others => '0');
         age      <= 0;
       elsif now_arrived = "000" or age = DEPTH - 1 then
-        -- No mark has come, or the others have not within the depth of the delay lines.
+        -- No mark has come, or the others have not come within the depth of the delay lines.
         arrived <= (others => '0');
         age     <= 0;
       else
@@ -159,7 +158,7 @@ begin
         age     <= age + 1;
       end if;
 
-      -- Confirm the taps or move them.
+      -- Confirm the taps, or move them.
       if patience /= 0 then
         patience <= patience - 1;
       else
@@ -167,7 +166,7 @@ begin
       end if;
       if measured = '1' then
         previous <= candidate;
-        -- Twice the same, as a damaged word may end a run in one channel too soon.
+        -- Equal taps twice are required, because a damaged word may end a run in one channel too soon.
         if candidate = previous then
           taps     <= candidate;
           locked   <= '1';
@@ -175,7 +174,7 @@ begin
         end if;
       end if;
 
-      -- Without words nothing can be measured, and earlier measurements may be of another source.
+      -- Without aligned channels nothing can be measured, and earlier measurements may belong to another source.
       if aligned /= "111" then
         locked   <= '0';
         patience <= 0;

@@ -2,8 +2,8 @@
 -- TMDS encoder of one channel.
 --
 -- Latency: 3 clocks. Throughput: one word each clock.
--- Equation: DVI 1.0, figure 3-5: transitions minimised, then inverted where that brings the
---   running disparity (ones minus zeros since the last control token) nearer to zero.
+-- Equation: DVI 1.0, figure 3-5: transitions are minimised, and the word is inverted if that brings the running
+-- disparity (ones minus zeros since the last control token) nearer to zero.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,27 +23,27 @@ entity tmds_encoder is
     control : in    std_logic_vector(1 downto 0);
     -- Byte to send.
     data : in    std_logic_vector(7 downto 0);
-    -- Bit 0 is sent first.
+    -- The word; bit 0 is sent first.
     word : out   std_logic_vector(9 downto 0)
   );
 end entity tmds_encoder;
 
 architecture rtl of tmds_encoder is
 
-  -- Half of ones minus zeros: of a byte's chain, and of all words so far.
+  -- Half of ones minus zeros, for a byte's chain and for all words so far.
   subtype half_t is integer range -4 to 4;
 
-  -- 1: the byte as a chain, and what goes with it.
+  -- Clock 1: the byte as a chain, and the other inputs.
   signal chain         : std_logic_vector(8 downto 0) := (others => '0');
   signal chain_active  : std_logic                    := '0';
   signal chain_control : std_logic_vector(1 downto 0) := "00";
-  -- 2: ones of the chain above four; 3 chooses the word by it and by the sum so far. Counting and choosing apart keep
-  -- both out of one clock.
+  -- Clock 2: ones of the chain above four. Clock 3 chooses the word by this number and the sum so far; counting and
+  -- choosing take a clock each.
   signal excess         : half_t                       := 0;
   signal excess_chain   : std_logic_vector(8 downto 0) := (others => '0');
   signal excess_active  : std_logic                    := '0';
   signal excess_control : std_logic_vector(1 downto 0) := "00";
-  -- It never leaves -4 to 4 halves: a word is inverted whenever that brings the sum nearer to zero.
+  -- The sum never leaves -4 to 4: a word is inverted whenever that brings the sum nearer to zero.
   signal disparity : half_t := 0;
 
 begin
@@ -52,19 +52,19 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Three steps of a clock each: the chain, its ones, the word.
+      -- Three clocks: the chain, its ones, the word.
       chain         <= minimise_transitions(data);
       chain_active  <= active;
       chain_control <= control;
 
-      -- Registered, so that counting and the choice by disparity are not one path.
+      -- Registered, so that counting and choosing are not one path.
       excess         <= count_ones(chain(7 downto 0)) - 4;
       excess_chain   <= chain;
       excess_active  <= chain_active;
       excess_control <= chain_control;
 
       if excess_active = '0' then
-        -- Each run of tokens starts anew, as DVI has it: so lines do not depend on each other.
+        -- Each run of tokens restarts the sum, as in DVI, so lines do not depend on each other.
         disparity <= 0;
 
         case excess_control is
@@ -88,8 +88,7 @@ begin
         end case;
 
       elsif disparity = 0 or excess = 0 then
-        -- Either way is as good for the balance, so bit 8 decides (DVI 1.0): bit 9 is its
-        -- complement.
+        -- Both ways are equally balanced, so bit 8 decides (DVI 1.0): bit 9 is its complement.
         if excess_chain(8) = '1' then
           word      <= '0' & excess_chain;
           disparity <= disparity + excess;
@@ -98,9 +97,9 @@ begin
           disparity <= disparity - excess;
         end if;
       elsif (disparity > 0) = (excess > 0) then
-        -- The chain has more of what the words so far have too much of: it goes out inverted.
+        -- The chain has more of the kind of bits that the words so far have too many of: it goes out inverted.
         word <= '1' & excess_chain(8) & not excess_chain(7 downto 0);
-        -- Bits 8 and 9 count, too: two ones are one in halves, two zeros one less.
+        -- Bits 8 and 9 count too: two ones are one more in halves, two zeros one less.
         if excess_chain(8) = '1' then
           disparity <= disparity - excess + 1;
         else

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Follows the periods of a DVI or HDMI source: control, video, data islands.
 --
--- Two of three channels decide between tokens and anything else, so that one wrong word does not tear a line. What
--- comes behind tokens is told by the preamble and the guard band, and lasts until tokens come again. As the control
--- bits of a DVI source may imitate a preamble, and its pixels a guard band, an HDMI source is one that sends a preamble
--- of exactly 8 words and all six words of a guard band. Of such a source less is enough, so that wrong bits change
--- nothing: channels 1 and 2 count the tokens of a preamble up to 8 and back, 4 are enough; so are three words of the
--- guard band. Everything else is video without a guard band, as of a DVI source.
+-- Two of three channels decide between tokens and other words, so that one wrong word does not tear a line. Preamble
+-- and guard band tell which period begins behind tokens; it lasts until tokens come again. The control bits of a DVI
+-- source may imitate a preamble, and its pixels a guard band; an HDMI source is therefore recognised by a preamble of
+-- exactly 8 words and all six words of a guard band. Once a source is recognised, less is enough, so that wrong bits
+-- change nothing: channels 1 and 2 count the tokens of a preamble up to 8 and back, and 4 are enough; so are three
+-- words of the guard band. Everything else is video without a guard band, as from a DVI source.
 --
 -- Latency: 2 clocks. Throughput: one word of each channel each clock.
 -- Equation: HDMI 1.4, section 5.2; DVI 1.0, section 3.3.
@@ -21,7 +21,7 @@ use work.video_pkg.all;
 
 entity tmds_periods is
   generic (
-    -- Lines and islands in a row without whole guard bands that make the source one of DVI.
+    -- Lines and islands in a row without whole guard bands after which the source counts as DVI.
     PLAIN_LINES : positive := 16
   );
   port (
@@ -29,9 +29,9 @@ entity tmds_periods is
     reset : in    std_logic;
     -- The word of each channel, from its decoder.
     words : in    decoded_words_t;
-    -- Video, black where not active.
+    -- Video; black where not active.
     video : out   video_t := NO_VIDEO;
-    -- Channels whose word is not one that this period can have.
+    -- Channels whose word cannot occur in this period.
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- The source sends guard bands or islands.
     hdmi : out   std_logic;
@@ -42,8 +42,7 @@ end entity tmds_periods;
 
 architecture rtl of tmds_periods is
 
-  -- Tokens of a preamble in channels 1 and 2: both have 01 in front of an island, channel 1 alone in
-  -- front of video.
+  -- Tokens of a preamble in channels 1 and 2: in front of an island both have 01, in front of video only channel 1 has.
   constant PREAMBLE      : std_logic_vector(1 downto 0) := "01";
   constant ENOUGH_WORDS  : positive                     := 4;
   constant ENOUGH_GUARDS : positive                     := 3;
@@ -51,14 +50,13 @@ architecture rtl of tmds_periods is
 
   subtype votes_t is natural range 0 to PREAMBLE_WORDS;
 
-  -- Period of the word before; after the second word of a guard band already that of the next word.
+  -- Period of the word before; behind the second word of a guard band already the period of the next word.
   type period_t is (control, video_guard, picture, island_guard, data_island);
 
   subtype channels_t is std_logic_vector(CHANNELS - 1 downto 0);
 
-  -- Channels whose word can be of a guard band, now and in stage 1, and the words of stage 1. A
-  -- guard band is decided with its first word in stage 1 and its second one still coming: six words
-  -- vote.
+  -- Channels whose word can belong to a guard band, now and in clock 1; and the words of clock 1. A guard band is
+  -- decided when its first word is in clock 1 and its second word comes: six words vote.
   signal video_marks    : channels_t;
   signal island_marks   : channels_t;
   signal video_marks_1  : channels_t      := (others => '0');
@@ -69,17 +67,17 @@ architecture rtl of tmds_periods is
   signal period      : period_t := control;
   signal votes_green : votes_t  := 0;
   signal votes_red   : votes_t  := 0;
-  -- Tokens of a preamble in a row in channel 1, up to one too many.
+  -- Tokens of a preamble in a row in channel 1, counted to one more than a preamble has.
   signal run : natural range 0 to PREAMBLE_WORDS + 1 := 0;
   -- Lines and islands since the last one that began with a whole preamble and guard band.
   signal plain   : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
   signal is_hdmi : std_logic                                     := '0';
 
-  -- The words in stage 1 are tokens; what they belong to; they are the first ones behind tokens.
+  -- tokens: the words in clock 1 are tokens; now: their period; changes: they are the first words behind tokens.
   signal tokens  : std_logic;
   signal now     : period_t;
   signal changes : std_logic;
-  -- Preamble and guard band in front of them are whole.
+  -- Preamble and guard band in front of the words are whole.
   signal whole : std_logic;
 
   function count_marks (
@@ -104,7 +102,7 @@ architecture rtl of tmds_periods is
 
   end function count_marks;
 
-  -- Votes for a preamble behind one more word of control.
+  -- Votes for a preamble after one more token.
 
   function next_votes (
     votes : votes_t;
@@ -126,9 +124,8 @@ begin
 
   hdmi <= is_hdmi;
 
-  -- Each guard band has its own word in each channel: of the nibbles' code in some, a word of its
-  -- own in others. In channel 0 that of islands carries the syncs in its low bits.
-  -- Words of the two guard bands.
+  -- Words of the two guard bands. Each guard band has a fixed word in each channel: in some channels a word for four
+  -- bits, in others a word of its own. In channel 0 the guard band of islands carries the syncs in its low bits.
   video_marks(0)  <= words(0).is_nibble and to_logic(words(0).nibble = VIDEO_GUARD_NIBBLE);
   video_marks(1)  <= words(1).is_guard;
   video_marks(2)  <= words(2).is_nibble and to_logic(words(2).nibble = VIDEO_GUARD_NIBBLE);
@@ -138,8 +135,8 @@ begin
 
   active_1 <= words_1(2).active & words_1(1).active & words_1(0).active;
 
-  -- Two of three channels decide: a word that is damaged in one of them must not end the blanking,
-  -- or each error would cost a line.
+  -- Two of three channels decide: a damaged word in one channel must not end the blanking, or each error would destroy
+  -- a line.
   tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
   changes <= to_logic(period = control) and not tokens;
 
@@ -156,7 +153,7 @@ begin
     now          <= period;
     video_count  := count_marks(video_marks & video_marks_1);
     island_count := count_marks(island_marks & island_marks_1);
-    -- Channel 1 has its preamble in front of both, channel 2 in front of islands alone.
+    -- Channel 1 has its preamble in front of both periods, channel 2 in front of islands only.
     whole_island := run = PREAMBLE_WORDS and votes_red = PREAMBLE_WORDS and island_count = ALL_GUARDS;
     whole_video  := run = PREAMBLE_WORDS and votes_red = 0 and video_count = ALL_GUARDS;
     whole        <= to_logic(whole_island or whole_video);
@@ -198,8 +195,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A guard band is two words long: behind the second one its period begins. A period is known
-      -- by how it began, so only its beginning needs a vote; inside of it words may be anything.
+      -- A guard band is two words long; behind the second word its period begins. Only the beginning of a period needs
+      -- a vote; inside it words may be anything.
       period <= now;
       if now = video_guard and period = video_guard then
         period <= picture;
@@ -222,8 +219,7 @@ begin
       end if;
 
       if changes = '1' then
-        -- A source that leaves HDMI mode sends no guard bands any more; a few in a row that are not whole are no
-        -- accident.
+        -- A source that leaves HDMI mode stops sending guard bands; a few in a row that are not whole are no accident.
         if whole = '1' then
           is_hdmi <= '1';
           plain   <= 0;
@@ -250,12 +246,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Nothing is shown and nothing is read, unless the period says so.
+      -- Nothing is shown and nothing is read unless the period allows it.
       video.active <= '0';
       video.pixel  <= (others => '0');
       island.start <= '0';
       island.valid <= '0';
-      -- Where the bits of a packet lie in the words of an island; they count with island.valid.
+      -- Places of a packet's bits in the words of an island; valid with island.valid.
       island.header <= words_1(0).nibble(2);
       island.even   <= words_1(1).nibble;
       island.odd    <= words_1(2).nibble;
@@ -265,8 +261,8 @@ begin
         when control =>
 
           errors <= active_1;
-          -- Where channel 0 has no token, its word is damaged: the syncs keep their levels, as a
-          -- pulse with a hole would be measured as two.
+          -- If channel 0 has no token, its word is damaged: the syncs keep their levels, because a pulse with a hole
+          -- would be measured as two.
           if active_1(0) = '0' then
             video.h_sync <= words_1(0).control(0);
             video.v_sync <= words_1(0).control(1);
@@ -281,7 +277,7 @@ begin
           video.active <= '1';
           video.pixel  <= words_1(0).data & words_1(1).data & words_1(2).data;
 
-          -- Tokens are wrong here, too, though they are sound words.
+          -- A token is wrong here, though it is a valid word.
           for c in 0 to CHANNELS - 1 loop
 
             errors(c) <= words_1(c).error or not active_1(c);
@@ -290,8 +286,7 @@ begin
 
         when island_guard | data_island =>
 
-          -- Not told from each other: an error here is a word that neither an island nor its guard
-          -- band has.
+          -- Island and its guard band are not distinguished: a word is wrong if neither has it.
           for c in 0 to CHANNELS - 1 loop
 
             errors(c) <= not (words_1(c).is_nibble or words_1(c).is_guard);
@@ -303,7 +298,7 @@ begin
           else
             island.start <= '1';
           end if;
-          -- The syncs go on inside of an island, in channel 0.
+          -- Inside an island the syncs are in channel 0.
           if words_1(0).is_nibble = '1' then
             video.h_sync <= words_1(0).nibble(0);
             video.v_sync <= words_1(0).nibble(1);

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Words and steps of TMDS coding, from DVI 1.0, section 3, and of data islands, from HDMI 1.4, section 5.
+-- Words and steps of TMDS coding (DVI 1.0, section 3) and of data islands (HDMI 1.4, section 5).
 --
--- A word has ten bits, bit 0 is sent first. In the blanking it is one of four control tokens, else
--- a byte as a chain of XORs (bit 8 set) or XNORs, inverted or not (bit 9) for DC balance. In data
--- islands it is one of 16 words for four bits.
+-- A word has ten bits; bit 0 is sent first. In the blanking it is one of four control tokens, else a byte as a chain of
+-- XORs (bit 8 set) or XNORs, inverted or not (bit 9) for DC balance. In data islands it is one of 16 words for four
+-- bits.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -13,27 +13,26 @@ package tmds_pkg is
 
   subtype tmds_word_t is std_logic_vector(9 downto 0);
 
-  -- Three words or bytes side by side, channel 0 (blue) in the low bits.
+  -- Number of channels. Words and bytes of all channels stand side by side, channel 0 (blue) in the low bits.
   constant CHANNELS : positive := 3;
 
   -- The words of all channels.
   type words_t is array (0 to CHANNELS - 1) of tmds_word_t;
 
-  -- What a word of a channel may stand for. Which of it holds depends on the period (tmds_periods), which one channel
-  -- by itself does not know.
+  -- What a word of a channel may stand for. The period decides (tmds_periods), which one channel alone does not know.
   type decoded_t is record
     -- The word is no control token.
     active : std_logic;
     -- C1 and C0 of the last token.
     control : std_logic_vector(1 downto 0);
-    -- Byte of the word.
+    -- The word read as a byte.
     data : std_logic_vector(7 downto 0);
-    -- The word is neither a token nor one that an encoder sends for a byte.
+    -- The word is neither a token nor a word that an encoder sends for a byte.
     error : std_logic;
-    -- In data islands: the word stands for four bits, these (else 0).
+    -- Read as a word of a data island: whether it stands for four bits, and these bits (else 0).
     is_nibble : std_logic;
     nibble    : std_logic_vector(3 downto 0);
-    -- The word is of the guard band of islands, or in channel 1 of that of video.
+    -- The word belongs to the guard band of islands, or in channel 1 to that of video.
     is_guard : std_logic;
   end record decoded_t;
 
@@ -41,7 +40,7 @@ package tmds_pkg is
 
   type decoded_words_t is array (0 to CHANNELS - 1) of decoded_t;
 
-  -- Which channels are inverted; with the highest bit those that are found to be swapped, see tmds_polarity.
+  -- Channels that are inverted. With the highest bit set, tmds_polarity finds the swapped channels.
   subtype polarity_t is std_logic_vector(CHANNELS downto 0);
 
   constant FIND_POLARITY : polarity_t := "1000";
@@ -50,20 +49,20 @@ package tmds_pkg is
   type island_t is record
     -- An island begins.
     start : std_logic;
-    -- The word holds a bit of the packet's header and two of each subpacket.
+    -- The word holds a bit of the packet's header, and two bits of each subpacket.
     valid  : std_logic;
     header : std_logic;
     even   : std_logic_vector(3 downto 0);
     odd    : std_logic_vector(3 downto 0);
   end record island_t;
 
-  -- What an HDMI source tells of its picture.
+  -- What an HDMI source says about its picture.
   type picture_info_t is record
-    -- It has told so, by an AVI InfoFrame; the rest is zero until then.
+    -- The source has sent an AVI InfoFrame; the other fields are zero until then.
     informed : std_logic;
     -- 0 RGB, 1 YCbCr 4:2:2, 2 YCbCr 4:4:4, 3 YCbCr 4:2:0.
     colour : std_logic_vector(1 downto 0);
-    -- Limited range; YCbCr of BT.601, else BT.709.
+    -- limited: limited range; bt601: YCbCr of BT.601, else of BT.709.
     limited : std_logic;
     bt601   : std_logic;
     -- Video format (VIC).
@@ -80,10 +79,10 @@ package tmds_pkg is
 
   -- Words of a preamble (HDMI 1.4, section 5.2.1.1).
   constant PREAMBLE_WORDS : positive := 8;
-  -- Guard band of data islands in channels 1 and 2, and of video in channel 1; its inverse is that of video in channels
-  -- 0 and 2.
+  -- Guard band of data islands in channels 1 and 2, and of video in channel 1. Its inverse is the guard band of video
+  -- in channels 0 and 2.
   constant ISLAND_GUARD : tmds_word_t := "0100110011";
-  -- Four bits that are the guard band of video in channels 0 and 2.
+  -- The four bits of the guard band of video in channels 0 and 2.
   constant VIDEO_GUARD_NIBBLE : std_logic_vector(3 downto 0) := "1000";
 
   -- Whether a word is a control token.
@@ -91,12 +90,12 @@ package tmds_pkg is
     word : std_logic_vector(9 downto 0)
   ) return std_logic;
 
-  -- Bit 4: whether it is a word of data islands; its four bits, else 0.
+  -- Bit 4: whether it is a word of data islands; below it the word's four bits, else 0.
   function decode_terc4 (
     word : std_logic_vector(9 downto 0)
   ) return std_logic_vector;
 
-  -- Check bits of a packet's header or subpacket, one bit further: 1 + x^6 + x^7 + x^8.
+  -- Check bits of a header or subpacket after one more bit: 1 + x^6 + x^7 + x^8.
   function next_check (
     check     : std_logic_vector(7 downto 0);
     bit_value : std_logic
@@ -107,12 +106,12 @@ package tmds_pkg is
     byte : std_logic_vector(7 downto 0)
   ) return natural;
 
-  -- Whether a byte is sent as a chain of XORs, not XNORs.
+  -- Whether a byte is sent as a chain of XORs (else of XNORs).
   function uses_xor (
     byte : std_logic_vector(7 downto 0)
   ) return std_logic;
 
-  -- The byte as a chain, bit 8 tells XOR from XNOR.
+  -- The byte as a chain; bit 8 is 1 for XOR and 0 for XNOR.
   function minimise_transitions (
     byte : std_logic_vector(7 downto 0)
   ) return std_logic_vector;
@@ -194,13 +193,13 @@ package body tmds_pkg is
 
   begin
 
-    -- The polynomial is read from its other end, as bits come lowest first.
+    -- Bits come lowest first, so the polynomial is reversed.
     feedback := check(0) xor bit_value;
     return feedback & check(7 downto 3) & (check(2) xor feedback) & (check(1) xor feedback);
 
   end function next_check;
 
-  -- A table, not a chain of additions: this is in the longest path of the decoder.
+  -- A table is faster than a chain of additions: this is in the decoder's longest path.
 
   function ones_of_four (
     bits : std_logic_vector(3 downto 0)
@@ -243,7 +242,7 @@ package body tmds_pkg is
   ) return natural is
   begin
 
-    -- Two tables of four bits fit lookup tables; one of eight does not.
+    -- Two tables of four bits fit lookup tables; one of eight bits does not.
     return ones_of_four(byte(7 downto 4)) + ones_of_four(byte(3 downto 0));
 
   end function count_ones;
@@ -253,8 +252,8 @@ package body tmds_pkg is
   ) return std_logic is
   begin
 
-    -- Of more ones than zeros XNORs make the chain with fewer changes; a tie goes by the first bit
-    -- (DVI 1.0, figure 3-5).
+    -- With more ones than zeros, XNORs make the chain with fewer changes; a tie is decided by the first bit (DVI 1.0,
+    -- figure 3-5).
     if count_ones(byte) > 4 or (count_ones(byte) = 4 and byte(0) = '0') then
       return '0';
     end if;
@@ -274,7 +273,7 @@ package body tmds_pkg is
     chain(0) := byte(0);
     chain(8) := uses_xor(byte);
 
-    -- Bit 8 turns each XOR into an XNOR where it is 0.
+    -- Bit 8 = 0 turns each XOR into an XNOR.
     for i in 1 to 7 loop
 
       chain(i) := not (chain(i - 1) xor byte(i) xor chain(8));
@@ -293,7 +292,7 @@ package body tmds_pkg is
 
   begin
 
-    -- Inversion cancels out between neighbours.
+    -- Inversion cancels out between neighbouring bits.
     byte(0) := word(0) xor word(9);
 
     for i in 1 to 7 loop

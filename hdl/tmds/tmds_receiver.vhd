@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the deserialised bits of three channels to pixels and syncs.
 --
--- Word alignment -> polarity -> deskew -> decoders -> periods. From data islands of an HDMI source the syncs are kept
--- and the AVI InfoFrame is read.
+-- Word alignment -> polarity -> deskew -> decoders -> periods. In data islands of an HDMI source the syncs are kept and
+-- the AVI InfoFrame is read.
 --
--- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
+-- Latency: about 12 clocks, and the skew that is removed. Throughput: one pixel each clock.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; HDMI 1.4, section 5.
 
 library ieee;
@@ -16,7 +16,7 @@ use work.video_pkg.all;
 
 entity tmds_receiver is
   generic (
-    -- Control tokens in a row that make a word phase trustworthy.
+    -- Control tokens in a row that confirm a word phase.
     RUN : positive := 8;
     -- Words without such a run after which a channel is lost.
     ALIGN_TIMEOUT : positive := 8192
@@ -25,25 +25,25 @@ entity tmds_receiver is
     -- Pixel clock.
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The next ten bits of each channel, wherever its words begin: channel 0 (blue) in the low bits, bit 0 came first.
+    -- The next ten bits of each channel, wherever words begin: channel 0 (blue) in the low bits; bit 0 came first.
     bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
-    -- Channels to be inverted, or that they are found.
+    -- Channels to invert, or FIND_POLARITY.
     polarity : in    polarity_t := FIND_POLARITY;
-    -- Video, black where not active.
+    -- Video; black where not active.
     video : out   video_t;
     -- Each channel is aligned to words.
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
-    -- Channels that are inverted, as their wires are swapped.
+    -- Channels that are inverted because their wires are swapped.
     inverted : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
     locked : out   std_logic := '0';
-    -- Channels whose word is not one that this period (control, video, island) can have.
+    -- Channels whose word cannot occur in this period (control, video, island).
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- The source sends HDMI, not DVI.
     hdmi : out   std_logic;
-    -- What it tells of its picture.
+    -- What the source says about its picture.
     info : out   picture_info_t;
-    -- A packet with wrong check bits, an InfoFrame with a wrong sum, each for a clock.
+    -- High for one clock: a packet with wrong check bits; an InfoFrame with a wrong sum.
     packet_error : out   std_logic;
     sum_error    : out   std_logic
   );
@@ -51,8 +51,7 @@ end entity tmds_receiver;
 
 architecture rtl of tmds_receiver is
 
-  -- Words of each channel: as aligned, with the right polarity, in step with each other, and what
-  -- they may stand for.
+  -- Words of each channel: aligned, with the right polarity, in step with each other; and their readings.
   signal words           : words_t;
   signal right_words     : words_t;
   signal tokens          : std_logic_vector(CHANNELS - 1 downto 0);
@@ -67,7 +66,7 @@ architecture rtl of tmds_receiver is
 
 begin
 
-  -- Reported by channel, as a cable has a fault in one of them.
+  -- Reported for each channel, because a cable has a fault in one of them.
   aligned <= channel_aligned;
 
   channel : for c in 0 to CHANNELS - 1 generate
@@ -118,8 +117,8 @@ begin
       locked    => deskew_locked
     );
 
-  -- Without three channels in step no polarity and no period can be told; a DVI source has no packets, and what an
-  -- HDMI source told before it holds no longer.
+  -- Without three channels in step, neither polarity nor period is known. A DVI source has no packets, so what an HDMI
+  -- source told before is cleared.
   not_locked <= reset or not deskew_locked;
   not_hdmi   <= not is_hdmi;
   hdmi       <= is_hdmi;
@@ -145,7 +144,7 @@ begin
       sum_error    => sum_error
     );
 
-  -- Registered for the report; the entities behind use not_locked itself.
+  -- A register for the report; the entities behind use not_locked itself.
   report_lock : process (clk) is
   begin
 

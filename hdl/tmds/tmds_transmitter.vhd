@@ -1,7 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From pixels and syncs to the bits of three channels and the clock lane.
---
--- Encoders -> elastic buffer into the serialisers' clock.
+-- From pixels and syncs to the bits of three channels and the clock lane: encoders, then an elastic buffer into the
+-- serialisers' clock.
 --
 -- Latency: about 15 clocks. Throughput: one pixel each clock.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; the clock lane is high for the first five bits of a word.
@@ -43,14 +42,14 @@ architecture rtl of tmds_transmitter is
 
 begin
 
-  -- Blue, green, red.
+  -- Bytes of the channels: blue, green, red.
   bytes(0) <= video.pixel(23 downto 16);
   bytes(1) <= video.pixel(15 downto 8);
   bytes(2) <= video.pixel(7 downto 0);
 
   channel : for c in 0 to CHANNELS - 1 generate
 
-    -- DVI sends the syncs with blue; the control bits of the others are 0.
+    -- DVI sends the syncs with blue; the control bits of the other channels are 0.
     controls(c) <= video.v_sync & video.h_sync when c = SYNCS else
                    "00";
 
@@ -79,7 +78,7 @@ begin
       read_word   => tx_words(10 * CHANNELS - 1 downto 0)
     );
 
-  -- The same word again and again: no crossing is needed for it.
+  -- The clock lane's word is constant, so it needs no crossing.
   tx_words(10 * CHANNELS + 9 downto 10 * CHANNELS) <= CLOCK_WORD;
 
 end architecture rtl;

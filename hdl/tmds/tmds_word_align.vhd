@@ -3,10 +3,10 @@
 --
 -- All ten word phases are watched at the same time. RUN tokens in a row at one phase select it, at any time, even if
 -- another one was selected before. Data words cannot imitate a run: they have too few transitions, and bits of two
--- neighbouring words do so for one word at most. After TIMEOUT words without a run the channel counts as not aligned,
--- and the search goes on.
+-- neighbouring words imitate one word at most. After TIMEOUT words without a run the channel counts as not aligned, and
+-- the search goes on.
 --
--- Latency: 3 clocks at phase 0; a whole run later a new phase is used. Throughput: one word each clock.
+-- Latency: 3 clocks at phase 0; a new phase is used a whole run later. Throughput: one word each clock.
 -- Equation: word(t) = ten bits from bit 10 t + phase on.
 
 library ieee;
@@ -18,7 +18,7 @@ use work.tmds_pkg.all;
 
 entity tmds_word_align is
   generic (
-    -- Control tokens in a row that make a phase trustworthy.
+    -- Control tokens in a row that confirm a phase.
     RUN : positive range 2 to 15 := 8;
     -- Words without such a run after which the channel is lost; more than a line's active pixels.
     TIMEOUT : positive := 8192
@@ -28,7 +28,7 @@ entity tmds_word_align is
     reset : in    std_logic;
     -- Ten bits of the channel, bit 0 came first.
     bits : in    std_logic_vector(9 downto 0);
-    -- Aligned word.
+    -- The aligned word.
     word : out   std_logic_vector(9 downto 0);
     -- The word is a control token.
     token : out   std_logic;
@@ -41,12 +41,12 @@ architecture rtl of tmds_word_align is
 
   subtype phase_t is natural range 0 to 9;
 
-  -- The newest word above the one before; a word of phase p begins at bit p. The tokens of all phases are found a
-  -- clock later, so the words wait as long.
+  -- The newest word above the one before; a word of phase p begins at bit p. The tokens of all phases are known a clock
+  -- later, so the words wait as long.
   signal window       : std_logic_vector(19 downto 0) := (others => '0');
   signal tokens       : std_logic_vector(9 downto 0)  := (others => '0');
   signal token_window : std_logic_vector(19 downto 0) := (others => '0');
-  -- The phase in use; the one whose tokens are counted, and their number.
+  -- The phase in use; the phase whose tokens are counted, and their number.
   signal phase      : phase_t                := 0;
   signal run_phase  : phase_t                := 0;
   signal run_length : natural range 0 to RUN := 0;
@@ -62,7 +62,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Two words side by side, so that a token is seen whole at every phase.
+      -- Two words side by side, so that a token is visible as a whole at every phase.
       window <= bits & window(19 downto 10);
 
       -- Tokens at all phases.
@@ -74,13 +74,12 @@ begin
 
       end loop;
 
-      -- The word of the chosen phase.
-      -- A register behind the comparison with tokens: word and token belong together whatever the phase is.
+      -- The word of the selected phase. A register behind the comparison keeps word and token together at any phase.
       word  <= token_window(phase + 9 downto phase);
       token <= tokens(phase);
 
-      -- Runs, at one phase at a time: the lowest one with a token is followed until it has none. Ten counters would
-      -- find a run sooner by a few words, once after a cable is plugged in.
+      -- Runs are counted at one phase at a time: the lowest phase with a token is followed until it has none. Ten
+      -- counters would find a run a few words sooner, once after a cable is plugged in.
       found := 0;
 
       for p in 9 downto 0 loop
@@ -91,7 +90,7 @@ begin
 
       end loop;
 
-      -- Each run renews it: a cable that is pulled is noticed by the tokens that stay away.
+      -- Each run restarts the count; when a cable is pulled, tokens stay away and the count ends.
       if patience /= 0 then
         patience <= patience - 1;
       else
@@ -99,7 +98,7 @@ begin
       end if;
 
       if tokens(run_phase) = '1' then
-        -- A run as long as this never stands in a picture, so the phase is taken without a second look.
+        -- A run of this length never occurs in a picture, so the phase is taken at once.
         if run_length = RUN - 1 then
           phase    <= run_phase;
           aligned  <= '1';

@@ -1,13 +1,13 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Timing of a screen that follows a camera: lines are always those of a video mode; frames have more or fewer blank
--- lines, as the camera needs.
+-- Timing of a screen that follows a camera: lines are those of a video mode; frames have more or fewer blank lines, as
+-- the camera needs.
 --
--- A camera has its own clock, so its frames are a little longer or shorter than those of a mode. A frame begins with
--- the first whole line after `due`, wherever the one before is; without `due`, LATE_LINES later than in the mode. So
--- the horizontal timing of the screen never changes, its vertical blanking varies by a line now and then, and without a
--- camera it goes on. The camera's first frame cuts off the one on the screen.
+-- A camera has a clock of its own, so its frames are a little longer or shorter than those of a mode. A frame begins
+-- with the first whole line after `due`, wherever the frame before is; without `due` it begins LATE_LINES later than in
+-- the mode. The horizontal timing of the screen therefore never changes, its vertical blanking varies by a line now and
+-- then, and it goes on without a camera. The camera's first frame cuts off the one on the screen.
 --
--- Latency: up to a line from due to the frame. Throughput: one place each clock.
+-- Latency: up to a line from due to the frame. Throughput: one raster place each clock.
 -- Equation: frame n begins at the first end of a line with due since frame n - 1 began.
 
 library ieee;
@@ -26,11 +26,11 @@ entity camera_timing is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The mode; stable.
+    -- The mode; must be constant.
     timing : in    timing_t;
-    -- The camera's frame has come as far as the screen's may begin, for a clock.
+    -- High for one clock: enough of the camera's frame has come for the screen's frame to begin.
     due : in    std_logic;
-    -- As stream_to_video takes it.
+    -- The raster, as stream_to_video takes it.
     following : out   following_t
   );
 end entity camera_timing;
@@ -48,8 +48,8 @@ begin
   allow_lines : process (timing) is
   begin
 
-    -- A camera that is late by up to so many lines still begins each frame itself; beyond that the
-    -- raster goes on without it.
+    -- A camera that is late by up to LATE_LINES lines begins each frame itself; if it is later, the raster goes on
+    -- without it.
     longest             <= timing;
     longest.frame_lines <= timing.frame_lines + LATE_LINES;
 
@@ -69,8 +69,7 @@ begin
   following.row     <= place.row;
   following.running <= place.running;
 
-  -- The first frame begins by itself, so that a monitor has something to lock to before the camera
-  -- comes.
+  -- The first frame begins without a camera, so that a monitor has a signal to lock to.
   start <= not begun or (waiting and to_logic(place.column = timing.line_length - 1));
 
   follow : process (clk) is
@@ -78,7 +77,7 @@ begin
 
     if rising_edge(clk) then
       begun <= '1';
-      -- A due in the very clock of a start is not lost: it counts for the next line.
+      -- A due in the clock of a start is kept and counts for the next line.
       if due = '1' then
         waiting <= '1';
       elsif start = '1' then

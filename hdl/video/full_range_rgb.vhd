@@ -1,9 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Makes full-range RGB of limited RGB and of YCbCr 4:4:4; anything else passes as it is.
+-- Makes full-range RGB from limited RGB and from YCbCr 4:4:4; all other video passes unchanged.
 --
--- Latency: 3 clocks. Throughput: one pixel each clock, five multipliers.
--- Equation: CEA-861-D, section 5; BT.601, BT.709: e.g. R = 255/219 (Y - 16) + 255/224 * 2 (1 - Kr) (Cr - 128),
---   with coefficients of 12 bits behind the point, rounded to the nearest and kept within 0 to 255.
+-- Latency: 3 clocks. Throughput: one pixel each clock.
+-- Equation: CEA-861-D, section 5; BT.601, BT.709: e.g. R = 255/219 (Y - 16) + 255/224 * 2 (1 - Kr) (Cr - 128), with
+-- coefficients of 12 fraction bits, rounded to the nearest and limited to 0 to 255.
+-- Cost: five multipliers.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,11 +17,12 @@ use work.video_pkg.all;
 entity full_range_rgb is
   port (
     clk : in    std_logic;
-    -- Of the source: 0 RGB, 2 YCbCr 4:4:4, others as they are; limited range; BT.601, not BT.709.
+    -- The source's colours: colour: 0 RGB, 2 YCbCr 4:4:4, others pass unchanged; limited: limited range; bt601: BT.601,
+    -- else BT.709.
     colour  : in    std_logic_vector(1 downto 0);
     limited : in    std_logic;
     bt601   : in    std_logic;
-    -- Video in: of YCbCr a pixel has Cr in the low bits, then Y, then Cb.
+    -- Video in; a pixel of YCbCr has Cr in the low bits, then Y, then Cb.
     in_video : in    video_t;
     -- Video out, RGB.
     out_video : out   video_t
@@ -29,15 +31,15 @@ end entity full_range_rgb;
 
 architecture rtl of full_range_rgb is
 
-  -- Of products and sums. None reaches 2 ** 22: the largest coefficient is 2.12, so a product stays below 2.3 million,
-  -- and with luma and the offset a sum below 3.5 million; in green the colours are subtracted.
+  -- Width of products and sums. None reaches 2**22: the largest coefficient is 2.12, so a product stays below 2.3
+  -- million, and with luma and the offset a sum stays below 3.5 million; in green the colours are subtracted.
   constant SUM_BITS : positive := 24;
 
   subtype sum_t is signed(SUM_BITS - 1 downto 0);
 
-  -- Registered, as the source's colours change between pictures alone.
+  -- A register, because the source's colours change only between pictures.
   signal way : way_t := 0;
-  -- Syncs beside the products and beside the sums.
+  -- Syncs in step with the products and with the sums; then products and sums.
   signal video_1    : video_t := NO_VIDEO;
   signal video_2    : video_t := NO_VIDEO;
   signal luma       : sum_t   := (others => '0');
@@ -59,7 +61,7 @@ architecture rtl of full_range_rgb is
 
   end function multiply;
 
-  -- Whole part of a sum, kept within a byte.
+  -- Integer part of a sum, limited to a byte.
 
   function to_byte (
     sum : signed(SUM_BITS - 1 downto 0)
@@ -71,7 +73,7 @@ architecture rtl of full_range_rgb is
 
     whole := sum(SUM_BITS - 1 downto COLOUR_FRACTION);
 
-    -- Sums overshoot where a source sends values beyond its range, and by rounding.
+    -- Sums leave the range if a source sends values beyond its range, and by rounding.
     if whole < 0 then
       return x"00";
     elsif whole > 255 then
@@ -93,8 +95,7 @@ begin
 
     -- Clock 1: products. Clock 2: sums, with the half that rounds in the offsets. Clock 3: bytes.
     if rising_edge(clk) then
-      -- 0: it is RGB of full range already, and passes unchanged through the same registers, so that the delay does
-      -- not depend on what comes.
+      -- 0: full-range RGB passes unchanged through the same registers, so that the delay is always the same.
       way <= 0;
       if colour = "00" and limited = '1' then
         way <= 1;
@@ -110,7 +111,7 @@ begin
         end if;
       end if;
 
-      -- All ways share five multipliers; a way is a row of coefficients.
+      -- All conversions share five multipliers; each conversion is a row of coefficients.
       c := WAYS(way);
 
       video_1    <= in_video;
@@ -120,7 +121,7 @@ begin
       green_blue <= multiply(in_video.pixel(23 downto 16), c.green_blue);
       blue       <= multiply(in_video.pixel(23 downto 16), c.blue);
 
-      -- RGB has no luma that red and blue share.
+      -- In RGB there is no luma that red and blue share.
       also_luma := (others => '0');
       if c.shared_luma = '1' then
         also_luma := luma;

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A small synthetic light field as video, which shows refocusing without any source.
+-- A small synthetic light field as video, to show refocusing without a source.
 --
--- Three upright bands, each a chequered plane at its own depth. Its shift a' is the one at which the refocuser shows it
--- sharp; other bands are blurred then. Pixel u of micro image j sees the plane at M * j + u * a', in both dimensions.
+-- Three upright bands, each a chequered plane at a depth of its own. The refocuser shows a band sharp at the band's
+-- shift a' and blurs the others. Pixel u of micro image j sees the plane at M * j + u * a', in both dimensions.
 --
--- Latency: 2 clocks from the raster. Throughput: one pixel each clock.
--- Equation: pixel(x, y) is light where bit CELL of (M j + u a') and of (M i + v a') differ, x = M j + u,
---   y = M i + v, a' by band.
+-- Latency: 2 clocks. Throughput: one pixel each clock.
+-- Equation: pixel(x, y) is light where bit CELL of (M j + u a') and of (M i + v a') differ, x = M j + u, y = M i + v,
+-- with the band's a'.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,7 +20,7 @@ entity light_field_pattern is
   generic (
     -- M: pixels a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- a' of the bands.
+    -- The shift a' of each band.
     LEFT_SHIFT   : integer range -4096 to 4096;
     MIDDLE_SHIFT : integer range -4096 to 4096;
     RIGHT_SHIFT  : integer range -4096 to 4096;
@@ -33,7 +33,7 @@ entity light_field_pattern is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Video timing to draw.
+    -- Video timing to draw; must be constant.
     timing : in    timing_t;
     -- The pattern.
     video : out   video_t
@@ -51,7 +51,7 @@ architecture rtl of light_field_pattern is
   type places_t is array (0 to BANDS - 1) of signed(COUNT_BITS downto 0);
 
   constant SHIFTS : shifts_t := (LEFT_SHIFT, MIDDLE_SHIFT, RIGHT_SHIFT);
-  -- Blue, green, red.
+  -- Colours of the bands; a word has blue, green, red from the left.
   constant LIGHT : colours_t := (x"40C0FF", x"60FF60", x"FFA060");
   constant DARK  : colours_t := (x"200840", x"084008", x"401008");
 
@@ -60,15 +60,15 @@ architecture rtl of light_field_pattern is
   -- The first clock after a reset, which starts the raster.
   signal fresh : std_logic := '1';
   signal place : raster_t;
-  -- Between two frames: inside the pulse of vertical sync.
+  -- The place is between two frames: inside the pulse of vertical sync.
   signal between : std_logic;
-  -- Pixel (v, u) of its micro image, and the places of the three planes that it sees.
+  -- Pixel (v, u) of its micro image, and the places on the three planes that it sees.
   signal u        : phase_t  := 0;
   signal v        : phase_t  := 0;
   signal places_x : places_t := (others => (others => '0'));
   signal places_y : places_t := (others => (others => '0'));
 
-  -- The place that the next pixel sees.
+  -- The place on a plane that the next pixel sees.
   function next_place (
     from  : signed(COUNT_BITS downto 0);
     phase : natural;
@@ -76,8 +76,8 @@ architecture rtl of light_field_pattern is
   ) return signed is
   begin
 
-    -- From the last view of a micro image to the first of the next: the steps of its views back,
-    -- and on by a micro image.
+    -- From a micro image's last pixel to the next one's first: back by the steps of its pixels, and on by a micro
+    -- image.
     if phase = MICRO_IMAGE_SIZE - 1 then
       return from + (MICRO_IMAGE_SIZE - (MICRO_IMAGE_SIZE - 1) * shift);
     end if;
@@ -110,7 +110,7 @@ begin
       raster => place
     );
 
-  -- Everything of a frame is set back while vertical sync lasts, at whichever line that is.
+  -- The counters of a frame are reset while vertical sync is active, in whichever lines that is.
   between <= to_logic(place.v_sync = timing.v_sync_level);
 
   draw : process (clk) is
@@ -120,7 +120,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The raster begins a clock behind the reset, with places that are cleared by then.
+      -- The raster begins a clock behind the reset; the places are cleared by then.
       fresh <= reset;
 
       -- Places in the line and in the frame.
@@ -138,7 +138,7 @@ begin
       for b in 0 to BANDS - 1 loop
 
         if place.active = '1' then
-          -- Each band is at a depth of its own: its place in the scene moves by another step from view to view.
+          -- Each band lies at a depth of its own: its place moves by another step from pixel to pixel.
           places_x(b) <= next_place(places_x(b), u, SHIFTS(b));
         else
           places_x(b) <= (others => '0');
@@ -151,7 +151,7 @@ begin
 
       end loop;
 
-      -- By column, so a band is an upright strip and all three are in one picture.
+      -- The column selects the band, so bands are upright strips and all three are in one picture.
       band := 0;
       if place.column >= RIGHT_BEGIN then
         band := 2;
@@ -164,7 +164,7 @@ begin
       video.v_sync <= place.v_sync;
       video.pixel  <= (others => '0');
       if place.active = '1' then
-        -- A chessboard: it has edges in both directions, and wrong focus is seen at once.
+        -- A chessboard has edges in both directions, which shows wrong focus at once.
         if places_x(band)(CELL) /= places_y(band)(CELL) then
           video.pixel <= LIGHT(band);
         else

@@ -2,8 +2,8 @@
 -- The picture that a board shows without a source: the stored light field (stored_pkg), or a test pattern with three
 -- planes.
 --
--- Latency: 4 clocks from the raster, of the pattern 2. Throughput: one pixel each clock.
--- Equation: see stored_light_field, light_field_pattern.
+-- Latency: 4 clocks, of the pattern 2 clocks. Throughput: one pixel each clock.
+-- Equation: that of stored_light_field or light_field_pattern.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,7 +16,7 @@ use work.video_pkg.all;
 
 entity own_light_field is
   generic (
-    -- M and the slices, see raster_refocuser.
+    -- Micro image size and slices, as in raster_refocuser.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     SHIFTS           : string;
     -- Size of the frame.
@@ -26,7 +26,7 @@ entity own_light_field is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Video timing to draw: that of such a frame.
+    -- Video timing to draw; its frames have the size above.
     timing : in    timing_t;
     -- The light field.
     video : out   video_t
@@ -37,8 +37,8 @@ architecture rtl of own_light_field is
 
   constant SLICES : positive := slice_count(SHIFTS);
 
-  -- Depths of the test pattern: first, middle and last slice, so that a sweep makes one band after
-  -- the other sharp. Of one slice alone also two that it blurs.
+  -- Depths of the test pattern: first, middle and last slice, so that a sweep makes one band after the other sharp. A
+  -- set of one slice also gets two depths that it blurs.
   constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
   constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
   constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);

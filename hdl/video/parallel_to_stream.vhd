@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Parallel video of a camera (frame valid, line valid, data with a pixel clock) as a stream.
+-- Makes a stream from the parallel video of a camera (frame valid, line valid, data with a pixel clock).
 --
 -- A pixel waits until it is known whether another one of its line follows. Lines outside of frames are left out. The
--- state follows the camera through resets, so a sink that begins in the middle of a frame gets the rest of it without a
--- start of frame.
+-- state follows the camera even in a reset, so a sink that begins in the middle of a frame gets the rest of it without
+-- a start of frame.
 --
--- Latency: 2 clocks; a pixel waits for the next one of its line, or for the end of the line.
+-- Latency: 2 clocks; a pixel also waits for the next one of its line, or for the end of the line.
 -- Throughput: one pixel each clock.
 -- Equation: tuser(0) = first pixel while frame_valid, tlast = last pixel while line_valid.
 
@@ -19,25 +19,24 @@ entity parallel_to_stream is
   );
   port (
     clk : in    std_logic;
-    -- From the camera; line_valid marks pixels.
+    -- The camera's signals; line_valid marks pixels.
     frame_valid : in    std_logic;
     line_valid  : in    std_logic;
     data        : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- AXI4-Stream video; a camera does not wait.
+    -- AXI4-Stream video. The camera cannot wait for tready.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(WIDTH - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- A pixel is lost because it is not taken.
+    -- High for one clock: a pixel is lost because the sink did not take it.
     lost : out   std_logic
   );
 end entity parallel_to_stream;
 
 architecture rtl of parallel_to_stream is
 
-  -- Two pixels on their way: the one that came last, and the one before, which is held until it is
-  -- known what follows.
+  -- Two pixels are under way: the one that came last, and the one before, which is held until it is known what follows.
   signal pixel_valid : std_logic                            := '0';
   signal pixel       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal pixel_first : std_logic                            := '0';
@@ -56,7 +55,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The camera's signals are registered first: they come from pins.
+      -- The camera's signals come from pins, so they are registered first.
       pixel_valid <= frame_valid and line_valid;
       pixel       <= data;
       if frame_valid = '0' then
@@ -76,7 +75,7 @@ begin
       m_axis_tdata <= held;
 
       m_axis_tuser(0) <= held_first;
-      -- No pixel follows it in the clock behind: it was the line's last one.
+      -- If no pixel follows in the next clock, this one was the line's last.
       m_axis_tlast <= not pixel_valid;
     end if;
 

@@ -1,15 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From a stream of raw pixels to the stream of the picture that is shown: refocused, in focus everywhere, or depth.
+-- From a stream of raw pixels to the stream of the picture that is shown: refocused, all in focus, or depth.
 --
--- If only the refocused slice is shown, this is a raster_refocuser. With other outputs it is a focal stack with its
--- depth index, and each output frame is one of: the chosen slice, the sharpest slice of each micro image, or the colour
--- of that slice or of the depth between slices. The slice is chosen with a frame's first input pixel, the output with
--- its first output pixel. Such a core does not push the rest of a frame out by itself, but the next frame does. Its
--- frames have a multiple of M lines, with black lines below the picture that do not come out.
+-- If only the refocused slice is shown, this is a raster_refocuser. With other outputs it is a focal_stack with its
+-- depth_index, and each output frame shows one of these: the chosen slice, the sharpest slice of each micro image, or a
+-- colour for that slice or for the depth between slices. The slice is chosen with a frame's first input pixel, the
+-- output with its first output pixel. The stack does not push the rest of a frame out by itself; the next frame does.
+-- Its frames have a multiple of M lines: black lines below the picture do not come out.
 --
 -- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
--- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS; with
---   depth between slices number 8 index(k) + floor(fraction(k) / 32).
+-- Equation: that of raster_refocuser, focal_stack or sharpness_index; depth(k) = colour number index(k) of COLOURS,
+-- with depth between slices number 8 index(k) + floor(fraction(k) / 32).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,49 +25,49 @@ use work.video_pkg.all;
 
 entity picture_core is
   generic (
-    -- M, the slices, and how they are computed; of a focal stack M, the slices and the longest line alone count.
+    -- Generics of raster_refocuser; for a focal stack only M, the slices and the longest line count.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
     HOLD                : boolean              := false;
     MAX_COLUMNS         : positive range 1 to 8192;
-    -- 1: the pixels are grey, all channels the same; with outputs in focus everywhere, or depth, always 3.
+    -- 1: pixels are grey, and all channels equal; with the outputs a and d always 3.
     CHANNELS       : positive range 1 to 3 := 3;
     EXACT          : boolean               := true;
     FRACTION_BITS  : natural range 0 to 12 := 8;
     GUARD_BITS     : natural range 0 to 12 := 2;
     BROADCAST_TAPS : natural               := 0;
     ENGINE         : string                := "fir";
-    -- What can be shown, see picture_pkg.
+    -- The outputs that can be shown (picture_pkg).
     OUTPUTS : string := "r";
-    -- How the sharpest slice is found, see depth_index.
+    -- How the sharpest slice is found (depth_index).
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
-    -- A colour for each slice, six hexadecimal digits (red, green, blue), if depth can be shown; or eight, from the
-    -- middle between it and the slice before to that between it and the slice behind.
+    -- If depth can be shown: a colour for each slice, six hexadecimal digits (red, green, blue); or eight colours for
+    -- each slice, from the middle between it and the slice before to the middle between it and the slice behind.
     COLOURS : string := ""
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Frame size, read with the first pixel of a frame; with other outputs than "r" a multiple of M lines.
+    -- Frame size, read with the first pixel of a frame; with outputs other than "r" a multiple of M lines.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Lines of the picture; with "r" alone all.
+    -- Lines of the picture; with "r" alone all lines.
     picture_rows : in    std_logic_vector(15 downto 0);
-    -- What is to be shown: the slice is read with the first pixel of a frame that comes in, the output with the first
-    -- one of a frame that leaves.
+    -- What is shown: the slice is read with the first pixel of a frame that comes in, the output with the first pixel
+    -- of a frame that leaves.
     choice : in    picture_choice_t;
     -- The raster of micro images.
     s_axis        : in    stream_t;
     s_axis_tready : out   std_logic;
-    -- The picture; tid: its slice, tdest: its place in OUTPUTS.
+    -- The picture; tid: its slice; tdest: the place in OUTPUTS of what it shows.
     m_axis        : out   stream_t;
     m_axis_tready : in    std_logic;
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tdest  : out   std_logic_vector(1 downto 0);
-    -- Faults of the stream that came in, set until error_clear; frame_sequencer says which.
+    -- Faults of the stream in, by the bits of frame_sequencer; bits stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic := '1'
   );
@@ -96,7 +96,7 @@ begin
     -- There is only one output.
     m_axis_tdest <= "00";
 
-    -- A grey core gives one channel, which all three show.
+    -- A grey core gives one channel, which all three channels show.
     all_channels : for i in 0 to 2 generate
       m_axis.tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
     end generate all_channels;
@@ -142,8 +142,7 @@ begin
 
   all_slices : if needs_stack(OUTPUTS) generate
 
-    -- With several shades a slice the depth between slices is found, for which depth_index needs
-    -- the focus settings.
+    -- Several colours for each slice need the depth between slices, for which depth_index needs the shifts.
     constant OWN_SHADES : positive := shades(SHIFTS, COLOURS);
     constant BETWEEN    : boolean  := OWN_SHADES > 1;
 
@@ -158,20 +157,20 @@ begin
 
     end function between_shifts;
 
-    -- Pixel of the sharpest slice, its index, its depth between slices, pixel of the chosen slice.
+    -- A pixel's data: pixel of the sharpest slice, index, depth between slices, pixel of the chosen slice.
     constant FOUND_BITS : positive := index_word_bits(3, 8, between_shifts, true);
 
-    -- A colour for each index, or eight for the intervals beside it; the table is by both.
+    -- Colours: one for each index, or eight for the intervals beside it.
     constant COLOUR_COUNT : positive := SLICES * OWN_SHADES;
     constant COLOUR_BITS  : positive := bits_for(COLOUR_COUNT - 1);
 
     type colours_t is array (natural range 0 to 2 ** COLOUR_BITS - 1) of pixel_t;
 
-    -- All black if depth cannot be shown.
+    -- The table of colours; all black if depth cannot be shown.
 
     function make_colours return colours_t is
 
-      -- As long as its address allows, so that no index is beyond it.
+      -- The table is as long as its address allows, so that every index is valid.
       variable made : colours_t;
 
     begin
@@ -182,7 +181,7 @@ begin
 
         for s in 0 to SLICES - 1 loop
 
-          -- The loop has a constant length; shades that are not there are left out.
+          -- The loop has a constant length; the condition leaves out colours that do not exist.
           for i in 0 to MOST_SHADES - 1 loop
 
             if i < OWN_SHADES then
@@ -203,7 +202,7 @@ begin
 
     constant KINDS : kinds_t   := output_kinds(OUTPUTS);
 
-    -- The stack of slices on its way to the depth index, what this has found, and faults of both.
+    -- The stack of slices on its way to the depth index, the index's output, and faults of both.
     signal stack_valid  : std_logic;
     signal stack_ready  : std_logic;
     signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
@@ -216,14 +215,14 @@ begin
     signal found_user   : std_logic_vector(0 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
     signal index_errors : std_logic_vector(4 downto 0);
-    -- The output of the frame that leaves, and that of the pixel before.
+    -- The output that the present frame shows, and that of the pixel before.
     signal shown_now  : std_logic_vector(1 downto 0);
     signal shown_held : std_logic_vector(1 downto 0) := "00";
     signal waits      : std_logic                    := '0';
 
   begin
 
-    -- The input FIFO holds the pixels that arrive until lines that had to wait for the next frame are out.
+    -- The input FIFO holds the pixels that arrive while lines that waited for this frame leave.
     stack : entity work.focal_stack
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -257,8 +256,7 @@ begin
         error_clear   => error_clear
       );
 
-    -- The index is found whatever is shown, so all outputs have one delay, and another choice tears
-    -- nothing.
+    -- The index is computed whatever is shown, so all outputs have one delay, and a new choice tears no picture.
     index : entity work.depth_index
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
@@ -296,11 +294,11 @@ begin
         error_clear   => error_clear
       );
 
-    -- Both follow the same frames, so either may tell of a fault.
+    -- Both entities see the same frames, so either may report a fault.
     error_flags <= stack_errors or index_errors;
 
-    -- A frame keeps what it showed with its first pixel; and a pixel on offer, also that first one, stays as it is
-    -- until it is taken, as AXI4-Stream wants.
+    -- A frame keeps the output that it showed with its first pixel. A pixel on offer, also the first one, stays
+    -- unchanged until it is taken, as AXI4-Stream requires.
     shown_now <= shown_held when found_user = "0" or waits = '1' else
                  choice.shown when unsigned(choice.shown) < OUTPUTS'length else
                  "00";
@@ -320,15 +318,14 @@ begin
 
     end process hold_output;
 
-    -- The index of the slice, and behind it the eighth of the interval to its neighbours, address
-    -- the colour.
+    -- The colour's address is the index of the slice, followed by the eighth of the interval to its neighbours.
     found_shade <= resize(unsigned(found(31 downto 24)) & unsigned(found(39 downto 37)), COLOUR_BITS) when BETWEEN else
                    resize(unsigned(found(31 downto 24)), COLOUR_BITS);
 
     pick : process (found, found_shade, shown_now) is
     begin
 
-      -- In focus everywhere, depth, or the slice that was chosen.
+      -- All in focus, depth, or the chosen slice.
       case KINDS(to_integer(unsigned(shown_now))) is
 
         when 1 =>

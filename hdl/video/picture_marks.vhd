@@ -1,16 +1,16 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Checks by a marked first line whether a source's picture arrives as it was made, and shows the result in the picture.
+-- Checks by a marked first line whether a source's picture arrives unchanged, and shows the result in the picture.
 --
 -- A marked line has another colour at each place (MARK_STEPS, MARK_BEGINS). If it is equal to the last bit, the picture
 -- was neither scaled nor moved, and no colour was changed. If it is nearly equal (all channels within NEAR) in most
--- places, colours were changed (range, gamma, colour management). Otherwise there are no marks, or a scaler has spoilt
--- them.
+-- places, colours were changed (range, gamma, colour management). Otherwise there are no marks, or a scaler has
+-- destroyed them.
 --
--- In the output a bar covers the first LINES lines, which the marks have spoilt: green for equal, red for nearly equal.
--- Without marks the lines stay as they are.
+-- In the output a bar covers the first LINES lines, where refocused marks would appear: green for equal, red for nearly
+-- equal. Without marks the lines stay unchanged.
 --
--- Latency: 1 clock from shown_video to out_video; marks are known at the end of the first line. Throughput: one pixel
--- each clock.
+-- Latency: 1 clock from shown_video to out_video; the marks are judged at the end of the first line. Throughput: one
+-- pixel each clock.
 -- Equation: channel c of place x = MARK_BEGINS(c) + x * MARK_STEPS(c) modulo 256.
 
 library ieee;
@@ -30,12 +30,12 @@ entity picture_marks is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- As it arrives, full-range RGB.
+    -- Incoming video, full-range RGB.
     in_video : in    video_t;
-    -- As it goes out, without and with the bar.
+    -- Outgoing video, without and with the bar.
     shown_video : in    video_t;
     out_video   : out   video_t;
-    -- Of the last first line: 0 no marks, 1 marks with other colours, 2 as they were made.
+    -- Result for the last first line: 0 no marks, 1 marks with other colours, 2 marks unchanged.
     marks : out   std_logic_vector(1 downto 0)
   );
 end entity picture_marks;
@@ -44,8 +44,8 @@ architecture rtl of picture_marks is
 
   subtype balance_t is integer range -2048 to 2047;
 
-  -- Of the line that comes in: it is the first one; the colour that is expected; places that are near, less those that
-  -- are not; one was not equal.
+  -- About the incoming line: first: it is the frame's first; wanted: the expected colour; balance: places that are
+  -- near, less those that are not; and whether one was not equal.
   signal first     : std_logic                    := '1';
   signal active    : std_logic                    := '0';
   signal v_sync    : std_logic                    := '0';
@@ -57,7 +57,7 @@ architecture rtl of picture_marks is
   signal all_equal : std_logic                    := '1';
   signal line_ends : std_logic                    := '0';
   signal marks_now : std_logic_vector(1 downto 0) := "00";
-  -- Of the picture that goes out: lines that the bar still has, syncs and activity a clock before.
+  -- About the outgoing picture: lines that are left of the bar; activity and sync of the clock before.
   signal left        : natural range 0 to LINES := 0;
   signal last_active : std_logic                := '0';
   signal last_sync   : std_logic                := '0';
@@ -78,7 +78,7 @@ begin
       active <= in_video.active;
       v_sync <= in_video.v_sync;
 
-      -- Near and equal in all three channels. A bit more, so that the sums do not wrap.
+      -- Whether the pixel is near, and equal, in all three channels. One bit more keeps the sums from wrapping round.
       close := true;
       equal := true;
 
@@ -94,13 +94,13 @@ begin
 
       end loop;
 
-      -- Judged a clock later, as is the end of the line: all of them by the same registers.
+      -- Judged a clock later; the end of the line is delayed as much.
       judged    <= in_video.active and first;
       near_now  <= to_logic(close);
       equal_now <= to_logic(equal);
       line_ends <= active and not in_video.active and first;
 
-      -- The next place's colour is a sum modulo 256, so no multiplication by the place is needed.
+      -- The next place's colour is a sum modulo 256, so the place needs no multiplication.
       if in_video.active = '1' then
 
         for c in 0 to 2 loop
@@ -114,7 +114,7 @@ begin
       end if;
 
       if judged = '1' then
-        -- A majority: a scaler that leaves a few places near must not pass for changed colours.
+        -- A majority decides: a scaler that leaves a few places near must not pass for changed colours.
         if near_now = '1' and balance /= balance_t'high then
           balance <= balance + 1;
         elsif near_now = '0' and balance /= balance_t'low then
@@ -125,7 +125,7 @@ begin
         end if;
       end if;
 
-      -- The last place has been judged by now, as this is a clock behind it.
+      -- The line's last place has been judged in the clock before.
       if line_ends = '1' then
         first     <= '0';
         balance   <= 0;
@@ -137,7 +137,7 @@ begin
           marks_now <= "01";
         end if;
       end if;
-      -- Either edge of vertical sync lies between two frames.
+      -- Both edges of vertical sync lie between two frames.
       if in_video.v_sync /= v_sync then
         first <= '1';
       end if;
@@ -162,10 +162,10 @@ begin
       if shown_video.v_sync /= last_sync then
         left <= LINES;
       elsif last_active = '1' and shown_video.active = '0' and left /= 0 then
-        -- The bar is counted by the lines that go out, which are later than those that come in.
+        -- The bar counts outgoing lines, which are later than the incoming ones.
         left <= left - 1;
       end if;
-      -- Whatever was refocused of the marks is covered, in the blanking harmlessly.
+      -- The bar covers refocused marks; in the blanking its colour has no effect.
       if left /= 0 and marks_now = "10" then
         out_video.pixel <= EQUAL_BAR;
       elsif left /= 0 and marks_now = "01" then

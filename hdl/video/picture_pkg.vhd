@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The outputs of picture_core and their delays. All functions are evaluated at elaboration only.
 --
--- The outputs to choose from are a text with a letter for each: r is the refocused slice, a the picture that is all in
--- focus, d the depth in false colours, m the micro images as they go into the core.
+-- The possible outputs are a text with a letter for each: r the refocused slice, a the picture all in focus, d depth in
+-- false colours, m the micro images as they go into the core.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -19,40 +19,40 @@ use work.video_pkg.all;
 
 package picture_pkg is
 
-  -- What is to be shown, from the next frame on.
+  -- What to show from the next frame on.
   type picture_choice_t is record
-    -- The input as it is.
+    -- true: the input passes unchanged.
     pass_through : std_logic;
-    -- The slice, or with sweep all slices in turn, each for so many frames.
+    -- The slice; or with sweep all slices in turn, each for sweep_frames frames.
     slice        : std_logic_vector(7 downto 0);
     sweep        : std_logic;
     sweep_frames : std_logic_vector(7 downto 0);
-    -- Place in OUTPUTS of what is shown; beyond its end the first one.
+    -- Place in OUTPUTS of what is shown; numbers beyond its end mean the first output.
     shown : std_logic_vector(1 downto 0);
   end record picture_choice_t;
 
-  -- What a frame that goes out shows: a slice, a place in OUTPUTS; or the input as it is.
+  -- What an outgoing frame shows: a slice, and its place in OUTPUTS; raw: the input unchanged.
   type on_show_t is record
     slice : std_logic_vector(7 downto 0);
     place : std_logic_vector(1 downto 0);
     raw   : std_logic;
   end record on_show_t;
 
-  -- How the raster that goes into a core is shown, from sensor_front.
+  -- How the raster that goes into a core is shown; from sensor_front.
   type front_t is record
-    -- Its size; stable while frames are followed.
+    -- Size of the raster; constant while frames are followed.
     columns : std_logic_vector(15 downto 0);
     rows    : std_logic_vector(15 downto 0);
-    -- It is shown as it is; the place of what is shown in OUTPUTS.
+    -- direct: the raster itself is shown; place: the place in OUTPUTS of what is shown.
     direct : std_logic;
     place  : std_logic_vector(1 downto 0);
     -- Lines by which the output lags.
     lag : count_t;
-    -- All has to begin again.
+    -- The core, and what follows it, must restart.
     restart : std_logic;
   end record front_t;
 
-  -- Kind of each output, by its place: 0 refocused, 1 in focus everywhere, 2 depth, 3 micro images.
+  -- Kind of each output by its place: 0 refocused, 1 all in focus, 2 depth, 3 micro images.
 
   type kinds_t is array (natural range 0 to 3) of natural range 0 to 3;
 
@@ -60,8 +60,8 @@ package picture_pkg is
     outputs : string
   ) return kinds_t;
 
-  -- Stops elaboration, by a message that begins with a name, if no picture can be made so; else true. arithmetic: that
-  -- of the refocused slice alone.
+  -- Returns true, or stops elaboration if the picture cannot be made; the message begins with the name. arithmetic
+  -- counts for the refocused slice only.
   function takes_picture (
     name           : string;
     arithmetic     : arithmetic_t;
@@ -83,12 +83,12 @@ package picture_pkg is
     letter  : character
   ) return boolean;
 
-  -- Whether these outputs need a focal stack and its depth index: those that are in focus everywhere, or depth.
+  -- Whether the outputs need a focal stack and its depth index: the outputs a and d do.
   function needs_stack (
     outputs : string
   ) return boolean;
 
-  -- Lines that a picture is behind its input.
+  -- Delay of the picture in lines.
   function picture_delay_lines (
     outputs          : string;
     micro_image_size : positive;
@@ -98,7 +98,7 @@ package picture_pkg is
     vote_radius      : natural
   ) return natural;
 
-  -- Pixels that it is behind, besides the lines.
+  -- Delay of the picture in pixels, besides the lines.
   function picture_delay_pixels (
     outputs          : string;
     micro_image_size : positive;
@@ -112,15 +112,15 @@ package picture_pkg is
     broadcast_taps   : natural
   ) return natural;
 
-  -- Lines from a sensor's first raw line to the first line of its raster, beyond those that the raster has fewer: the
-  -- last lines of the raster need raw lines of up to half a micro image below them.
+  -- Lines from a sensor's first raw line to the first line of its raster, besides the lines that the raster has fewer:
+  -- the last lines of the raster need raw lines up to half a micro image below them.
   function sensor_delay_lines (
     micro_image_size : positive;
     mosaic           : boolean
   ) return positive;
 
-  -- Colours of a slice in a text of colours: 1, or MOST_SHADES of them from the middle of the interval before it to
-  -- that of the one behind it, for which depth between slices is found.
+  -- Colours for each slice in a text of colours: 1, or MOST_SHADES from the middle of the interval before to the middle
+  -- of the interval behind, which need the depth between slices.
   constant MOST_SHADES : positive := 8;
 
   function shades (
@@ -128,7 +128,7 @@ package picture_pkg is
     colours : string
   ) return positive;
 
-  -- Colour number index of a text of colours, six hexadecimal digits each: red in the low bits.
+  -- Colour number index in a text of colours (six hexadecimal digits each): red in the low bits.
   function colour_at (
     colours : string;
     index   : natural
@@ -146,8 +146,7 @@ package body picture_pkg is
 
   begin
 
-    -- Two bits choose an output, so the table has four entries; places beyond the text are not
-    -- chosen.
+    -- Two bits choose an output, so the table has four entries; places beyond the text are never chosen.
     made := (others => 0);
 
     for i in 0 to 3 loop
@@ -168,7 +167,7 @@ package body picture_pkg is
 
             made(i) := 3;
 
-          -- The refocused slice; other letters have been refused by then.
+          -- r; other letters have been refused by then.
           when others =>
 
             made(i) := 0;
@@ -189,8 +188,7 @@ package body picture_pkg is
   ) return boolean is
   begin
 
-    -- All loops over OUTPUTS have a constant length, and the condition leaves out what is not
-    -- there.
+    -- All loops over OUTPUTS have a constant length; the condition leaves out places beyond the text.
     for i in 0 to 3 loop
 
       if i < outputs'length then
@@ -205,7 +203,7 @@ package body picture_pkg is
 
   end function has_output;
 
-  -- Whether there are letters, not more than two bits choose from, and no other ones.
+  -- Whether the text has one to four letters, all of them valid.
   function are_outputs (
     outputs : string
   ) return boolean is
@@ -247,8 +245,7 @@ package body picture_pkg is
 
   begin
 
-    -- The parts check their generics, too; here a message names the entity that a user has
-    -- instantiated.
+    -- The entities inside check their generics too; here the message names the entity that a user has instantiated.
     assert are_outputs(outputs)
       report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
       severity failure;
@@ -262,8 +259,7 @@ package body picture_pkg is
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
-      -- A stack has three channels of 8 bits, whatever the video has: the picture of depth is in
-      -- colour.
+      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
       fits := takes_stack(name, GEOMETRY, 1, max_columns, 3, 8) and
               takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 1, 3, 8);
 
@@ -280,7 +276,7 @@ package body picture_pkg is
                               false);
     end if;
 
-    -- The counters of the delay have COUNT_BITS.
+    -- The counters of the delay have COUNT_BITS bits.
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
            picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius,
                                 shades(shifts, colours) > 1, engine, not arithmetic.exact,
@@ -297,7 +293,7 @@ package body picture_pkg is
   ) return boolean is
   begin
 
-    -- Both compare slices, so all of them must be there in the same clock; the others show one at a time.
+    -- Both outputs compare slices, so all slices are needed in the same clock.
     return has_output(outputs, 'a') or has_output(outputs, 'd');
 
   end function needs_stack;
@@ -316,8 +312,8 @@ package body picture_pkg is
   begin
 
     if needs_stack(outputs) then
-      -- A stack takes a multiple of M lines; those of a frame with its blanking that are left over
-      -- wait for the next frame.
+      -- A stack takes a multiple of M lines; lines that a frame with its blanking has beyond that wait for the next
+      -- frame.
       return GEOMETRY.output_delay + sharpness_delay(micro_image_size, radius, vote_radius) +
              micro_image_size - 1;
     end if;
@@ -344,12 +340,12 @@ package body picture_pkg is
   begin
 
     if needs_stack(outputs) then
-      -- Two shells, that of the stack and that of the index, and the latency of both engines.
+      -- Two stream shells (of the stack and of the index) and the latency of both engines.
       return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency(GEOMETRY, 1) +
              index_latency(slice_count(shifts), radius, vote_radius, between, 1);
     end if;
 
-    -- One shell and its engine.
+    -- One stream shell and its engine.
     return total_delay(GEOMETRY, order) + STREAM_LATENCY +
            engine_latency(engine, stored, order, broadcast_taps);
 
@@ -361,8 +357,7 @@ package body picture_pkg is
   ) return positive is
   begin
 
-    -- Half a micro image below a raster line, and the lines that the mosaic and the window of raw
-    -- lines hold back.
+    -- Half a micro image below a raster line, and the lines that mosaic and raw_window hold back.
     return micro_image_size / 2 + choose(mosaic, 6, 5);
 
   end function sensor_delay_lines;
@@ -373,7 +368,7 @@ package body picture_pkg is
   ) return positive is
   begin
 
-    -- A text with more than a colour for each slice has all shades.
+    -- A text with more than one colour for each slice has MOST_SHADES for each.
     return choose(colours'length > 6 * slice_count(shifts), MOST_SHADES, 1);
 
   end function shades;
@@ -384,7 +379,7 @@ package body picture_pkg is
   ) return std_logic_vector is
   begin
 
-    -- Red, green, blue in the text.
+    -- The text has red, green, blue.
     return hex_byte(colours, 6 * index + 4) & hex_byte(colours, 6 * index + 2) & hex_byte(colours, 6 * index);
 
   end function colour_at;

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Makes the raster of a video mode: position, data enable, syncs.
+-- Makes the raster of a video mode: place, data enable, syncs.
 --
 -- Latency: 1 clock from start to the first active pixel. Throughput: one pixel each clock.
 -- Equation: position(t + 1) = position(t) + 1 pixel, modulo line_length and frame_lines.
@@ -15,11 +15,11 @@ entity raster_generator is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The mode; stable while running.
+    -- The mode; must be constant while running.
     timing : in    timing_t;
     -- The next pixel is the first one of a frame, whatever the place is now.
     start : in    std_logic;
-    -- The place; it runs from the first start on, and stops with a reset. Syncs have the polarity of the timing.
+    -- The place; it runs from the first start until a reset. Syncs have the polarity of the timing.
     raster : out   raster_t
   );
 end entity raster_generator;
@@ -32,8 +32,8 @@ architecture rtl of raster_generator is
   -- Inside a sync pulse.
   signal h_pulse : std_logic := '0';
   signal v_pulse : std_logic := '0';
-  -- The flags of the place, each a register of its own: they are decided with the next place, so that no comparator
-  -- stands behind the counters on the way out.
+  -- The flags of the place. Each is a register that is decided with the next place, so that no comparator stands
+  -- between the counters and the output.
   signal in_columns     : std_logic := '0';
   signal in_rows        : std_logic := '0';
   signal at_first       : std_logic := '0';
@@ -49,11 +49,11 @@ begin
   raster.active      <= in_columns and in_rows;
   raster.frame_first <= at_first;
   raster.line_last   <= at_line_last and in_rows;
-  -- A pulse is '1' inside; xor gives it the polarity.
+  -- Inside a pulse the signal is '1'; xor gives it the polarity.
   raster.h_sync <= h_pulse xor not timing.h_sync_level;
   raster.v_sync <= v_pulse xor not timing.v_sync_level;
 
-  -- Compared with the place that is on show, a clock before the next one is needed.
+  -- Compared with the present place, a clock before the next place is needed.
   last_in_line   <= '1' when x = timing.line_length - 1 else
                     '0';
   last_in_column <= '1' when y = timing.frame_lines - 1 else
@@ -77,7 +77,7 @@ begin
           next_y := (others => '0');
         end if;
       end if;
-      -- It may come at any time: the place then jumps to the first pixel, whatever was running.
+      -- A start may come at any time: the place then jumps to the first pixel.
       if start = '1' then
         next_x := (others => '0');
         next_y := (others => '0');
@@ -87,8 +87,7 @@ begin
         x <= next_x;
         y <= next_y;
 
-        -- The flags change only where the next place meets a border; between borders they keep their value, so each
-        -- needs comparisons for equality alone.
+        -- Flags change only where the next place meets a border, so each needs comparisons for equality only.
         at_first     <= '0';
         at_line_last <= '0';
         if next_x = 0 then
@@ -105,10 +104,11 @@ begin
         if next_x = timing.columns - 1 then
           at_line_last <= '1';
         end if;
-        -- Pulses are set and reset where they begin and end, wherever the blanking is.
+        -- Pulses are set and cleared where they begin and end, wherever the blanking is.
         if next_x = timing.h_sync_begin then
           h_pulse <= '1';
-        -- A start in the middle of a pulse ends it, or it would last until the same place of the next line.
+        -- A start in the middle of a pulse ends the pulse; otherwise it would last until the same place of the next
+        -- line.
         elsif next_x = timing.h_sync_end or start = '1' then
           h_pulse <= '0';
         end if;
@@ -120,7 +120,7 @@ begin
       end if;
 
       if reset = '1' then
-        -- Of the place only the flags are cleared: x and y count for nothing until it runs.
+        -- Only the flags are cleared: x and y have no meaning until the raster runs.
         on_now       <= '0';
         in_rows      <= '0';
         at_first     <= '0';

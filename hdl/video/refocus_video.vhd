@@ -4,23 +4,23 @@
 -- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> output. No frame is stored: the
 -- output's syncs are generated from the measured timing, delayed as much as the pixels. With pass_through, or if the
 -- timing cannot be followed (lines too long, frames not all alike), the input goes to the output unchanged. screen_pkg
--- says which outputs there are, sensor_pkg whether the input is a sensor's raw frames.
+-- has the possible outputs; sensor_pkg says whether the input is a sensor's raw frames.
 --
--- Blanking. The refocuser pushes the last lines of a frame out by itself in the vertical blanking, or with the first
--- lines of the next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO
--- (a line), which empties again in the horizontal blanking. A focal stack gets black lines in the blanking instead.
+-- Blanking. The refocuser pushes the last lines of a frame out in the vertical blanking, or with the first lines of the
+-- next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO (a line),
+-- which empties again in the horizontal blanking. A focal stack gets black lines in the blanking instead.
 --
--- Sensor. With a sensor, frames of its size are raw frames: grey, a mosaic in red, or RGB. The raster of micro images,
--- or the picture refocused from it, is smaller and is shown in the middle with black around it (sensor_front). When
--- another output is chosen or the raster changes its size, everything begins again with the next frame. Outputs are the
+-- Sensor. Frames of the sensor's size are raw frames: grey, a mosaic in red, or RGB. The raster of micro images, or the
+-- picture refocused from it, is smaller and is shown in the middle with black around it (sensor_front). When another
+-- output is chosen or the raster changes its size, everything restarts with the next frame. The outputs are the
 -- refocused picture and the micro images.
 --
--- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
---   refocuser (in general picture_delay_lines lines and picture_delay_pixels + 5 pixels), the same for all slices and
---   outputs; 1 clock passed through. With a sensor sensor_delay_lines and half of what the raster has less lines more,
---   micro images D lines less.
+-- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the refocuser (in
+-- general picture_delay_lines lines and picture_delay_pixels + 5 pixels), equal for all slices and outputs; 1 clock
+-- with pass_through. With a sensor sensor_delay_lines more, and half of the lines that the raster has fewer; micro
+-- images D lines less.
 -- Throughput: one pixel each clock.
--- Equation: out frame = picture of the in frame, see picture_core.
+-- Equation: out frame = picture of the in frame (picture_core).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -37,7 +37,7 @@ use work.video_pkg.all;
 
 entity refocus_video is
   generic (
-    -- M, the slices, how they are computed; see picture_core.
+    -- Generics of picture_core.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     INTERPOLATION_ORDER : natural range 0 to 3  := 0;
@@ -47,7 +47,7 @@ entity refocus_video is
     GUARD_BITS          : natural range 0 to 12 := 2;
     BROADCAST_TAPS      : natural               := 0;
     ENGINE              : string                := "fir";
-    -- Longest line; with a sensor that of its raster, see sensor_pkg, holds instead.
+    -- Longest line; with a sensor, the raster's longest line in sensor_pkg holds instead.
     MAX_COLUMNS : positive range 1 to 8192
   );
   port (
@@ -55,24 +55,24 @@ entity refocus_video is
     reset : in    std_logic;
     -- What is to be shown.
     choice : in    picture_choice_t;
-    -- The sensor's calibration.
+    -- Load port of the sensor's calibration.
     load : in    load_t;
     -- Video in, and out.
     in_video  : in    video_t;
     out_video : out   video_t;
-    -- What the frame that goes out is, from its first pixel on.
+    -- What the outgoing frame shows, from its first pixel on.
     on_show : out   on_show_t;
-    -- The input is understood and refocused.
+    -- The input's timing is followed and its frames are refocused.
     following : out   std_logic;
     -- The input has a stable timing that cannot be followed.
     unsupported : out   std_logic;
-    -- The input has frames that are not all alike, which cannot be followed either.
+    -- The input has frames that are not all alike, so it cannot be followed either.
     varying : out   std_logic;
     -- Timing of the input.
     timing : out   timing_t;
-    -- Each for a clock: 0 a pixel was lost at the core's input, 1 one was missing at its
-    -- output, 2 a frame began elsewhere, 3 any of the core's error flags, of the sensor's, or a raster larger than
-    -- the frame.
+    -- Each high for one clock: 0 a pixel was lost at the core's input; 1 a pixel was missing at its output; 2 a frame
+    -- began elsewhere than expected; 3 any of the core's or of the sensor's error flags, or a raster larger than the
+    -- frame.
     errors : out   std_logic_vector(3 downto 0)
   );
 end entity refocus_video;
@@ -103,7 +103,7 @@ architecture rtl of refocus_video is
                                                           shades(SHIFTS, COLOURS) > 1, ENGINE, not EXACT,
                                                           BROADCAST_TAPS);
 
-  -- The largest lag: half of what the raster has fewer lines than the frame is at most half of the frame.
+  -- The largest lag: half of the lines that the raster has fewer is at most half of the frame.
   constant LAG_LINES : natural := DELAY_LINES +
                                   choose(WITH_SENSOR,
                                           sensor_delay_lines(MICRO_IMAGE_SIZE, MOSAIC) + (SENSOR_ROWS + 1) / 2, 0);
@@ -111,8 +111,7 @@ architecture rtl of refocus_video is
   constant TOO_LATE : boolean := not takes(LAG_LINES < 2 ** COUNT_BITS,
                                            "refocus_video: SHIFTS and the sensor need a lag of more than 4095 lines");
 
-  -- Lines of blanking that the core needs behind a frame: sums that move, and a stack, go on to a
-  -- multiple of M.
+  -- Blank lines that the core needs behind a frame: moving sums and a stack go on to a multiple of M lines.
   constant CORE_BLANK : natural := choose(MOVING_SUM or STACK, MICRO_IMAGE_SIZE - 1, 0);
 
   signal followed    : following_t;
@@ -123,7 +122,8 @@ architecture rtl of refocus_video is
   signal rows        : std_logic_vector(15 downto 0);
   signal stream_rows : std_logic_vector(15 downto 0);
 
-  -- The pixels of the input; those of the raster of micro images; those from the core; those that are shown.
+  -- Streams: pixels of the input (raw), of the raster of micro images (lens), to the core, from the core, and to the
+  -- screen.
   signal raw           : stream_t;
   signal raw_ready     : std_logic;
   signal lens          : stream_t;
@@ -140,7 +140,7 @@ architecture rtl of refocus_video is
   signal shown_place   : std_logic_vector(1 downto 0);
   signal shown_video   : video_t;
 
-  -- Of the frame that is shown, known with its first pixel.
+  -- Slice and output of the frame that is shown, read with its first pixel.
   signal slice_taken : std_logic_vector(7 downto 0) := x"00";
   signal place_taken : std_logic_vector(1 downto 0) := "00";
 
@@ -158,11 +158,11 @@ begin
   varying     <= unequal;
   passes      <= choice.pass_through or too_large or unequal;
   timing      <= followed.timing;
-  -- A stream that broke off leaves nothing behind in the core.
+  -- A stream that broke off leaves nothing in the core.
   core_reset <= reset or not followed.running;
   rows       <= std_logic_vector(resize(followed.timing.rows, 16));
 
-  -- Its raster defines the frames for all that follows: bit errors of the input do not move them.
+  -- The raster of video_to_stream defines the frames for all that follows: bit errors of the input do not move them.
   to_stream : entity work.video_to_stream
     generic map (
       MAX_COLUMNS  => choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS),
@@ -207,7 +207,7 @@ begin
 
   begin
 
-    -- Over before the next frame begins, so that an entity without a FIFO at its input can take its first pixel.
+    -- The reset ends before the next frame begins, so that an entity without an input FIFO can take its first pixel.
     front_reset <= reset or (followed_before and not followed.running);
 
     note_following : process (clk) is
@@ -240,7 +240,7 @@ begin
 
   end generate sensor_first;
 
-  -- Micro images go past the core, which then gets nothing and gives nothing.
+  -- Micro images go past the core, which then gets and gives no pixels.
   go_past : process (lens, front, from_core, core_place, shown_ready, to_core_ready) is
   begin
 
@@ -298,7 +298,7 @@ begin
       error_flags   => core_errors
     );
 
-  -- The same timing again, as late as the core is; a picture of another size stands in its middle.
+  -- The timing again, as late as the core; a picture of another size is shown in the middle.
   to_video : entity work.stream_to_video
     generic map (
       DELAY_PIXELS => DELAY_PIXELS,
@@ -322,29 +322,29 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- In step with the pixels: stream_to_video has one register behind them. Taken with the first
-      -- pixel, so that the text changes with the picture that it is about.
+      -- Read with the first pixel, in step with the register behind stream_to_video, so that the text changes with the
+      -- picture.
       if shown.tvalid = '1' and shown_ready = '1' and shown.tuser = "1" then
         slice_taken <= from_core_id;
         place_taken <= shown_place;
       end if;
       on_show.slice <= slice_taken;
       on_show.place <= place_taken;
-      -- What is passed through has no delay: its frames are not those of the core.
+      -- Video that passes through has no delay, so its frames are not those of the core.
       on_show.raw <= passes;
       if passes = '1' then
         out_video <= in_video;
       else
         out_video <= shown_video;
       end if;
-      -- Each for a clock; whoever collects them knows since when.
+      -- Each error is high for one clock; board_control collects them.
       errors <= "0000";
       if core_errors /= "00000" or sensor_errors /= "000000" or (followed.running and unfit) = '1' then
         errors(3) <= '1';
       end if;
       errors(2) <= miss;
       errors(1) <= underflow;
-      -- While nothing is followed nothing is lost.
+      -- While no timing is followed, no pixel counts as lost.
       errors(0) <= overflow and followed.running;
       if reset = '1' then
         out_video.active <= '0';

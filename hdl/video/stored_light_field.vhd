@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The light field of stored_pkg as video, which shows refocusing without any source.
+-- The light field of stored_pkg as video, to show refocusing without a source.
 --
--- It is in the middle of the frame, at a place where a micro image of the frame begins, with black around it. If it is
+-- The light field is in the middle of the frame, aligned to the frame's micro images, with black around it. If it is
 -- larger than the frame it is cut off at the right and at the bottom. A memory holds a word for each micro image: two
--- colours, and a bit for each pixel that selects one of them.
+-- colours, and for each pixel a bit that selects one of them.
 --
--- Latency: 4 clocks from the raster. Throughput: one pixel each clock.
+-- Latency: 4 clocks. Throughput: one pixel each clock.
 -- Equation: pixel(x, y) = colour b of micro image (i, j), b its bit M v + u, x = left + M j + u, y = top + M i + v.
 
 library ieee;
@@ -19,16 +19,16 @@ use work.video_pkg.all;
 
 entity stored_light_field is
   generic (
-    -- M of the refocuser; that of the light field must be the same.
+    -- M of the refocuser; the light field must have the same.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- Size of the frame in whose middle it stands.
+    -- Size of the frame in whose middle the light field stands.
     FRAME_COLUMNS : positive range 1 to 4095;
     FRAME_ROWS    : positive range 1 to 4095
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Video timing to draw: that of such a frame.
+    -- Video timing to draw; its frames have the size above.
     timing : in    timing_t;
     -- The light field.
     video : out   video_t
@@ -37,7 +37,7 @@ end entity stored_light_field;
 
 architecture rtl of stored_light_field is
 
-  -- The light field is not scaled: its micro images must be those that the refocuser is built for.
+  -- The light field is not scaled, so its micro images must have the refocuser's size.
   constant M       : positive := STORED_SIZE;
   constant REFUSED : boolean  := not takes(MICRO_IMAGE_SIZE = M or not WITH_STORED,
                                            "stored_light_field: MICRO_IMAGE_SIZE must be M of the light field");
@@ -61,11 +61,10 @@ architecture rtl of stored_light_field is
   constant LEFT : natural := first_place(FRAME_COLUMNS, COLUMNS);
   constant TOP  : natural := first_place(FRAME_ROWS, ROWS);
 
-  -- Clocks from a place of the raster to its pixel, but for the output's: two of the memory, one of
-  -- the choice.
+  -- Clocks from a place of the raster to its pixel: memory 2, selection 1; the output register is not counted.
   constant STEPS : positive := 3;
 
-  -- The fields that accompany a pixel: whether it belongs to the light field, and its bit in the word.
+  -- Fields that go with a pixel: its syncs, whether it lies in the light field, and its bit in the word.
 
   type way_t is record
     active  : std_logic;
@@ -80,13 +79,13 @@ architecture rtl of stored_light_field is
   -- The first clock after a reset, which starts the raster.
   signal fresh : std_logic := '1';
   signal place : raster_t;
-  -- Between two frames: inside the pulse of vertical sync.
+  -- The place is between two frames: inside the pulse of vertical sync.
   signal between : std_logic;
-  -- The place is in the light field, in its rows.
+  -- in_area: the place is in the light field; in_rows: in its rows.
   signal in_area : std_logic;
   signal in_rows : std_logic;
-  -- Column u of its micro image, and how many pixels of it lie in the rows above, M v; the micro image, and the
-  -- first one of its row.
+  -- Column u of the pixel in its micro image; above: M v, the pixels of the micro image in the rows above; lens: the
+  -- micro image; first_lens: the first micro image of its row.
   signal u          : natural range 0 to larger(M - 1, 1)      := 0;
   signal above      : natural range 0 to larger(M * M - M, 1)  := 0;
   signal lens       : natural range 0 to larger(LENSES - 1, 1) := 0;
@@ -104,7 +103,7 @@ architecture rtl of stored_light_field is
   ) return pixel_t is
   begin
 
-    -- The high bits again below, so that the brightest colour is 255.
+    -- The low bits repeat the high bits, so that the brightest colour is 255.
     return colour(13 downto 10) & colour(13 downto 10) & colour(9 downto 5) & colour(9 downto 7) &
            colour(4 downto 0) & colour(4 downto 2);
 
@@ -131,23 +130,23 @@ begin
     if rising_edge(clk) then
       fresh <= reset;
 
-      -- The place in the line.
+      -- Place in the line.
       u    <= 0;
       lens <= first_lens;
       if in_area = '1' then
-        -- Within the light field the number stays, and counts on between micro images; elsewhere it
-        -- is that of the row's first one.
+        -- Within the light field the number stays, and counts on between micro images; elsewhere it is that of the
+        -- row's first micro image.
         lens <= lens;
         if u < M - 1 then
           u <= u + 1;
         elsif lens < LENSES - 1 then
-          -- Beyond the last one nothing is shown, so the number may stay.
+          -- Behind the last micro image nothing is shown, so the number may stay.
           lens <= lens + 1;
         end if;
       end if;
 
-      -- The place in the frame.
-      -- In the pulse of vertical sync, so that each frame begins with the first micro image.
+      -- Place in the frame. It is reset in the pulse of vertical sync, so that each frame begins with the first micro
+      -- image.
       if between = '1' or reset = '1' then
         above      <= 0;
         first_lens <= 0;
@@ -179,7 +178,7 @@ begin
 
   end process follow;
 
-  -- The memory with a register behind it, as block RAM has; then the bit of the pixel, then its colour.
+  -- The memory with a register behind it, which fits block RAM; then the bit of the pixel, then its colour.
   draw : process (clk) is
 
     variable colour : std_logic_vector(13 downto 0);

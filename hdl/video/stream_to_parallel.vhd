@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A stream as parallel video: frame valid, line valid without gaps, data.
+-- Makes parallel video from a stream: frame valid, line valid without gaps, data.
 --
 -- A line goes out when all of it has arrived. A frame ends after ROWS lines, with the next start of frame, or when it
--- has waited STALL clocks for a line, so that frames that are cut short stay apart. Pixels between this end and the
--- next start of frame are left out. A line ends with tlast, with its pixel MAX_COLUMNS (the rest up to tlast is left
--- out), or, incomplete, with a start of frame.
+-- has waited STALL clocks for a line, so that frames cut short stay apart. Pixels between this end and the next start
+-- of frame are left out. A line ends with tlast, with its pixel number MAX_COLUMNS (the rest up to tlast is left out),
+-- or, incomplete, with a start of frame.
 --
 -- Latency: a line and about 6 clocks. Throughput: one pixel each clock, less GAP clocks for each line.
 -- Equation: a pixel for each clock of line_valid, in the order of the stream.
@@ -23,9 +23,9 @@ entity stream_to_parallel is
     -- Longest line in pixels, and lines of a frame.
     MAX_COLUMNS : positive range 2 to 8192;
     ROWS        : positive range 1 to 65535;
-    -- Clocks without line_valid between two lines, at least.
+    -- The least number of clocks without line_valid between two lines.
     GAP : positive range 2 to 255 := 4;
-    -- Clocks that a frame waits for the end of a line: at least as many as the stream takes for a line and its stalls.
+    -- Clocks that a frame waits for the end of a line: at least as many as the stream takes for a line with its stalls.
     STALL : positive range 2 to 1048575 := 65535
   );
   port (
@@ -37,7 +37,7 @@ entity stream_to_parallel is
     s_axis_tdata  : in    std_logic_vector(WIDTH - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- Video.
+    -- Parallel video.
     frame_valid : out   std_logic;
     line_valid  : out   std_logic;
     data        : out   std_logic_vector(WIDTH - 1 downto 0)
@@ -46,13 +46,12 @@ end entity stream_to_parallel;
 
 architecture rtl of stream_to_parallel is
 
-  -- Two lines: one comes in while another goes out.
+  -- Room for two lines: one comes in while another goes out.
   constant ADDRESS_BITS : positive := bits_for(2 * MAX_COLUMNS - 1);
   constant MOST_LINES   : positive := 2 ** ADDRESS_BITS;
 
-  -- A word of the FIFO: the pixel, the start of a frame, the end of its line. Then what happens in
-  -- a clock: a word arrives, it is kept, it ends its line; a word is on offer, it begins another
-  -- frame, it leaves; the line is out.
+  -- A word of the FIFO: pixel, start of frame, end of line. Events of a clock: a word arrives, is stored, ends its
+  -- line; a word is on offer, begins another frame (cut), leaves; the line is out.
   signal word_in  : std_logic_vector(WIDTH + 1 downto 0);
   signal word_out : std_logic_vector(WIDTH + 1 downto 0);
   signal ready    : std_logic;
@@ -63,7 +62,8 @@ architecture rtl of stream_to_parallel is
   signal cut      : std_logic;
   signal taken    : std_logic;
   signal line_out : std_logic;
-  -- Pixels of the line that comes in; lines whose end has come in; the line that goes out has begun.
+  -- columns_in: pixels of the incoming line; lines: lines whose end has come in; begun: the outgoing line has begun;
+  -- then clocks left of the gap, lines left of the frame, clocks left of STALL; and the present line and frame.
   signal columns_in  : natural range 0 to MAX_COLUMNS    := 0;
   signal lines       : natural range 0 to MOST_LINES + 2 := 0;
   signal begun       : std_logic                         := '0';
@@ -80,7 +80,7 @@ begin
   line_valid    <= pixel_valid;
   s_axis_tready <= ready;
 
-  -- Beyond the longest line, pixels are taken but not stored. The receiver of a camera cannot wait within a line, so a
+  -- Beyond the longest line, pixels are taken but not stored. The receiver of a camera cannot pause within a line, so a
   -- line is sent only when all of it is in the FIFO.
   arrives <= s_axis_tvalid and ready;
   stored  <= s_axis_tvalid when s_axis_tuser(0) = '1' or columns_in /= MAX_COLUMNS else
@@ -105,15 +105,14 @@ begin
       m_axis_tdata  => word_out
     );
 
-  -- A start of frame that ends a line waits as the first word of its own.
+  -- A start of frame that ends a line waits as the first word of its own line.
   cut      <= begun and word_out(WIDTH);
   taken    <= in_line and not cut;
   line_out <= in_line and offered and (cut or word_out(WIDTH + 1));
 
   send : process (clk) is
 
-    -- Lines that come in complete in this clock: two if a frame starts within a line and has one
-    -- pixel in its own.
+    -- Lines completed in this clock: two if a frame starts within a line and its own line has one pixel.
     variable more : natural range 0 to 2;
     variable less : natural range 0 to 1;
 
@@ -123,7 +122,7 @@ begin
       more := 0;
       less := 0;
       if arrives = '1' then
-        -- A frame that starts within a line ends it: what has come of it is sent as a short line.
+        -- A frame that starts within a line ends it: the pixels that have come are sent as a short line.
         if s_axis_tuser(0) = '1' then
           if columns_in /= 0 and columns_in /= MAX_COLUMNS then
             more := 1;
@@ -142,7 +141,7 @@ begin
       if line_out = '1' then
         less := 1;
       end if;
-      -- Lines may come in in the clock in which one goes.
+      -- Lines may come in in the clock in which one leaves.
       lines <= lines + more - less;
 
       pixel_valid <= '0';
@@ -162,13 +161,13 @@ begin
           end if;
         end if;
       elsif gap_left /= 0 then
-        -- The gap gives the receiver its blanking, and the frame its end.
+        -- The gap is the receiver's blanking, and gives the frame its end.
         gap_left <= gap_left - 1;
         if rows_left = 0 and gap_left = 1 then
           in_frame <= '0';
         end if;
       elsif lines /= 0 and offered = '1' then
-        -- A frame begins a clock ahead of its first line, and a clock behind the one before.
+        -- A frame begins a clock ahead of its first line, and a clock behind the frame before.
         if word_out(WIDTH) = '1' and in_frame = '0' then
           in_frame  <= '1';
           rows_left <= ROWS;
@@ -177,7 +176,7 @@ begin
         else
           in_line <= '1';
         end if;
-      -- No more pixels arrive: the frame is closed, so that a receiver that waits for its end is released.
+      -- No more pixels arrive: the frame is closed, so that a receiver waiting for its end is released.
       elsif patience = 0 then
         in_frame <= '0';
       else

@@ -1,27 +1,26 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Follows incoming video and makes an AXI4-Stream of its active pixels.
 --
--- Once the measured timing is stable, a raster generator of the same timing is started with a frame. From then on it
--- defines the frames of the stream, pixel by pixel in step with the input. So a bit error in data enable makes a pixel
--- black but does not move the raster. When two frames in a row begin elsewhere, or another timing has become stable,
--- the generator is stopped, and started again with the next frame of a stable timing. A stream therefore begins with a
--- whole frame.
+-- Once the measured timing is stable, a raster generator of the same timing is started with a frame. From then on the
+-- generator defines the frames of the stream, pixel by pixel in step with the input, so a bit error in data enable
+-- makes a pixel black but does not move the raster. When two frames in a row begin elsewhere, or another timing has
+-- become stable, the generator is stopped, and started again with the next frame of a stable timing. A stream therefore
+-- begins with a whole frame.
 --
--- Frames that are not all alike (interlaced ones, a variable refresh rate, lines that differ) cannot be followed, which
--- `varying` tells: when FEW frames in a row were unlike the one before; or when a timing that was followed was lost
--- four times, with never FEW frames in a row alike in between. Two frames that are alike end it in the first case, FEW
--- in the second.
+-- Frames that are not all alike (interlaced frames, a variable refresh rate, lines that differ) cannot be followed.
+-- `varying` reports them in two cases: FEW frames in a row differed from the frame before; or a timing was followed and
+-- lost four times without FEW equal frames in a row in between. Two equal frames end the first case, FEW the second.
 --
--- A timing is followed if its lines have MAX_COLUMNS pixels at most, if its frames and lines are longer
--- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
--- `unsupported` is set. With ONLY_COLUMNS and ONLY_ROWS frames of this size alone are followed.
+-- A timing is followed if its lines have at most MAX_COLUMNS pixels, if its frames and lines are longer than the delay
+-- of the output (stream_to_video), and if the vertical blanking is long enough; else `unsupported` is set. With
+-- ONLY_COLUMNS and ONLY_ROWS only frames of this size are followed.
 --
--- With ROW_MODULUS above 1, for cores whose frames begin a multiple of lines apart, the frames of the stream have as
+-- ROW_MODULUS above 1 is for cores whose frames begin a multiple of lines apart. The frames of the stream then have as
 -- many lines as fit into a frame with its blanking, rounded down to a multiple of ROW_MODULUS: black lines follow the
 -- picture.
 --
--- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
---   loses a pixel and sets overflow for a clock.
+-- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream loses a pixel
+-- and sets overflow for a clock.
 -- Equation: m_axis_tdata(t) = pixel(t - 3) if active(t - 3), else 0.
 
 library ieee;
@@ -36,12 +35,12 @@ entity video_to_stream is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    -- Lines and pixels by which the output lags; a frame and a line must be longer.
+    -- Lines and pixels by which the output lags; frames and lines must be longer.
     DELAY_LINES  : natural;
     DELAY_PIXELS : natural;
     -- Lines of vertical blanking that the refocuser needs.
     BLANK_LINES : natural := 0;
-    -- Of the lines of a frame of the stream; 1: the picture alone.
+    -- The number of lines of a frame of the stream is a multiple of this; 1: the stream has the picture only.
     ROW_MODULUS : positive := 1;
     -- The only size that is followed; 0: any.
     ONLY_COLUMNS : natural := 0;
@@ -50,25 +49,25 @@ entity video_to_stream is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Begin again with the next frame.
+    -- Restart with the next frame.
     restart : in    std_logic;
     -- Incoming video.
     video : in    video_t;
-    -- Its active pixels.
+    -- The active pixels of the video.
     m_axis        : out   stream_t;
     m_axis_tready : in    std_logic;
-    -- What stream_to_video makes video of again: the timing that the generator follows, the place of what is on
-    -- m_axis, also in the blanking, and whether the generator runs.
+    -- Timing and place for stream_to_video: the timing that the generator follows; the place of the pixel on m_axis, in
+    -- the blanking too; whether the generator runs.
     following : out   following_t;
     -- Lines of a frame of the stream.
     stream_rows : out   std_logic_vector(15 downto 0);
     -- The input has a stable timing that cannot be followed.
     unsupported : out   std_logic := '0';
-    -- There are frames, but not all alike.
+    -- The input has frames, but they are not all alike.
     varying : out   std_logic;
-    -- A pixel was lost because the stream stalled, for a clock.
+    -- High for one clock: a pixel was lost because the stream stalled.
     overflow : out   std_logic;
-    -- A frame began elsewhere than expected, for a clock.
+    -- High for one clock: a frame began elsewhere than expected.
     miss : out   std_logic := '0'
   );
 end entity video_to_stream;
@@ -77,13 +76,14 @@ architecture rtl of video_to_stream is
 
   -- Frames in a row that begin elsewhere before the generator is stopped.
   constant MAX_MISSES : positive := 2;
-  -- Frames in a row that are no accident, and times that a timing is followed and lost.
+  -- Frames in a row that are no accident, and how often a timing may be followed and lost.
   constant FEW        : positive := 8;
   constant MAX_LOSSES : positive := 4;
 
   signal measured      : timing_t;
   signal stream_timing : timing_t;
-  -- A frame of the stream has as many lines as ROW_MODULUS wants.
+  -- padded: the number of the stream's lines is a multiple of ROW_MODULUS; then the measured timing and the timing that
+  -- is followed.
   signal padded      : std_logic;
   signal stable      : std_logic;
   signal frame_start : std_logic;
@@ -92,7 +92,7 @@ architecture rtl of video_to_stream is
   signal followed    : timing_t                      := NO_TIMING;
   signal follow      : std_logic                     := '0';
   signal misses      : natural range 0 to MAX_MISSES := 0;
-  -- Frames in a row that were alike, or were not; losses since there were FEW that were alike.
+  -- Frames in a row that were equal, or different; losses since FEW frames in a row were equal.
   signal alike          : std_logic                     := '0';
   signal frames         : natural range 0 to FEW        := 0;
   signal losses         : natural range 0 to MAX_LOSSES := 0;
@@ -122,9 +122,9 @@ begin
   following.row     <= place.row;
   following.running <= follow;
 
-  -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
-  -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
-  -- It starts on its own only: while it follows, the raster runs free, and frame starts are merely compared with it.
+  -- Frame starts are in step with the pixels: frame_start with pixel_1, starts(0) with pixel_2. The generator is at the
+  -- first pixel a clock behind `start`, with pixel_3 and starts(1). `start` only starts it: while it follows, the
+  -- raster runs free, and frame starts are merely compared with it.
   start          <= starts(0) and stable and supported and not follow and not restart and
                     to_logic(losses /= MAX_LOSSES);
   generate_reset <= reset or not (follow or start);
@@ -139,7 +139,7 @@ begin
     );
 
   picture_rows : if ROW_MODULUS = 1 generate
-    -- Without a modulus any number of lines will do.
+    -- Without a modulus any number of lines is right.
     padded        <= '1';
     stream_timing <= followed;
     stream_rows   <= std_logic_vector(resize(followed.rows, 16));
@@ -147,7 +147,8 @@ begin
 
   more_rows : if ROW_MODULUS > 1 generate
 
-    -- Of the measured frame: its lines, and those of them that are left over, once they are fewer than the modulus.
+    -- divided: lines of the measured frame; over: those that exceed a multiple, computed by subtraction; rows_now:
+    -- lines of the stream's frames.
     signal divided  : count_t := (others => '0');
     signal over     : count_t := (others => '0');
     signal rows_now : count_t := (others => '0');
@@ -161,7 +162,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- By taking away again and again: it has whole frames of time and needs no divider.
+        -- Repeated subtraction needs no divider, and there is a whole frame of time.
         if divided /= measured.frame_lines then
           divided <= measured.frame_lines;
           over    <= measured.frame_lines;
@@ -193,7 +194,7 @@ begin
   m_axis.tlast    <= place.line_last;
   overflow        <= place.active and not m_axis_tready;
 
-  -- While a timing is followed, a frame with damaged words is none that is unlike, unless it begins elsewhere.
+  -- While a timing is followed, a frame with damaged words does not count as different, unless it begins elsewhere.
   missed  <= follow and place.frame_first and not starts(1);
   unlike  <= missed or (starts(0) and not stable and not follow);
   varying <= to_logic(losses = MAX_LOSSES or (frames = FEW and alike = '0'));
@@ -246,7 +247,7 @@ begin
          measured.frame_lines - measured.rows >= BLANK_LINES and padded = '1' then
         supported <= '1';
       end if;
-      -- A core built for one size has no memory for another, and would show it torn.
+      -- A core built for one size has no memory for another and would show it torn.
       if ONLY_COLUMNS /= 0 and (measured.columns /= ONLY_COLUMNS or measured.rows /= ONLY_ROWS) then
         supported <= '0';
       end if;
@@ -260,7 +261,7 @@ begin
       else
         if place.frame_first = '1' then
           misses <= 0;
-          -- A frame start that is missing or comes elsewhere is counted; a single one may be damaged words.
+          -- A frame start that is missing, or at another place, is counted; a single one may be a damaged word.
           if missed = '1' then
             miss   <= '1';
             misses <= misses + 1;

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Model of DELAYF (FPGA-TN-02035) of DEL_MODE USER_DEFINED: a delay of 0 to 127 taps of 25 ps.
 --
--- LOADN low sets it to DEL_VALUE; a falling edge of MOVE moves it by one tap, up with DIRECTION low, down with
--- DIRECTION high, within its limits, where CFLAG is high. With faults (see model_faults) it loses its setting.
+-- LOADN low sets the delay to DEL_VALUE; a falling edge of MOVE moves it by one tap, up with DIRECTION low, down with
+-- DIRECTION high, within its limits, where CFLAG is high. With faults (model_faults) it loses its setting.
 --
 -- Left out: the constant part of the delay, the spread between taps and between delay lines, glitches when it moves.
 
@@ -31,7 +31,7 @@ architecture behaviour of delayf is
 
   constant TAP     : time     := 25 ps;
   constant HIGHEST : positive := 127;
-  -- Between two faults; shorter than this LOADN is low in a search, longer in a restart.
+  -- Time between two faults; a LOADN shorter than LONG_ENOUGH belongs to a search, a longer one to a restart.
   constant GOOD        : time := 20 us;
   constant LONG_ENOUGH : time := 1 us;
 
@@ -64,7 +64,7 @@ begin
     report "DELAYF: the model knows USER_DEFINED only"
     severity failure;
 
-  -- transport, as a delay line passes every edge, however short the pulse.
+  -- transport, because a delay line passes every edge, however short the pulse.
   z     <= transport '0' when blocked else
            a after taps * TAP;
   cflag <= '1' when taps = 0 or taps = HIGHEST else
@@ -85,19 +85,19 @@ begin
 
   begin
 
-    -- Without faults only the ports move it, so a simulation can end.
+    -- Without faults only the ports move the delay, so a simulation can end.
     if delay_faults = 0 then
       wait on loadn, move, delay_faults;
     else
       wait on loadn, move, delay_faults for GOOD;
     end if;
 
-    -- What was blocked stays so when there are no more faults.
+    -- A blocked line stays blocked when there are no more faults.
     if delay_faults /= 0 then
       stubborn := delay_faults mod 2 = 1;
     end if;
 
-    -- A long LOADN frees whatever is blocked, a short one only what is not stubborn.
+    -- A long LOADN frees every blocked line, a short one only a line that is not stubborn.
     if loadn'event and loadn = '0' then
       since := now;
       if not stubborn then

@@ -61,7 +61,7 @@ architecture behaviour of ehxplll is
   constant VCO_CYCLES  : positive := CLKFB_DIV * CLKOP_DIV;
 
   signal lock_now : std_ulogic := '0';
-  -- The other output: on its own, half a period long, or in step with the input.
+  -- The second output: free-running, with half of its period; or in step with the input.
   signal now_free : time       := 0 fs;
   signal free     : std_ulogic := '0';
   signal aligned  : std_ulogic := '0';
@@ -89,7 +89,7 @@ begin
     variable cycles : natural;
     variable begun  : time;
 
-    -- Edges of one output for one input cycle.
+    -- Makes the edges of one output for one input cycle.
 
     procedure run (
       signal clock   : out std_ulogic;
@@ -98,8 +98,7 @@ begin
     ) is
     begin
 
-      -- Scheduled from each input edge, so that the outputs stay in step with it; they end with the
-      -- input.
+      -- Scheduled from each input edge, so that the outputs stay in step with the input and end with it.
       for i in 0 to 2 * ratio - 1 loop
 
         if i mod 2 = 0 then
@@ -131,7 +130,7 @@ begin
 
     while rst /= '1' loop
 
-      -- A missing cycle is one that is twice too long; before the first one a microsecond.
+      -- A missing cycle is one that is twice too long; before the first cycle a microsecond.
       if cycles = 0 then
         wait until rising_edge(clki) or rst = '1' for 1 us;
       else
@@ -141,14 +140,14 @@ begin
       exit when rst = '1' or not rising_edge(clki);
 
       if cycles > 0 and (now - last > period + period / 8 or now - last < period - period / 8) then
-        -- Another frequency.
+        -- The input has another frequency.
         exit;
       end if;
 
       period := now - last;
       last   := now;
 
-      -- Out of the oscillator's range no edges go out, and it never locks.
+      -- Out of the oscillator's range no edges go out, and LOCK never rises.
       if period / VCO_CYCLES > VCO_SLOWEST or period / VCO_CYCLES < VCO_FASTEST then
         cycles := 1;
       elsif cycles < LOCK_CYCLES then
@@ -157,7 +156,7 @@ begin
         lock_now <= '1';
       end if;
 
-      -- Two periods alike, so that the length of the next one is known.
+      -- Two equal periods are needed to know the length of the next one.
       if cycles > 2 then
         run(clkop, CLKFB_DIV, period);
         if VCO_CYCLES mod CLKOS_DIV = 0 then
@@ -181,7 +180,7 @@ begin
     wait for now_free;
     free <= not free;
 
-    -- It stops with its input, as far as a simulation can tell, and so does not keep one alive.
+    -- The output stops with its input, as far as a simulation can tell, so that it does not keep a simulation alive.
     if clki'last_event > 1 us then
       wait until clki'event;
     end if;

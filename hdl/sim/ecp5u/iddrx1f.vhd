@@ -21,8 +21,7 @@ end entity iddrx1f;
 
 architecture behaviour of iddrx1f is
 
-  -- Each edge takes a bit; the rising edge hands on both of the clock before, the rising edge's
-  -- first.
+  -- Each edge takes a bit. The rising edge outputs both bits of the clock before, the rising edge's bit first.
   signal rising_bit  : std_ulogic := '0';
   signal falling_bit : std_ulogic := '0';
 

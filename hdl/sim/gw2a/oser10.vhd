@@ -55,7 +55,7 @@ begin
       fresh <= '0';
       q     <= '0';
     elsif rising_edge(fclk) then
-      -- Two bits are left in each cycle: one with the rising edge, one with the falling.
+      -- Two bits are sent in each cycle: one with the rising edge, one with the falling edge.
       if fresh = '1' then
         rest <= taken;
         q    <= taken(0);
@@ -64,7 +64,7 @@ begin
         q    <= rest(2);
       end if;
     elsif falling_edge(fclk) then
-      -- PCLK is looked at with falling edges, far away from its own.
+      -- PCLK is sampled with falling edges, far away from its own edges.
       q     <= rest(1);
       seen  <= pclk;
       fresh <= pclk and not seen;

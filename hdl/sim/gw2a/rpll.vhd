@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Model of rPLL (Gowin UG286): CLKOUT = CLKIN * (FBDIV_SEL + 1) / (IDIV_SEL + 1).
 --
--- Its oscillator runs at CLKOUT * ODIV_SEL, which must be within 500 and 1250 MHz. LOCK rises LOCK_CYCLES regular input
+-- The oscillator runs at CLKOUT * ODIV_SEL, which must be within 500 and 1250 MHz. LOCK rises LOCK_CYCLES regular input
 -- cycles after reset; it falls when an input cycle is missing, and the output stops.
 --
 -- Left out: CLKOUTP, CLKOUTD, CLKOUTD3, dynamic dividers, phase, duty cycle, delay, external feedback, jitter; edges of
@@ -74,7 +74,7 @@ begin
 
     while (reset or reset_p) /= '1' loop
 
-      -- The length of a cycle is known from the second edge on; a missing one is twice as long.
+      -- The length of a cycle is known from the second edge on; a missing cycle is twice as long.
       if cycles = 0 then
         wait until rising_edge(clkin) or (reset or reset_p) = '1' for 1 us;
       else
@@ -87,7 +87,7 @@ begin
       last   := now;
       cycles := cycles + 1;
 
-      -- With two cycles the output can begin; LOCK waits until there were more.
+      -- With two cycles the output can begin; LOCK waits for more.
       if cycles = 2 then
         assert period * (IDIV_SEL + 1) / (FBDIV_SEL + 1) / ODIV_SEL <= VCO_SLOWEST and
                period * (IDIV_SEL + 1) / (FBDIV_SEL + 1) / ODIV_SEL >= VCO_FASTEST

@@ -208,7 +208,7 @@ architecture behaviour of dphy is
 
   constant SYNC_BYTE : std_logic_vector(7 downto 0) := x"B8";
 
-  -- The number that a text such as "0b000111" says.
+  -- The number that a text such as "0b000111" stands for.
 
   function number_of (
     text : string
@@ -234,8 +234,8 @@ architecture behaviour of dphy is
 
   constant SETTLE_CLOCKS : natural := number_of(U_PRG_RXHS_SETTLE);
 
-  -- Pads of the lanes; edges of the bits; lanes whose lines have settled, are in LP-11, have had a
-  -- sync in this burst; a sync, and the bytes that are shown.
+  -- Pads of the lanes; edges of the bits; lanes whose lines have settled, are in LP-11, have had a sync in this burst;
+  -- syncs, and the bytes at the outputs.
   signal positive_pads : std_logic_vector(3 downto 0);
   signal negative_pads : std_logic_vector(3 downto 0);
   signal bit_clock     : std_logic                    := '0';
@@ -286,8 +286,7 @@ begin
 
   begin
 
-    -- From the falling of the positive line on (LP-01), in clocks of the one that times are counted
-    -- by.
+    -- The time to settle counts from the fall of the positive line (LP-01), in clocks of URXCKINE.
     for i in 0 to 3 loop
 
       if positive_pads(i) = '1' then
@@ -308,8 +307,8 @@ begin
   -- Every edge of the clock lane brings a bit of each lane.
   receive : process (bit_clock, stopped) is
 
-    -- Bits of the byte clock's period; of each lane its last eight bits, bits since the sync, its
-    -- last byte, the sync has been found, and it is new.
+    -- Bits within the period of the byte clock. For each lane: its last eight bits, bits since the sync, its last byte,
+    -- whether the sync has been found, whether it is new.
     variable bits    : natural                      := 0;
     variable window  : bytes_t                      := (others => x"00");
     variable counts  : counts_t                     := (others => 0);
@@ -337,13 +336,13 @@ begin
 
       end loop;
 
-      -- All lanes share the byte clock; a lane's bytes wait for it, wherever its sync was.
+      -- All lanes share the byte clock; the bytes of each lane wait for it, wherever the lane's sync was.
       bits := (bits + 1) mod 8;
       if bits = 0 then
         urwdckhs  <= '1';
         bytes_now <= whole;
         syncs     <= strobes;
-        -- The sync is told with this byte clock, the first byte comes with the next.
+        -- The sync is reported with this byte clock; the first byte comes with the next.
         active  <= active or strobes;
         strobes := "0000";
       elsif bits = 4 then

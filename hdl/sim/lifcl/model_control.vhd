@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What a bench tells the models.
+-- Controls that a bench has over the models.
 
 package model_control is
 
-  -- The oscillator stands still, so that a simulation can end.
+  -- Stops the oscillator, so that a simulation can end.
   signal stopped : boolean := false;
 
 end package model_control;

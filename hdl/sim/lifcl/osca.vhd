@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Model of OSCA, the oscillator of CrossLink-NX: 450 MHz by a whole number.
+-- Model of OSCA, the oscillator of CrossLink-NX: 450 MHz divided by an integer.
 --
 -- Left out: the other outputs, the tolerance of 7 %.
 

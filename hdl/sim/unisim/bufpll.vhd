@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Model of BUFPLL (UG382): I/O clock and strobe for the serialisers of a bank.
 --
--- The strobe is high for one I/O clock in `divide`, so that it is sampled with the last but one edge
--- before the global clock's. LOCK rises with the second strobe after LOCKED. Left out: delays, the
--- alignment without synchronisation (ENABLE_SYNC = FALSE).
+-- The strobe is high for one I/O clock in `divide`, so that it is sampled with the last but one edge before the global
+-- clock's. LOCK rises with the second strobe after LOCKED. Left out: delays, the alignment without synchronisation
+-- (ENABLE_SYNC = FALSE).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,7 +25,7 @@ end entity bufpll;
 
 architecture behaviour of bufpll is
 
-  -- Changes with each rising edge of GCLK: so the other process sees them between its own.
+  -- Changes with each rising edge of GCLK, so that the other process sees these between its own edges.
   signal gclk_edge : std_ulogic := '0';
 
 begin
@@ -58,8 +58,7 @@ begin
       serdesstrobe <= '0';
       strobes      := 0;
     elsif pllin = '0' and pllin'event then
-      -- Between the edges nothing else moves. The first falling edge behind the global clock's
-      -- rising edge is number 0.
+      -- Nothing changes between edges. The first falling edge behind the global clock's rising edge is number 0.
       count := count + 1;
       if gclk_edge /= seen then
         count := 0;

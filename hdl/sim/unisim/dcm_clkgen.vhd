@@ -31,7 +31,7 @@ end entity dcm_clkgen;
 
 architecture behaviour of dcm_clkgen is
 
-  -- Without an edge for so long the input counts as stopped.
+  -- Time without an edge after which the input counts as stopped.
   constant STOPPED : time := 1 us;
 
   signal period : time       := 0 fs;
@@ -59,7 +59,7 @@ begin
     period <= 0 fs;
     wait until rst = '0' and rising_edge(clkin);
 
-    -- The real one takes some cycles to lock; the last of them tells the period.
+    -- The real DCM takes some cycles to lock; the last of them gives the period.
     for i in 1 to 16 loop
 
       last := now;
@@ -69,7 +69,7 @@ begin
 
     period <= now - last;
     locked <= '1';
-    -- Once locked it stays so until a reset: what another input would do is left out.
+    -- Once locked the model stays so until a reset: effects of another input are left out.
     wait until rst = '1';
 
   end process measure;
@@ -77,7 +77,7 @@ begin
   oscillate : process is
   begin
 
-    -- It stops with its input, as far as a simulation can tell, and so does not keep one alive.
+    -- The output stops with its input, as far as a simulation can tell, so that it does not keep a simulation alive.
     if period = 0 fs or clkin'last_event > STOPPED then
       wait until period /= 0 fs and clkin'event;
     end if;

@@ -1,12 +1,12 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Model of IODELAY2 (UG381, XAPP1064) as a delay line of an input with phase detector.
 --
--- The delay is a number of taps of SIM_TAPDELAY_VALUE ps. A calibration (CAL) lasts 12 clocks of CLK,
--- in which BUSY is high, and measures how many taps a bit lasts. RST sets the delay to half of
--- that. CE moves it by one tap up (INC) or down: a step is taken only while BUSY is low; it stays within
--- one bit. The slave's delay is half a bit longer than its counter says, as measured by its last
--- calibration. A calibration within 16 clocks of a step is a failure of the simulation. With faults (see
--- model_faults) it hangs, ignores commands or answers late, as these delay lines were seen to do on boards.
+-- The delay is a number of taps of SIM_TAPDELAY_VALUE ps. A calibration (CAL) lasts 12 clocks of CLK, in which BUSY is
+-- high, and measures how many taps a bit lasts. RST sets the delay to half of that. CE moves it by one tap up (INC) or
+-- down, only while BUSY is low and within one bit. The slave's delay is half a bit longer than its counter says, as
+-- measured by its last calibration. A calibration within 16 clocks of a step is a failure of the simulation. With
+-- faults (model_faults) the line hangs, ignores commands or answers late, as such delay lines were seen to do on
+-- boards.
 --
 -- Left out: all other types and sources of delay, output delay, the spread between taps and between
 -- delay lines, the constant part of the delay, wrap-around, DATAOUT2.
@@ -54,9 +54,9 @@ architecture behaviour of iodelay2 is
   constant TAP                : time    := SIM_TAPDELAY_VALUE * 1 ps;
   constant CALIBRATION_CLOCKS : natural := 12;
   constant QUIET              : natural := 16;
-  -- Of a late answer, in clocks.
+  -- Latest late answer, in clocks.
   constant LATEST : natural := 900;
-  -- CLK stands still.
+  -- Time without an edge after which CLK counts as stopped.
   constant STANDSTILL : time := 200 ns;
 
   -- Another number for each delay line of a design.
@@ -95,9 +95,8 @@ begin
 
   control : process is
 
-    -- Taps of a bit, half of them for the slave, the counter; steps to a calibration in clocks;
-    -- what a fault does: clocks by which an answer is late, whether it hangs, whether a reset frees
-    -- it.
+    -- Taps of a bit; half of them for the slave; the counter; state of a calibration; effects of a fault: clocks by
+    -- which an answer is late, whether the line hangs, whether a reset frees it.
     variable bit_taps : natural := 0;
     variable half     : natural := 0;
     variable counter  : natural := 0;
@@ -131,7 +130,7 @@ begin
 
     late := 0;
 
-    -- Only a command can go wrong: a line at rest stays as it is.
+    -- Only a command can go wrong: a line at rest stays unchanged.
     if delay_faults /= 0 and (cal = '1' or ce = '1') then
       draw(12, chance);
       by_reset := delay_faults mod 2 = 0;
@@ -153,7 +152,7 @@ begin
 
     end loop;
 
-    -- Clocks since the last step, up to where a calibration is allowed.
+    -- Clocks since the last step, counted up to where a calibration is allowed.
     if stepped /= QUIET then
       stepped := stepped + 1;
     end if;
@@ -171,11 +170,11 @@ begin
       end loop;
 
       busy <= '1';
-      -- Two bits; a bit clock that stands still leaves things as they were.
+      -- Two bits are measured; with a stopped bit clock the result stays.
       wait until rising_edge(ioclk0) for 100 ns;
       started := now;
       wait until rising_edge(ioclk0) for 100 ns;
-      -- Twice: the second and third edge are two whole bits apart, whatever the phase.
+      -- Twice: the second and third edges are two whole bits apart, whatever the phase.
       wait until rising_edge(ioclk0) for 100 ns;
       if now - started < 100 ns then
         bit_taps := (now - started) / (2 * TAP);
@@ -206,7 +205,7 @@ begin
       end if;
     end if;
 
-    -- The slave's is half a bit longer, so that it samples the edges.
+    -- The slave's delay is half a bit longer, so that it samples the edges.
     delay <= (counter + half) * TAP;
 
   end process control;

@@ -2,11 +2,10 @@
 -- Model of ISERDES2 (UG381, XAPP1064): 5:1, SDR, retimed, master and slave cascaded, with the phase
 -- detector between them.
 --
--- The master shifts D in with each CLK0; with IOCE its bits are taken over, and are at Q with the next
--- CLKDIV: Q4 of the master came last, Q4 of the slave, the fifth bit, first. The slave samples its own
--- D, half a bit further down the delay line: where two bits of the master differ, it has sampled
--- before or behind the edge between them. VALID: there was an edge in this word; INCDEC: the delay
--- should grow, by majority.
+-- The master shifts D in with each CLK0; with IOCE its bits are taken over, and are at Q with the next CLKDIV: Q4 of
+-- the master came last, Q4 of the slave, the fifth bit, first. The slave samples its own D, half a bit further down the
+-- delay line: where two bits of the master differ, it has sampled before or behind the edge between them. VALID: there
+-- was an edge in this word; INCDEC: the delay should grow, by majority.
 --
 -- Left out: other widths and rates, BITSLIP, CE0, the networking interfaces, metastability, RST's
 -- effect on the phase of words (the word alignment in the fabric takes any).
@@ -77,10 +76,10 @@ begin
     begin
 
       if rising_edge(clk0) then
-        -- The slave's sample of the edge before the bit `newer`, taken with it, is here now.
+        -- The slave's sample of the edge in front of the bit `newer`, taken with that bit, is present now.
         if newer /= older then
-          -- At an edge the slave's sample says which of both bits it saw: with the newer one it
-          -- sampled behind the edge, and the delay should grow.
+          -- At an edge the slave's sample says which of both bits it saw. If it is the newer one, the slave sampled
+          -- behind the edge, and the delay should grow.
           found := found + 1;
           if shiftin = newer then
             majority := majority + 1;
@@ -113,7 +112,7 @@ begin
         q1     <= word(0);
         valid  <= '0';
         incdec <= '0';
-        -- One edge in the word is enough for VALID; INCDEC goes by majority.
+        -- One edge in the word is enough for VALID; INCDEC is decided by majority.
         if edges > 0 then
           valid <= '1';
         end if;

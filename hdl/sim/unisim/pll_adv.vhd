@@ -76,7 +76,7 @@ architecture behaviour of pll_adv is
 
   type registers_t is array (0 to 31) of std_logic_vector(15 downto 0);
 
-  -- Where a counter's low time, high time and "no count" lie: 16 * register + bit (XAPP879).
+  -- Places of a counter's low time, high time and "no count": 16 * register + bit (XAPP879).
 
   type places_t is array (0 to 12) of natural;
 
@@ -145,7 +145,7 @@ architecture behaviour of pll_adv is
     16#8B#
   );
 
-  -- The registers are written as a whole, so a counter that reads 0 was never set.
+  -- Registers are written as a whole, so a counter that reads 0 was never set.
   function divider (
     registers       : registers_t;
     places          : places_t;
@@ -239,7 +239,7 @@ begin
     variable cycles   : natural;
     variable half     : time;
 
-    -- Edges of one output for one input cycle.
+    -- Makes the edges of one output for one input cycle.
 
     procedure run (
       signal clock   : out std_ulogic;
@@ -248,8 +248,7 @@ begin
     ) is
     begin
 
-      -- Scheduled from each input edge, so that all outputs stay in step with it; they end with the
-      -- input.
+      -- Scheduled from each input edge, so that all outputs stay in step with the input and end with it.
       for i in 0 to 2 * ratio - 1 loop
 
         if i mod 2 = 0 then
@@ -273,7 +272,7 @@ begin
       wait until rst = '0';
     end if;
 
-    -- Registers count from the release of RST on.
+    -- Written registers take effect when RST is released.
     mult     := divider(registers, FEEDBACK, CLKFBOUT_MULT);
     divide_0 := divider(registers, OUTPUT_0, CLKOUT0_DIVIDE);
     divide_1 := divider(registers, OUTPUT_1, CLKOUT1_DIVIDE);
@@ -287,7 +286,7 @@ begin
 
     while rst = '0' loop
 
-      -- A missing cycle is one that is twice too long; before the first one a microsecond.
+      -- A missing cycle is one that is twice too long; before the first cycle a microsecond.
       if cycles = 0 then
         wait until rising_edge(clkin1) or rst = '1' for 1 us;
       else
@@ -297,14 +296,14 @@ begin
       exit when rst = '1' or not rising_edge(clkin1);
 
       if cycles > 0 and (now - last > period + period / 8 or now - last < period - period / 8) then
-        -- Another frequency.
+        -- The input has another frequency.
         exit;
       end if;
 
       period := now - last;
       last   := now;
 
-      -- Out of the oscillator's range no edges go out, and it never locks.
+      -- Out of the oscillator's range no edges go out, and LOCKED never rises.
       if period / mult > VCO_SLOWEST or period / mult < VCO_FASTEST then
         cycles := 1;
       elsif cycles < LOCK_CYCLES then
@@ -313,7 +312,7 @@ begin
         lock_now <= '1';
       end if;
 
-      -- Two periods alike, so that the length of the next one is known.
+      -- Two equal periods are needed to know the length of the next one.
       if cycles > 2 then
         run(clkout0, mult / divide_0, period);
         run(clkout1, mult / divide_1, period);
