@@ -6,8 +6,8 @@
 -- clock for up to STRETCH clocks. If a line stays low, or a byte is not acknowledged, the read ends with a stop and
 -- both lines are released.
 --
--- Latency: 51 bits to the first byte. Throughput: a byte in 9 bits; a bit takes 4 * QUARTER clocks and the time that
--- the clock line takes to rise.
+-- Latency: 51 bits of 4 * QUARTER clocks to the first byte.
+-- Throughput: a byte in 9 bits; a bit takes 4 * QUARTER clocks and the time that the clock line takes to rise.
 -- Equation: the n-th byte = device(n).
 
 library ieee;

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Serial receiver: 8 data bits, no parity, 1 stop bit.
 --
--- Latency: up to the middle of the stop bit. Throughput: one byte each 10 bits.
+-- Latency: up to the middle of the stop bit. Throughput: one byte each 10 * BIT_CLOCKS clocks.
 -- Equation: data bit n is the level of the line n + 1.5 bits behind the falling edge.
 
 library ieee;

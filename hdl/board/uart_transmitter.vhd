@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Serial transmitter: 8 data bits, no parity, 1 stop bit.
 --
--- Latency: 1 clock to the start bit. Throughput: one byte each 10 bits.
+-- Latency: 1 clock to the start bit. Throughput: one byte each 10 * BIT_CLOCKS clocks.
 -- Equation: line = start bit (low), data bits 0 to 7, stop bit (high), each BIT_CLOCKS long.
 
 library ieee;

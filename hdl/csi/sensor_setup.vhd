@@ -11,8 +11,9 @@
 -- front of a pause a value that is not acknowledged counts as written; the next entry is repeated until the sensor
 -- answers.
 --
--- Latency: 48 bits to the first register. Throughput: a register in 38 or 47 bits; a bit takes 4 * QUARTER clocks and
--- the time that the clock line takes to rise and to be seen.
+-- Latency: 48 bits of 4 * QUARTER clocks to the first register.
+-- Throughput: a register in 38 or 47 bits; a bit takes 4 * QUARTER clocks and the time that the clock line takes to
+-- rise and to be seen.
 -- Equation: the n-th transfer writes the n-th entry of REGISTERS.
 
 library ieee;

@@ -4,7 +4,7 @@
 -- The pixel that an output adds comes from a bank that depends on the output's place and the slice alone
 -- (sum_lanes_pkg). Over all slices a place needs only a few banks, and the slice selects one of these.
 --
--- Latency: 1 clock, none with one slice. Throughput: one word of each bank each clock.
+-- Latency: 1 clock (with one slice 0 clocks). Throughput: one word of each bank each clock.
 -- Equation: exchanged word r = words_in word entering_bank(slice, r).
 
 library ieee;

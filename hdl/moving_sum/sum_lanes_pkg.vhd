@@ -27,8 +27,7 @@ package sum_lanes_pkg is
   -- The most tokens of several pixels by which a row stage delays.
   constant MOST_LANE_DELAY : positive := 4096;
 
-  -- Returns true, or stops elaboration if rows with several pixels a token cannot be built; the message begins
-  -- with the name.
+  -- Returns true, or stops elaboration, by a message with the name, if such rows cannot be built.
   function takes_lanes (
     name     : string;
     geometry : geometry_t;
