@@ -47,8 +47,7 @@ entity command_line is
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
-    -- FIELDS numbers of 16 bits in two's complement for the status line, the first one in the low
-    -- bits.
+    -- FIELDS numbers of 16 bits in two's complement for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- Number of slices, the limit of the command "s".
     slices : in    unsigned(8 downto 0) := (others => '0');

@@ -72,8 +72,7 @@ begin
   m_axis_tvalid <= on_offer;
   level         <= stored;
 
-  -- A word moves from the RAM to its own register (word) and from there to the output register as soon as each is
-  -- free.
+  -- A word moves from the RAM to its own register (word) and from there to the output register as soon as each is free.
   word_moves  <= m_axis_tready or not on_offer;
   word_free   <= word_moves or not word_valid;
   read_enable <= has_words and word_free;

@@ -202,8 +202,7 @@ begin
 
   part : for i in 0 to BLOCKS - 1 generate
 
-    -- Each block begins at a multiple of its size, so the high bits of an address name the block: no
-    -- subtraction.
+    -- Each block begins at a multiple of its size, so the high bits of an address name the block: no subtraction.
     constant BASE : natural  := block_base(i, DIVISION);
     constant SIZE : positive := block_size(WORDS - BASE, DIVISION);
     constant BITS : positive := bits_for(SIZE - 1);
@@ -244,8 +243,7 @@ begin
 
     end generate one_of_several;
 
-    -- The last block may have fewer than 2**BITS words, so an address of another block must not point beyond
-    -- them.
+    -- The last block may have fewer than 2**BITS words, so an address of another block must not point beyond them.
     place(BITS - 1) <= read_address(BITS - 1) and reads;
 
     lower_bits : for b in 0 to BITS - 2 generate

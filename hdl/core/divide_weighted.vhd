@@ -59,8 +59,7 @@ architecture rtl of divide_weighted is
 
   type words_t is array (0 to QUOTIENT_BITS) of word_t;
 
-  -- Twice the remainder plus a bit of the numerator; minus the weight, or plus the weight if the remainder is
-  -- negative.
+  -- Twice the remainder plus a bit of the numerator; minus the weight, or plus the weight if the remainder is negative.
   function next_remainder (
     remainder : remainder_t;
     next_bit  : std_logic;

@@ -113,8 +113,7 @@ architecture rtl of frame_sequencer is
 
   signal state : state_t := accept;
 
-  -- frame_open: a frame is under way. start_lasts: the mark of start has been set since the pixel before. The
-  -- pixel on offer is new_start (it starts a frame), excess (beyond the end of its line), or stray (in no frame).
+  -- A frame is under way; its mark of start lasts. The pixel on offer starts a frame, is in excess, or in no frame.
   signal frame_open  : std_logic := '0';
   signal start_lasts : std_logic := '0';
   signal new_start   : std_logic;
@@ -134,8 +133,7 @@ architecture rtl of frame_sequencer is
   signal slice_now       : slice_t;
   signal slice_held      : slice_t                            := (others => '0');
 
-  -- Place in the frame. at_first: column = 0; at_last: column = last_column; column_count: column modulo
-  -- PARALLEL_ROWS; band_row: number of the line within its band.
+  -- Place in the frame. at_first: column = 0; at_last: column = last_column; band_row: line within its band.
   signal column       : unsigned(COLUMN_BITS - 1 downto 0)              := (others => '0');
   signal at_first     : std_logic                                       := '1';
   signal at_last      : std_logic                                       := '0';
@@ -145,8 +143,7 @@ architecture rtl of frame_sequencer is
   signal band_row     : natural range 0 to PARALLEL_ROWS                := 0;
   signal first_band   : std_logic                                       := '0';
 
-  -- A band is completed by the current line (completes_band), by the first line of a new frame (completes_first),
-  -- by the token of this clock (band_token).
+  -- The current line, the first line of a new frame, or the token of this clock completes a band.
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
   signal band_token      : std_logic;
@@ -222,8 +219,7 @@ begin
               send <= flush_pixel;
             end if;
           elsif s_axis_tvalid = '0' or stray = '1' then
-            -- The stream pauses. Within a line nothing need move; between lines and frames the filters
-            -- are emptied.
+            -- The stream pauses. Within a line nothing need move; between lines and frames the filters are emptied.
             if at_first = '1' then
               if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
                  (PARALLEL_ROWS = 1 or tokens_due = '0') then
@@ -242,8 +238,7 @@ begin
                 send <= stream_pixel;
               end if;
             end if;
-          -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it
-          -- must have.
+          -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
           elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
             send <= empty;
           elsif frame_wait = '1' then

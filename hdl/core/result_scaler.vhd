@@ -34,8 +34,7 @@ entity result_scaler is
     -- A result and its sums, lane 0 in the low bits.
     result : in    result_t;
     sums   : in    std_logic_vector(LANES * bits_for((2 ** PIXEL_BITS - 1) * DIVISOR) - 1 downto 0);
-    -- The divisors of the sums, 1 to DIVISOR, or 0 where the sum is 0; the first lanes' weight is in the low
-    -- bits.
+    -- The divisors of the sums, 1 to DIVISOR, or 0 where the sum is 0; the first lanes' weight is in the low bits.
     weights : in    std_logic_vector(WEIGHT_COUNT * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The result with its sums divided to pixels.
     scaled : out   result_t;

@@ -80,8 +80,7 @@ begin
       -- synthesis translate_on
 
       if rising_edge(clk) then
-        -- Empty tokens between lines must not advance the column, or the next line would be stored at wrong
-        -- columns.
+        -- Empty tokens between lines must not advance the column, or the next line would be stored at wrong columns.
         if token.strobe = '1' and token.pixel = '1' then
           column_d1 <= column;
         end if;

@@ -61,8 +61,7 @@ architecture rtl of row_scatter is
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
   constant CREDIT_LEVEL : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
 
-  -- A word of the FIFO, from the low bits: pixel, end of line, start of frame, slice, mark of a row without image
-  -- line.
+  -- A word of the FIFO, from the low bits: pixel, end of line, start of frame, slice, mark of a row without image line.
   constant LAST_BIT  : natural  := DATA_BITS;
   constant START_BIT : natural  := DATA_BITS + 1;
   constant WIDTH     : positive := DATA_BITS + 2 + SLICE_BITS;
@@ -141,8 +140,7 @@ begin
         else
           has_credit(r) <= '0';
         end if;
-        -- The results of a flush line come UNDER_WAY clocks after its decision; as many words can leave
-        -- until then.
+        -- The results of a flush line come UNDER_WAY clocks after its decision; as many words can leave until then.
         if level < UNDER_WAY then
           is_drained(r) <= '1';
         else

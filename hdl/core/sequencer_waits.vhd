@@ -37,8 +37,7 @@ entity sequencer_waits is
     empty_step  : in    std_logic;
     sends_pixel : in    std_logic;
     sends_image : in    std_logic;
-    -- starts_frame: first pixel of a frame. starts_flush: first pixel of a flush line. band_ends: last token of
-    -- a band.
+    -- starts_frame: first pixel of a frame. starts_flush: first pixel of a flush line. band_ends: last token of a band.
     starts_frame : in    std_logic;
     starts_flush : in    std_logic;
     band_ends    : in    std_logic;
@@ -115,8 +114,7 @@ architecture rtl of sequencer_waits is
   signal steps_some  : std_logic                                   := '0';
   signal pass        : std_logic;
   signal frame_left  : natural range 0 to larger(MIN_BANDS - 1, 1) := 0;
-  -- frame_short: the frame has too few bands so far; frame_odd: its number of bands is no multiple of
-  -- BAND_MODULUS.
+  -- frame_short: the frame has too few bands so far; frame_odd: its number of bands is no multiple of BAND_MODULUS.
   signal frame_short : std_logic := '0';
   signal append      : std_logic;
   signal frame_odd   : std_logic := '0';

@@ -72,8 +72,7 @@ begin
           error_flags(LINE_LATE) <= '1';
         end if;
       elsif credit = '1' and s_axis_tvalid = '1' then
-        -- A new frame also ends the excess: a source that lost its tlast would otherwise lose the next frame
-        -- too.
+        -- A new frame also ends the excess: a source that lost its tlast would otherwise lose the next frame too.
         if new_start = '1' or s_axis_tlast = '1' then
           in_excess <= '0';
         end if;

@@ -162,8 +162,7 @@ begin
     signal ends   : std_logic_vector(0 to 1);
     signal lasts  : std_logic_vector(0 to 1) := "00";
     signal firsts : std_logic_vector(0 to 1);
-    -- The slice of a frame: slice_in as its first pixel enters, slice_out as that pixel leaves, slice_kept
-    -- afterwards.
+    -- The slice of a frame: slice_in as its first pixel enters, slice_out as that pixel leaves, slice_kept afterwards.
     signal slice_in   : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
     signal slice_out  : std_logic_vector(slice_in'range);
     signal slice_kept : std_logic_vector(slice_in'range) := (others => '0');
@@ -239,8 +238,7 @@ begin
 
     end generate waits;
 
-    -- That a frame's first pixel is on offer is enough here; that it leaves in this clock would be known too
-    -- late.
+    -- That a frame's first pixel is on offer is enough here; that it leaves in this clock would be known too late.
     frame_slice <= resize(unsigned(slice_out), slice_t'length) when starts(1) = '1' and lasts(1) = '0' else
                    resize(unsigned(slice_kept), slice_t'length);
 

@@ -92,8 +92,7 @@ begin
 
       end loop;
 
-      -- The reset clears only the field that validates all others, because shift registers in LUTs have no
-      -- reset.
+      -- The reset clears only the field that validates all others, because shift registers in LUTs have no reset.
       if reset = '1' then
         strobe_at(1 to LATENCY) <= (others => '0');
         step_at(1 to AHEAD)     <= (others => '0');

@@ -66,8 +66,7 @@ entity fir_array is
     GUARD_BITS : natural range 0 to 12 := 0;
     -- Taps that each latch of the broadcast net drives; 0: one register drives all taps.
     BROADCAST_TAPS : natural := 0;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener
-    -- out.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener out.
     SHARPENING : string := "";
     -- Width of the weights that divide the sums (exact, one row at a time, not sharpened); 0: the sums are
     -- divided by M * M.

@@ -51,9 +51,8 @@ entity fir_stage is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token; for columns that of module 0. Its pixel belongs to a band of lines, which begins with the line's
-    -- first token. In each of the first N tokens of a band the fields image, frame_first and slice are those of
-    -- the next row.
+    -- A token; for columns that of module 0. Its pixel belongs to a band of lines, which begins with the line's first
+    -- token. In each of the first N tokens of a band the fields image, frame_first and slice are those of the next row.
     token : in    token_t;
     -- The input of all filters: module 0, filter 0 in the low bits.
     data : in    std_logic_vector(MODULES * LANES * SIZES.data_bits - 1 downto 0);
@@ -80,8 +79,7 @@ architecture rtl of fir_stage is
   -- With a single slice the slice number has one bit, which is not used.
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- A module's work on a token: the slot of its column, whether it goes on with that column, whether there is a
-  -- pixel.
+  -- A module's work on a token: the slot of its column, whether it goes on with that column, whether there is a pixel.
   type turn_t is record
     slot   : unsigned(SLOT_BITS - 1 downto 0);
     resume : std_logic;

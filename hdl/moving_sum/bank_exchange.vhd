@@ -182,8 +182,7 @@ begin
 
         for r in 0 to BANKS - 1 loop
 
-          -- The code is looked up a clock ahead of the words, so the words' multiplexer decides with few
-          -- bits.
+          -- The code is looked up a clock ahead of the words, so the words' multiplexer decides with few bits.
           codes(r) <= CODE_OF(0)(r);
 
           for s in 1 to SLICES - 1 loop

@@ -188,8 +188,7 @@ begin
 
   tag <= std_logic_vector(slice) & (first and strobe);
 
-  -- Outputs come DELAY tokens behind their pixels, so a delay line gives the begin of their line: no second
-  -- counter.
+  -- Outputs come DELAY tokens behind their pixels, so a delay line gives the begin of their line: no second counter.
   due_tag <= delayed(tags, tag, DELAY);
 
   write_1.valid <= step_now and own_live;
@@ -278,8 +277,7 @@ begin
 
   end process count_tokens;
 
-  -- Simulation stops if a line begins while outputs of two others still leave: there is no register for where it
-  -- ends.
+  -- Simulation stops if a line begins while outputs of two others still leave: there is no register for where it ends.
   watch_lines : process (clk) is
 
     variable tokens : natural := DELAY + 1;

@@ -78,8 +78,7 @@ architecture rtl of lane_stage is
 
   subtype sums_t is std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
 
-  -- Places whose outputs begin a group, between two ones that keep words from being zero
-  -- (moving_sum_pkg.table_words).
+  -- Places whose outputs begin a group, between two ones that keep words from being zero (moving_sum_pkg.table_words).
 
   type begins_t is array (natural range 0 to 2 ** bits_for(SLICES - 1) * 2 ** bits_for(PLACES - 1) - 1)
       of std_logic_vector(P + 1 downto 0);

@@ -235,8 +235,7 @@ begin
       -- Without held outputs nothing reads results again; without split groups nothing reads held sums.
       in_use : if (i /= HELD_KEPT or SPLIT) and (i /= RESULTS_KEPT or HOLDING) generate
 
-        -- Each memory is written when its value is ready, and read two clocks ahead of the token that
-        -- changes it.
+        -- Each memory is written when its value is ready, and read two clocks ahead of the token that changes it.
         memory : entity work.ram_blocks
           generic map (
             WIDTH        => SUMS_BITS,

@@ -59,8 +59,7 @@ entity moving_sum_array is
     GUARD_BITS : natural range 0 to 12 := 0;
     -- true: frames of any number of lines follow each other without a pause.
     ANY_ROWS : boolean := false;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener
-    -- out.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener out.
     SHARPENING : string := "";
     -- Width of the weights that divide the sums (exact and not sharpened); 0: the sums are divided by M * M.
     WEIGHT_BITS : natural range 0 to 31 := 0

@@ -255,8 +255,7 @@ architecture rtl of moving_sum_control is
 
 begin
 
-  -- The mark of a line's begin and its slice wait as one word for DELAY steps; they come out with the line's
-  -- output 0.
+  -- The mark of a line's begin and its slice wait as one word for DELAY steps; they come out with the line's output 0.
   tag <= std_logic_vector(slice) & (first and advance);
 
   due_tag <= delayed(tags, tag, DELAY);
@@ -297,8 +296,7 @@ begin
           own_phase <= next_phase(own_phase);
           own_count <= next_count(own_count);
         end if;
-        -- The output's line begins DELAY steps behind its first pixel; count and phase of the output start
-        -- there.
+        -- The output's line begins DELAY steps behind its first pixel; count and phase of the output start there.
         if due_now = '1' then
           due_phase <= 0;
           due_count <= DELAY;
@@ -314,8 +312,7 @@ begin
         elsif first = '1' then
           same <= '0';
         end if;
-        -- The end of the outputs' line: that of the pixels while both belong to one line, afterwards counted
-        -- on alone.
+        -- The end of the outputs' line: that of the pixels while both belong to one line, afterwards counted on alone.
         if due_now = '1' or (same = '1' and first = '0') then
           due_ended <= now_ended;
         else

@@ -257,8 +257,7 @@ begin
     if rising_edge(clk) then
       step_at(1 to 3)      <= step_at(0 to 2);
       active_at(1 to READ) <= active_at(0 to READ - 1);
-      -- A step's choice holds for all its tokens, so these registers copy the control's outputs when each
-      -- token passes.
+      -- A step's choice holds for all its tokens, so these registers copy the control's outputs when each token passes.
       choice_at(4 to READ)  <= choice_at(3 to READ - 1);
       command_at(4 to READ) <= command_at(3 to READ - 1);
       column_at(4 to READ)  <= column_at(3 to READ - 1);

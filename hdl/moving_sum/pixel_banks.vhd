@@ -299,8 +299,7 @@ begin
       next_row_2 <= write_row_1 + 1;
       read_row_2 <= read_row_1;
       rows_2     <= read_rows_1;
-      -- Rows from the output to the newest pixel. The difference is taken modulo the memory, which holds them
-      -- all.
+      -- Rows from the output to the newest pixel. The difference is taken modulo the memory, which holds them all.
       ahead_2 <= to_integer(end_row_1 - read_row_1);
       end_2   <= STEP * end_place_1;
 
@@ -442,8 +441,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The last rotation belongs to the token whose differences come, so the token's place waits as long as
-      -- they take.
+      -- The last rotation belongs to the token whose differences come, so the token's place waits as long as they take.
       read_place_at(2 to CHANGED) <= read_place_at(1 to CHANGED - 1);
       read_slice_at(2 to 4)       <= read_slice_at(1 to 3);
     end if;

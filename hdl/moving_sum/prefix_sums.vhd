@@ -97,8 +97,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        -- The last place of a block holds the block's sum, so each place of the next block needs one
-        -- addition.
+        -- The last place of a block holds the block's sum, so each place of the next block needs one addition.
         for j in 0 to P - 1 loop
 
           for c in 0 to CHANNELS - 1 loop
@@ -182,8 +181,7 @@ begin
         begins_late <= begins;
         held_late   <= held;
 
-        -- For each place, the sum of the last place up to it that begins a group: a binary search in log2 P
-        -- steps.
+        -- For each place, the sum of the last place up to it that begins a group: a binary search in log2 P steps.
         found  := begins_late;
         values := running;
 

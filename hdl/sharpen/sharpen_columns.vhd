@@ -193,8 +193,7 @@ begin
       if step = '1' then
         address_at(1) <= next_line;
 
-        -- The M words of a column lie TOKENS apart: adding finds the next line, and a comparison finds the
-        -- first.
+        -- The M words of a column lie TOKENS apart: adding finds the next line, and a comparison finds the first.
         if next_line = (M - 1) * BUILD.tokens then
           next_line <= (others => '0');
         else
@@ -289,8 +288,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- A token keeps its place in its line; its fields of the line are replaced below by those of the line M
-      -- before.
+      -- A token keeps its place in its line; its fields of the line are replaced below by those of the line M before.
       token_at(1 to LATENCY)  <= token_at(0 to LATENCY - 1);
       strobe_at(1 to LATENCY) <= strobe_at(0 to LATENCY - 1);
       if reset = '1' then

@@ -122,8 +122,7 @@ begin
 
       for i in 2 to LAST loop
 
-        -- Up to the middle fields move with tokens like the pixels; behind it they move with clocks like the
-        -- taps.
+        -- Up to the middle fields move with tokens like the pixels; behind it they move with clocks like the taps.
         if token.strobe = '1' or i > DELAY then
           token_at(i)     <= token_at(i - 1);
           sharpened_at(i) <= sharpened_at(i - 1);
@@ -157,9 +156,8 @@ begin
 
   lane : for i in 0 to PIXELS - 1 generate
 
-    -- Tokens from the middle pixel to its neighbours, and the neighbours' numbers within their tokens. To the
-    -- right: whole tokens and the rest. To the left the same, counted from DELAY tokens earlier so that no
-    -- number is negative.
+    -- Tokens from the middle pixel to its neighbours, and the neighbours' numbers within their tokens. To the right:
+    -- whole tokens and the rest. To the left the same, counted from DELAY tokens earlier so that no number is negative.
     constant RIGHT_TOKENS : natural := (i + M) / PIXELS;
     constant RIGHT_LANE   : natural := (i + M) mod PIXELS;
     constant LEFT_TOKENS  : natural := (DELAY * PIXELS + PIXELS - 1 + M - i) / PIXELS - DELAY;

@@ -91,8 +91,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- Clock 1: differences to existing neighbours. 2: their sum. 3 (below): times the side weight. 4: the
-      -- result.
+      -- Clock 1: differences to existing neighbours. 2: their sum. 3 (below): times the side weight. 4: the result.
       value_1   <= value;
       earlier_1 <= (others => '0');
       later_1   <= (others => '0');

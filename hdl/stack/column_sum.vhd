@@ -172,8 +172,7 @@ begin
       entering_4 <= (others => '0');
       leaving_4  <= (others => '0');
 
-      -- The loop compares with each phase: its pixels are at fixed places of the word, so no address is
-      -- computed.
+      -- The loop compares with each phase: its pixels are at fixed places of the word, so no address is computed.
       for v in 0 to M - 1 loop
 
         if enter_phase_3 = v then
