@@ -30,6 +30,8 @@ from plenofir.ground.dng import is_canon_raw, sensor_picture
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file, write_file
 from plenofir.ground.levels import levels
+from plenofir.ground.png import SIGNATURE as PNG_SIGNATURE
+from plenofir.ground.png import png_chunk, png_file
 
 # Their log messages about files are not printed.
 for _library in ("imagecodecs", "netpbmfile", "tifffile"):
@@ -40,7 +42,6 @@ Image = npt.NDArray[np.integer]
 
 _ADVICE = "use an 8 to 16 bit grey or RGB image (PNG, TIFF, PGM/PPM, BMP or JPEG)"
 _JPEG_QUALITY = 92
-_PNG = b"\x89PNG\r\n\x1a\n"
 _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
@@ -127,7 +128,7 @@ class _DamagedError(ValueError):
 def _png(data: bytes) -> Picture:
     from imagecodecs import png_decode
 
-    place, kind = len(_PNG), b""
+    place, kind = len(PNG_SIGNATURE), b""
     full_scale, gamma, profile, orientation, frames = 0, None, None, 1, 1
     while kind != b"IEND":
         head = data[place : place + 8]
@@ -311,7 +312,7 @@ def _first_of(count: int, name: str) -> tuple[str, ...]:
 
 
 _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
-    (_PNG, _png),
+    (PNG_SIGNATURE, _png),
     (b"II*\0", _tiff),
     (b"MM\0*", _tiff),
     (b"II+\0", _tiff),
@@ -418,35 +419,28 @@ def eight_bits(image: Image, full_scale: int | None = None) -> Image:
 
 def _chunks(picture: Picture) -> bytes:
     """A PNG's chunks about the meaning of its values."""
-    from PIL.PngImagePlugin import putchunk
-
-    chunks = io.BytesIO()
+    chunks = []
     if picture.profile is not None:
-        putchunk(chunks, b"iCCP", b"ICC profile\0\0", zlib.compress(picture.profile))
+        content = b"ICC profile\0\0" + zlib.compress(picture.profile)
+        chunks.append(png_chunk(b"iCCP", content))
     if picture.gamma is not None:
-        putchunk(chunks, b"gAMA", round(1e5 / picture.gamma).to_bytes(4, "big"))
+        chunks.append(png_chunk(b"gAMA", round(1e5 / picture.gamma).to_bytes(4, "big")))
     if picture.full_scale != np.iinfo(picture.pixels.dtype).max:
-        putchunk(chunks, b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale)
+        chunks.append(png_chunk(b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale))
     if picture.orientation != 1:
         # A TIFF header, and a directory of one tag.
         short = struct.pack("<HHIHHI", _TAG_ORIENTATION, 3, 1, picture.orientation, 0, 0)
-        putchunk(chunks, b"eXIf", b"II*\0\x08\0\0\0\x01\0" + short)
+        chunks.append(png_chunk(b"eXIf", b"II*\0\x08\0\0\0\x01\0" + short))
     if picture.xmp is not None:
         # Neither compressed nor translated.
-        putchunk(chunks, b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0", picture.xmp)
-    return chunks.getvalue()
+        chunks.append(png_chunk(b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0" + picture.xmp))
+    return b"".join(chunks)
 
 
 def encode_png(image: Image | Picture) -> bytes:
     """PNG with the depth and channels of the array, and the meaning of its values."""
-    from imagecodecs import png_encode
-
     picture = image if isinstance(image, Picture) else bare(image)
-    with_channels = picture.pixels.reshape(*picture.pixels.shape[:2], -1)
-    content = bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
-    # After the header.
-    place = len(_PNG) + 25
-    return content[:place] + _chunks(picture) + content[place:]
+    return png_file(picture.pixels, _chunks(picture))
 
 
 def encode_tiff(picture: Picture) -> bytes:
