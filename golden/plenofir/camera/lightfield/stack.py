@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+from scipy import ndimage, sparse
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
@@ -248,25 +248,15 @@ def all_in_focus(
     shares = doubt.reshape(*lenses, *[1] * (raw.ndim - 2))
     lift = _blurred((1 - shares) * more, _MEAN_SIGMA)
     for part in _parts(raw.shape[0], m):
-        lines, columns = (
-            (np.arange(*ends) - (m - 1) / 2) / m
-            for ends in ((part.start, part.stop), (0, raw.shape[1]))
-        )
-        places = np.stack(np.meshgrid(lines, columns, indexing="ij"))
-        share = _interpolated(doubt, places)
+        share = view.interpolated(doubt, part)
         share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
         sharp, enlarged = picture[part].astype(np.float64), view.enlarged(part)
         mixed = sharp + share * (enlarged - sharp)
         for k, channel in enumerate(np.moveaxis(np.atleast_3d(lift), 2, 0)):
-            mixed.reshape(*mixed.shape[:2], -1)[..., k] += _interpolated(channel, places)
+            mixed.reshape(*mixed.shape[:2], -1)[..., k] += view.interpolated(channel, part)
         # No ring is darker than both.
         picture[part] = np.clip(mixed + 0.5, np.minimum(sharp, enlarged), most)
     return picture
-
-
-def _interpolated(values: Floats, places: Floats) -> Floats:
-    """Values of the micro lenses, between them."""
-    return np.asarray(ndimage.map_coordinates(values, places, order=1, mode="nearest"))
 
 
 def _of_lenses(values: Floats, m: int) -> Floats:
@@ -334,15 +324,30 @@ class _CentralView:
             ndimage.spline_filter(colours[..., k], 3, np.float64, "nearest")
             for k in range(colours.shape[2])
         ]
+        # Shares of lenses in the pixels of lines and columns, linear and cubic.
+        rows, columns = (
+            [_shares(length, lenses, m, order) for order in (1, 3)]
+            for length, lenses in zip(self.shape, self.settings.shape, strict=False)
+        )
+        self.rows, self.columns = rows, columns[0]
+        # What follows from a pixel's column is computed once.
+        self.enlarged_lines = np.stack([(columns[1] @ one.T).T for one in self.splines], axis=-1)
 
     def places(self, part: slice) -> Floats:
         """Where the view sees pixels of lines, see `places_in_view`."""
         lines = np.arange(part.start, part.stop)
         return places_in_view(self.settings, self.m, lines, np.arange(self.shape[1]))
 
+    def interpolated(self, values: Floats, part: slice) -> Floats:
+        """Values of the micro lenses, at the pixels of lines."""
+        return np.asarray(self.rows[0][part] @ (self.columns @ values.T).T)
+
     def focus(self, part: slice) -> Floats:
         """Focus settings of pixels."""
-        return _interpolated(self.settings, self.places(part))
+        if self.m % 2:
+            return self.interpolated(self.settings, part)
+        places = self.places(part)
+        return np.asarray(ndimage.map_coordinates(self.settings, places, order=1, mode="nearest"))
 
     def enlarged(self, part: slice) -> Floats:
         """Lines of the view, in the range of the four lenses around; shape of the picture's."""
@@ -352,12 +357,30 @@ class _CentralView:
             for axis, n in zip(places, self.limits[0].shape, strict=False)
         ]
         low, high = (limit[cells[0], cells[1]] for limit in self.limits)
-        colours = [
-            ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
-            for s in self.splines
-        ]
-        limited = np.clip(np.stack(colours, axis=-1), low, high)
+        if self.m % 2:
+            # Places are a grid.
+            lenses = len(self.enlarged_lines)
+            colours = self.rows[1][part] @ self.enlarged_lines.reshape(lenses, -1)
+        else:
+            colours = np.stack(
+                [
+                    ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
+                    for s in self.splines
+                ],
+                axis=-1,
+            )
+        limited = np.clip(colours.reshape(low.shape), low, high)
         return np.asarray(limited.reshape(*places.shape[1:], *self.shape[2:]))
+
+
+def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
+    """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
+    places = (np.arange(pixels) - (m - 1) / 2) / m
+    alone = [
+        ndimage.map_coordinates(one, [places], order=order, mode="nearest", prefilter=False)
+        for one in np.eye(lenses)
+    ]
+    return sparse.csr_array(np.stack(alone, axis=1))
 
 
 def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
@@ -384,12 +407,14 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
     picture = np.zeros((*focus.shape, *raw.shape[2:]), np.float32)
     shifts = (focus * m).astype(np.float32)
     whole = np.floor(shifts).astype(np.int64)
-    for shift in np.unique([whole, whole + 1]).tolist():
+    least = int(whole.min())
+    there = np.flatnonzero(np.bincount((whole - least).ravel())) + least
+    for shift in sorted({*there.tolist(), *(there + 1).tolist()}):
         share = np.maximum(0, 1 - np.abs(shifts - shift))
-        there = np.flatnonzero(share.any(0))
-        if there.size:
+        needed = np.flatnonzero(share.any(0))
+        if needed.size:
             # Only the columns that need this slice.
-            across = slice(int(there[0]), int(there[-1]) + 1)
+            across = slice(int(needed[0]), int(needed[-1]) + 1)
             lines = part, across
             image = registered_slice(raw, m, shift, lines)
             share = share[:, across].reshape(*image.shape[:2], *[1] * (raw.ndim - 2))
