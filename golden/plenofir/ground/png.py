@@ -44,7 +44,7 @@ def _parts(pixels: npt.NDArray[np.integer], chunks: bytes) -> Iterator[bytes]:
     values = values.reshape(rows, -1)
     lines[:1, 1:] = values[:1]
     np.subtract(values[1:], values[:-1], out=lines[1:, 1:])
-    content = memoryview(deflate_encode(lines, level=1))
+    content = memoryview(deflate_encode(lines.tobytes(), level=1))
     for first in range(0, len(content), _MOST_BYTES):
         yield png_chunk(b"IDAT", content[first : first + _MOST_BYTES])
     yield png_chunk(b"IEND")
