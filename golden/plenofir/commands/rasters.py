@@ -15,7 +15,7 @@ from plenofir.ground.shell import command
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from plenofir.camera.rays import Camera, RayModel
+    from plenofir.camera.rays import Camera, MicroscopeModel, RayModel
     from plenofir.camera.recognise import Field, Finding, Hints, LightFieldSource
 
 
@@ -122,7 +122,7 @@ def focused(known: "Camera", focus: float, micro_image: int | None) -> "RayModel
     return RayModel.focused(known, focus, m)
 
 
-def warn_of_camera(model: "RayModel | None") -> None:
+def warn_of_camera(model: "RayModel | MicroscopeModel | None") -> None:
     """Warn of a camera whose micro images do not have M pixels."""
     note = "" if model is None else model.micro_image_note()
     if note:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from plenofir.camera.exposure import Exposure
-    from plenofir.camera.rays import RayModel
+    from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.camera.recognise import Hints
     from plenofir.ground.images import Picture
     from plenofir.view import Page
@@ -248,9 +248,11 @@ class _Settings:
 
         return exposure(picture, m, self.exposure, self.gamma)
 
-    def _checked(self, m: int) -> "tuple[tuple[float, float] | None, RayModel | None]":
+    def _checked(
+        self, m: int
+    ) -> "tuple[tuple[float, float] | None, RayModel | MicroscopeModel | None]":
         """The range of focus settings, if one is given, and the camera."""
-        model = model_of(self.camera, self.focus, m)
+        model = self._model(m)
         search = None
         if self.a is not None:
             parts = [options.focus_settings([part], m) for part in self.a.split(":")]
@@ -259,6 +261,20 @@ class _Settings:
             search = float(parts[0][0]), float(parts[1][0])
         warn_of_camera(model)
         return search, model
+
+    def _model(self, m: int) -> "RayModel | MicroscopeModel | None":
+        """The camera's or microscope's model, if one is named."""
+        from plenofir.camera.rays import Microscope, MicroscopeModel, load_instrument
+
+        if self.camera is not None:
+            instrument = load_instrument(self.camera)
+            if isinstance(instrument, Microscope):
+                if self.focus != inf:
+                    raise InputError(
+                        "is for cameras; a microscope is focused by its stage", where="focus"
+                    )
+                return MicroscopeModel(instrument, m)
+        return model_of(self.camera, self.focus, m)
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
         """What makes a picture an aligned raw image."""

@@ -2,10 +2,12 @@
 """The page of a light field: its views, depth and distances for the browser."""
 
 import base64
+import json
 import zlib
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import ceil, floor
+from threading import Lock
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -13,30 +15,26 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.exposure import Exposure, exposure
-from plenofir.camera.lightfield.any_field import is_rectangle
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Page, Part, Wanted
+from plenofir.view.viewed import LEAST_GPU_LAYERS, LEAST_GPU_TEXTURE, Depth, LightField, reduced
 
 if TYPE_CHECKING:
     from plenofir.camera.lightfield.disparity import Disparity
-    from plenofir.camera.rays import RayModel
+    from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.view.live import Live
 
 Floats = npt.NDArray[np.float64]
 
-# Most samples to send to a browser.
-_LARGEST_BYTES = 1 << 30
-# Most micro lenses of a depth map: a finer one takes long and shows no more.
-_LENSES = 500_000
 # Entries of the table of distances for each step of the grid.
 _FINE = 8
 _MAX_ENTRIES = 4000
 # Default focus settings of the slider, and of the table of distances.
 _RANGE, _TABLE = (-1.0, 2.0), (-2.0, 4.0)
-# Guaranteed by WebGL 2.
-_LEAST_GPU_TEXTURE, _LEAST_GPU_LAYERS = 2048, 256
+# Share of an export for the picture in focus everywhere.
+_IN_FOCUS = 0.2
 
 _SCRIPTS = (
     "shaders.js",
@@ -47,92 +45,12 @@ _SCRIPTS = (
     "panel.js",
     "source.js",
     "state.js",
+    "tilt.js",
     "pane.js",
     "film.js",
     "controls.js",
     "main.js",
 )
-
-
-def _cut(raw: Image, m: int) -> Image:
-    """Views of a raw image, shape (v, u, t, s[, 3]); 0 beyond its edges, for cut micro images."""
-    rows, columns = (-(-n // m) for n in raw.shape[:2])
-    if raw.shape[:2] != (rows * m, columns * m):
-        whole = np.zeros((rows * m, columns * m, *raw.shape[2:]), raw.dtype)
-        whole[: raw.shape[0], : raw.shape[1]] = raw
-        raw = whole
-    return np.asarray(np.moveaxis(raw.reshape(rows, m, columns, m, *raw.shape[2:]), (1, 3), (0, 1)))
-
-
-class LightField:
-    """A raw image (rows, columns[, 3]) cut into views, or views that are no square."""
-
-    def __init__(self, pixels: Image, micro_image_size: int) -> None:
-        self.micro_image_size = m = micro_image_size
-        self.is_rectangle = is_rectangle(pixels)
-        self._views = pixels if self.is_rectangle else _cut(pixels, m)
-        # Rows and columns of views; first row and column of M x M, those in the middle.
-        self.counts = self._views.shape[:2]
-        self.first = tuple((m - count) // 2 for count in self.counts)
-        self.lens_rows, self.lens_columns = self._views.shape[2:4]
-        self.channels = self._views.shape[4] if self._views.ndim == 5 else 1
-        # Of the picture, in pixels.
-        self.size = pixels.shape[:2]
-        if self.is_rectangle:
-            self.size = self.lens_rows * m, self.lens_columns * m
-        self.dtype, self.nbytes = pixels.dtype, pixels.nbytes
-
-    def least_binning(self) -> int:
-        """Least binning of micro lenses, in each direction, that keeps the data below the limit."""
-        binning = 1
-        while self.nbytes / binning**2 > _LARGEST_BYTES:
-            binning += 1
-        return binning
-
-    def views(self, binning: int = 1) -> Image:
-        """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); 0 beyond the edges."""
-        if binning == 1:
-            return self._views
-        rows, columns = (-(-n // binning) for n in (self.lens_rows, self.lens_columns))
-        channels = self._views.shape[4:]
-        found = np.zeros((*self.counts, rows, columns, *channels), self.dtype)
-        # One after the other, to save memory for large images.
-        for v, u in np.ndindex(*self.counts):
-            view = self._views[v, u]
-            whole = np.zeros((rows * binning, columns * binning, *channels), view.dtype)
-            whole[: view.shape[0], : view.shape[1]] = view
-            sums = np.zeros(found.shape[2:], np.uint32)
-            for down, right in np.ndindex(binning, binning):
-                sums += whole[down::binning, right::binning]
-            found[v, u] = (sums + binning**2 // 2) // binning**2
-        return found
-
-    def depth(
-        self,
-        search: tuple[float, float] | None = None,
-        progress: Callable[[int, int], None] | None = None,
-        disparity: "Disparity | None" = None,
-    ) -> tuple[Floats, tuple[float, float]]:
-        """Focus setting of what each micro lens sees, shape (t, s) or coarser, and its range.
-
-        By disparity, in a range that fits the picture if none is given; or by one that is there
-        already. Where it is improbable, that of the surroundings, as in
-        `plenofir.camera.lightfield.all_in_focus`.
-        """
-        from plenofir.camera.lightfield.disparity import search_views
-
-        binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
-        # The map is a texture too, whose size is limited.
-        binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // _LEAST_GPU_TEXTURE))
-        if disparity is None:
-            low, high = (None, None) if search is None else (end / binning for end in search)
-            found = search_views(self.views(binning), smallest=low, largest=high, progress=progress)
-            settings = found.disparity.settled() * binning
-            search = found.search[0] * binning, found.search[1] * binning
-        else:
-            settings = disparity.settled()[::binning, ::binning]
-        low, high = search or (float(settings.min()), float(settings.max()))
-        return np.asarray(np.clip(settings, low, high)), (low, max(high, low + 1e-3))
 
 
 def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any]:
@@ -155,6 +73,28 @@ def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any
     alpha = np.asarray(model.alpha(a))
     table["alpha"] = [float(x) if np.isfinite(x) else 0.0 for x in alpha]
     return table
+
+
+def _planes(model: "RayModel | MicroscopeModel", search: tuple[float, float]) -> Mapping[str, Any]:
+    """Where planes lie, for JSON: a table of distances, or heights of a microscope."""
+    from plenofir.camera.rays import MicroscopeModel
+
+    if not isinstance(model, MicroscopeModel):
+        return {
+            "table": plane_table(model, search),
+            "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
+            "distances from the micro lenses, by the ray model.",
+        }
+    ends = np.array([0.0, 1.0])
+    far, near = model.depth_of_field_um(ends)
+    heights = {"centre": model.height_um(ends), "near": near, "far": far}
+    # Heights grow evenly with a; a single pixel has no end.
+    lines = {
+        name: [float(z[0]), float(z[1] - z[0])] if np.isfinite(z).all() else None
+        for name, z in heights.items()
+    }
+    text = f"{model.microscope.name}; heights over the plane in focus, towards the objective."
+    return {"heights": lines, "text": text}
 
 
 def exposures(
@@ -189,21 +129,48 @@ class _Content:
     ) -> None:
         self.field, self.search, self.progress = field, search, progress
         self.disparity = disparity
+        # Several requests come at once.
+        self._lock = Lock()
 
     def views(self, wanted: Wanted) -> Part:
         """See `views_part`."""
         return views_part(self.field, wanted.binning)
 
     @cached_property
+    def _found(self) -> Depth:
+        return self.field.depth(self.search, self.progress, self.disparity)
+
+    @cached_property
     def _depth(self) -> Part:
-        depth, (low, high) = self.field.depth(self.search, self.progress, self.disparity)
+        low, high = self._found.range
+        depth = self._found.settings
+        if not self.field.is_rectangle:
+            depth = self._found.in_pictures(self.field.micro_image_size)
         values = np.rint((depth - low) / (high - low) * 65535).astype("<u2")
+        # The last bit tells which are sure.
+        values = values & ~np.uint16(1) | self._found.sure
         facts = {"size": "x".join(str(n) for n in values.shape), "range": f"{low:.6f},{high:.6f}"}
         return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", facts)
 
     def depth(self, _: Wanted) -> Part:
-        """Depth map: 16 bit from the first to the last focus setting of its range, deflated."""
-        return self._depth
+        """Depth map: 16 bit from the first to the last focus setting of its range, deflated.
+
+        Odd values are sure.
+        """
+        with self._lock:
+            return self._depth
+
+    def in_focus(self, binning: int) -> Image:
+        """The picture that is in focus everywhere, at the scale of pages."""
+        with self._lock:
+            return self.field.in_focus(self._found, binning)
+
+    def everywhere(self, wanted: Wanted) -> Part:
+        """`in_focus`, samples of 16 bit with the low byte first."""
+        picture = self.in_focus(wanted.binning * self.field.least_binning())
+        content = picture.astype(picture.dtype.newbyteorder("<"), copy=False).tobytes()
+        size = "x".join(str(n) for n in picture.shape[:2])
+        return Part(content, "application/octet-stream", {"size": size})
 
 
 def _colours() -> str:
@@ -219,7 +186,7 @@ def _described(
     picture: Picture,
     title: str,
     search: tuple[float, float] | None,
-    model: "RayModel | None",
+    model: "RayModel | MicroscopeModel | None",
     look: Exposure | None,
 ) -> dict[str, Any]:
     """Description of the page of a light field."""
@@ -261,11 +228,7 @@ def _described(
         "notes": notes,
     }
     if model is not None:
-        described["planes"] = {
-            "table": plane_table(model, search or _TABLE),
-            "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
-            "distances from the micro lenses, by the ray model.",
-        }
+        described["planes"] = _planes(model, search or _TABLE)
     return described
 
 
@@ -276,7 +239,7 @@ def light_field_page(
     full_scale: int,
     title: str,
     search: tuple[float, float] | None = None,
-    model: "RayModel | None" = None,
+    model: "RayModel | MicroscopeModel | None" = None,
     progress: Callable[[int, int], None] | None = None,
     gamma: float | None = None,
     look: Exposure | None = None,
@@ -298,7 +261,7 @@ def light_field_page(
     content = _Content(field, search, progress, disparity)
     parts: dict[str, Callable[[Wanted], Part]] = {"views": content.views}
     if described["has_depth"]:
-        parts["depth"] = content.depth
+        parts |= {"depth": content.depth, "everywhere": content.everywhere}
 
     def packed(limit: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
         return _packed(field, described, content, limit)
@@ -311,7 +274,7 @@ def live_page(
     *,
     title: str,
     search: tuple[float, float] | None = None,
-    model: "RayModel | None" = None,
+    model: "RayModel | MicroscopeModel | None" = None,
     look: Exposure | None = None,
 ) -> Page:
     """Make the page of a source of frames; there is no depth, and nothing to export.
@@ -347,9 +310,13 @@ def _packed(
     field: LightField, described: Mapping[str, Any], content: _Content, limit: int
 ) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
     """Data of an export: views that fit every GPU with WebGL 2, within a size."""
-    made = {"depth": content.depth(Wanted())} if described["has_depth"] else {}
-    room = limit - sum(len(part.content) for part in made.values())
+    made = {}
     binning = described["scale"]
+    if described["has_depth"]:
+        made["depth"] = content.depth(Wanted())
+        share = int(_IN_FOCUS * (limit - len(made["depth"].content)))
+        made["everywhere"] = _packed_picture(content, binning, share)
+    room = limit - sum(len(part.content) for part in made.values())
     while not _fits_every_gpu(field, binning):
         binning += 1
     while True:
@@ -376,9 +343,21 @@ def _packed(
     return {**described, **changed}, {"views": found.part, **made}
 
 
+def _packed_picture(content: _Content, binning: int, limit: int) -> Part:
+    """The picture in focus everywhere, scaled down until it fits."""
+    picture = content.in_focus(binning)
+    step = -(-max(picture.shape[:2]) // LEAST_GPU_TEXTURE)
+    while (found := packed_views(reduced(picture, step)[np.newaxis, np.newaxis], limit)) is None:
+        if step >= min(picture.shape[:2]):
+            raise InputError("the light field does not fit; take a larger limit", where="limit")
+        step *= 2
+    codes = {"codes": json.dumps(found.codes)} if found.codes else {}
+    return found.part._replace(facts={**found.part.facts, **codes})
+
+
 def _fits_every_gpu(field: LightField, binning: int) -> bool:
     rows, columns = (-(-n // binning) for n in (field.lens_rows, field.lens_columns))
-    tiles = _LEAST_GPU_TEXTURE // columns
-    if tiles < 1 or rows > _LEAST_GPU_TEXTURE:
+    tiles = LEAST_GPU_TEXTURE // columns
+    if tiles < 1 or rows > LEAST_GPU_TEXTURE:
         return False
-    return bool(-(-(field.counts[0] * field.counts[1]) // tiles) <= _LEAST_GPU_LAYERS)
+    return bool(-(-(field.counts[0] * field.counts[1]) // tiles) <= LEAST_GPU_LAYERS)

@@ -191,7 +191,8 @@ def test_the_picture_and_its_files_stay_on_show(browser: Any, size: tuple[int, i
     tab = context.new_page()
     with served(page_of(bare(read_image(DATA / "flower_detail_5x5.png")[:120, :150]))) as address:
         opened(tab, address)
-        assert tab.evaluate(INSIDE, "save")
+        for name in ("save", "film-focus", "film-view", "keys", "tilt"):
+            assert tab.evaluate(INSIDE, name), name
         assert tab.evaluate(INSIDE, "picture")
         tab.evaluate("scrollTo(0, document.body.scrollHeight)")
         assert tab.evaluate(INSIDE, "picture")

@@ -258,7 +258,7 @@ def load_camera(source: str | Path) -> Camera:
     content, path = description(source, camera_names())
     if "objective" in content:
         raise InputError(
-            "is a microscope; plenofir distance takes one, and stack and batch with --out "
+            "is a microscope; plenofir distance and view take one, and stack and batch with --out "
             "NAME.ome.tif, a volume",
             where=path,
         )

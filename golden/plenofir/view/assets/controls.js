@@ -22,6 +22,10 @@ function listenToPointer(page) {
         hover: (event) => page.point(page.depthAt(pane.shareAt(event))),
         leave: () => page.point(null),
         tap: (event) => {
+            if (page.isTilting) {
+                page.takeCorner(pane.shareAt(event));
+                return;
+            }
             const a = page.depthAt(pane.shareAt(event));
             page.point(a);
             if (a !== null) page.change({ focus: a, mode: "refocused" });
@@ -64,6 +68,8 @@ function listenToKeys(page) {
         "+": () => page.expose({ ev: page.state.exposure.ev + 0.2 }),
         "-": () => page.expose({ ev: page.state.exposure.ev - 0.2 }),
         x: page.autoExposure,
+        t: page.startTilt,
+        Escape: () => page.isTilting && page.startTilt(),
         p: () => page.change({ smooth: !page.state.smooth }),
         m: () => page.hasDepth && page.change({ mode: MODES[(MODES.indexOf(page.state.mode) + 1) % MODES.length] }),
         q: () => pane.zoomBy(1 / 1.25),
@@ -98,6 +104,8 @@ function listenToControls(page) {
     onInput("white", (share) => page.expose({ white: Math.max(share * top, page.state.exposure.black + 1e-3) }));
     at("mode").addEventListener("change", (event) => page.change({ mode: event.target.value }));
     at("smooth").addEventListener("change", (event) => page.change({ smooth: event.target.checked }));
+    onClick("tilt", page.startTilt);
+    onClick("flat", () => page.change({ tilt: [0, 0] }));
     onClick("auto", page.autoExposure);
     onClick("stored", () => page.expose(field.exposure.stored));
     onClick("out", () => pane.zoomBy(1 / 1.5));

@@ -6,7 +6,8 @@ import { download, filmFile, filmSize, filmStates, pictureFile } from "./film.js
 import { Pane } from "./pane.js";
 import { Panel, short } from "./panel.js";
 import { neededBinning, Renderer, TooLarge } from "./renderer.js";
-import { loadDepth, loadField, loadFrame, loadViews } from "./source.js";
+import { loadDepth, loadEverywhere, loadField, loadFrame, loadViews } from "./source.js";
+import { planeThrough, riseAt } from "./tilt.js";
 import { changedState, MODES, startingState, stateFromAddress, stateInAddress } from "./state.js";
 import { toneTable } from "./tone.js";
 
@@ -34,6 +35,9 @@ let state;
 let follows = true;
 let resting = 0;
 let moving = null;
+// Points of a plane to be: [x, y, a]; null while none is chosen.
+let corners = null;
+let everywhere = null;
 const live = { frames: 0, dropped: 0, rate: 0, milliseconds: 0 };
 // All in focus and depth can only be shown when the depth is known.
 const wanted = new URLSearchParams(location.hash.slice(1)).get("show");
@@ -54,11 +58,14 @@ function change(what) {
     panel.showState(state);
 }
 
-function depthAt([x, y]) {
-    if (!depth || !(x >= 0 && x < 1 && y >= 0 && y < 1)) return null;
-    const place = Math.floor(y * depth.rows) * depth.columns + Math.floor(x * depth.columns);
+const inPicture = ([x, y]) => x >= 0 && x < 1 && y >= 0 && y < 1;
+const depthValue = ([x, y]) =>
+    depth.values[Math.floor(y * depth.rows) * depth.columns + Math.floor(x * depth.columns)];
+
+function depthAt(place) {
+    if (!depth || !inPicture(place)) return null;
     const [low, high] = depth.range;
-    return low + ((high - low) * depth.values[place]) / 65535;
+    return low + ((high - low) * depthValue(place)) / 65535;
 }
 
 function showHistogram() {
@@ -90,6 +97,7 @@ function movingStride() {
 }
 
 function showZoom() {
+    panel.showCorners(corners, (place) => pane.placeOf(place));
     at("zoom-text").value = `${(100 * pane.scale).toFixed(0)} %`;
 }
 
@@ -165,6 +173,17 @@ function followLevels([black, white, shoulder]) {
 function user(what) {
     change(what);
     drawSoon();
+    if (state.mode === "sharp") loadedEverywhere().then(drawSoon, (error) => say(error.message));
+}
+
+/** The picture that is in focus everywhere; made when it is first on show. */
+function loadedEverywhere() {
+    everywhere ??= (async () => {
+        say("putting everything in focus …");
+        renderer.takeEverywhere(await loadEverywhere(field, renderer.data.bin));
+        say("");
+    })();
+    return everywhere;
 }
 
 function expose(what) {
@@ -175,6 +194,40 @@ function expose(what) {
 function autoExposure() {
     user({ exposure: { ...field.exposure.auto, ev: 0 } });
     follows = true;
+}
+
+/** Choose three points for a plane, or choose none after all. */
+function startTilt() {
+    showCorners(corners ? null : []);
+}
+
+function showCorners(points) {
+    corners = points;
+    panel.showCorners(points, (place) => pane.placeOf(place));
+    say(points ? `Tilt: choose point ${points.length + 1} of 3` : "");
+}
+
+/** The a of a point of a plane: its depth, or where that is unsure the a that is there now. */
+function cornerFocus(place) {
+    const sure = depth !== null && depthValue(place) % 2 === 1;
+    return sure ? depthAt(place) : state.focus + riseAt(state.tilt, place);
+}
+
+const tiltThrough = (points) => planeThrough(points, renderer.size, field.micro_image_size);
+
+function takeCorner(place) {
+    if (!inPicture(place)) return;
+    const points = [...corners, [...place, cornerFocus(place)]];
+    if (points.length < 3) {
+        showCorners(points);
+        return;
+    }
+    showCorners(null);
+    try {
+        user({ ...tiltThrough(points), mode: "refocused" });
+    } catch (error) {
+        say(error.message);
+    }
 }
 
 function moveView(du, dv) {
@@ -301,6 +354,7 @@ async function takeDepth() {
     renderer.takeDepth(depth);
     panel.takeDepth(depth);
     if (MODES.includes(wanted) && wanted !== state.mode) {
+        if (wanted === "sharp") await loadedEverywhere();
         change({ mode: wanted });
         await draw();
     }
@@ -326,6 +380,11 @@ async function start() {
             return depth !== null;
         },
         change: user,
+        get isTilting() {
+            return corners !== null;
+        },
+        startTilt,
+        takeCorner,
         point: (a) => panel.point(state, a),
         resized: () => {
             fit();
@@ -362,6 +421,14 @@ window.plenofir = {
     ready: shown,
     depth: depthReady,
     setFocus: (a) => changed(() => ({ focus: a, mode: "refocused" })),
+    setTilt: (right, down) => changed(() => ({ tilt: [right, down], mode: "refocused" })),
+    /** The plane through three points [x, y, a], x and y in shares of the picture's size. */
+    tiltThrough: (points) => changed(() => ({ ...tiltThrough(points), mode: "refocused" })),
+    /** The a that a point of a tilted plane has when it is clicked. */
+    tiltPoint: async (x, y) => {
+        await depthReady;
+        return cornerFocus([x, y]);
+    },
     setAperture: (share) => changed(() => ({ aperture: share })),
     setView: (u, v) => changed(() => ({ view: [u, v] })),
     setExposure: (ev) => changed(() => ({ exposure: { ...state.exposure, ev } })),
@@ -376,6 +443,7 @@ window.plenofir = {
     },
     setMode: async (mode) => {
         await depthReady;
+        if (mode === "sharp") await loadedEverywhere();
         await changed(() => ({ mode }));
     },
     depthAt: async (x, y) => {

@@ -2,7 +2,7 @@
 // What the page shows besides the picture: settings in words, pupil, histogram, distances.
 
 import { drawBench } from "./bench.js";
-import { Planes, worded, wordedRange } from "./planes.js";
+import { Heights, Planes, worded, wordedRange } from "./planes.js";
 import { radiusOfShare } from "./renderer.js";
 import { drawHistogram, histogram, topOf } from "./tone.js";
 
@@ -10,6 +10,8 @@ const at = (id) => document.getElementById(id);
 
 /** A number with as many digits as matter. */
 export const short = (x) => String(Number(x.toFixed(4)));
+
+const digits = (x) => String(Number(x.toPrecision(7)));
 
 export class Panel {
     /** Describe a light field. */
@@ -20,8 +22,10 @@ export class Panel {
         at("title").textContent = field.title;
         this.setRange(field.range);
         if (field.planes) {
-            this.planes = new Planes(field.planes.table);
+            const { table, heights } = field.planes;
+            this.planes = table ? new Planes(table) : new Heights(heights);
             at("distances").hidden = false;
+            at("bench").toggleAttribute("hidden", !table);
             at("camera").textContent = field.planes.text;
         }
         // The value of the histogram's right end.
@@ -76,6 +80,8 @@ export class Panel {
             at(`${name}-text`).value = text;
             at(name).setAttribute("aria-valuetext", text);
         }
+        at("flat").hidden = state.tilt.every((rise) => rise === 0);
+        at("command").textContent = this.#command(state);
         at("view-text").value = `u = ${state.view[0].toFixed(1)}, v = ${state.view[1].toFixed(1)}`;
         at("smooth").checked = state.smooth;
         document.querySelector(`input[value="${state.mode}"]`).checked = true;
@@ -85,6 +91,36 @@ export class Panel {
         this.#showLevels(state);
         this.#drawPupil(state);
         this.showDistances(state);
+    }
+
+    /** Options of the commands that make the same picture. */
+    #command({ mode, focus, aperture, view, tilt }) {
+        const m = this.field.micro_image_size;
+        const c = Math.max((m - 1) / 2, 0.5);
+        const radius = radiusOfShare(aperture, m);
+        if (mode !== "refocused" || this.field.live) return "";
+        const words = [`-a ${digits(focus)}`];
+        if (radius >= 0) {
+            const centre = view.map((x) => digits((x - (m - 1) / 2) / c));
+            // A single view has the least radius.
+            words.push(`--aperture ${[digits((2 * radius) / m), ...centre]}`);
+        }
+        if (tilt.some((rise) => rise !== 0)) words.push(`--tilt ${tilt.map(digits)}`);
+        return words.join(" ");
+    }
+
+    /** Points that are chosen for a tilted plane, in the picture; null while none are. */
+    showCorners(points, placeOf) {
+        at("tilt").setAttribute("aria-pressed", String(points !== null));
+        const stage = at("stage").getBoundingClientRect();
+        const marks = (points ?? []).map(([x, y], n) => {
+            const mark = document.createElement("span");
+            const [left, top] = placeOf([x, y]);
+            Object.assign(mark.style, { left: `${left - stage.left}px`, top: `${top - stage.top}px` });
+            mark.textContent = n + 1;
+            return mark;
+        });
+        at("corners").replaceChildren(...marks);
     }
 
     #showLevels(state) {
@@ -120,7 +156,7 @@ export class Panel {
         const { planes } = this;
         if (!planes) return;
         const shown = planes.at(state.focus);
-        drawBench(at("bench"), planes.table, this.field.range, shown, pointed);
+        if (planes.table) drawBench(at("bench"), planes.table, this.field.range, shown, pointed);
         at("plane").textContent = shown ? worded(shown.centre) : "outside of the table";
         at("depth-of-field").textContent = shown ? wordedRange(shown.near, shown.far) : "";
     }

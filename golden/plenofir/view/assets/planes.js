@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances in mm over the focus setting a, from the ray model's table.
+// Distances in mm over the focus setting a, from the ray model's table; heights of a microscope.
 
 const STATES = ["", "infinity", "beyond infinity", "inside the lens"];
 
@@ -35,14 +35,29 @@ export class Planes {
     }
 }
 
+export class Heights {
+    /** `lines`: for centre, near and far the height in um at a = 0 and what it grows by with a; or null. */
+    constructor(lines) {
+        this.lines = lines;
+    }
+
+    /** Heights of the plane a over the plane in focus: centre, near and far. */
+    at(a) {
+        const height = ([, line]) => (line ? line[0] + line[1] * a : null);
+        return Object.fromEntries(Object.entries(this.lines).map((one) => [one[0], { um: height(one) }]));
+    }
+}
+
 /** Two distances in words. */
 export function wordedRange(near, far) {
     const [from, to] = [worded(near), worded(far)];
-    return from.endsWith(" mm") && to.endsWith(" mm") ? `${from.slice(0, -3)} to ${to}` : `${from} to ${to}`;
+    const unit = from.slice(-3);
+    return unit === to.slice(-3) && unit.endsWith("m") ? `${from.slice(0, -3)} to ${to}` : `${from} to ${to}`;
 }
 
 /** A distance in words. */
-export function worded({ mm, state }) {
+export function worded({ mm, state, um }) {
+    if (um !== undefined) return um === null ? "no end" : `${um.toFixed(1)} µm`;
     if (mm === null) return STATES[state] || "unknown";
     const digits = Math.abs(mm) < 10000 ? 1 : 0;
     const text = `${mm.toFixed(digits).replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f")} mm`;

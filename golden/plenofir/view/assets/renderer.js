@@ -35,7 +35,8 @@ export function radiusOfShare(share, m) {
         if (area(middle) < share * m * m) low = middle;
         else high = middle;
     }
-    return high;
+    // Wider than the pupil.
+    return high > m / 2 ? -1 : high;
 }
 
 /** Smallest number of micro lenses to be made one, each way, so that a GPU can hold the field. */
@@ -117,7 +118,10 @@ export class Renderer {
             target.buffer = gl.createFramebuffer();
         }
         this.file = { texture: this.#texture(6, gl.TEXTURE_2D), buffer: gl.createFramebuffer(), width: 0, height: 0 };
+        this.#texture(7, gl.TEXTURE_2D);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8UI, 1, 1, 0, gl.RED_INTEGER, gl.UNSIGNED_BYTE, new Uint8Array(1));
         if (this.depth) this.takeDepth(this.depth);
+        if (this.everywhere) this.takeEverywhere(this.everywhere);
         if (this.tones) this.takeTones(this.tones);
         const error = gl.getError();
         if (error === gl.OUT_OF_MEMORY) throw new TooLarge("the GPU has not enough memory");
@@ -212,6 +216,19 @@ export class Renderer {
             gl.UNSIGNED_SHORT, depth.values);
     }
 
+    /** Take in the picture that is in focus everywhere: its values are of the views' kind. */
+    takeEverywhere(everywhere) {
+        const { gl, field } = this;
+        this.everywhere = everywhere;
+        this.drawn = null;
+        gl.activeTexture(gl.TEXTURE7);
+        const format = field.channels === 1 ? gl.RED_INTEGER : gl.RGB_INTEGER;
+        const type = field.bits === 8 ? gl.UNSIGNED_BYTE : gl.UNSIGNED_SHORT;
+        const stored = gl[`${field.channels === 1 ? "R" : "RGB"}${field.bits}UI`];
+        const { columns, rows, values } = everywhere;
+        gl.texImage2D(gl.TEXTURE_2D, 0, stored, columns, rows, 0, format, type, values);
+    }
+
     /** Take in what the screen shows of each of 65,536 values, 8 bit. */
     takeTones(tones) {
         const { gl } = this;
@@ -242,43 +259,48 @@ export class Renderer {
     /** Pixels of the picture into the first target: a region of so many pixels, one of stride x stride. */
     #drawPicture(state, { origin, width, height, stride }) {
         const { gl, field, data } = this;
-        const { mode, focus, aperture, view, smooth } = state;
-        const key = JSON.stringify([mode, focus, aperture, view, smooth, origin, width, height, stride]);
+        const { mode, focus, tilt, aperture, view, smooth } = state;
+        const key = JSON.stringify([mode, focus, tilt, aperture, view, smooth, origin, width, height, stride]);
         if (this.drawn === key) return 0;
         const [pixels, smoothed] = this.targets;
         let shift = this.#shift(state.focus);
         if (Math.abs(shift - Math.round(shift)) < SNAP) shift = Math.round(shift);
-        const { depth } = this;
+        const radius = radiusOfShare(aperture, field.micro_image_size);
+        const even = field.micro_image_size % 2 === 0;
+        const between = smooth && (even || radius >= 0 || tilt.some((rise) => rise !== 0));
         this.#target(pixels, gl.RGBA16UI, width, height);
         this.#use(this.programs.picture, {
             views: 0,
             depths: 1,
+            everywhere: 7,
             mode: MODES.indexOf(state.mode),
             origin,
             stride,
             lenses: [data.columns, data.rows],
             size: this.size,
             extent: this.extent,
-            depthSize: depth ? [depth.columns, depth.rows] : [1, 1],
-            depthShift: depth ? depth.range.map((a) => this.#shift(a)) : [0, 0],
             moves: Math.floor(shift),
             part: shift - Math.floor(shift),
+            tilt: tilt.map((rise) => this.#shift(rise)),
+            between: Number(between),
             view: state.view,
-            radius: radiusOfShare(state.aperture, field.micro_image_size),
+            radius,
             unit: this.unit,
             mixed: Number(state.smooth),
         });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         const lens = field.micro_image_size / stride;
-        if (state.smooth && lens > 1 && state.mode !== "depth") {
+        if (smooth && lens > 1 && mode === "refocused") {
             const begins = origin.map((n) => -n / stride);
             const ends = begins.map((n, axis) => n + this.size[axis] / stride);
-            const steps = [
+            const steps = between ? [] : [
                 [this.programs.box, [1, 0], { width: lens }],
                 [this.programs.box, [0, 1], { width: lens }],
+            ];
+            steps.push(
                 [this.programs.sharpen, [0, 1], { lens: Math.round(lens), begins, ends }],
                 [this.programs.sharpen, [1, 0], { lens: Math.round(lens), begins, ends }],
-            ];
+            );
             let [from, to] = [pixels, smoothed];
             for (const [program, along, values] of steps) {
                 this.#target(to, gl.RGBA16UI, width, height);

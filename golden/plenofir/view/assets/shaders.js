@@ -2,13 +2,13 @@
 // What the GPU computes of a light field (WebGL 2).
 //
 // Three steps. First pixels of the picture, in integers of 16 bit: views are layers of integer
-// textures, the shader adds them and rounds once, halves up. On the grid of a (shift a M whole) that
-// is Eq. (6.1) with a normalised border, as plenofir.refocus computes it; off the grid each view
-// moves by the whole number of pixels that is nearest. Then, for a smooth display, what
-// plenofir.refocus.best_picture makes: off the grid a mixture of the pictures before and after, the
-// mean over a micro lens in both dimensions, which is linear interpolation between micro lenses, and
-// sharpening. Last what the screen shows of that: zoomed, exposed, with 8
-// bits.
+// textures, the shader adds them and rounds once, halves up. As computed, a view moves by whole
+// pixels: with all views and on the grid of a (shift a M whole) that is Eq. (6.1) with a normalised
+// border, as plenofir.refocus computes it; elsewhere by the nearest. For a smooth display the result
+// is what plenofir.refocus.best_picture makes. With all views of odd M off the grid a mixture of the
+// pictures before and after, then the mean over a micro lens in both dimensions, which is linear
+// interpolation between micro lenses. With an aperture, a tilt or even M each view is interpolated
+// where it is. Then sharpening. Last what the screen shows of that: zoomed, exposed, with 8 bits.
 
 export const VERTICES = `#version 300 es
 void main() {
@@ -34,16 +34,17 @@ export const picture = (field, tiles) => `${HEAD}
 #define TILES ${tiles}
 uniform usampler2DArray views;
 uniform usampler2D depths;
+uniform usampler2D everywhere;  // the picture that is in focus everywhere
 uniform int mode;        // 0 refocused, 1 all in focus, 2 depth
 uniform ivec2 origin;    // first pixel of the picture that is drawn
 uniform int stride;      // pixels of the picture for each that is drawn, in both dimensions
 uniform ivec2 lenses;    // columns, rows
 uniform ivec2 size;      // of the picture
 uniform ivec2 extent;    // of the raw image: its last micro images may be cut
-uniform ivec2 depthSize;
-uniform vec2 depthShift; // shift of depth 0 and of depth 65535
-uniform int moves;       // whole part of the shift a M
+uniform int moves;       // whole part of the shift a M in the middle of the picture
 uniform float part;      // what is left of it, 0 to 1
+uniform vec2 tilt;       // by how much the shift grows to the right edge and to the bottom
+uniform int between;     // 1: each view is interpolated where it is
 uniform vec2 view;       // centre of the aperture: u, v
 uniform float radius;    // of the aperture in views; negative: all views count
 uniform uint unit;       // of 16 bit values for one of a view
@@ -125,17 +126,51 @@ uvec3 apertureMean(ivec2 k, int whole, float rest) {
     return weights > 0.0 ? uvec3(sums / weights * float(fine()) + 0.5) : uvec3(0u);
 }
 
-// 0 to 65535, between micro lenses.
-float depthAt(ivec2 k) {
-    vec2 place = (vec2(k) + 0.5) / vec2(size) * vec2(depthSize) - 0.5;
+bool inPicture(int lens, int i, int limit, int length) {
+    return lens >= 0 && lens < limit && lens * M + i < length;
+}
+
+// Mean of the views in the aperture, each interpolated at its place, as picture_loops.py has it.
+vec3 meanBetween(ivec2 k, float shift) {
+    const float c = float(M - 1) * 0.5;
+    vec2 straight = (vec2(k) - c) / float(M);
+    vec3 sums = vec3(0.0);
+    float weights = 0.0;
+    for (int v = FIRST.y; v < FIRST.y + VIEWS.y; v++) {
+        float t = straight.y - shift / float(M) * (float(v) - c);
+        int row = int(floor(t));
+        for (int u = FIRST.x; u < FIRST.x + VIEWS.x; u++) {
+            float inside = radius < 0.0 ? 1.0
+                : clamp(radius + 0.5 - distance(vec2(u, v), view), 0.0, 1.0);
+            if (inside == 0.0) continue;
+            float s = straight.x - shift / float(M) * (float(u) - c);
+            int column = int(floor(s));
+            for (int y = 0; y < 2; y++) {
+                if (!inPicture(row + y, v, lenses.y, extent.y)) continue;
+                for (int x = 0; x < 2; x++) {
+                    if (!inPicture(column + x, u, lenses.x, extent.x)) continue;
+                    float weight = inside * (1.0 - abs(t - float(row + y))) * (1.0 - abs(s - float(column + x)));
+                    weights += weight;
+                    sums += weight * vec3(texel(column + x, row + y, u, v));
+                }
+            }
+        }
+    }
+    return weights > 0.0 ? sums / weights * float(fine()) : vec3(0.0);
+}
+
+// A map or picture of any size, at a pixel.
+vec3 mapped(usampler2D map, ivec2 k) {
+    ivec2 mapSize = textureSize(map, 0);
+    vec2 place = (vec2(k) + 0.5) / vec2(size) * vec2(mapSize) - 0.5;
     ivec2 first = ivec2(floor(place));
     vec2 share = place - floor(place);
-    float sum = 0.0;
+    vec3 sum = vec3(0.0);
     for (int y = 0; y < 2; y++) {
         for (int x = 0; x < 2; x++) {
-            ivec2 at = clamp(first + ivec2(x, y), ivec2(0), depthSize - 1);
+            ivec2 at = clamp(first + ivec2(x, y), ivec2(0), mapSize - 1);
             float of = (x == 0 ? 1.0 - share.x : share.x) * (y == 0 ? 1.0 - share.y : share.y);
-            sum += of * float(texelFetch(depths, at, 0).r);
+            sum += of * vec3(texelFetch(map, at, 0).rgb);
         }
     }
     return sum;
@@ -144,18 +179,29 @@ float depthAt(ivec2 k) {
 void main() {
     ivec2 k = clamp(origin + ivec2(gl_FragCoord.xy) * stride + stride / 2, ivec2(0), size - 1);
     if (mode == 2) {
-        value = uvec4(uint(depthAt(k) + 0.5));
+        value = uvec4(uint(mapped(depths, k).r + 0.5));
+        return;
+    }
+    if (mode == 1) {
+        value = uvec4(uvec3(mapped(everywhere, k) * float(unit) + 0.5), 0u);
         return;
     }
     int whole = moves;
     float rest = part;
-    if (mode == 1) {
-        float shift = mix(depthShift.x, depthShift.y, depthAt(k) / 65535.0);
+    bool tilted = tilt != vec2(0.0);
+    if (tilted) {
+        float shift = float(moves) + part + dot(tilt, (2.0 * vec2(k) + 1.0) / vec2(size) - 1.0);
         whole = int(floor(shift));
         rest = fract(shift);
     }
     uvec3 mean;
-    if (radius >= 0.0) {
+    if (between == 1) {
+        // With all views off the grid the pictures before and after are mixed.
+        bool mixes = radius < 0.0 && !tilted && rest > 0.0;
+        vec3 found = meanBetween(k, float(whole) + (mixes ? 0.0 : rest));
+        if (mixes) found = mix(found, meanBetween(k, float(whole + 1)), rest);
+        mean = uvec3(found + 0.5);
+    } else if (radius >= 0.0) {
         mean = apertureMean(k, whole, rest);
     } else if (mixed == 1 && rest > 0.0) {
         vec3 before = vec3(fullMean(k, whole, 0.0));

@@ -118,9 +118,23 @@ export async function loadViews(field, bin) {
     return { views, bin, rows, columns };
 }
 
+/** The picture in focus everywhere: rows, columns, values of the views' kind. */
+export async function loadEverywhere(field, bin) {
+    if (!inside("everywhere")) {
+        const answer = await fetched(`everywhere?bin=${bin}`);
+        const [rows, columns] = answer.headers.get("X-Size").split("x").map(Number);
+        return { rows, columns, values: samples(field, await answer.arrayBuffer()) };
+    }
+    const { blob, fact } = await part("everywhere");
+    const codes = fact("codes") ? JSON.parse(fact("codes")) : null;
+    const found = await decodedValues(blob, codes ? 8 : field.bits, field.channels);
+    const values = codes ? Uint16Array.from(found.values, (code) => codes[code]) : found.values;
+    return { rows: found.height, columns: found.width, values };
+}
+
 /**
- * Depth map: rows, columns, values 0 to 65535 for a from its range, and which of them (0 to 1)
- * colours are for; null for none.
+ * Depth map: rows, columns, values 0 to 65535 for a from its range (odd ones are sure), and which
+ * of them (0 to 1) colours are for; null for none.
  */
 export async function loadDepth(field) {
     if (!field.has_depth) return null;

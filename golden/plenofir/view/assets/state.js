@@ -4,6 +4,8 @@
 export const MODES = ["refocused", "sharp", "depth"];
 const MOST_EV = 24;
 const MOST_SHOULDER = 100;
+/** The steepest tilt, as plenofir.refocus.pictures has it. */
+export const STEEPEST = 100;
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const short = (x) => String(Number(x.toFixed(4)));
 
@@ -20,6 +22,7 @@ export function startingState(field) {
     const c = (field.micro_image_size - 1) / 2;
     return {
         focus: clamp(0, low, high),
+        tilt: [0, 0],
         aperture: 1,
         view: [c, c],
         exposure: { ...field.exposure.start },
@@ -32,6 +35,7 @@ export function startingState(field) {
 export function changedState(state, what, m, hasDepth) {
     const next = { ...state, ...what };
     number(next.focus, "a");
+    next.tilt = next.tilt.map((rise) => clamp(number(rise, "tilt"), -STEEPEST, STEEPEST));
     next.aperture = clamp(number(next.aperture, "share"), 0, 1);
     next.view = next.view.map((x, n) => clamp(number(x, "uv"[n]), 0, m - 1));
     if (what.exposure) {
@@ -63,6 +67,7 @@ export function stateInAddress(state, home, pane) {
     }
     if (pane.zoom > 1) Object.assign(words, { zoom: pane.zoom, x: pane.centre[0], y: pane.centre[1] });
     const parts = Object.entries(words).map(([name, value]) => `${name}=${short(value)}`);
+    if (state.tilt.some((rise) => rise !== 0)) parts.push(`tilt=${state.tilt.map(short)}`);
     if (!state.smooth) parts.push("smooth=0");
     return `#${[...parts, `show=${state.mode}`].join("&")}`;
 }
@@ -77,9 +82,11 @@ export function stateFromAddress(home, hasDepth) {
     const exposure = { ...home.exposure };
     for (const name of Object.keys(exposure)) exposure[name] = read(name, exposure[name]);
     const mode = words.get("show");
+    const tilt = (words.get("tilt") ?? "").split(",").map(Number.parseFloat);
     return {
         state: {
             focus: read("a", home.focus),
+            tilt: tilt.length === 2 && tilt.every(Number.isFinite) ? tilt : home.tilt,
             aperture: read("aperture", home.aperture),
             view: [read("u", home.view[0]), read("v", home.view[1])],
             exposure,
