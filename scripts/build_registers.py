@@ -48,7 +48,7 @@ def text_of(thing: Any) -> str:
 
 
 def needs(generator: RegisterCodeGenerator, register: Any) -> int:
-    """Bits of the register `parts` of which one has to be set; 0: it is always there."""
+    """Bits of the register `parts` of which one must be set; 0: the register always exists."""
     (parts,) = (r for r, _ in generator.iterate_registers() if r.name == "parts")
     bits = {field.name: 1 << field.base_index for field in parts.fields}
     return sum(bits[name] for name in parts_of(register))
@@ -72,16 +72,16 @@ class Vhdl93Generator(RegisterCodeGenerator):
         values = {c.name: c.value for c in self.register_list.constants}
         registers = [register for register, _ in self.iterate_registers()]
         count = len(registers)
-        yield "How many there are.", "REGISTERS_TOTAL", "positive", str(count)
+        yield "Number of registers.", "REGISTERS_TOTAL", "positive", str(count)
         number = values["identification_value"]
-        yield "What some of them read as.", "IDENTIFICATION_WORD", "word_t", f'x"{number:08X}"'
+        yield "Constant contents of registers.", "IDENTIFICATION_WORD", "word_t", f'x"{number:08X}"'
         version = f'x"{values["map_number"]:02X}{major:02X}{minor:02X}{patch:02X}"'
         yield "", "VERSION_WORD", "word_t", version
-        comment = "Their places: a quarter of the address."
+        comment = "Places of the registers: a quarter of the address in bytes."
         for place, register in enumerate(registers):
             yield comment, f"AT_{register.name.upper()}", "natural", str(place)
             comment = ""
-        group = "Their fields: the first bit, and of those of several bits how many.\n\n"
+        group = "Fields of the registers: the first bit, and the number of bits above 1.\n\n"
         for register in registers:
             comment = f"{group}{register.name}: {text_of(register)}"
             for field in register.fields:
@@ -94,8 +94,8 @@ class Vhdl93Generator(RegisterCodeGenerator):
                     yield "", f"{name}_BITS", "positive", str(field.width)
         modes = [register.mode for register in registers]
         for name, bits, what in (
-            ("READABLE", [m.software_can_read for m in modes], "Which of them can be read,"),
-            ("WRITABLE", [m.software_can_write for m in modes], "and which written."),
+            ("READABLE", [m.software_can_read for m in modes], "Registers that can be read."),
+            ("WRITABLE", [m.software_can_write for m in modes], "Registers that can be written."),
         ):
             digits = "".join(str(int(bit)) for bit in bits)
             yield what, name, f"std_logic_vector(0 to {count - 1})", f'"{digits}"'
@@ -105,13 +105,13 @@ class Vhdl93Generator(RegisterCodeGenerator):
             for register in registers
         }
         yield (
-            "Bits that a register keeps as they were written.",
+            "Bits that a register keeps as written.",
             "KEPT",
             f"words_t(0 to {count - 1})",
             self.table({name: f'x"{mask:08X}"' for name, mask in kept.items()}, 'x"00000000"'),
         )
         yield (
-            "Bits of the register `parts` of which one has to be set; 0: it is always there.",
+            "Bits of the register `parts` of which one must be set; 0: the register always exists.",
             "NEEDS",
             f"naturals_t(0 to {count - 1})",
             self.table({r.name: str(needs(self, r)) for r in registers}, "0"),

@@ -5,7 +5,8 @@ Usage: python scripts/lint_vhdl.py
 
 Good sources, with the version of vsg and its configuration, are recorded in build/vsg, as reading
 all sources takes a minute. Names that are visible beside Verilog (ports, generics, signals, labels)
-must not be reserved words of SystemVerilog, which some mixed-language simulators refuse.
+must not be reserved words of SystemVerilog, which some mixed-language simulators refuse. Comments
+begin with their subject, header lines say something, and fields of records are given by name.
 """
 
 import hashlib
@@ -57,6 +58,71 @@ def reserved_names(text: str) -> Iterator[tuple[int, str]]:
                 yield plain.count("\n", 0, found.start(1)) + 1, name
 
 
+# A comment is read without its neighbours, so it does not begin with one of these.
+_NO_SUBJECT = re.compile(r"-- *(It|They|Those|That of|Of|The same)\b")
+# Lines of a header that say nothing.
+_RITUAL = re.compile(
+    r"\b(Latency|Throughput|Equation): *(?:[Nn]one|not applicable|see the map|as its parts)\b"
+)
+_DIRECTIVE = re.compile(r" (SPDX-License-Identifier: \S+|synthesis translate_o(n|ff))$")
+# Positional aggregates of more values than this are refused, as swapped ones would compile.
+MOST_POSITIONAL = 4
+
+
+def unclear_comments(text: str) -> Iterator[tuple[int, str]]:
+    """Lines and words of comments that name no subject, that are no sentence, that say nothing.
+
+    A comment in several lines is one; drawings stand further in, and one beside code may be words.
+    """
+    goes_on = False
+    lines = [re.sub(r'"[^"]*"', '""', line).partition("--") for line in text.splitlines()]
+    for number, (code, mark, comment) in enumerate(lines, 1):
+        alone = bool(mark) and not code.strip()
+        ends = number == len(lines) or not lines[number][1] or bool(lines[number][0].strip())
+        if not (alone and goes_on) and _NO_SUBJECT.match(mark + comment):
+            yield number, comment.strip()
+        elif ritual := _RITUAL.search(comment):
+            yield number, ritual[0]
+        elif (
+            alone and ends and re.match(r" \S.*[^-.:]$", comment) and not _DIRECTIVE.match(comment)
+        ):
+            yield number, comment.strip()
+        goes_on = alone
+
+
+def positional_aggregates(text: str) -> Iterator[tuple[int, str]]:
+    """Lines and first values of aggregates of many values without names.
+
+    Tables of literals or of aggregates are arrays, lists behind ``is`` enumerations, and what a
+    name stands in front of is a call.
+    """
+    literal = re.compile(r"""[-+]?[\d_.]+(#\w+#)?|\w?"[^"]*"|'.'|true|false|\(.*""", re.S | re.I)
+    plain = re.sub(r"--[^\n]*", "", text)
+    # Of each open bracket: its place, whether it opens an aggregate, where its values begin.
+    opened: list[tuple[int, bool, list[int]]] = []
+    for token in re.finditer(r"""\w?"[^"\n]*"|'[^'\n]'(?!\()|[(),]""", plain):
+        if token[0] == "(":
+            before = re.search(
+                r"([A-Za-z]\w*|\S|^)\s*$", plain[max(0, token.start() - 80) : token.start()]
+            )
+            word = before[1].lower() if before else ""
+            aggregate = word in ("return", "when", "else") or not re.match(r"[a-z\"]", word)
+            opened.append((token.start(), aggregate, [token.end()]))
+        elif token[0] == "," and opened:
+            opened[-1][2].append(token.end())
+        elif token[0] == ")" and opened:
+            place, aggregate, begins = opened.pop()
+            ends = [begin - 1 for begin in begins[1:]] + [token.start()]
+            values = [plain[a:b].strip() for a, b in zip(begins, ends, strict=True)]
+            if (
+                aggregate
+                and len(values) > MOST_POSITIONAL
+                and not any("=>" in value for value in values)
+                and not all(literal.fullmatch(value) for value in values)
+            ):
+                yield plain.count("\n", 0, place) + 1, ", ".join(values[:3])
+
+
 def digests() -> dict[str, Path]:
     """Hashes of everything that vsg's verdict depends on, by source."""
     common = version("vsg").encode() + b"\0" + CONFIGURATION.read_bytes() + b"\0"
@@ -68,14 +134,26 @@ def digests() -> dict[str, Path]:
 
 
 def main() -> int:
-    """Print what vsg finds, and names that are reserved."""
-    refused = [
-        f"{path}:{line}: {name} is a reserved word of SystemVerilog; choose another name"
-        for path in sorted((ROOT / "hdl").rglob("*.vhd"))
+    """Print what vsg finds, and what the checks above refuse."""
+    refused = []
+    for path in sorted(path for folder in ("hdl", "tb") for path in (ROOT / folder).rglob("*.vhd")):
+        text = path.read_text()
+        refused += [
+            f"{path}:{line}: ({values}, ... without names; write field => value"
+            for line, values in positional_aggregates(text)
+        ]
+        if not path.is_relative_to(ROOT / "hdl"):
+            continue
+        refused += [
+            f"{path}:{line}: '{words}' is no sentence with a subject"
+            for line, words in unclear_comments(text)
+        ]
         # Models have the names that a vendor's primitives have.
-        if not path.is_relative_to(ROOT / "hdl" / "sim")
-        for line, name in reserved_names(path.read_text())
-    ]
+        if not path.is_relative_to(ROOT / "hdl" / "sim"):
+            refused += [
+                f"{path}:{line}: {name} is a reserved word of SystemVerilog; choose another name"
+                for line, name in reserved_names(text)
+            ]
     if refused:
         print(*refused, sep="\n")
         return 1

@@ -12,14 +12,14 @@ package register_map_pkg is
 
   type naturals_t is array (natural range <>) of natural;
 
-  -- How many there are.
+  -- Number of registers.
   constant REGISTERS_TOTAL : positive := 33;
 
-  -- What some of them read as.
+  -- Constant contents of registers.
   constant IDENTIFICATION_WORD : word_t := x"506C6E66";
   constant VERSION_WORD        : word_t := x"01000200";
 
-  -- Their places: a quarter of the address.
+  -- Places of the registers: a quarter of the address in bytes.
   constant AT_IDENTIFICATION   : natural := 0;
   constant AT_VERSION          : natural := 1;
   constant AT_PARTS            : natural := 2;
@@ -54,7 +54,7 @@ package register_map_pkg is
   constant AT_LOAD_HIGH        : natural := 31;
   constant AT_LOAD_WORD        : natural := 32;
 
-  -- Their fields: the first bit, and of those of several bits how many.
+  -- Fields of the registers: the first bit, and the number of bits above 1.
 
   -- version: Release of plenofir, and number of the map.
   constant VERSION_PATCH      : natural  := 0;
@@ -213,13 +213,13 @@ package register_map_pkg is
   constant LOAD_HIGH_BITS      : natural  := 0;
   constant LOAD_HIGH_BITS_BITS : positive := 8;
 
-  -- Which of them can be read,
+  -- Registers that can be read.
   constant READABLE : std_logic_vector(0 to 32) := "111111111111101111111111111111110";
 
-  -- and which written.
+  -- Registers that can be written.
   constant WRITABLE : std_logic_vector(0 to 32) := "000000000010111111001110000000111";
 
-  -- Bits that a register keeps as they were written.
+  -- Bits that a register keeps as written.
   constant KEPT : words_t(0 to 32) :=
   (
     AT_ASKED_SLICE    => x"000000FF",
@@ -233,7 +233,7 @@ package register_map_pkg is
     others            => x"00000000"
   );
 
-  -- Bits of the register `parts` of which one has to be set; 0: it is always there.
+  -- Bits of the register `parts` of which one must be set; 0: the register always exists.
   constant NEEDS : naturals_t(0 to 32) :=
   (
     AT_ENGINE       => 3,

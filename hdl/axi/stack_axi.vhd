@@ -118,17 +118,17 @@ begin
   -- Ports have the names that Vivado looks for; inside, a bus is two records.
   bus_request <=
   (
-    s_axi_ctrl_awaddr,
-    s_axi_ctrl_awprot,
-    s_axi_ctrl_awvalid,
-    s_axi_ctrl_wdata,
-    s_axi_ctrl_wstrb,
-    s_axi_ctrl_wvalid,
-    s_axi_ctrl_bready,
-    s_axi_ctrl_araddr,
-    s_axi_ctrl_arprot,
-    s_axi_ctrl_arvalid,
-    s_axi_ctrl_rready
+    awaddr  => s_axi_ctrl_awaddr,
+    awprot  => s_axi_ctrl_awprot,
+    awvalid => s_axi_ctrl_awvalid,
+    wdata   => s_axi_ctrl_wdata,
+    wstrb   => s_axi_ctrl_wstrb,
+    wvalid  => s_axi_ctrl_wvalid,
+    bready  => s_axi_ctrl_bready,
+    araddr  => s_axi_ctrl_araddr,
+    arprot  => s_axi_ctrl_arprot,
+    arvalid => s_axi_ctrl_arvalid,
+    rready  => s_axi_ctrl_rready
   );
 
   -- Block designs do not connect fields of records, so each wire has a port of its own.
@@ -143,7 +143,14 @@ begin
 
   -- Both streams are counted at the ports. The input passes through the registers, which drop it until the core runs.
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
-  watched <= (out_tvalid, m_axis_tready, out_tuser, x"00", out_tlast);
+  watched <=
+  (
+    tvalid => out_tvalid,
+    tready => m_axis_tready,
+    tuser  => out_tuser,
+    tid    => x"00",
+    tlast  => out_tlast
+  );
 
   -- The read-only registers are computed from the generics, so software finds what was built.
   registers : entity work.refocuser_registers

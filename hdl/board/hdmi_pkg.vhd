@@ -201,7 +201,18 @@ package body hdmi_pkg is
   ) return panel_t is
   begin
 
-    return (vector(8), vector(7), vector(6), vector(5), vector(4), vector(3), vector(2), vector(1), vector(0));
+    return
+    (
+      button_up      => vector(8),
+      button_down    => vector(7),
+      button_clear   => vector(6),
+      switch_pattern => vector(5),
+      switch_pass    => vector(4),
+      switch_sweep   => vector(3),
+      button_output  => vector(2),
+      switch_hide    => vector(1),
+      switch_bottom  => vector(0)
+    );
 
   end function to_panel;
 

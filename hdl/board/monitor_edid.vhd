@@ -414,7 +414,14 @@ begin
           -- The read broke off, or the bytes are no EDID.
           monitor.state <= NO_EDID;
         else
-          monitor <= (AN_EDID, preferred(11 downto 0), preferred(23 downto 12), preferred(35 downto 24), found);
+          monitor <=
+          (
+            state   => AN_EDID,
+            columns => preferred(11 downto 0),
+            rows    => preferred(23 downto 12),
+            rate    => preferred(35 downto 24),
+            offered => found
+          );
         end if;
       end if;
       if reset = '1' then

@@ -360,9 +360,16 @@ package body arithmetic_pkg is
   ) return pass_t is
   begin
 
-    return (value_bits(arithmetic, pass), value_bits(arithmetic, pass + 1), not arithmetic.exact,
-            scale_bits(arithmetic, pass), product_max(arithmetic, pass),
-            arithmetic.micro_image_size * product_max(arithmetic, pass), drop_bits(arithmetic, pass));
+    return
+    (
+      data_bits   => value_bits(arithmetic, pass),
+      result_bits => value_bits(arithmetic, pass + 1),
+      stored      => not arithmetic.exact,
+      scale_bits  => scale_bits(arithmetic, pass),
+      product_max => product_max(arithmetic, pass),
+      sum_max     => arithmetic.micro_image_size * product_max(arithmetic, pass),
+      drop_bits   => drop_bits(arithmetic, pass)
+    );
 
   end function pass_of;
 
@@ -372,7 +379,16 @@ package body arithmetic_pkg is
   ) return pass_t is
   begin
 
-    return (bits_for(largest), bits_for(micro_image_size * largest), false, 0, largest, micro_image_size * largest, 0);
+    return
+    (
+      data_bits   => bits_for(largest),
+      result_bits => bits_for(micro_image_size * largest),
+      stored      => false,
+      scale_bits  => 0,
+      product_max => largest,
+      sum_max     => micro_image_size * largest,
+      drop_bits   => 0
+    );
 
   end function exact_pass;
 

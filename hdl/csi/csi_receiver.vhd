@@ -265,12 +265,12 @@ begin
 
   read_mark <=
   (
-    read_word(EVENT_KINDS - 1 downto 0),
-    read_word(MARKS - 1 downto EVENT_KINDS),
-    read_word(MARKS),
-    read_word(MARKS + 1),
-    read_word(MARKS + 2),
-    to_integer(unsigned(read_word(LAST_BITS + MARKS + 2 downto MARKS + 3)))
+    events     => read_word(EVENT_KINDS - 1 downto 0),
+    identifier => read_word(MARKS - 1 downto EVENT_KINDS),
+    has_pixels => read_word(MARKS),
+    first      => read_word(MARKS + 1),
+    ends       => read_word(MARKS + 2),
+    last       => to_integer(unsigned(read_word(LAST_BITS + MARKS + 2 downto MARKS + 3)))
   );
 
   stream : entity work.pixel_stream

@@ -56,20 +56,21 @@ architecture rtl of lens_sums is
 
     constant LOW : natural := (number * BUILD.slices + SLICE) * DATA_BITS;
 
-    variable own  : std_logic_vector(DATA_BITS - 1 downto 0);
-    variable luma : unsigned(LUMA_BITS - 1 downto 0);
+    variable pixel : std_logic_vector(DATA_BITS - 1 downto 0);
+    variable luma  : unsigned(LUMA_BITS - 1 downto 0);
 
   -- The position in the stack is constant, so selecting it takes no logic.
 
   begin
 
-    own  := stack(LOW + DATA_BITS - 1 downto LOW);
-    luma := resize(unsigned(own(BUILD.pixel_bits - 1 downto 0)), LUMA_BITS);
+    pixel := stack(LOW + DATA_BITS - 1 downto LOW);
+    luma  := resize(unsigned(pixel(BUILD.pixel_bits - 1 downto 0)), LUMA_BITS);
 
     -- Weights 1, 2, 1 are close to those of the eye, and need no multipliers.
     if BUILD.channels = 3 then
-      luma := luma + shift_left(resize(unsigned(own(2 * BUILD.pixel_bits - 1 downto BUILD.pixel_bits)), LUMA_BITS), 1) +
-              resize(unsigned(own(own'high downto own'high - BUILD.pixel_bits + 1)), LUMA_BITS);
+      luma := luma + resize(unsigned(pixel(pixel'high downto pixel'high - BUILD.pixel_bits + 1)), LUMA_BITS) +
+              shift_left(
+                         resize(unsigned(pixel(2 * BUILD.pixel_bits - 1 downto BUILD.pixel_bits)), LUMA_BITS), 1);
     end if;
 
     return luma;
@@ -94,7 +95,7 @@ architecture rtl of lens_sums is
   -- Names of signals end in the number of clocks behind a token. Clock 1: the place, and the luma of the token's own
   -- micro image and of the next one.
   signal place_1 : lens_place_t;
-  signal own_1   : unsigned(PART_BITS - 1 downto 0) := (others => '0');
+  signal this_1  : unsigned(PART_BITS - 1 downto 0) := (others => '0');
   signal next_1  : unsigned(PART_BITS - 1 downto 0) := (others => '0');
   signal lens_1  : address_t;
   -- Clock 2: the line's sum so far; the sum with which the next micro image begins (rest); the lines above; tail: a
@@ -124,7 +125,7 @@ begin
 
       if rising_edge(clk) then
         place_1 <= place;
-        own_1   <= luma_of(data, 0);
+        this_1  <= luma_of(data, 0);
       end if;
 
     end process find_luma;
@@ -143,28 +144,28 @@ begin
 
     add_pixels : process (clk) is
 
-      variable own    : unsigned(PART_BITS - 1 downto 0);
-      variable behind : unsigned(PART_BITS - 1 downto 0);
+      variable this_lens : unsigned(PART_BITS - 1 downto 0);
+      variable behind    : unsigned(PART_BITS - 1 downto 0);
 
     begin
 
       if rising_edge(clk) then
-        place_0 <= place;
-        ahead_0 <= ahead;
-        place_1 <= place_0;
-        own     := (others => '0');
-        behind  := (others => '0');
+        place_0   <= place;
+        ahead_0   <= ahead;
+        place_1   <= place_0;
+        this_lens := (others => '0');
+        behind    := (others => '0');
 
         -- Lumas take one clock and their sums another: P of both would be too long for one.
         for j in 0 to BUILD.pixels - 1 loop
 
           lumas_0(j) <= luma_of(data, j);
-          own        := own + where_set(not ahead_0(j), lumas_0(j));
+          this_lens  := this_lens + where_set(not ahead_0(j), lumas_0(j));
           behind     := behind + where_set(ahead_0(j), lumas_0(j));
 
         end loop;
 
-        own_1  <= own;
+        this_1 <= this_lens;
         next_1 <= behind;
       end if;
 
@@ -183,10 +184,10 @@ begin
   begin
 
     if rising_edge(clk) then
-      so_far := resize(own_1, SUM_BITS);
+      so_far := resize(this_1, SUM_BITS);
       -- A micro image continues with the sum of the tokens before.
       if place_1.lens_first = '0' then
-        so_far := rest_2 + own_1;
+        so_far := rest_2 + this_1;
       end if;
 
       -- The line's sum changes only with pixels.

@@ -64,15 +64,15 @@ begin
 
   slice : for s in 0 to BUILD.slices - 1 generate
 
-    signal own : sharpness_t;
+    signal new_value : sharpness_t;
 
   begin
 
     -- Stage s compares slice s with the best of the slices before it.
-    own <= unsigned(sharpness((s + 1) * BUILD.sharpness_bits - 1 downto s * BUILD.sharpness_bits));
+    new_value <= unsigned(sharpness((s + 1) * BUILD.sharpness_bits - 1 downto s * BUILD.sharpness_bits));
 
     alike : if not WEIGHS generate
-      weighed(s) <= own;
+      weighed(s) <= new_value;
     end generate alike;
 
     by_weight : if WEIGHS generate
@@ -89,12 +89,12 @@ begin
       begin
 
         if rising_edge(clk) then
-          sixteen := own & "0000";
+          sixteen := new_value & "0000";
           -- The weight takes one subtraction, because LESS is a power of two.
           if LESS = 1 then
-            sixteen := sixteen - own;
+            sixteen := sixteen - new_value;
           elsif LESS > 1 then
-            sixteen := sixteen - (own & "00");
+            sixteen := sixteen - (new_value & "00");
           end if;
           weighed(s) <= sixteen(BUILD.sharpness_bits + 3 downto 4);
         end if;

@@ -88,9 +88,27 @@ architecture rtl of sharpness_index is
   constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
 
   constant BUILD : index_build_t :=
-  (M, SLICES, P, divide_up(MAX_COLUMNS, P), LENSES, CHANNELS, PIXEL_BITS, DATA_BITS, RADIUS, VOTE_RADIUS, CONFIDENCE,
-    CROPPED, BETWEEN, PICTURE, CHOSEN_TOO, SUM_BITS, row_sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS), ALL_BITS,
-    sharpness_delay(M, RADIUS, VOTE_RADIUS), index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P)
+  (
+    MICRO_IMAGE_SIZE => M,
+    SLICES           => SLICES,
+    pixels           => P,
+    tokens           => divide_up(MAX_COLUMNS, P),
+    LENSES           => LENSES,
+    CHANNELS         => CHANNELS,
+    PIXEL_BITS       => PIXEL_BITS,
+    pixel_width      => DATA_BITS,
+    RADIUS           => RADIUS,
+    VOTE_RADIUS      => VOTE_RADIUS,
+    CONFIDENCE       => CONFIDENCE,
+    CROPPED          => CROPPED,
+    BETWEEN          => BETWEEN,
+    PICTURE          => PICTURE,
+    CHOSEN_TOO       => CHOSEN_TOO,
+    SUM_BITS         => SUM_BITS,
+    row_bits         => row_sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS),
+    sharpness_bits   => ALL_BITS,
+    ring_lines       => sharpness_delay(M, RADIUS, VOTE_RADIUS),
+    index_latency    => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P)
   );
 
   -- Clocks from the scan's address to the micro image in the middle of the window, and to its index.

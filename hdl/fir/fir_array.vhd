@@ -70,9 +70,7 @@ entity fir_array is
     SHARPENING : string := "";
     -- Width of the weights that divide the sums (exact, one row at a time, not sharpened); 0: the sums are
     -- divided by M * M.
-    WEIGHT_BITS : natural range 0 to 31 := 0;
-    -- Whether all rows of a column come out with the same token.
-    DESKEW : boolean := false
+    WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
@@ -97,7 +95,15 @@ architecture rtl of fir_array is
 
   -- Passes are numbered from 0: rows first, then columns.
   constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
-  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
+  constant ARITHMETIC : arithmetic_t :=
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    PIXEL_BITS       => PIXEL_BITS,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    PASSES           => PASSES
+  );
 
   constant REFUSED : boolean := not (takes_columns("fir_array", MAX_COLUMNS) and
                                      takes_arithmetic("fir_array", ARITHMETIC) and
@@ -306,8 +312,7 @@ begin
   back_to_rows : entity work.row_results
     generic map (
       PARALLEL_ROWS => PARALLEL_ROWS,
-      SUM_BITS      => CHANNELS * RESULT_SUM_BITS,
-      DESKEW        => DESKEW
+      SUM_BITS      => CHANNELS * RESULT_SUM_BITS
     )
     port map (
       clk         => clk,

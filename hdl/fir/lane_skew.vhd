@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Skew registers: delay each of N words side by side by one token more than the word before it.
 --
--- Latency: i tokens for word i (REVERSED: LANES-1-i tokens). Throughput: one word of each row each clock.
+-- Latency: i tokens for word i. Throughput: one word of each row each clock.
 -- Equation: data_out(lane i, token t) = data_in(lane i, token t - i).
 
 library ieee;
@@ -9,16 +9,13 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.delay_pkg.all;
-use work.math_pkg.all;
 
 entity lane_skew is
   generic (
     -- N, words side by side.
     LANES : positive;
     -- Width of a word.
-    WIDTH : positive;
-    -- true: the last word is the one without delay.
-    REVERSED : boolean := false
+    WIDTH : positive
   );
   port (
     clk   : in    std_logic;
@@ -35,14 +32,12 @@ architecture rtl of lane_skew is
 
 begin
 
-  -- Word 0 (REVERSED: the last word) is a wire. Each word has a chain of its own: shift registers in LUTs have no
-  -- taps, so a shared chain would consist of flip-flops.
+  -- Word 0 is a wire. Each word has a chain of its own: shift registers in LUTs have no taps, so a shared chain would
+  -- consist of flip-flops.
   lane : for i in 0 to LANES - 1 generate
 
-    constant LENGTH : natural := choose(REVERSED, LANES - 1 - i, i);
-
     signal word  : std_logic_vector(WIDTH - 1 downto 0);
-    signal words : std_logic_vector(delay_bits(WIDTH, LENGTH) - 1 downto 0) := (others => '0');
+    signal words : std_logic_vector(delay_bits(WIDTH, i) - 1 downto 0) := (others => '0');
 
   begin
 
@@ -57,7 +52,7 @@ begin
 
     end process move;
 
-    data_out((i + 1) * WIDTH - 1 downto i * WIDTH) <= delayed(words, word, LENGTH);
+    data_out((i + 1) * WIDTH - 1 downto i * WIDTH) <= delayed(words, word, i);
 
   end generate lane;
 

@@ -22,9 +22,7 @@ entity row_results is
     -- N, rows of a band.
     PARALLEL_ROWS : positive;
     -- Width of the sums of a pixel, all channels.
-    SUM_BITS : positive;
-    -- Whether all rows of a column come out with the same token.
-    DESKEW : boolean
+    SUM_BITS : positive
   );
   port (
     clk   : in    std_logic;
@@ -63,7 +61,6 @@ architecture rtl of row_results is
   signal raw_tags   : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skew_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skewed     : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
-  signal aligned    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
 
@@ -156,29 +153,6 @@ begin
 
   end generate row_result;
 
-  skewed_results : if not DESKEW generate
-    aligned <= skewed;
-  end generate skewed_results;
-
-  deskewed_results : if DESKEW generate
-
-    -- The other way round: row 0 waits longest, so that all pixels of a column leave together.
-    deskew_rows : entity work.lane_skew
-      generic map (
-        LANES    => PARALLEL_ROWS,
-        WIDTH    => RESULT_BITS,
-        REVERSED => true
-      )
-      port map (
-        clk      => clk,
-        reset    => reset,
-        enable   => token.strobe,
-        data_in  => skewed,
-        data_out => aligned
-      );
-
-  end generate deskewed_results;
-
   row_out : for r in 0 to PARALLEL_ROWS - 1 generate
 
     signal result : std_logic_vector(RESULT_BITS - 1 downto 0);
@@ -186,7 +160,7 @@ begin
 
   begin
 
-    result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
+    result <= skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
     -- Results are gated only here: between tokens the skew registers and their outputs hold.
     used <= result(0) and token.strobe;
 

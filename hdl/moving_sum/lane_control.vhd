@@ -160,21 +160,21 @@ architecture rtl of lane_control is
   -- tag: mark of a line's first token (bit 0) and its slice. out_tag: the tag of DELAY tokens before, which is
   -- that of the token whose outputs leave.
   signal tag     : std_logic_vector(slice'length downto 0);
-  signal due_tag : std_logic_vector(slice'length downto 0);
+  signal out_tag : std_logic_vector(slice'length downto 0);
   signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
   -- The token that came in, 1 clock behind it.
-  signal own_first : std_logic             := '0';
-  signal own_live  : std_logic             := '0';
-  signal own_slice : unsigned(slice'range) := (others => '0');
-  signal own_count : count_t               := 0;
-  signal own       : position_t            := (place => 0, row => (others => '0'));
+  signal in_first    : std_logic             := '0';
+  signal in_live     : std_logic             := '0';
+  signal in_slice    : unsigned(slice'range) := (others => '0');
+  signal in_count    : count_t               := 0;
+  signal in_position : position_t            := (place => 0, row => (others => '0'));
   -- The outputs that leave: whether they begin a line, their slice, their place and row, and rows since output 0.
-  signal step_now  : std_logic                          := '0';
-  signal due_first : std_logic                          := '0';
-  signal due_slice : unsigned(slice'range)              := (others => '0');
-  signal due       : position_t                         := (place => 0, row => (others => '0'));
-  signal due_rows  : natural range 0 to BUILD.most_rows := 0;
+  signal step_now     : std_logic                          := '0';
+  signal out_first    : std_logic                          := '0';
+  signal out_slice    : unsigned(slice'range)              := (others => '0');
+  signal out_position : position_t                         := (place => 0, row => (others => '0'));
+  signal out_rows     : natural range 0 to BUILD.most_rows := 0;
   -- following: place of the line's next token; last_end: place behind the last pixel of the outputs' line;
   -- line_row: row of the line's first token; ended: where the line before ended.
   signal following : position_t := (place => 0, row => (others => '0'));
@@ -189,20 +189,20 @@ begin
   tag <= std_logic_vector(slice) & (first and strobe);
 
   -- Outputs come DELAY tokens behind their pixels, so a delay line gives the begin of their line: no second counter.
-  due_tag <= delayed(tags, tag, DELAY);
+  out_tag <= delayed(tags, tag, DELAY);
 
-  write_1.valid <= step_now and own_live;
-  write_1.place <= own.place;
-  write_1.row   <= resize(own.row, 16);
-  fresh_1       <= own_first;
-  ahead_1       <= mask_of(AHEAD, own_slice, own_count);
-  held_1        <= mask_of(HELD, own_slice, own_count);
+  write_1.valid <= step_now and in_live;
+  write_1.place <= in_position.place;
+  write_1.row   <= resize(in_position.row, 16);
+  fresh_1       <= in_first;
+  ahead_1       <= mask_of(AHEAD, in_slice, in_count);
+  held_1        <= mask_of(HELD, in_slice, in_count);
   read_1.active <= step_now;
-  read_1.take   <= due_first;
-  read_1.slice  <= resize(due_slice, 8);
-  read_1.place  <= due.place;
-  read_1.row    <= resize(due.row, 16);
-  read_1.rows   <= due_rows;
+  read_1.take   <= out_first;
+  read_1.slice  <= resize(out_slice, 8);
+  read_1.place  <= out_position.place;
+  read_1.row    <= resize(out_position.row, 16);
+  read_1.rows   <= out_rows;
   -- The end of the outputs' line: the place of its next token while the line still comes in, else where it ended.
   last_end <= following when same = '1' else
               ended;
@@ -213,7 +213,7 @@ begin
   count_tokens : process (clk) is
 
     variable now      : position_t;
-    variable then_due : position_t;
+    variable then_out : position_t;
 
   begin
 
@@ -221,23 +221,23 @@ begin
       step_now <= strobe;
       tags     <= moved_on(tags, tag, strobe, reset);
       if strobe = '1' then
-        own_first <= first;
-        own_live  <= live;
-        now       := following;
+        in_first <= first;
+        in_live  <= live;
+        now      := following;
         -- A line begins at bank 0 of a new row, so a pixel's bank follows from its column alone.
         if first = '1' then
           now.place := 0;
           now.row   := following.row + 1;
           line_row  <= now.row;
           -- The line before has got its last pixel.
-          ended     <= following;
-          own_slice <= slice;
-          own_count <= 0;
-        elsif own_count < DELAY then
+          ended    <= following;
+          in_slice <= slice;
+          in_count <= 0;
+        elsif in_count < DELAY then
           -- The count stops where the masks end.
-          own_count <= own_count + 1;
+          in_count <= in_count + 1;
         end if;
-        own <= now;
+        in_position <= now;
         -- Empty tokens behind a line move its outputs on but take no place, because nothing would read it.
         if live = '1' then
           following <= token_behind(now);
@@ -245,23 +245,23 @@ begin
           following <= now;
         end if;
 
-        due_first <= due_tag(0);
-        then_due  := token_behind(due);
-        if due_tag(0) = '1' then
-          due_slice <= unsigned(due_tag(due_tag'high downto 1));
-          due.place <= 0;
-          due.row   <= line_row;
+        out_first <= out_tag(0);
+        then_out  := token_behind(out_position);
+        if out_tag(0) = '1' then
+          out_slice          <= unsigned(out_tag(out_tag'high downto 1));
+          out_position.place <= 0;
+          out_position.row   <= line_row;
           -- Without delay, the outputs of the line that begins leave at once.
           if first = '1' then
-            due.row <= now.row;
+            out_position.row <= now.row;
           end if;
-          due_rows <= 0;
+          out_rows <= 0;
           same     <= '1';
         else
-          due <= then_due;
+          out_position <= then_out;
           -- The count stops where the tables end; rows beyond all need the same.
-          if then_due.row /= due.row and due_rows < BUILD.most_rows then
-            due_rows <= due_rows + 1;
+          if then_out.row /= out_position.row and out_rows < BUILD.most_rows then
+            out_rows <= out_rows + 1;
           end if;
           -- A newer line comes in while outputs of this one still leave.
           if first = '1' then

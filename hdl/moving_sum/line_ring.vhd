@@ -265,23 +265,23 @@ architecture rtl of line_ring is
   signal phase_2       : phase_t              := 0;
   signal live_2        : std_logic            := '0';
   signal take_2        : std_logic            := '0';
-  signal own_place_2   : place_t              := 0;
+  signal in_place_2    : place_t              := 0;
   signal step_3        : std_logic            := '0';
   signal phase_3       : phase_t              := 0;
   signal stored_3      : std_logic            := '0';
   signal take_3        : std_logic            := '0';
   signal enter_phase_3 : phase_t              := 0;
-  signal own_place_3   : place_t              := 0;
+  signal in_place_3    : place_t              := 0;
   signal enter_place_3 : place_t              := 0;
   signal leave_place_3 : place_t              := 0;
   signal stored_4      : std_logic            := '0';
-  signal own_line_4    : address_t            := (others => '0');
+  signal in_line_4     : address_t            := (others => '0');
   signal enter_line_4  : address_t            := (others => '0');
   signal leave_line_4  : address_t            := (others => '0');
-  signal own_bank_4    : natural range 0 to 1 := 0;
+  signal in_bank_4     : natural range 0 to 1 := 0;
   signal enter_bank_4  : natural range 0 to 1 := 0;
   signal stored_5      : std_logic            := '0';
-  signal own_bank_5    : natural range 0 to 1 := 0;
+  signal in_bank_5     : natural range 0 to 1 := 0;
   signal write_address : address_t            := (others => '0');
   signal read_address  : addresses_t          := (others => (others => '0'));
   signal enter_bank_5  : natural range 0 to 1 := 0;
@@ -298,7 +298,7 @@ begin
   -- A ring's places are read and moved once a line, so clocks are counted from the token that begins the line.
   find_lines : process (clk) is
 
-    variable next_own   : place_t;
+    variable next_in    : place_t;
     variable next_enter : place_t;
 
   begin
@@ -309,14 +309,14 @@ begin
       if control.step_1 = '1' and control.first_1 = '1' then
         frame_place <= write_place;
       end if;
-      step_2      <= control.step_1;
-      phase_2     <= phase_1;
-      own_place_2 <= write_place(phase_1);
-      live_2      <= control.live_1;
-      take_2      <= control.take_1;
+      step_2     <= control.step_1;
+      phase_2    <= phase_1;
+      in_place_2 <= write_place(phase_1);
+      live_2     <= control.live_1;
+      take_2     <= control.take_1;
 
       -- Clock 2: the line that enters and its neighbour in the ring; with output 0 the first lines that enter.
-      next_own := place_behind(own_place_2, RING_OF(phase_2));
+      next_in  := place_behind(in_place_2, RING_OF(phase_2));
       step_3   <= step_2;
       stored_3 <= '0';
       -- Phases whose lines always enter at once are not stored.
@@ -325,7 +325,7 @@ begin
       end if;
       if step_2 = '1' then
         phase_3       <= phase_2;
-        own_place_3   <= own_place_2;
+        in_place_3    <= in_place_2;
         enter_phase_3 <= control.enter_phase_2;
         enter_place_3 <= enter_place(control.enter_phase_2);
         -- M steps before, the line of the same phase entered: it is the neighbour in the ring of the line
@@ -338,7 +338,7 @@ begin
 
           -- Flush lines take no place, or they would overwrite lines that are still read.
           if v = phase_2 and live_2 = '1' then
-            write_place(v) <= next_own;
+            write_place(v) <= next_in;
           end if;
           -- With output 0, each ring's first line that enters is found from where the frame began.
           if take_2 = '1' then
@@ -366,12 +366,12 @@ begin
       end if;
 
       -- Clock 3: addresses of lines.
-      own_line_4   <= line_address(own_place_3, phase_3);
+      in_line_4    <= line_address(in_place_3, phase_3);
       enter_line_4 <= line_address(enter_place_3, enter_phase_3);
       leave_line_4 <= line_address(leave_place_3, enter_phase_3);
       -- Lines of a ring alternate between the banks. The entering and the leaving line are neighbours, so they
       -- lie in different banks and are read in one clock.
-      own_bank_4   <= own_place_3 mod BANKS;
+      in_bank_4    <= in_place_3 mod BANKS;
       enter_bank_4 <= enter_place_3 mod BANKS;
       stored_4     <= stored_3;
 
@@ -391,10 +391,10 @@ begin
 
     if rising_edge(clk) then
       -- Clock 4: addresses of pixels.
-      own_bank_5 <= own_bank_4;
-      stored_5   <= stored_4;
+      in_bank_5 <= in_bank_4;
+      stored_5  <= stored_4;
       -- Line and column are added in a clock of their own, in front of the memories' address registers.
-      write_address <= own_line_4 + column_4;
+      write_address <= in_line_4 + column_4;
 
       for b in 0 to BANKS - 1 loop
 
@@ -423,7 +423,7 @@ begin
   begin
 
     -- A word goes to the bank that its ring has reached.
-    write_enable <= active_5 and stored_5 when own_bank_5 = b else
+    write_enable <= active_5 and stored_5 when in_bank_5 = b else
                     '0';
 
     lines : entity work.ram_blocks

@@ -85,7 +85,15 @@ architecture rtl of moving_sum_array is
   constant GEOMETRY : geometry_t := geometry_of("moving_sum_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
-  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
+  constant ARITHMETIC : arithmetic_t :=
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    PIXEL_BITS       => PIXEL_BITS,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    PASSES           => PASSES
+  );
 
   constant REFUSED : boolean := not (takes_columns("moving_sum_array", MAX_COLUMNS) and
                                      takes_arithmetic("moving_sum_array", ARITHMETIC) and

@@ -218,33 +218,33 @@ architecture rtl of moving_sum_control is
   -- tag: `first` of the step that arrives (bit 0) and its slice. out_tag: the tag of DELAY steps before, which is
   -- that of the step whose output leaves.
   signal tag     : std_logic_vector(slice'length downto 0);
-  signal due_tag : std_logic_vector(slice'length downto 0);
+  signal out_tag : std_logic_vector(slice'length downto 0);
   signal tags    : std_logic_vector(delay_bits(slice'length + 1, DELAY) - 1 downto 0) := (others => '0');
 
   -- 1 clock from advance: in_ belongs to the pixel that arrives, out_ to the output that leaves.
-  signal step_now  : std_logic             := '0';
-  signal own_phase : phase_t               := 0;
-  signal own_slice : unsigned(slice'range) := (others => '0');
-  signal own_count : count_t               := REACHED + 1;
-  signal own_first : std_logic             := '0';
-  signal own_live  : std_logic             := '0';
+  signal step_now : std_logic             := '0';
+  signal in_phase : phase_t               := 0;
+  signal in_slice : unsigned(slice'range) := (others => '0');
+  signal in_count : count_t               := REACHED + 1;
+  signal in_first : std_logic             := '0';
+  signal in_live  : std_logic             := '0';
   -- Steps since the last one with a pixel.
-  signal own_ended : count_t               := REACHED + 1;
-  signal due_phase : phase_t               := 0;
-  signal due_slice : unsigned(slice'range) := (others => '0');
-  signal due_count : count_t               := 0;
-  signal due_first : std_logic             := '0';
-  signal due_ended : count_t               := REACHED + 1;
+  signal in_ended  : count_t               := REACHED + 1;
+  signal out_phase : phase_t               := 0;
+  signal out_slice : unsigned(slice'range) := (others => '0');
+  signal out_count : count_t               := 0;
+  signal out_first : std_logic             := '0';
+  signal out_ended : count_t               := REACHED + 1;
   -- The line whose outputs leave is the line whose pixels arrive.
   signal same : std_logic := '0';
 
   -- 2 clocks from advance.
   signal initial_2      : std_logic := '0';
   signal initial_held_2 : std_logic := '0';
-  signal own_first_2    : std_logic := '0';
-  signal due_count_2    : count_t   := 0;
-  signal due_ended_2    : count_t   := 0;
-  signal due_first_2    : std_logic := '0';
+  signal in_first_2     : std_logic := '0';
+  signal out_count_2    : count_t   := 0;
+  signal out_ended_2    : count_t   := 0;
+  signal out_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
   -- The counts minus M, to compare with the age of the pixel that leaves. They are registers because the age comes
   -- late from its ROM.
@@ -258,18 +258,18 @@ begin
   -- The mark of a line's begin and its slice wait as one word for DELAY steps; they come out with the line's output 0.
   tag <= std_logic_vector(slice) & (first and advance);
 
-  due_tag <= delayed(tags, tag, DELAY);
+  out_tag <= delayed(tags, tag, DELAY);
 
   ring.step_1  <= step_now;
-  ring.phase_1 <= own_phase;
-  ring.first_1 <= own_first;
-  ring.live_1  <= own_live;
-  ring.take_1  <= due_first;
-  ring.slice_1 <= resize(due_slice, slice_t'length);
+  ring.phase_1 <= in_phase;
+  ring.first_1 <= in_first;
+  ring.live_1  <= in_live;
+  ring.take_1  <= out_first;
+  ring.slice_1 <= resize(out_slice, slice_t'length);
 
   count_steps : process (clk) is
 
-    variable due_now   : std_logic;
+    variable out_now   : std_logic;
     variable now_ended : count_t;
 
   begin
@@ -278,55 +278,55 @@ begin
       step_now <= advance;
       tags     <= moved_on(tags, tag, advance, reset);
       if advance = '1' then
-        due_now   := due_tag(0);
+        out_now   := out_tag(0);
         now_ended := 0;
         -- Steps since the last pixel of the line: pixels behind it do not exist and count as zero.
         if live = '0' then
-          now_ended := next_count(own_ended);
+          now_ended := next_count(in_ended);
         end if;
-        own_live  <= live;
-        own_ended <= now_ended;
-        own_first <= first;
-        due_first <= due_now;
+        in_live   <= live;
+        in_ended  <= now_ended;
+        in_first  <= first;
+        out_first <= out_now;
         if first = '1' then
-          own_phase <= 0;
-          own_count <= 0;
-          own_slice <= slice;
+          in_phase <= 0;
+          in_count <= 0;
+          in_slice <= slice;
         else
-          own_phase <= next_phase(own_phase);
-          own_count <= next_count(own_count);
+          in_phase <= next_phase(in_phase);
+          in_count <= next_count(in_count);
         end if;
         -- The output's line begins DELAY steps behind its first pixel; count and phase of the output start there.
-        if due_now = '1' then
-          due_phase <= 0;
-          due_count <= DELAY;
+        if out_now = '1' then
+          out_phase <= 0;
+          out_count <= DELAY;
           -- The slice of a line holds for its outputs, even if a newer line has another one.
-          due_slice <= unsigned(due_tag(due_tag'high downto 1));
+          out_slice <= unsigned(out_tag(out_tag'high downto 1));
         else
-          due_phase <= next_phase(due_phase);
-          due_count <= next_count(due_count);
+          out_phase <= next_phase(out_phase);
+          out_count <= next_count(out_count);
         end if;
         -- Pixels and outputs belong to one line from its output 0 on until a newer line begins.
-        if due_now = '1' then
+        if out_now = '1' then
           same <= '1';
         elsif first = '1' then
           same <= '0';
         end if;
         -- The end of the outputs' line: that of the pixels while both belong to one line, afterwards counted on alone.
-        if due_now = '1' or (same = '1' and first = '0') then
-          due_ended <= now_ended;
+        if out_now = '1' or (same = '1' and first = '0') then
+          out_ended <= now_ended;
         else
-          due_ended <= next_count(due_ended);
+          out_ended <= next_count(out_ended);
         end if;
       end if;
       -- After reset no stored pixel counts.
       if reset = '1' then
         step_now  <= '0';
         same      <= '0';
-        own_count <= REACHED + 1;
-        own_ended <= REACHED + 1;
-        due_count <= 0;
-        due_ended <= REACHED + 1;
+        in_count  <= REACHED + 1;
+        in_ended  <= REACHED + 1;
+        out_count <= 0;
+        out_ended <= REACHED + 1;
       end if;
     end if;
 
@@ -334,31 +334,31 @@ begin
 
   look_up : process (clk) is
 
-    variable own : natural range 0 to larger(WORDS - 1, 1);
-    variable row : natural range 0 to larger(WORDS - 1, 1);
+    variable in_row : natural range 0 to larger(WORDS - 1, 1);
+    variable row    : natural range 0 to larger(WORDS - 1, 1);
 
   begin
 
     if rising_edge(clk) then
       -- Two reads of the tables: one for the pixel that arrives, one for the output that leaves, which may
       -- belong to the line before.
-      own := table_row(SLICES, M, own_slice, own_phase);
-      row := table_row(SLICES, M, due_slice, due_phase);
+      in_row := table_row(SLICES, M, in_slice, in_phase);
+      row    := table_row(SLICES, M, out_slice, out_phase);
       -- An entity for one slice of a stack reads that slice's rows only, so tools drop the others.
       if FIXED_SLICE >= 0 then
-        own := FIXED_SLICE * SLICE_STEP + own_phase;
-        row := FIXED_SLICE * SLICE_STEP + due_phase;
+        in_row := FIXED_SLICE * SLICE_STEP + in_phase;
+        row    := FIXED_SLICE * SLICE_STEP + out_phase;
       end if;
 
-      initial_2      <= own_live and to_logic(own_count = INITIAL_INDEX_OF(own) and own_count <= REACHED);
-      initial_held_2 <= own_live and to_logic(own_count = HELD_INDEX_OF(own) and own_count <= REACHED);
-      own_first_2    <= own_first;
-      due_count_2    <= due_count;
-      due_ended_2    <= due_ended;
+      initial_2      <= in_live and to_logic(in_count = INITIAL_INDEX_OF(in_row) and in_count <= REACHED);
+      initial_held_2 <= in_live and to_logic(in_count = HELD_INDEX_OF(in_row) and in_count <= REACHED);
+      in_first_2     <= in_first;
+      out_count_2    <= out_count;
+      out_ended_2    <= out_ended;
       -- The differences are computed here, so that only a comparison is left when the age is known.
-      left_count_2       <= due_count - M;
-      left_ended_2       <= due_ended - M;
-      due_first_2        <= due_first;
+      left_count_2       <= out_count - M;
+      left_ended_2       <= out_ended - M;
+      out_first_2        <= out_first;
       ring.enter_phase_2 <= PHASE_OF(row);
       age_2              <= AGE_OF(row);
       update_2           <= to_logic(BEGINS(row) = 2);
@@ -373,14 +373,14 @@ begin
     if rising_edge(clk) then
       -- Pixels enter from the line's first one on. They go on behind its end, where they count as zero, so
       -- that places in memory always move alike.
-      ring.moves_3 <= to_logic(age_2 <= due_count_2);
+      ring.moves_3 <= to_logic(age_2 <= out_count_2);
       age_3        <= age_2;
 
       -- A pixel's index is the count less its age. The pixel counts if that is not before the line's begin
       -- (count) and not behind its end (ended).
       choice_3 <=
       (
-        enter     => to_logic(age_2 <= due_count_2 and age_2 >= due_ended_2),
+        enter     => to_logic(age_2 <= out_count_2 and age_2 >= out_ended_2),
         enter_now => to_logic(age_2 = 0),
         leave     => to_logic(age_2 <= left_count_2 and age_2 >= left_ended_2)
       );
@@ -388,13 +388,13 @@ begin
       -- An output leaves while its index belongs to the line: up to DELAY steps behind the last pixel.
       command_3 <=
       (
-        fresh    => own_first_2,
+        fresh    => in_first_2,
         to_first => initial_2,
         to_held  => initial_held_2,
-        take     => due_first_2,
+        take     => out_first_2,
         clear    => clear_2,
         update   => update_2,
-        due      => to_logic(due_ended_2 <= DELAY)
+        due      => to_logic(out_ended_2 <= DELAY)
       );
     end if;
 

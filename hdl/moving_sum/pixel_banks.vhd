@@ -233,7 +233,7 @@ architecture rtl of pixel_banks is
   signal write_turn : place_t;
   signal rotated_1  : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   -- Clock 2: what is written and where; the rows to read, relative to the output's; and the limits of the line.
-  signal own_2      : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal in_2       : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   signal writes_2   : flags_t                                    := (others => '0');
   signal wrapped_2  : flags_t                                    := (others => '0');
   signal row_2      : row_t                                      := (others => '0');
@@ -294,7 +294,7 @@ begin
 
     if rising_edge(clk) then
       -- Clock 1: the word to write, and where the outputs' pixels are.
-      own_2      <= rotated_1;
+      in_2       <= rotated_1;
       row_2      <= write_row_1;
       next_row_2 <= write_row_1 + 1;
       read_row_2 <= read_row_1;
@@ -389,7 +389,7 @@ begin
           clk           => clk,
           write_enable  => writes_2(b),
           write_address => write_row,
-          write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
+          write_data    => in_2((b + 1) * WIDTH - 1 downto b * WIDTH),
           read_address  => rows_3(i)(b),
           read_data     => words_4(i)(b)
         );

@@ -124,7 +124,14 @@ architecture rtl of focal_stack is
 
 begin
 
-  order   <= (columns, rows, slice, sweep, sweep_frames);
+  order   <=
+  (
+    columns      => columns,
+    rows         => rows,
+    slice        => slice,
+    sweep        => sweep,
+    sweep_frames => sweep_frames
+  );
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 
   m_axis_tvalid <= m_marks.tvalid;

@@ -119,8 +119,13 @@ architecture rtl of raster_refocuser is
   constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant ARITHMETIC : arithmetic_t :=
-  (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
-    INTERPOLATION_ORDER + 1
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    PIXEL_BITS       => PIXEL_BITS,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    passes           => INTERPOLATION_ORDER + 1
   );
 
   constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
@@ -163,7 +168,14 @@ architecture rtl of raster_refocuser is
 
 begin
 
-  order   <= (columns, rows, slice, sweep, sweep_frames);
+  order   <=
+  (
+    columns      => columns,
+    rows         => rows,
+    slice        => slice,
+    sweep        => sweep,
+    sweep_frames => sweep_frames
+  );
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 
   m_axis_tvalid <= m_marks.tvalid;

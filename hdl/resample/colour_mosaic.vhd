@@ -61,7 +61,14 @@ architecture rtl of colour_mosaic is
 begin
 
   -- The mosaic has no slices, so only the size of the order counts.
-  order   <= (columns, rows, x"00", '0', x"00");
+  order   <=
+  (
+    columns      => columns,
+    rows         => rows,
+    slice        => x"00",
+    sweep        => '0',
+    sweep_frames => x"00"
+  );
   s_marks <= (s_axis_tvalid, s_axis_tuser, s_axis_tlast);
 
   m_axis_tvalid <= m_marks.tvalid;

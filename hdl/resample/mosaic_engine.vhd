@@ -52,12 +52,12 @@ architecture rtl of mosaic_engine is
   -- Three pixels of a column; used: there is a pixel; first: the first of its line; start: in the first line of its
   -- frame.
   type pixels_t is record
-    above : pixel_t;
-    own   : pixel_t;
-    below : pixel_t;
-    used  : std_logic;
-    first : std_logic;
-    start : std_logic;
+    above  : pixel_t;
+    middle : pixel_t;
+    below  : pixel_t;
+    used   : std_logic;
+    first  : std_logic;
+    start  : std_logic;
     -- Whether the line, and the column, have even numbers.
     even_line   : std_logic;
     even_column : std_logic;
@@ -132,7 +132,7 @@ architecture rtl of mosaic_engine is
   signal last_3     : std_logic := '0';
   signal red_line_3 : std_logic := '0';
   signal green_3    : std_logic := '0';
-  signal own_3      : pixel_t   := (others => '0');
+  signal middle_3   : pixel_t   := (others => '0');
   signal left_3     : pixels_t;
   signal right_3    : pixels_t;
   signal centre_3   : pixels_t;
@@ -142,7 +142,7 @@ architecture rtl of mosaic_engine is
   signal last_4     : std_logic := '0';
   signal red_line_4 : std_logic := '0';
   signal green_4    : std_logic := '0';
-  signal own_4      : pixel_t   := (others => '0');
+  signal middle_4   : pixel_t   := (others => '0');
   signal across_4   : sum_t     := (others => '0');
   signal along_4    : sum_t     := (others => '0');
   signal cross_4    : sum_t     := (others => '0');
@@ -228,18 +228,18 @@ begin
           line_even    <= token_2.frame_first or not line_even;
         end if;
 
-        now.used  := token_2.pixel and was_image;
-        now.first := token_2.line_first;
-        now.start := was_first;
-        now.own   := unsigned(above(PIXEL_BITS - 1 downto 0));
-        now.above := unsigned(above(2 * PIXEL_BITS - 1 downto PIXEL_BITS));
-        now.below := unsigned(data_2);
+        now.used   := token_2.pixel and was_image;
+        now.first  := token_2.line_first;
+        now.start  := was_first;
+        now.middle := unsigned(above(PIXEL_BITS - 1 downto 0));
+        now.above  := unsigned(above(2 * PIXEL_BITS - 1 downto PIXEL_BITS));
+        now.below  := unsigned(data_2);
         -- Behind a frame's last line comes the next frame or a flush line, which is no neighbour: the line above stands
         -- in for the one below.
         if token_2.frame_first = '1' or token_2.image = '0' then
           if was_first = '1' then
             -- A frame that was cut to a single line.
-            now.above := now.own;
+            now.above := now.middle;
           end if;
           now.below := now.above;
         elsif was_first = '1' then
@@ -268,7 +268,7 @@ begin
         end if;
         right_3  <= right;
         centre_3 <= centre;
-        own_3    <= centre.own;
+        middle_3 <= centre.middle;
         valid_3  <= centre.used;
         start_3  <= centre.start and centre.first;
         last_3   <= ends_line;
@@ -303,11 +303,11 @@ begin
       last_4     <= last_3;
       red_line_4 <= red_line_3;
       green_4    <= green_3;
-      own_4      <= own_3;
+      middle_4   <= middle_3;
       -- All sums are computed: each pixel needs two of them, and which is known only with the pixel.
-      across_4  <= two(left_3.own, right_3.own);
+      across_4  <= two(left_3.middle, right_3.middle);
       along_4   <= two(centre_3.above, centre_3.below);
-      cross_4   <= two(left_3.own, right_3.own) + two(centre_3.above, centre_3.below);
+      cross_4   <= two(left_3.middle, right_3.middle) + two(centre_3.above, centre_3.below);
       corners_4 <= two(left_3.above, left_3.below) + two(right_3.above, right_3.below);
       if reset = '1' then
         valid_4 <= '0';
@@ -326,7 +326,7 @@ begin
       result.last  <= last_4;
       -- A green pixel: red and blue lie along the line or across it, two of each.
       if green_4 = '1' then
-        result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= std_logic_vector(own_4);
+        result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= std_logic_vector(middle_4);
         if red_line_4 = '1' then
           result_data(PIXEL_BITS - 1 downto 0)                  <= half(across_4);
           result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= half(along_4);
@@ -338,11 +338,11 @@ begin
         -- A red or blue pixel: green lies on four sides, the other colour at the four corners.
         result_data(2 * PIXEL_BITS - 1 downto PIXEL_BITS) <= quarter(cross_4);
         if red_line_4 = '1' then
-          result_data(PIXEL_BITS - 1 downto 0)                  <= std_logic_vector(own_4);
+          result_data(PIXEL_BITS - 1 downto 0)                  <= std_logic_vector(middle_4);
           result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= quarter(corners_4);
         else
           result_data(PIXEL_BITS - 1 downto 0)                  <= quarter(corners_4);
-          result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= std_logic_vector(own_4);
+          result_data(3 * PIXEL_BITS - 1 downto 2 * PIXEL_BITS) <= std_logic_vector(middle_4);
         end if;
       end if;
 

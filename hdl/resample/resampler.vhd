@@ -110,8 +110,22 @@ architecture rtl of resampler is
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
 
   constant BUILD : resample_build_t :=
-  (MICRO_IMAGE_SIZE, MAX_COLUMNS, LINES, LENSES, MOVES, GAINS, CHANNELS, PIXEL_BITS, DATA_BITS, FRACTION_BITS,
-    WEIGHT_BITS, GUARD_BITS, GAIN_BITS, SAMPLE_BITS, VALUE_BITS
+  (
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    MAX_COLUMNS      => MAX_COLUMNS,
+    held_lines       => LINES,
+    LENSES           => LENSES,
+    MOVES            => MOVES,
+    GAINS            => GAINS,
+    CHANNELS         => CHANNELS,
+    PIXEL_BITS       => PIXEL_BITS,
+    DATA_BITS        => DATA_BITS,
+    FRACTION_BITS    => FRACTION_BITS,
+    WEIGHT_BITS      => WEIGHT_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    GAIN_BITS        => GAIN_BITS,
+    SAMPLE_BITS      => SAMPLE_BITS,
+    VALUE_BITS       => VALUE_BITS
   );
 
   -- The output FIFO has room for all pixels under way, so nothing between the ring and it needs to stop: the walk sends

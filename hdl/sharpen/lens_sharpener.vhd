@@ -64,7 +64,14 @@ architecture rtl of lens_sharpener is
   constant ROUNDING : natural := choose(DIVISOR mod 2 = 1, 2 ** (scale_exponent(SHARPENING) - 1), 0);
 
   constant BUILD : sharpen_build_t :=
-  (MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK, TOKENS, CHANNELS, SUM_MAX, TAPPED_SIZE, ROUNDING
+  (
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    pixels           => PIXELS_PER_CLOCK,
+    TOKENS           => TOKENS,
+    CHANNELS         => CHANNELS,
+    SUM_MAX          => SUM_MAX,
+    tapped_bits      => TAPPED_SIZE,
+    ROUNDING         => ROUNDING
   );
 
   signal column_token     : token_t;

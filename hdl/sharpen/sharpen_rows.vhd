@@ -166,13 +166,13 @@ begin
     subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
 
     -- The pixel and its neighbours as they come, and those that wait until the last of the three has come.
-    signal own         : pixel_t;
+    signal centre      : pixel_t;
     signal right       : pixel_t;
     signal left        : pixel_t;
-    signal owns        : std_logic_vector(delay_bits(PIXEL_BITS, DELAY) - 1 downto 0)                := (others => '0');
+    signal centres     : std_logic_vector(delay_bits(PIXEL_BITS, DELAY) - 1 downto 0)                := (others => '0');
     signal rights      : std_logic_vector(delay_bits(PIXEL_BITS, DELAY - RIGHT_TOKENS) - 1 downto 0) := (others => '0');
     signal lefts       : std_logic_vector(delay_bits(PIXEL_BITS, LEFT_TOKENS) - 1 downto 0)          := (others => '0');
-    signal own_1       : pixel_t := (others => '0');
+    signal centre_1    : pixel_t := (others => '0');
     signal right_1     : pixel_t := (others => '0');
     signal left_1      : pixel_t := (others => '0');
     signal right_there : std_logic;
@@ -182,11 +182,11 @@ begin
 
   begin
 
-    own   <= values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
-    right <= values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS);
-    left  <= middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS);
+    centre <= values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
+    right  <= values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS);
+    left   <= middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS);
 
-    middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS) <= delayed(owns, own, DELAY);
+    middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS) <= delayed(centres, centre, DELAY);
 
     -- A neighbour exists if its token belongs to the line and has that pixel.
     right_now : if RIGHT_TOKENS = DELAY generate
@@ -209,10 +209,10 @@ begin
     begin
 
       if rising_edge(clk) then
-        owns     <= moved_on(owns, own, token.strobe);
+        centres  <= moved_on(centres, centre, token.strobe);
         rights   <= moved_on(rights, right, token.strobe);
         lefts    <= moved_on(lefts, left, token.strobe);
-        own_1    <= middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
+        centre_1 <= middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS);
         right_1  <= delayed(rights, right, DELAY - RIGHT_TOKENS);
         left_1   <= delayed(lefts, left, LEFT_TOKENS);
         right_on <= right_there and sharpened_at(DELAY);
@@ -242,7 +242,7 @@ begin
         )
         port map (
           clk           => clk,
-          value         => signed(own_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
+          value         => signed(centre_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
           earlier       => signed(left_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
           later         => signed(right_1((c + 1) * BUILD.tapped_bits - 1 downto c * BUILD.tapped_bits)),
           earlier_there => left_on,

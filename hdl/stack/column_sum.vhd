@@ -134,7 +134,7 @@ architecture rtl of column_sum is
   signal command_3     : sum_command_t;
   signal command_4     : sum_command_t := NO_COMMAND;
   signal active_4      : std_logic     := '0';
-  signal own_4         : pixel_t       := (others => '0');
+  signal in_4          : pixel_t       := (others => '0');
   signal entering_4    : pixel_t       := (others => '0');
   signal leaving_4     : pixel_t       := (others => '0');
 
@@ -168,7 +168,7 @@ begin
 
       active_4   <= active_3;
       command_4  <= command_3;
-      own_4      <= pixel_3;
+      in_4       <= pixel_3;
       entering_4 <= (others => '0');
       leaving_4  <= (others => '0');
 
@@ -215,7 +215,7 @@ begin
       column   => column_2,
       active   => active_4,
       command  => command_4,
-      own      => own_4,
+      own      => in_4,
       entering => entering_4,
       leaving  => leaving_4,
       sums     => sum

@@ -96,7 +96,15 @@ package body focal_stack_pkg is
   ) return boolean is
 
     constant M          : positive     := geometry.micro_image_size;
-    constant ARITHMETIC : arithmetic_t := (true, M, pixel_bits, 0, 0, 1);
+    constant ARITHMETIC : arithmetic_t :=
+    (
+      exact            => true,
+      micro_image_size => M,
+      pixel_bits       => pixel_bits,
+      fraction_bits    => 0,
+      guard_bits       => 0,
+      passes           => 1
+    );
 
     variable fits : boolean;
     variable sums : natural;

@@ -73,7 +73,14 @@ architecture rtl of stack_array is
   constant REFUSED : boolean := not (takes_stack("stack_array", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
                                                  PIXEL_BITS) and
                                      takes_weights("stack_array", WEIGHT_BITS,
-                                                    (true, MICRO_IMAGE_SIZE, PIXEL_BITS, 0, 0, 1), 1, false));
+                                                    (
+                                                      exact            => true,
+                                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+                                                      PIXEL_BITS       => PIXEL_BITS,
+                                                      fraction_bits    => 0,
+                                                      guard_bits       => 0,
+                                                      passes           => 1
+                                                    ), 1, false));
 
   constant WEIGHED : boolean := not takes(WEIGHT_BITS = 0 or PIXELS_PER_CLOCK = 1,
                                           "stack_array: WEIGHT_BITS above 0 needs a PIXELS_PER_CLOCK of 1");
@@ -109,7 +116,7 @@ architecture rtl of stack_array is
   end function slowest;
 
   -- The token's pixels within its line; then token and sums behind the columns, and behind the rows of each slice.
-  signal own_pixels   : std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
+  signal in_pixels    : std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
   signal column_token : token_t;
   signal column_data  : std_logic_vector(SLICES * WIDE_BITS - 1 downto 0);
   signal row_token    : tokens_t(0 to SLICES - 1);
@@ -121,7 +128,7 @@ architecture rtl of stack_array is
 
 begin
 
-  own_pixels <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
+  in_pixels <= in_line(token_data, CHANNELS * PIXEL_BITS, token, line_end);
 
   -- Column filters treat the pixels of a token as channels.
   columns : entity work.stack_columns
@@ -135,7 +142,7 @@ begin
       clk       => clk,
       reset     => reset,
       token     => token,
-      data      => own_pixels,
+      data      => in_pixels,
       out_token => column_token,
       out_data  => column_data
     );

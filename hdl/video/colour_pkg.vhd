@@ -9,15 +9,16 @@ use ieee.numeric_std.all;
 
 package colour_pkg is
 
-  -- Bits of the coefficients behind the point.
+  -- Fraction bits of the coefficients.
   constant COLOUR_FRACTION : positive := 12;
 
   subtype coefficient_t is signed(14 downto 0);
 
   subtype offset_t is signed(21 downto 0);
 
-  -- Channel 1 (green or Y) in green and, where it is shared, in red and blue; channel 2 (red or
-  -- Cr) in red and green; channel 0 (blue or Cb) in green and blue; what is added to all three.
+  -- luma: channel 1 (green or Y) in green, and with shared_luma in red and blue. red, green_red:
+  -- channel 2 (red or Cr) in red and green. blue, green_blue: channel 0 (blue or Cb) in blue and
+  -- green. Then the offsets of the sums.
 
   type coefficients_t is record
     luma         : coefficient_t;
@@ -35,75 +36,76 @@ package colour_pkg is
 
   type ways_t is array (way_t) of coefficients_t;
 
-  -- 0 and 1: RGB of full range, which stays as it is, and of limited range; 2 and 3: YCbCr of
-  -- BT.709, the same two; 4 and 5: of BT.601. The offsets hold the half that rounds.
+  -- 0 and 1: RGB of full range, which is unchanged, and of limited range. 2 and 3: YCbCr of BT.709
+  -- of full and of limited range. 4 and 5: YCbCr of BT.601, likewise. The offsets include the half
+  -- that rounds.
   constant WAYS : ways_t :=
   (
     (
-      to_signed(4096, 15),
-      to_signed(4096, 15),
-      to_signed(0, 15),
-      to_signed(0, 15),
-      to_signed(4096, 15),
-      to_signed(2048, 22),
-      to_signed(2048, 22),
-      to_signed(2048, 22),
-      '0'
+      luma         => to_signed(4096, 15),
+      red          => to_signed(4096, 15),
+      green_red    => to_signed(0, 15),
+      green_blue   => to_signed(0, 15),
+      blue         => to_signed(4096, 15),
+      red_offset   => to_signed(2048, 22),
+      green_offset => to_signed(2048, 22),
+      blue_offset  => to_signed(2048, 22),
+      shared_luma  => '0'
     ),
     (
-      to_signed(4769, 15),
-      to_signed(4769, 15),
-      to_signed(0, 15),
-      to_signed(0, 15),
-      to_signed(4769, 15),
-      to_signed(-74256, 22),
-      to_signed(-74256, 22),
-      to_signed(-74256, 22),
-      '0'
+      luma         => to_signed(4769, 15),
+      red          => to_signed(4769, 15),
+      green_red    => to_signed(0, 15),
+      green_blue   => to_signed(0, 15),
+      blue         => to_signed(4769, 15),
+      red_offset   => to_signed(-74256, 22),
+      green_offset => to_signed(-74256, 22),
+      blue_offset  => to_signed(-74256, 22),
+      shared_luma  => '0'
     ),
     (
-      to_signed(4096, 15),
-      to_signed(6450, 15),
-      to_signed(-1917, 15),
-      to_signed(-767, 15),
-      to_signed(7601, 15),
-      to_signed(-823552, 22),
-      to_signed(345600, 22),
-      to_signed(-970880, 22),
-      '1'
+      luma         => to_signed(4096, 15),
+      red          => to_signed(6450, 15),
+      green_red    => to_signed(-1917, 15),
+      green_blue   => to_signed(-767, 15),
+      blue         => to_signed(7601, 15),
+      red_offset   => to_signed(-823552, 22),
+      green_offset => to_signed(345600, 22),
+      blue_offset  => to_signed(-970880, 22),
+      shared_luma  => '1'
     ),
     (
-      to_signed(4769, 15),
-      to_signed(7343, 15),
-      to_signed(-2183, 15),
-      to_signed(-873, 15),
-      to_signed(8652, 15),
-      to_signed(-1014160, 22),
-      to_signed(316912, 22),
-      to_signed(-1181712, 22),
-      '1'
+      luma         => to_signed(4769, 15),
+      red          => to_signed(7343, 15),
+      green_red    => to_signed(-2183, 15),
+      green_blue   => to_signed(-873, 15),
+      blue         => to_signed(8652, 15),
+      red_offset   => to_signed(-1014160, 22),
+      green_offset => to_signed(316912, 22),
+      blue_offset  => to_signed(-1181712, 22),
+      shared_luma  => '1'
     ),
     (
-      to_signed(4096, 15),
-      to_signed(5743, 15),
-      to_signed(-2925, 15),
-      to_signed(-1410, 15),
-      to_signed(7258, 15),
-      to_signed(-733056, 22),
-      to_signed(556928, 22),
-      to_signed(-926976, 22),
-      '1'
+      luma         => to_signed(4096, 15),
+      red          => to_signed(5743, 15),
+      green_red    => to_signed(-2925, 15),
+      green_blue   => to_signed(-1410, 15),
+      blue         => to_signed(7258, 15),
+      red_offset   => to_signed(-733056, 22),
+      green_offset => to_signed(556928, 22),
+      blue_offset  => to_signed(-926976, 22),
+      shared_luma  => '1'
     ),
     (
-      to_signed(4769, 15),
-      to_signed(6537, 15),
-      to_signed(-3330, 15),
-      to_signed(-1605, 15),
-      to_signed(8263, 15),
-      to_signed(-910992, 22),
-      to_signed(557424, 22),
-      to_signed(-1131920, 22),
-      '1'
+      luma         => to_signed(4769, 15),
+      red          => to_signed(6537, 15),
+      green_red    => to_signed(-3330, 15),
+      green_blue   => to_signed(-1605, 15),
+      blue         => to_signed(8263, 15),
+      red_offset   => to_signed(-910992, 22),
+      green_offset => to_signed(557424, 22),
+      blue_offset  => to_signed(-1131920, 22),
+      shared_luma  => '1'
     )
   );
 

@@ -76,8 +76,13 @@ end entity picture_core;
 architecture rtl of picture_core is
 
   constant ARITHMETIC : arithmetic_t :=
-  (EXACT, MICRO_IMAGE_SIZE, 8, FRACTION_BITS, GUARD_BITS,
-    INTERPOLATION_ORDER + 1
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    pixel_bits       => 8,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    passes           => INTERPOLATION_ORDER + 1
   );
   constant REFUSED    : boolean      := not takes_picture("picture_core", ARITHMETIC, SHIFTS, HOLD, MAX_COLUMNS,
                                                           CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS, RADIUS,

@@ -82,8 +82,13 @@ architecture rtl of refocus_video is
   constant CORE_COLUMNS : positive := choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS);
 
   constant ARITHMETIC : arithmetic_t :=
-  (EXACT, MICRO_IMAGE_SIZE, 8, FRACTION_BITS, GUARD_BITS,
-    INTERPOLATION_ORDER + 1
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    pixel_bits       => 8,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    passes           => INTERPOLATION_ORDER + 1
   );
   constant REFUSED    : boolean      := not takes_picture("refocus_video", ARITHMETIC, SHIFTS, HOLD, CORE_COLUMNS,
                                                           PIXEL_CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS,

@@ -6,14 +6,14 @@ use ieee.std_logic_1164.all;
 
 package screen_pkg is
 
-  -- What can be shown, and how depth is found; see picture_core.
+  -- Generics of picture_core: the possible outputs, and how depth is found.
   constant OUTPUTS          : string  := "r";
   constant SHARPNESS_RADIUS : natural := 1;
   constant CONFIDENCE       : natural := 0;
   constant VOTE_RADIUS      : natural := 0;
   constant COLOURS          : string  := "";
 
-  -- The text over the picture, see text_overlay.
+  -- Generics of text_overlay: the text over the picture.
   constant WITH_TEXT     : boolean := false;
   constant TEXTS         : string  := "";
   constant TEXT_COLUMNS  : natural := 1;

@@ -6,7 +6,7 @@ use ieee.std_logic_1164.all;
 
 package sensor_pkg is
 
-  -- What refocus_video is built for, and the longest line of the raster.
+  -- Generics of sensor_raster, and the longest line of the raster.
   constant WITH_SENSOR    : boolean  := false;
   constant SENSOR_COLUMNS : positive := 2;
   constant SENSOR_ROWS    : positive := 2;
@@ -20,10 +20,10 @@ package sensor_pkg is
   constant MOVES          : boolean  := false;
   constant GAINS          : boolean  := false;
 
-  -- What the board answers when it is asked for its resampler.
+  -- Answer of load_port to the question for the resampler.
   constant RESAMPLER : string := "";
 
-  -- Whether a calibration is built in; its words: kind (4 bits), address, data (40).
+  -- Whether a calibration is built in; words of kind (4 bits), address (20), data (40).
   constant CALIBRATED : boolean := false;
 
   type words_t is array (natural range <>) of std_logic_vector(63 downto 0);

@@ -160,7 +160,14 @@ begin
         end if;
       end if;
 
-      way(1)          <= (place.active, place.h_sync, place.v_sync, in_area, above + u);
+      way(1)          <=
+      (
+        active  => place.active,
+        h_sync  => place.h_sync,
+        v_sync  => place.v_sync,
+        in_area => in_area,
+        index   => above + u
+      );
       way(2 to STEPS) <= way(1 to STEPS - 1);
 
       if reset = '1' then

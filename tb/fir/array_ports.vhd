@@ -22,8 +22,7 @@ entity array_ports is
     EXACT               : boolean  := true;
     FRACTION_BITS       : natural  := 0;
     GUARD_BITS          : natural  := 0;
-    BROADCAST_TAPS      : natural  := 0;
-    DESKEW              : boolean  := false
+    BROADCAST_TAPS      : natural  := 0
   );
   port (
     clk            : in    std_logic;
@@ -75,8 +74,7 @@ begin
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      DESKEW              => DESKEW
+      BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (
       clk         => clk,

@@ -57,7 +57,16 @@ begin
   stage : entity work.fir_stage
     generic map (
       GEOMETRY       => geometry_of("module_bench", MICRO_IMAGE_SIZE, SHIFTS, false),
-      SIZES          => (PIXEL_BITS, PIXEL_BITS, true, 0, PRODUCT_MAX, MICRO_IMAGE_SIZE * PRODUCT_MAX, 0),
+      SIZES          =>
+      (
+        data_bits   => PIXEL_BITS,
+        result_bits => PIXEL_BITS,
+        stored      => true,
+        scale_bits  => 0,
+        product_max => PRODUCT_MAX,
+        sum_max     => MICRO_IMAGE_SIZE * PRODUCT_MAX,
+        drop_bits   => 0
+      ),
       HOLD           => HOLD,
       LANES          => 1,
       BROADCAST_TAPS => 0

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The filter array by itself: exact, with the clock counts of the formulas."""
 
-from itertools import product
-
 from plenofir.fpga.core.clock_counts import SIMULATED
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -10,17 +8,16 @@ from plenofir.refocus import StoredProductArithmetic
 from plenofir_tb.runner import Case, run_cases
 
 
-def array_case(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool = False) -> Case:
+def array_case(core: CoreConfiguration, columns: int, rows: int) -> Case:
     core.check_limits()
     return Case(
         "array_ports",
         "fir.array_bench",
-        {**core.generics(), "DESKEW": deskew},
+        core.generics(),
         {
             "core": core.model_dump(mode="json"),
             "columns": columns,
             "rows": rows,
-            "deskew": deskew,
         },
     )
 
@@ -33,7 +30,7 @@ def test_clock_counts() -> None:
     run_cases([array_case(case.core, case.columns, case.rows) for case in SIMULATED])
 
 
-def test_slices_idle_clocks_deskew() -> None:
+def test_slices_and_idle_clocks() -> None:
     cores = [
         CoreConfiguration(
             micro_image_size=3,
@@ -61,9 +58,4 @@ def test_slices_idle_clocks_deskew() -> None:
             micro_image_size=5, shifts=(7,), max_columns=6, engine=FirEngine(parallel_rows=9)
         ),
     ]
-    run_cases(
-        [
-            array_case(core, core.max_columns, 2 * core.micro_image_size + 3, deskew=deskew)
-            for core, deskew in product(cores, (False, True))
-        ]
-    )
+    run_cases([array_case(core, core.max_columns, 2 * core.micro_image_size + 3) for core in cores])

@@ -11,7 +11,7 @@ from hunt.references.colour_mosaic import colours
 ENTITY = "colour_mosaic"
 FAULTS = [
     ("mosaic_engine.vhd", "right := centre;", "null;"),
-    ("mosaic_engine.vhd", "now.above := now.own;", "null;"),
+    ("mosaic_engine.vhd", "now.above := now.middle;", "null;"),
     ("mosaic_engine.vhd", "if token_2.pixel = '1' and token_2.line_first = '1' then",
      "if token_2.line_first = '1' then"),
 ]  # fmt: skip

@@ -35,8 +35,13 @@ architecture rtl of core_verdict is
   constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant ARITHMETIC : arithmetic_t :=
-  (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
-    INTERPOLATION_ORDER + 1
+  (
+    EXACT            => EXACT,
+    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+    PIXEL_BITS       => PIXEL_BITS,
+    FRACTION_BITS    => FRACTION_BITS,
+    GUARD_BITS       => GUARD_BITS,
+    passes           => INTERPOLATION_ORDER + 1
   );
 
   constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,

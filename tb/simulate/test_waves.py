@@ -213,9 +213,9 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
         (
             "sums",
             "moving_sum_control.vhd",
-            "due_first <= due_now;",
-            "due_first <= first;",
-            "every_stage[0].pixel_stage.stage.control.due_first",
+            "out_first <= out_now;",
+            "out_first <= first;",
+            "every_stage[0].pixel_stage.stage.control.out_first",
         ),
         (
             "pixels",
@@ -227,7 +227,7 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
         (
             "pixels",
             "lane_control.vhd",
-            "ended     <= following;",
+            "ended    <= following;",
             "null;",
             "every_stage[1].pixels_stage.stage.banks.end_row_1",
         ),

@@ -118,16 +118,15 @@ class CoreConfiguration(Raster):
         fast_bands = shortest_band * self.line_tokens(columns) >= self.band_steps(columns)
         return fast_bands and self.frame_lines(rows) == rows
 
-    def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
+    def array_latency_clocks(self, columns: int) -> int:
         """Clocks from the array's first pixel in to its first pixel out.
 
         Bands follow each other without a pause. The latency is floor(D/N) bands until the one with
         the frame's first line, D columns of the row filter, D mod N (the line's place in its band)
-        skew registers unless the array delays all rows equally (`deskew`), and the pipeline.
+        skew registers, and the pipeline.
         """
         bands, row = divmod(self.delay, self.parallel_rows)
-        skew = self.parallel_rows - 1 if deskew else row
-        return bands * self.band_steps(columns) + self.delay + skew + self.array_clocks
+        return bands * self.band_steps(columns) + self.delay + row + self.array_clocks
 
     def array_frame_clocks(self, columns: int, rows: int) -> int:
         """Clocks of the array for each frame of a sequence."""

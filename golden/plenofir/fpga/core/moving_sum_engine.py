@@ -23,7 +23,7 @@ _STAGE_CLOCKS = 10
 ADDER_WAVES: tuple[Scope, ...] = (("downto", "adder/", "first_sums running results"),)
 """Of ``moving_sum_adder``, as the next two of its control and of the stages around it."""
 CONTROL_WAVES: tuple[Scope, ...] = (
-    ("bit", "control/", "step_now own_first own_live due_first same"),
+    ("bit", "control/", "step_now in_first in_live out_first same"),
     ("bit", "control/", "initial_2 update_2 clear_2"),
 )
 STAGE_WAVES: tuple[Scope, ...] = (
@@ -36,7 +36,7 @@ STAGE_WAVES: tuple[Scope, ...] = (
 )
 LANE_WAVES: tuple[Scope, ...] = (
     ("bit", "", "first"),
-    ("bit", "control/", "step_now own_first own_live due_first same"),
+    ("bit", "control/", "step_now in_first in_live out_first same"),
     ("downto", "banks/", "write_row_1 read_row_1 end_row_1 writes_2 enters_3 leaves_3"),
     ("downto", "", "differences"),
     ("to", "", "active_at take_at"),

@@ -29,7 +29,7 @@ from plenofir.refocus.sum_lanes import LaneLayout
 _COLUMN_WAVES: tuple[Scope, ...] = (
     ("bit", "", "step first live"),
     *CONTROL_WAVES,
-    ("downto", "", "own_4 entering_4 leaving_4"),
+    ("downto", "", "in_4 entering_4 leaving_4"),
     *ADDER_WAVES,
     ("downto", "", "sum"),
 )

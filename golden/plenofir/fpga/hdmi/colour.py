@@ -112,7 +112,9 @@ def colour_package() -> str:
         numbers = (c.luma, c.red, c.green_red, c.green_blue, c.blue)
         parts = [f"to_signed({number}, {_COEFFICIENT_BITS})" for number in numbers]
         parts += [f"to_signed({offset}, {_OFFSET_BITS})" for offset in c.offsets]
-        rows.append("    (\n      " + ",\n      ".join([*parts, f"'{int(c.shared)}'"]) + "\n    )")
+        parts.append(f"'{int(c.shared)}'")
+        fields = [f"{name:12} => {part}" for name, part in zip(_FIELDS, parts, strict=True)]
+        rows.append("    (\n      " + ",\n      ".join(fields) + "\n    )")
     return _TEMPLATE.format(
         fraction_bits=FRACTION_BITS,
         coefficient_msb=_COEFFICIENT_BITS - 1,
@@ -122,6 +124,10 @@ def colour_package() -> str:
     )
 
 
+_FIELDS = (
+    *("luma", "red", "green_red", "green_blue", "blue"),
+    *("red_offset", "green_offset", "blue_offset", "shared_luma"),
+)
 _TEMPLATE = """\
 -- Coefficients of full_range_rgb; built by scripts/build_hdl.py.
 --
@@ -134,15 +140,16 @@ use ieee.numeric_std.all;
 
 package colour_pkg is
 
-  -- Bits of the coefficients behind the point.
+  -- Fraction bits of the coefficients.
   constant COLOUR_FRACTION : positive := {fraction_bits};
 
   subtype coefficient_t is signed({coefficient_msb} downto 0);
 
   subtype offset_t is signed({offset_msb} downto 0);
 
-  -- Channel 1 (green or Y) in green and, where it is shared, in red and blue; channel 2 (red or
-  -- Cr) in red and green; channel 0 (blue or Cb) in green and blue; what is added to all three.
+  -- luma: channel 1 (green or Y) in green, and with shared_luma in red and blue. red, green_red:
+  -- channel 2 (red or Cr) in red and green. blue, green_blue: channel 0 (blue or Cb) in blue and
+  -- green. Then the offsets of the sums.
 
   type coefficients_t is record
     luma         : coefficient_t;
@@ -160,8 +167,9 @@ package colour_pkg is
 
   type ways_t is array (way_t) of coefficients_t;
 
-  -- 0 and 1: RGB of full range, which stays as it is, and of limited range; 2 and 3: YCbCr of
-  -- BT.709, the same two; 4 and 5: of BT.601. The offsets hold the half that rounds.
+  -- 0 and 1: RGB of full range, which is unchanged, and of limited range. 2 and 3: YCbCr of BT.709
+  -- of full and of limited range. 4 and 5: YCbCr of BT.601, likewise. The offsets include the half
+  -- that rounds.
   constant WAYS : ways_t :=
   (
 {rows}
