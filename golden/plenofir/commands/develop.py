@@ -53,8 +53,8 @@ def develop(
 ) -> None:
     """Make all pictures of a capture: refocused, all in focus, depth, animations, and a page.
 
-    Data are kept beside them: aligned.png is linear, disparity.npy are numbers. A folder that has
-    all of this already, from the same file, stays as it is.
+    Data are kept beside them: aligned.png is linear, disparity.npy are numbers. What an earlier run
+    left in the folder is reused where nothing that it was made from has changed.
     """
     from plenofir.commands.developed import Job, develop_capture, summary_there
 
@@ -75,7 +75,9 @@ def develop(
     if there is not None:
         for line in there:
             typer.echo(line)
-        typer.echo(f"{out}: there already, from the same file and options; remove it to begin anew")
+        typer.echo(
+            f"{out}: there already, from the same files and options; remove it to begin anew"
+        )
         return
     with steps_bar("reading") as show:
         done = develop_capture(Path(capture), job, folder, show)
@@ -85,4 +87,6 @@ def develop(
         f"{out}: {done.pictures} pictures in {perf_counter() - start:.0f} s; open "
         f"{folder / 'index.html'}"
     )
+    if done.reused:
+        typer.echo(f"unchanged since the run before: {', '.join(done.reused)}")
     warn_of_camera(done.model)

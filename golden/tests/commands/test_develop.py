@@ -2,6 +2,7 @@
 """`plenofir develop`: all pictures of a capture, from each kind of source."""
 
 import json
+import os
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -16,7 +17,10 @@ from plenofir.camera.lightfield import all_in_focus, named_views, sub_aperture
 from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
+from plenofir.camera.recognise.source import Hints
+from plenofir.commands import earlier
 from plenofir.commands.app import run
+from plenofir.commands.developed import Job, Marks
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import film_frames, write_webm
 from plenofir.ground.images import read_image, write_png
@@ -73,6 +77,63 @@ def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "calibrated: rectangular" in said
     assert "gamma 2.2" in said
+    # What nobody has changed is reused by a run with another option: bytes of before.
+    (out / "focus.gif").write_bytes(b"edited")
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert run([*map(str, words), "--out", str(out), "--slices", "1"]) == 0
+    reused = capsys.readouterr().out.partition("unchanged since the run before: ")[2]
+    assert reused.startswith("calib.json, aligned.png, central_view.png, ")
+    assert not {"focus.gif", "focus.webm"} & set(reused.split(", "))
+    assert len(slices(out)) == 1
+    assert all((out / name).read_bytes() == before[name] for name in reused.split(", ")[:3])
+    assert read_image(out / "aligned.png").shape == want.shape
+    assert Pillow.open(out / "focus.gif").size
+    # A calibration that somebody edited is made again.
+    (out / "calib.json").write_bytes(before["calib.json"] + b"\n")
+    assert run([*map(str, words), "--out", str(out), "--slices", "2"]) == 0
+    assert (out / "calib.json").read_bytes() == before["calib.json"]
+
+
+def test_marks_change_with_what_results_are_made_from(tmp_path: Path, monkeypatch) -> None:
+    """Contents count, not names and times; a pipe is never the same."""
+    files = {name: tmp_path / f"{name}.png" for name in ("capture", "white", "dark")}
+    for path in files.values():
+        path.write_bytes(b"one")
+    folder = tmp_path / "views"
+    folder.mkdir()
+    job = Job(Hints(white=files["white"], dark=files["dark"]), "f193-mla2")
+
+    def marks(job: Job = job, capture: Path = files["capture"]) -> Marks:
+        return job.marks(capture)
+
+    def changed(other: Marks) -> set[str]:
+        return {name for name in Marks._fields if getattr(other, name) != getattr(first, name)}
+
+    first, everything = marks(), set(Marks._fields)
+    assert not changed(marks())
+    for name, reached in (
+        ("capture", everything - {"calibration"}),
+        ("white", everything),
+        ("dark", everything),
+    ):
+        status = files[name].stat()
+        files[name].write_bytes(b"two")
+        os.utime(files[name], ns=(status.st_atime_ns, status.st_mtime_ns))
+        assert changed(marks()) == reached
+        files[name].write_bytes(b"one")
+    assert changed(marks(job._replace(slices=2, tilt=(0.1, 0.0)))) == {"whole"}
+    assert changed(marks(job._replace(exposure="off"))) == {"pictures", "whole"}
+    assert changed(marks(job._replace(camera="f197-mla2"))) == {"pictures", "whole"}
+    turned = job._replace(hints=job.hints._replace(flip="rows"))
+    assert changed(marks(turned)) == everything - {"calibration"}
+    empty = marks(capture=folder)
+    assert empty == marks(capture=folder)
+    (folder / "view.png").write_bytes(b"one")
+    assert empty.field != marks(capture=folder).field
+    os.mkfifo(tmp_path / "pipe")
+    assert marks(capture=tmp_path / "pipe").field != marks(capture=tmp_path / "pipe").field
+    monkeypatch.setattr(earlier, "program_mark", lambda: "another version")
+    assert changed(marks()) == everything
 
 
 def test_aligned_image_and_folder_of_views_are_the_same(tmp_path: Path, capsys) -> None:

@@ -48,7 +48,11 @@ def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress)
         calibration, new = load_calibration(hints.calib), None
     else:
         assert hints.white is not None
-        calibration = calibration_of(hints.white, hints.dark, hints.bayer)
+        calibration = (
+            calibration_of(hints.white, hints.dark, hints.bayer)
+            if hints.white_calib is None
+            else load_calibration(hints.white_calib)
+        )
         new = calibration.text()
     dark = read_picture(hints.dark, as_stored=True) if hints.dark else None
     ready = prepared(picture, calibration, told, dark=dark, where=where)

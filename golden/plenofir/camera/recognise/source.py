@@ -60,6 +60,7 @@ class Hints(NamedTuple):
     bayer: Bayer | None = None  # colours of a sensor's first four pixels, or that it has none
     white_balance: Literal["auto", "off"] = "auto"
     white: Path | None = None  # white image
+    white_calib: Path | None = None  # calibration file that was made of the white image
     calib: str | None = None  # calibration file
     dark: Path | None = None  # dark frame
     roi: str | None = None  # column and row of the white image at which a capture begins
