@@ -32,8 +32,6 @@ entity link_supervisor is
     -- Clocks to wait for a lock; clocks for which the PLLs are held in reset before, more than 15.
     TIMEOUT : positive := 1000000;
     HOLD    : positive := 20000;
-    -- Measurements of a TMDS clock that must agree.
-    STEADY : positive range 2 to 15 := 4;
     -- Measurements without data after which a running link is restarted.
     PATIENCE : positive := 625;
     -- Slowest and fastest TMDS clock in units of 100 kHz.
@@ -63,6 +61,9 @@ entity link_supervisor is
 end entity link_supervisor;
 
 architecture rtl of link_supervisor is
+
+  -- Measurements of a TMDS clock that must agree.
+  constant STEADY : positive range 2 to 15 := 4;
 
   -- The limits allow for the measuring error of one count, and at the fast end for half a percent of tolerance of the
   -- source.

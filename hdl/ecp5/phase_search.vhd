@@ -28,20 +28,12 @@ use work.math_pkg.all;
 
 entity phase_search is
   generic (
-    -- Taps of the delay line; taps between two tried ones.
-    TAPS_THERE : positive range 2 to 128 := 128;
-    STEP_TAPS  : positive range 1 to 16  := 4;
-    -- Equal control tokens behind a first one that count as a run; runs that must be seen.
-    RUN  : positive range 2 to 15 := 4;
-    RUNS : positive range 1 to 15 := 2;
     -- Clocks without a run after which the tap has none; more than a line's active pixels.
     TIMEOUT : positive := 8192;
     -- Wrong words within ERROR_WINDOW clocks that begin a new search, once in that time; the default is 1.3 s at 50
     -- MHz.
     ERROR_LIMIT  : positive                     := 1000;
-    ERROR_WINDOW : positive range 2 to 67108864 := 67108864;
-    -- Clocks until the words belong to a new delay.
-    SETTLE : positive range 4 to 63 := 16
+    ERROR_WINDOW : positive range 2 to 67108864 := 67108864
   );
   port (
     clk   : in    std_logic;
@@ -63,6 +55,15 @@ entity phase_search is
 end entity phase_search;
 
 architecture rtl of phase_search is
+
+  -- Taps of the delay line; taps between two tried ones.
+  constant TAPS_THERE : positive range 2 to 128 := 128;
+  constant STEP_TAPS  : positive range 1 to 16  := 4;
+  -- Equal control tokens behind a first one that count as a run; runs that must be seen.
+  constant RUN  : positive range 2 to 15 := 4;
+  constant RUNS : positive range 1 to 15 := 2;
+  -- Clocks until the words belong to a new delay.
+  constant SETTLE : positive range 4 to 63 := 16;
 
   subtype place_t is natural range 0 to 9;
 

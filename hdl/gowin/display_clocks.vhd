@@ -13,12 +13,6 @@ library gw2a;
 use gw2a.components.all;
 
 entity display_clocks is
-  generic (
-    MULTIPLY : positive range 1 to 64 := 14;
-    DIVIDE   : positive range 1 to 64 := 3;
-    -- Cycles of the PLL's oscillator in one of clk_x5: 2, 4, 8, 16, 32, 48, 64, 80, 96, 112 or 128.
-    VCO_DIVIDE : positive range 2 to 128 := 4
-  );
   port (
     -- The oscillator.
     clk_27 : in    std_logic;
@@ -30,6 +24,11 @@ entity display_clocks is
 end entity display_clocks;
 
 architecture rtl of display_clocks is
+
+  constant MULTIPLY : positive range 1 to 64 := 14;
+  constant DIVIDE   : positive range 1 to 64 := 3;
+  -- Cycles of the PLL's oscillator in one of clk_x5: 2, 4, 8, 16, 32, 48, 64, 80, 96, 112 or 128.
+  constant VCO_DIVIDE : positive range 2 to 128 := 4;
 
   -- VHDL-93 cannot read outputs: the divider takes the fast clock and waits for the lock.
   signal fast_clk : std_logic;

@@ -14,11 +14,6 @@ library unisim;
 use unisim.vcomponents.all;
 
 entity pixel_clock_select is
-  generic (
-    -- Own clock in units of clk_100 / DIVIDE.
-    MULTIPLY : positive := 36;
-    DIVIDE   : positive := 143
-  );
   port (
     -- The board's oscillator.
     clk_100 : in    std_logic;
@@ -35,6 +30,10 @@ entity pixel_clock_select is
 end entity pixel_clock_select;
 
 architecture rtl of pixel_clock_select is
+
+  -- Own clock in units of clk_100 / DIVIDE.
+  constant MULTIPLY : positive := 36;
+  constant DIVIDE   : positive := 143;
 
   signal own_clk : std_logic;
 

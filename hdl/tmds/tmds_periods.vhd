@@ -20,10 +20,6 @@ use work.tmds_pkg.all;
 use work.video_pkg.all;
 
 entity tmds_periods is
-  generic (
-    -- Lines and islands in a row without whole guard bands after which the source counts as DVI.
-    PLAIN_LINES : positive := 16
-  );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
@@ -41,6 +37,9 @@ entity tmds_periods is
 end entity tmds_periods;
 
 architecture rtl of tmds_periods is
+
+  -- Lines and islands in a row without whole guard bands after which the source counts as DVI.
+  constant PLAIN_LINES : positive := 16;
 
   -- Tokens of a preamble in channels 1 and 2: in front of an island both have 01, in front of video only channel 1 has.
   constant PREAMBLE      : std_logic_vector(1 downto 0) := "01";

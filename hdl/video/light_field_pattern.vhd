@@ -26,9 +26,7 @@ entity light_field_pattern is
     RIGHT_SHIFT  : integer range -4096 to 4096;
     -- Columns where the second and the third band begin.
     MIDDLE_BEGIN : positive;
-    RIGHT_BEGIN  : positive;
-    -- A cell of the chequers has 2**CELL pixels.
-    CELL : natural range 0 to 11 := 3
+    RIGHT_BEGIN  : positive
   );
   port (
     clk   : in    std_logic;
@@ -41,6 +39,9 @@ entity light_field_pattern is
 end entity light_field_pattern;
 
 architecture rtl of light_field_pattern is
+
+  -- A cell of the chequers has 2**CELL pixels.
+  constant CELL : natural range 0 to 11 := 3;
 
   constant BANDS : positive := 3;
 
