@@ -12,6 +12,8 @@ import typer
 
 # Commands that end earlier say nothing of their steps where no terminal shows them.
 QUIET_SECONDS = 5.0
+# A step that lasts is told again.
+_AGAIN_SECONDS = 20.0
 
 
 def print_line(name: str, text: object) -> None:
@@ -80,7 +82,8 @@ def steps_bar(
 ) -> Iterator[Callable[[str, int, int], None]]:
     """Progress on standard error, of one named step after the other.
 
-    A bar on a terminal, otherwise a line for each step once `quiet_seconds` have passed.
+    A bar on a terminal, otherwise a line for each step once `quiet_seconds` have passed, and how
+    far a step is that lasts.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -106,7 +109,7 @@ class _StepLines:
 
     def __init__(self, description: str, quiet_seconds: float) -> None:
         self.begin, self.quiet_seconds = time.monotonic(), quiet_seconds
-        self.now, self.told = (description, 0, 0), ""
+        self.now, self.told, self.told_at = (description, 0, 0), ("", ""), self.begin
         self.lock = threading.Lock()
         self.timer = threading.Timer(quiet_seconds, self.tell)
         self.timer.daemon = True
@@ -120,14 +123,16 @@ class _StepLines:
             self.tell()
 
     def tell(self) -> None:
-        """The line of the present step, once."""
+        """The line of the present step: once, and later how far it is."""
         with self.lock:
             step, done, total = self.now
-            if step == self.told:
-                return
-            self.told = step
             share = f" ({min(done + 1, total)} of {total})" if total else ""
-            typer.echo(f"{time.monotonic() - self.begin:5.0f} s  {step}{share}", err=True)
+            line, now = (step, share), time.monotonic()
+            lasts = now - self.told_at >= _AGAIN_SECONDS and line != self.told
+            if step == self.told[0] and not lasts:
+                return
+            self.told, self.told_at = line, now
+            typer.echo(f"{now - self.begin:5.0f} s  {step}{share}", err=True)
 
 
 @contextmanager

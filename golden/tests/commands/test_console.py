@@ -34,6 +34,21 @@ def test_a_step_without_progress_is_told(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().err == ""
 
 
+def test_a_step_that_lasts_says_how_far_it_is(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A batch is one step."""
+    clock = iter(range(0, 1000, 4))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    with steps_bar("developing", 1.0) as show:
+        for done in range(9):
+            show("developing", done, 9)
+            show("developing", done, 9)
+    lines = [line.partition("  developing")[2] for line in capsys.readouterr().err.splitlines()]
+    assert lines[0] == " (1 of 9)"
+    assert 3 < len(lines) == len(set(lines)) < 9
+
+
 def test_depth_that_is_known_of_little(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Noise of each pixel's own: no depth, and a line that says so."""
     noise = np.random.default_rng(9).normal(128, 30, (150, 150))
