@@ -87,11 +87,11 @@ class Album:
             lambda: _enlarged(self.look(central_view(source, m)).pixels, large),
             "The view in the middle",
         )
-        found = search_depth(
+        searched = search_depth(
             pixels, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
-        self.disparity = found.disparity
-        low, high = _range(found.disparity, central)
+        self.disparity = searched.disparity
+        low, high = _range(searched.disparity, central)
         settings = _settings(low, high, m, most)
         through = aperture, tilt
 
@@ -104,7 +104,7 @@ class Album:
             self.show("refocusing", number, len(settings))
             make, caption = partial(refocused, a), f"a = {a}"
             frames.append(self.add(f"refocused_{name}.png", make, caption, a, *through))
-        nearest = found.disparity.limited(low, high)
+        nearest = searched.disparity.limited(low, high)
         self.show("all in focus", 0, 0)
         self.add(
             "all_in_focus.png",
@@ -123,7 +123,7 @@ class Album:
         lines = [
             f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
             "pictures",
-            *self.depth(found.disparity),
+            *self.depth(searched.disparity),
         ]
         if not self.films:
             lines.append("no WebM: OpenCV writes it: pip install opencv-python-headless")

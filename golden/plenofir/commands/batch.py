@@ -167,8 +167,8 @@ def _refocused(
     if not best:
         options.shifts_of(chosen, micro_image)
     settings = Settings(micro_image, chosen, **how)
-    found = find_frames(frames)
-    sources = _unpacked(found, out)
+    files = find_frames(frames)
+    sources = _unpacked(files, out)
     check_aligned(sources[0], hints)
     with progress_bar("refocusing") as show:
         done = run_batch(

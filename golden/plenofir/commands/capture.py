@@ -87,7 +87,7 @@ def calibrate(
     for text in picture_of_white.notes:
         note(f"{white}: {text}")
     with progress_bar("calibrating"):
-        found = find(
+        calibration = find(
             picture_of_white,
             _optional(dark),
             bayer=bayer,
@@ -96,35 +96,37 @@ def calibrate(
             where=white,
             dark_where=str(dark or ""),
         )
-        measured = [] if pupils is None else pupils.lines(found)
+        measured = [] if pupils is None else pupils.lines(calibration)
     with Results(path.parent) as results:
-        results.write(path.name, found.text())
+        results.write(path.name, calibration.text())
         # Both files or none: if the picture cannot be written, the block ends here.
         if picture_path is not None:
             publish(
-                {picture_path.name: _marked(picture_of_white.pixels, found.centres)},
+                {picture_path.name: _marked(picture_of_white.pixels, calibration.centres)},
                 picture_path.parent,
             )
-    rows, columns = found.lenses
-    count = int((~np.isnan(found.centres[..., 0])).sum())
-    grid = found.grid
-    typer.echo(f"micro images  {count} ({columns} x {rows}, {len(found.missing)} missing)")
+    rows, columns = calibration.lenses
+    count = int((~np.isnan(calibration.centres[..., 0])).sum())
+    grid = calibration.grid
+    typer.echo(f"micro images  {count} ({columns} x {rows}, {len(calibration.missing)} missing)")
     typer.echo(f"layout        {grid.layout}, order {grid.order}")
     pitch = f"{grid.pitch[1]:.4f} x {grid.pitch[0]:.4f} pixels"
-    if found.evidence is not None and found.evidence.pitch_error_px is not None:
-        pitch += f" (standard error {found.evidence.pitch_error_px:.5f})"
+    if calibration.evidence is not None and calibration.evidence.pitch_error_px is not None:
+        pitch += f" (standard error {calibration.evidence.pitch_error_px:.5f})"
     typer.echo(f"pitch         {pitch}")
     for line in measured:
         typer.echo(line)
     typer.echo(f"rotation      {grid.rotation_degrees:.4f} degrees")
-    typer.echo(f"scatter       {found.residual_px:.4f} pixels ({found.used} centroids used)")
-    if found.evidence is not None:
-        for line in found.evidence.lines():
+    typer.echo(
+        f"scatter       {calibration.residual_px:.4f} pixels ({calibration.used} centroids used)"
+    )
+    if calibration.evidence is not None:
+        for line in calibration.evidence.lines():
             typer.echo(line)
-    if found.clipped_share > 0.01:
-        share = f"{100 * found.clipped_share:.0f} %"
+    if calibration.clipped_share > 0.01:
+        share = f"{100 * calibration.clipped_share:.0f} %"
         typer.echo(f"note          {share} of the pixels at full scale: vignetting is not known")
-    darkest = min(map(min, found.profile))
+    darkest = min(map(min, calibration.profile))
     if nowhere_dark(grid.layout, grid.lens_pitch, darkest):
         typer.echo(
             f"note          nowhere darker than {100 * darkest:.0f} % of the middle: where micro "
@@ -141,41 +143,41 @@ class _Pupils:
     ) -> None:
         from plenofir.camera.rays import RayModel, load_camera
 
-        known = load_camera(camera)
+        described = load_camera(camera)
         # M does not matter here.
-        self.model = RayModel.focused(known, focus, 2)
+        self.model = RayModel.focused(described, focus, 2)
         self.reversed = None
         if reversed_lens is not None:
             self.reversed = (
                 reversed_lens,
-                RayModel.focused(known.reversed(), reversed_focus, 2),
+                RayModel.focused(described.reversed(), reversed_focus, 2),
             )
 
-    def lines(self, found: "Calibration") -> list[str]:
+    def lines(self, calibration: "Calibration") -> list[str]:
         """What to print about them."""
         from plenofir.camera.captures.prepare import calibrated
         from plenofir.camera.rays import measured_focal_length
         from plenofir.ground.images import read_picture
 
-        pupil = self._measured(self.model, found)
+        pupil = self._measured(self.model, calibration)
         lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
-            calibration = calibrated(read_picture(white, as_stored=True), where=str(white))
-            other = self._measured(model, calibration)
+            reversed_calibration = calibrated(read_picture(white, as_stored=True), where=str(white))
+            other = self._measured(model, reversed_calibration)
             lines.append(f"              entrance {pupil_text(other)}")
             length, error = measured_focal_length(self.model, pupil, model, other)
-            known = self.model.camera.main_lens.focal_length_mm
-            text = f"{length:.4f} mm (standard error {error:.4f}; camera: {known:.4f})"
+            nominal = self.model.camera.main_lens.focal_length_mm
+            text = f"{length:.4f} mm (standard error {error:.4f}; camera: {nominal:.4f})"
             lines.append(f"focal length  {'none that fits both pupils' if isnan(length) else text}")
         return lines
 
     @staticmethod
-    def _measured(model: "RayModel", found: "Calibration") -> "MeasuredPupil":
+    def _measured(model: "RayModel", calibration: "Calibration") -> "MeasuredPupil":
         from plenofir.camera.rays import measure_pupil
 
-        error = found.evidence.pitch_error_px if found.evidence is not None else None
-        return measure_pupil(model, found.grid.lens_pitch, error or 0.0)
+        error = calibration.evidence.pitch_error_px if calibration.evidence is not None else None
+        return measure_pupil(model, calibration.grid.lens_pitch, error or 0.0)
 
 
 def pupil_text(pupil: "MeasuredPupil") -> str:

@@ -171,9 +171,9 @@ def run_exposure(captures: Sequence[Path], job: Job, kept: Path) -> "Exposure | 
 
     asked = [job.exposure, job.gamma]
     with suppress(OSError, ValueError, KeyError, TypeError):
-        known = json.loads(kept.read_bytes())
-        if known["asked"] == asked:
-            return Exposure(**known["exposure"])
+        stored = json.loads(kept.read_bytes())
+        if stored["asked"] == asked:
+            return Exposure(**stored["exposure"])
     last = len(captures) - 1
     places = sorted({last * n // max(_EXPOSED - 1, 1) for n in range(_EXPOSED)})
 

@@ -75,12 +75,12 @@ def inspect(
         if len(files) > 1:
             raise InputError("several pictures require --position, once for each of them")
         wanted = any(one is not None for one in (dark, collimator, camera, out))
-        found = None if wanted else _recognised(files[0], hints)
-        if found is not None and found.white is None:
-            content, lines, pictures = *_recognition(found), {}
+        source = None if wanted else _recognised(files[0], hints)
+        if source is not None and source.white is None:
+            content, lines, pictures = *_recognition(source), {}
         else:
-            known = found.white if found is not None else None
-            content, lines, pictures = _white(files[0], dark, collimator, camera, focus, known)
+            inspection = source.white if source is not None else None
+            content, lines, pictures = _white(files[0], dark, collimator, camera, focus, inspection)
             lines.append(("next", command("calibrate", Path(files[0]), "--out", "calib.json")))
     if out is not None:
         publish(pictures, Path(out))
@@ -100,17 +100,17 @@ def _recognised(file: str, hints: "Hints") -> "LightFieldSource":
         return recognise(Path(file), hints)
 
 
-def _recognition(found: "LightFieldSource") -> tuple[dict[str, Any], Lines]:
+def _recognition(source: "LightFieldSource") -> tuple[dict[str, Any], Lines]:
     """What a file is, for JSON and for people."""
     content = {
-        "kind": found.kind,
-        "evidence": [list(one[:3]) for one in found.findings],
-        "micro_image_size": found.micro_image_size,
-        "pitch_px": found.pitch_px,
-        "next": list(found.advice),
+        "kind": source.kind,
+        "evidence": [list(one[:3]) for one in source.findings],
+        "micro_image_size": source.micro_image_size,
+        "pitch_px": source.pitch_px,
+        "next": list(source.advice),
     }
-    lines = [("kind", found.kind), *((one.heading, one.text) for one in found.findings)]
-    return content, lines + [("next", text) for text in found.advice]
+    lines = [("kind", source.kind), *((one.heading, one.text) for one in source.findings)]
+    return content, lines + [("next", text) for text in source.advice]
 
 
 def _alone(
@@ -130,9 +130,9 @@ def _white(
     collimator: Path | None,
     camera: str | None,
     focus: float,
-    known: "WhiteInspection | None" = None,
+    inspection: "WhiteInspection | None" = None,
 ) -> "tuple[dict[str, Any], Lines, dict[str, Image]]":
-    """Inspect a white image; `known` is what has been found in it already."""
+    """Inspect a white image; `inspection` if it is known already."""
     from plenofir.camera.calibration.inspection import inspect_white
     from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
     from plenofir.camera.calibration.spots import infinity_focus
@@ -143,16 +143,14 @@ def _white(
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, 2)
     dark_image = None if dark is None else read_image(dark, as_stored=True)
     star = None if collimator is None else read_image(collimator, as_stored=True)
-    if known is not None:
-        found = known
-    else:
+    if inspection is None:
         image, full_scale, *_ = read_picture(Path(file), as_stored=True)
         with progress_bar("inspecting"):
-            found = inspect_white(
+            inspection = inspect_white(
                 image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
             )
-    overlapping = found.fill.verdict == "overlapping"
-    grid, evidence = found.calibration.grid, found.calibration.evidence
+    overlapping = inspection.fill.verdict == "overlapping"
+    grid, evidence = inspection.calibration.grid, inspection.calibration.evidence
     pupil = None
     if model is not None and not overlapping:
         error = None if evidence is None else evidence.pitch_error_px
@@ -163,22 +161,22 @@ def _white(
             raise InputError("micro images overlap; close the main lens's aperture", where=file)
         infinity = infinity_focus(
             star,
-            found.calibration,
-            found.fill.diameter * grid.lens_pitch,
+            inspection.calibration,
+            inspection.fill.diameter * grid.lens_pitch,
             dark_image,
             where=str(collimator),
             dark_where=str(dark),
         )
-    pictures = {"micro_image.png": micro_image_picture(found)}
+    pictures = {"micro_image.png": micro_image_picture(inspection)}
     if model is not None and pupil is not None:
-        lenses = found.calibration.lenses[1]
+        lenses = inspection.calibration.lenses[1]
         pictures["chief_rays.png"] = chief_ray_picture(model, pupil, lenses)
-    content = _white_content(found, model, pupil, infinity)
-    return content, _white_lines(found, model, pupil, infinity), pictures
+    content = _white_content(inspection, model, pupil, infinity)
+    return content, _white_lines(inspection, model, pupil, infinity), pictures
 
 
 def _white_content(
-    found: "WhiteInspection",
+    inspection: "WhiteInspection",
     model: "RayModel | None",
     pupil: "MeasuredPupil | None",
     infinity: "InfinityFocus | None",
@@ -186,16 +184,16 @@ def _white_content(
     """Everything found, for JSON; what the grid of overlapping micro images says is left out."""
     from dataclasses import asdict
 
-    calibration, fill = found.calibration, found.fill
+    calibration, fill = inspection.calibration, inspection.fill
     content: dict[str, Any] = {
         "kind": "white image",
         "micro_images": fill.verdict,
         "between": fill.between,
         "darkest": fill.darkest,
-        "unevenness": found.unevenness,
-        "darkest_lens": found.darkest_lens,
+        "unevenness": inspection.unevenness,
+        "darkest_lens": inspection.darkest_lens,
         "clipped_share": calibration.clipped_share,
-        "advice": _advice(found),
+        "advice": _advice(inspection),
     }
     if fill.verdict == "overlapping":
         return content
@@ -209,7 +207,7 @@ def _white_content(
         "fill_factor": fill.share,
     }
     if model is not None and pupil is not None:
-        content["f_number"] = _f_number(found, model)
+        content["f_number"] = _f_number(inspection, model)
         content["exit_pupil"] = {
             name: options.finite(value) if isinstance(value, float) else value
             for name, value in asdict(pupil).items()
@@ -222,9 +220,9 @@ def _white_content(
     return content
 
 
-def _f_number(found: "WhiteInspection", model: "RayModel") -> float:
+def _f_number(inspection: "WhiteInspection", model: "RayModel") -> float:
     """Working f-number of the main lens on the side of the sensor."""
-    diameter = found.fill.diameter * found.calibration.grid.lens_pitch
+    diameter = inspection.fill.diameter * inspection.calibration.grid.lens_pitch
     array = model.camera.micro_lenses
     return array.focal_length_mm / (diameter * model.camera.sensor.pixel_pitch_mm)
 
@@ -236,9 +234,9 @@ def _extension(model: "RayModel", infinity: "InfinityFocus") -> float | None:
     return options.finite(extension_of_infinity(model.camera, infinity.a))
 
 
-def _advice(found: "WhiteInspection") -> list[str]:
+def _advice(inspection: "WhiteInspection") -> list[str]:
     """What to do about the aperture and the exposure."""
-    fill, advice = found.fill, []
+    fill, advice = inspection.fill, []
     if fill.verdict == "overlapping":
         advice.append(
             "close the aperture until dark gaps appear: pixels where micro images overlap get "
@@ -252,16 +250,16 @@ def _advice(found: "WhiteInspection") -> list[str]:
             f"open the aperture by up to {fill.stops_to_touch:.1f} stops: the sensor is lit to "
             f"{100 * fill.share:.0f} % only"
         )
-    if found.calibration.clipped_share > _CLIPPED:
+    if inspection.calibration.clipped_share > _CLIPPED:
         advice.append(
-            f"expose less: {100 * found.calibration.clipped_share:.0f} % of the pixels are at full "
-            "scale"
+            f"expose less: {100 * inspection.calibration.clipped_share:.0f} % of the pixels are at "
+            "full scale"
         )
     return advice or ["none: the aperture suits the micro lenses"]
 
 
 def _white_lines(
-    found: "WhiteInspection",
+    inspection: "WhiteInspection",
     model: "RayModel | None",
     pupil: "MeasuredPupil | None",
     infinity: "InfinityFocus | None",
@@ -269,7 +267,7 @@ def _white_lines(
     """What was found, in words."""
     from plenofir.commands.capture import pupil_text
 
-    calibration, fill = found.calibration, found.fill
+    calibration, fill = inspection.calibration, inspection.fill
     rows, columns = calibration.lenses
     lines = [("kind", "white image"), ("micro images", fill.verdict)]
     if fill.verdict != "overlapping":
@@ -290,7 +288,7 @@ def _white_lines(
         (
             "brightness",
             f"{100 * fill.between:.0f} % half way to the neighbours, {100 * fill.darkest:.0f} % at "
-            f"the darkest place, corners of the picture {100 * found.darkest_lens:.0f} %",
+            f"the darkest place, corners of the picture {100 * inspection.darkest_lens:.0f} %",
         )
     ]
     if model is not None and pupil is not None:
@@ -298,7 +296,7 @@ def _white_lines(
         lines += [
             (
                 "f-number",
-                f"{_f_number(found, model):.1f} of the main lens, "
+                f"{_f_number(inspection, model):.1f} of the main lens, "
                 f"{array.focal_length_mm / array.pitch_mm:.1f} of the micro lenses",
             ),
             ("exit pupil", pupil_text(pupil)),
@@ -321,7 +319,7 @@ def _white_lines(
                     f"{model.extension_mm:.4f})",
                 )
             )
-    return lines + [("advice", text) for text in _advice(found)]
+    return lines + [("advice", text) for text in _advice(inspection)]
 
 
 def _spots(
@@ -343,10 +341,10 @@ def _spots(
             signal = white_signal(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )
-            found = calibrate(
+            calibration = calibrate(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )
-            spots.append(measure_spots(signal, found, place, where=file))
+            spots.append(measure_spots(signal, calibration, place, where=file))
     score = focus_score(spots)
     content = {
         "kind": "spots",
@@ -397,10 +395,10 @@ def _focus_advice(score: "FocusScore") -> list[str]:
         advice.append(f"put the micro lenses at {score.best.position:.6g}")
     if any(one.radius > LARGEST_SPOT for one in score.spots):
         advice.append("leave out positions whose spots fill the pitch: their sizes say little")
-    known = [best for best in score.sides.values() if best is not None]
-    places = [best.position for best in known]
+    sides = [best for best in score.sides.values() if best is not None]
+    places = [best.position for best in sides]
     apart = max(places, default=0.0) - min(places, default=0.0)
-    errors = [best.error for best in known if best.error is not None]
+    errors = [best.error for best in sides if best.error is not None]
     if errors and apart > _TILT_ERRORS * max(errors):
         advice.append(f"align the array with the sensor: its sides are best {apart:.3g} apart")
     return advice

@@ -107,8 +107,8 @@ def quilt(
     between = columns * rows > len(line) > 1
     if between:
         with progress_bar("matching") as show:
-            found = search_depth(picture.pixels, m, progress=show)
-        disparity = found.disparity.pixels_per_view
+            searched = search_depth(picture.pixels, m, progress=show)
+        disparity = searched.disparity.pixels_per_view
     image = arrange(line, columns, rows, disparity)
     look = look_for(picture, m, exposure, gamma)
     publish({path.name: look.of_field(image)}, path.parent)
@@ -238,14 +238,14 @@ def depth_map(
         raise InputError("sensor is for a square of views; take views", where="resolution")
     model = model_of(camera, focus, m)
     with progress_bar("matching") as show:
-        found = search_depth(
+        searched = search_depth(
             raw,
             m,
             smallest=far,
             largest=near,
             progress=show,
         )
-    disparity, view = found.disparity, central_view(raw, m)
+    disparity, view = searched.disparity, central_view(raw, m)
     if resolution == "sensor":
         rows, columns = raw.shape[:2]
         disparity = at_sensor(disparity, view, m, (rows, columns))
@@ -270,20 +270,20 @@ def depth_map(
         if tiff:
             results.write(f"{name}.tif", exports.encode_float_tiff(depth))
         if ply and model is not None:
-            places = exports.points(sure_distances(found.disparity, model, confidence), model)
+            places = exports.points(sure_distances(searched.disparity, model, confidence), model)
             colours = exposure(picture, m).apply(view)
             results.write("points.ply", exports.encode_ply(places, colours))
-    known, spread = depth[~np.isnan(depth)], ""
-    if known.size:
-        first, last = np.percentile(known, [5, 95])
+    depths, spread = depth[~np.isnan(depth)], ""
+    if depths.size:
+        first, last = np.percentile(depths, [5, 95])
         in_mm = f"{first:.0f} to {last:.0f} mm"
         spread = f", a = {first:.2f} to {last:.2f}" if model is None else f", {in_mm}"
     typer.echo(
-        f"{out}: {'disparities' if model is None else 'distances'} of {known.size} of {depth.size}"
-        f" pixels ({100 * known.size / depth.size:.1f} %){spread}"
+        f"{out}: {'disparities' if model is None else 'distances'} of {depths.size} of {depth.size}"
+        f" pixels ({100 * depths.size / depth.size:.1f} %){spread}"
     )
-    print_lines(doubt_of_depth(known.size / depth.size, field))
-    for share, end, option in zip(found.at_ends, found.search, ("far", "near"), strict=True):
+    print_lines(doubt_of_depth(depths.size / depth.size, field))
+    for share, end, option in zip(searched.at_ends, searched.search, ("far", "near"), strict=True):
         if share > MANY:
             typer.echo(
                 f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
