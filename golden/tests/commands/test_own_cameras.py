@@ -170,10 +170,10 @@ def test_batch_tells_what_it_changes(
     """Notes of each capture, by its name; the pictures themselves are left out here."""
     from distributed import LocalCluster
 
-    from plenofir.commands import app, developed
+    from plenofir.commands import album, app
 
-    monkeypatch.setattr(developed._Pictures, "make", lambda *_: [])
-    monkeypatch.setattr(developed._Pictures, "viewer", lambda *_: None)
+    monkeypatch.setattr(album.Album, "make", lambda *_: [])
+    monkeypatch.setattr(album.Album, "viewer", lambda *_: None)
     monkeypatch.chdir(folder)
     with LocalCluster(
         n_workers=1, processes=False, protocol="tcp://", dashboard_address=None
