@@ -59,12 +59,15 @@ class Album:
         self.look, self.show = look, show
         self.earlier, self.mark = earlier, mark
         self.disparity: Disparity | None = None  # once it was searched
+        self.in_focus: Image | None = None  # values of the field, once it was made
         # Of each picture its name, its caption, and what the page shows.
         self.shown: list[tuple[str, str, str]] = []
         self.films: set[str] = set()
 
     def make(self, most: int, aperture: "Aperture | None", tilt: tuple[float, float]) -> list[str]:
         """All of them, at most so many refocused ones; lines for the summary."""
+        import numpy as np
+
         from plenofir.camera.lightfield.any_field import (
             central_view,
             is_rectangle,
@@ -106,11 +109,13 @@ class Album:
             frames.append(self.add(f"refocused_{name}.png", make, caption, a, *through))
         nearest = searched.disparity.limited(low, high)
         self.show("all in focus", 0, 0)
-        self.add(
-            "all_in_focus.png",
-            lambda: self.look(sharp_everywhere(source, m, nearest)).pixels,
-            "Sharp everywhere",
-        )
+
+        def sharp() -> "Image":
+            image = sharp_everywhere(source, m, nearest)
+            self.in_focus = np.rint(image / self.look.unit).astype(pixels.dtype)
+            return self.look(image).pixels
+
+        self.add("all_in_focus.png", sharp, "Sharp everywhere")
         around = frames + frames[-2:0:-1]
         self.animation("focus", lambda: around, "Through the focus", settings, *through)
         self.animation(
@@ -167,6 +172,7 @@ class Album:
             gamma=picture.gamma,
             look=exposed,
             disparity=self.disparity,
+            in_focus=self.in_focus,
         )
         self.results.write("viewer.html", export(page, _VIEWER_BYTES))
 

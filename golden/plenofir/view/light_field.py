@@ -126,9 +126,10 @@ class _Content:
         search: tuple[float, float] | None,
         progress: Callable[[int, int], None] | None,
         disparity: "Disparity | None",
+        in_focus: Image | None,
     ) -> None:
         self.field, self.search, self.progress = field, search, progress
-        self.disparity = disparity
+        self.disparity, self._in_focus = disparity, in_focus
         # Several requests come at once.
         self._lock = Lock()
 
@@ -163,7 +164,9 @@ class _Content:
     def in_focus(self, binning: int) -> Image:
         """The picture that is in focus everywhere, at the scale of pages."""
         with self._lock:
-            return self.field.in_focus(self._found, binning)
+            if self._in_focus is None:
+                self._in_focus = self.field.in_focus(self._found)
+        return reduced(self._in_focus, binning)
 
     def everywhere(self, wanted: Wanted) -> Part:
         """`in_focus`, samples of 16 bit with the low byte first."""
@@ -244,6 +247,7 @@ def light_field_page(
     gamma: float | None = None,
     look: Exposure | None = None,
     disparity: "Disparity | None" = None,
+    in_focus: Image | None = None,
 ) -> Page:
     """Make the page of a light field, from a raw image (rows, columns[, 3]), uint8 or uint16.
 
@@ -251,14 +255,15 @@ def light_field_page(
     `full_scale` is the value of white, `gamma` that of the values, as in `Picture`; `look` is the
     exposure that the page starts with, auto if none is given. `search` is the first and last focus
     setting of the slider and of the search for depth; without it the slider goes from -1 to 2, and
-    the search as far as it needs. `disparity`: one that is there already. Without a
+    the search as far as it needs. `disparity`, `in_focus`: a
+    map, and the picture sharp everywhere (values of `raw`), that are there already. Without a
     camera's model, focused as it was, there are no distances. `progress` is called with the numbers
     of depth candidates done and of all.
     """
     field = LightField(raw, micro_image_size)
     picture = Picture(raw, full_scale, gamma)
     described = _described(field, picture, title, search, model, look)
-    content = _Content(field, search, progress, disparity)
+    content = _Content(field, search, progress, disparity, in_focus)
     parts: dict[str, Callable[[Wanted], Part]] = {"views": content.views}
     if described["has_depth"]:
         parts |= {"depth": content.depth, "everywhere": content.everywhere}

@@ -2,7 +2,8 @@
 """The page of a folder of pictures: what ``make sim`` leaves, two at a time."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,10 @@ from plenofir.view.page import Page, Part, Wanted
 REPORT = "report.json"
 # In this order: the VHDL beside its golden model.
 _FIRST = ("refocused", "golden", "diff")
+# Files of that many times the limit are refused before they are packed.
+_FAR = 2
+# Files may be packed better than parts are.
+_MORE = 1.2
 # Pictures that do not show a scene are not exposed.
 _MAPS = ("diff", "depth", "confidence", "sharpness")
 
@@ -55,7 +60,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
         ("tone.js", "source.js", "pane.js", "pictures.js"),
         field,
         parts,
-        lambda limit: (field, _within(parts, limit, folder)),
+        lambda limit: (field, _within(parts, limit, files.values())),
     )
 
 
@@ -113,14 +118,18 @@ def _of_report(path: Path) -> list[str]:
 
 
 def _within(
-    parts: dict[str, Callable[[Wanted], Part]], limit: int, folder: Path
+    parts: dict[str, Callable[[Wanted], Part]], limit: int, files: Iterable[Path]
 ) -> dict[str, Part]:
-    made = {name: make(Wanted()) for name, make in parts.items()}
-    size = sum(len(part.content) for part in made.values()) * 4 // 3
+    """All parts, in at most `limit` bytes; where files are far too large they are not packed."""
+    size = sum(path.stat().st_size for path in files)
+    made: dict[str, Part] = {}
+    if size <= _FAR * limit:
+        made = {name: make(Wanted()) for name, make in parts.items()}
+        size = sum(len(part.content) for part in made.values())
     if size > limit:
+        # Base64 has four bytes for three; and the page itself.
+        least = ceil(size * 4 / 3e6 * _MORE) + 1
         raise InputError(
-            f"{size / 1e6:.1f} MB of pictures are more than {limit / 1e6:g} MB; use "
-            "another --limit",
-            where=str(folder),
+            f"{size / 1e6:.1f} MB of pictures do not fit; give {least} or more", where="limit"
         )
     return made

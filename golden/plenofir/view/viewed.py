@@ -123,11 +123,8 @@ class LightField:
         limited = np.asarray(np.clip(settings, low, high))
         return Depth(limited, confidence >= LEAST_CONFIDENCE, (low, max(high, low + 1e-3)), binning)
 
-    def in_focus(self, depth: "Depth", binning: int = 1) -> Image:
-        """The picture that is sharp everywhere, as the commands make it, (rows, columns[, 3]).
-
-        `binning`: pixels that are made one, in each direction.
-        """
+    def in_focus(self, depth: "Depth") -> Image:
+        """The picture that is sharp everywhere, as the commands make it, (rows, columns[, 3])."""
         from plenofir.camera.lightfield import all_in_focus
         from plenofir.camera.lightfield.any_field import central_view
 
@@ -136,8 +133,7 @@ class LightField:
         lenses = tuple(n // self.micro_image_size for n in self.size)
         settings = depth.settings.repeat(depth.binning, 0).repeat(depth.binning, 1)
         settings = settings[: lenses[0], : lenses[1]]
-        picture = all_in_focus(self.pixels, self.micro_image_size, settings)
-        return reduced(picture, binning)
+        return all_in_focus(self.pixels, self.micro_image_size, settings)
 
 
 class Depth(NamedTuple):

@@ -317,11 +317,17 @@ def test_depth_that_is_there_is_not_searched_again() -> None:
     assert told == []
 
 
-def test_pictures_too_large_for_an_export_are_refused(tmp_path: Path) -> None:
+def test_an_export_of_pictures_fits_or_tells_the_limit_that_does(tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
-        write_png(tmp_path / name, RNG.integers(0, 256, (100, 100, 3), dtype=np.uint8))
-    with pytest.raises(InputError, match="MB of pictures"):
-        export(pictures_page(tmp_path), 80_000)
+        write_png(tmp_path / name, RNG.integers(0, 256, (150, 150, 3), dtype=np.uint8))
+    page = pictures_page(tmp_path)
+    whole = len(export(page, 1_000_000))
+    # All of the limit is used.
+    assert len(export(page, whole + 5000)) == whole
+    # Close to it, and far from it.
+    for limit in (whole - 5000, 100_000):
+        with pytest.raises(InputError, match=r"limit: 0.1 MB of pictures .* give 2 or more"):
+            export(page, limit)
 
 
 def test_a_raw_capture_is_resampled_with_its_calibration(tmp_path: Path) -> None:
