@@ -46,7 +46,7 @@ entity hdmi_bench is
     DATA_PATIENCE       : positive := 625;
     BUTTON_STABLE       : positive := 10;
     BIT_TIME            : positive := 10;
-    DDC_QUARTER         : positive := 25;
+    DDC_QUARTER         : positive := 50;
     DDC_PAUSE           : positive := 100;
     SWITCH_FRAMES       : positive := 1;
     ALIGN_TIMEOUT       : positive := 8192;
