@@ -27,7 +27,6 @@ SHIFTS = tuple(range(7))
 """Slices swept, a' = a M."""
 OBJECTS = (1, 3, 5)
 """a' of the slices in which the objects are sharp, left to right."""
-_PARALLEL_ROWS = 3
 _PITCH = 6.3
 _SIDE = 13
 _GAP = 2
@@ -51,7 +50,7 @@ class SweptScene:
             micro_image_size=M,
             shifts=SHIFTS,
             max_columns=self.raster.shape[1],
-            engine=FirEngine(parallel_rows=_PARALLEL_ROWS),
+            engine=FirEngine(),
         )
 
     def curves(self, frames: Image) -> list[Floats]:

@@ -31,7 +31,7 @@ def raster_case(core: CoreConfiguration, *, thorough: bool = False) -> Case:
     )
 
 
-@pytest.mark.drawn(3)
+@pytest.mark.drawn(2)
 @pytest.mark.parametrize(
     "m",
     [pytest.param(m, marks=[pytest.mark.slow] if m > 5 else []) for m in MICRO_IMAGE_SIZES],

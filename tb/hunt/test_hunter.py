@@ -24,7 +24,7 @@ from plenofir_tb.runner import simulator_name
 
 HERE = Path(__file__).parent
 # Streams of a design in the short hunt; number of designs of entities without another such bench.
-STREAMS = 3
+STREAMS = 2
 DESIGNS = {"colour_mosaic": 4, "i2c_rom_slave": 2, "load_port": 3}
 FAULTS = [
     # A fault may give the number of the first design to try.

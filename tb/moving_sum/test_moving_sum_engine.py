@@ -55,7 +55,7 @@ def slice_case(m: int, shift: int, *, stored: bool) -> Case:
     )
 
 
-@pytest.mark.drawn(3)
+@pytest.mark.drawn(2)
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 5])
 def test_every_slice(m: int) -> None:
     # The arithmetics take turns along the grid.

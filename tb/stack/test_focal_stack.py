@@ -58,7 +58,7 @@ MORE_STACKS: list[dict] = [
 
 @pytest.mark.parametrize("stacks", [STACKS, pytest.param(MORE_STACKS, marks=pytest.mark.slow)])
 def test_stacks_stalls_and_faults(stacks: list[dict]) -> None:
-    cores = [configuration(**options) for options in drawn(stacks, 4)] + [random_core(0, 300)]
+    cores = [configuration(**options) for options in drawn(stacks, 3)] + [random_core(0, 300)]
     run_cases([stack_case(core, thorough=True) for core in cores], long=True)
 
 
