@@ -8,8 +8,8 @@
 -- while the slave holds the data line low would block it, so the line is released when the clock line has been still
 -- for LET_GO clocks.
 --
--- Latency: FILTER + HOLD + 3 clocks from a falling edge of the clock line to the data line, which is the master's hold
--- time. Throughput: I2C up to 400 kHz, with clk at 100 MHz.
+-- Latency: FILTER + HOLD + 4 clocks, HOLD + 4 if FILTER is 1, from a falling edge of the clock line to the data line,
+-- which is the master's hold time. Throughput: I2C up to 400 kHz, with clk at 100 MHz.
 -- Equation: the n-th byte of a read = EDID((address + n) mod EDID_BYTES).
 
 library ieee;

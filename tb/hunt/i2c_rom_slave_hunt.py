@@ -12,6 +12,7 @@ ENTITY = "i2c_rom_slave"
 FAULTS = [
     ("i2c_lines.vhd", "scl_count = SPIKE - 1", "scl_count >= 0"),
     ("i2c_rom_slave.vhd", "      HOLD  => HOLD\n", "      HOLD  => 0\n"),
+    ("i2c_rom_slave.vhd", "waited = HOLD - 1 then", "waited >= HOLD - 2 then"),
     ("i2c_rom_slave.vhd", "if refused = '1' then", "if false then"),
 ]  # fmt: skip
 # The shortest lines of an offered mode: with any pixel clock, and with those of a range.
@@ -47,7 +48,9 @@ class Lines:
         self.slave = self.reads = 0
         self.glitch = {"scl": 0, "sda": 0}
         self.pause = 0
-        self.high_for = self.still_for = 0
+        self.high_for = self.low_for = self.still_for = 0
+        # Clocks from falls of the clock line to changes of the data line by the slave.
+        self.delays: set[int] = set()
         self.before = (1, 1)
 
     @property
@@ -61,11 +64,14 @@ class Lines:
         slave = int(texts[0])
         self.reads += int(texts[1])
         self.high_for = self.high_for + 1 if self.scl else 0
+        self.low_for = 0 if self.scl else self.low_for + 1
         self.still_for = 0 if self.sda != self.before[1] else self.still_for + 1
         self.before = (self.scl, self.sda)
         late = 4 * self.filter + 2 * self.hold + 12
         if slave != self.slave and self.high_for > late and self.still_for > late:
             raise FaultError("the data line moves while the clock line is high")
+        if slave != self.slave:
+            self.delays.add(self.low_for)
         self.slave = slave
         levels = {"scl": self.scl, "sda": self.line}
         if self.rng is not None and self.filter > 1:
@@ -271,10 +277,15 @@ async def stream(bench: Any, rng: random.Random) -> None:
     if not hunt.memory:
         # Without glitches a quarter may be shorter.
         slow, hunt.master.quarter = hunt.master.quarter, lines.filter + 2 * lines.hold + 6
+        lines.delays.clear()
         block = await hunt.block(0, 128)
+        g = bench.design["generics"]
+        # A clock more from here to the pins, and one back.
+        lag = g["HOLD"] + 4 + (g["FILTER"] if g["FILTER"] > 1 else 0) + 2
+        if lines.delays != {lag}:
+            raise FaultError(f"the data line lags by {sorted(lines.delays)} clocks, not {lag}")
         hunt.master.quarter = slow
         hunt.memory += block
-        g = bench.design["generics"]
         most = max(LEAST_COLUMNS[g["CLOCK_RANGE"] > 0], g["MAX_COLUMNS"])
         faults = edid_faults(block, most)
         if faults:
