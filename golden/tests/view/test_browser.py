@@ -117,6 +117,21 @@ def _check_controls(tab: Any, raw: npt.NDArray[Any], m: int) -> None:
     tab.locator("#picture").press("ArrowRight")
     assert tab.evaluate("plenofir.state.focus") == pytest.approx(0.8)
     assert "a = 0.8 = 4/5" in tab.locator("#focus-text").inner_text()
+    # Typed: a fraction, a decimal, and what is no number.
+    typed = tab.locator("#typed")
+    assert typed.input_value() == "4/5"
+    for text, a in (("-1/3", -1 / 3), (".2062", 0.2062), ("3 / -4", -0.75)):
+        typed.fill(text)
+        typed.press("Enter")
+        assert tab.evaluate("plenofir.state.focus") == pytest.approx(a)
+    for text in ("1/0", "", "1/2/3", "0x10", "1e9", "101", "much"):
+        typed.fill(text)
+        typed.press("Enter")
+        assert "a is a number such as" in tab.locator("#message").inner_text(), text
+        assert tab.evaluate("plenofir.state.focus") == -0.75
+    typed.fill("0.8")
+    typed.press("Enter")
+    assert not tab.locator("#message").inner_text()
     # One view, and a place between two.
     tab.evaluate("Promise.all([plenofir.setAperture(0.001), plenofir.setView(1, 3)])")
     weights = np.zeros((m, m))

@@ -3,6 +3,9 @@
 
 import { MODES } from "./state.js";
 
+// Farther than any picture of a light field is sharp; the sums of the GPU hold it.
+const MOST_FOCUS = 100;
+
 const at = (id) => document.getElementById(id);
 
 /**
@@ -84,7 +87,8 @@ function listenToKeys(page) {
     };
     document.addEventListener("keydown", (event) => {
         const busy = event.ctrlKey || event.metaKey || event.altKey;
-        const elsewhere = event.target instanceof HTMLInputElement && event.key.startsWith("Arrow");
+        const typed = event.target === at("typed");
+        const elsewhere = typed || (event.target instanceof HTMLInputElement && event.key.startsWith("Arrow"));
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
         if (busy || elsewhere || !Object.hasOwn(keys, key)) return;
         event.preventDefault();
@@ -92,11 +96,33 @@ function listenToKeys(page) {
     });
 }
 
+/** The a that a person typed: a decimal or a fraction; an error that says what is expected. */
+function typedFocus(text) {
+    const [whole, over = "1", ...more] = text.replaceAll("\u2212", "-").split("/").map((part) => part.trim());
+    const decimal = /^[-+]?(\d+\.?\d*|\.\d+)$/;
+    const a = Number(whole) / Number(over);
+    if (more.length || !decimal.test(whole) || !decimal.test(over) || !(Math.abs(a) <= MOST_FOCUS)) {
+        throw new RangeError(`a is a number such as -0.25 or 1/3, up to ${MOST_FOCUS}; “${text}” is none`);
+    }
+    return a;
+}
+
 function listenToControls(page) {
     const { field, pane, top } = page;
     const onInput = (id, done) => at(id).addEventListener("input", (event) => done(Number(event.target.value)));
     const onClick = (id, done) => at(id).addEventListener("click", () => Promise.resolve(done()).catch((error) => page.say(error.message)));
     onInput("focus", (a) => page.change({ focus: a, mode: "refocused" }));
+    at("typed").addEventListener("change", (event) => {
+        try {
+            const focus = typedFocus(event.target.value);
+            // So that keys are those of the page again.
+            event.target.blur();
+            page.change({ focus, mode: "refocused" });
+            page.say("");
+        } catch (error) {
+            page.say(error.message);
+        }
+    });
     onInput("aperture", (share) => page.change({ aperture: share ** 2 }));
     onInput("exposure", (ev) => page.expose({ ev }));
     onInput("gamma", (power) => page.expose({ gamma: 5 ** power }));

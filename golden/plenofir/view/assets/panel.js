@@ -73,6 +73,8 @@ export class Panel {
             exposure: `${state.exposure.ev > 0 ? "+" : ""}${state.exposure.ev.toFixed(1)} EV`,
             gamma: state.exposure.gamma.toFixed(2),
         };
+        // What a person is typing stays.
+        if (document.activeElement !== at("typed")) at("typed").value = fraction.slice(3) || digits(state.focus);
         at("aperture").value = Math.sqrt(state.aperture);
         at("exposure").value = state.exposure.ev;
         at("gamma").value = Math.log(state.exposure.gamma) / Math.log(5);
