@@ -250,10 +250,12 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
 def test_a_fault_of_an_engine_is_named(
     good_of, tmp_path, monkeypatch, name, file, old, new, signal
 ) -> None:
+    # First: its sources are the ones without the fault.
+    good = good_of(name)
     sources = plant(tmp_path / "hdl", file_bench.core_sources(), file, old, new)
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     bad = dump(find_simulator(simulator_name(), brief=True), tmp_path / "bad.vcd", name)
-    check_named(good_of(name), bad, signal)
+    check_named(good, bad, signal)
 
 
 @pytest.fixture
