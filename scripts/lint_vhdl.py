@@ -64,7 +64,8 @@ _NO_SUBJECT = re.compile(r"-- *(It|They|Those|That of|Of|The same)\b")
 _RITUAL = re.compile(
     r"\b(Latency|Throughput|Equation): *(?:[Nn]one|not applicable|see the map|as its parts)\b"
 )
-_DIRECTIVE = re.compile(r" (SPDX-License-Identifier: \S+|synthesis translate_o(n|ff))$")
+# Split, or reuse takes the pattern for the licence of this file.
+_DIRECTIVE = re.compile(r" (SPDX-License-" r"Identifier: \S+|synthesis translate_o(n|ff))$")
 # Positional aggregates of more values than this are refused, as swapped ones would compile.
 MOST_POSITIONAL = 4
 
