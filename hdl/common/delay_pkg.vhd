@@ -2,7 +2,7 @@
 -- Delays of tags (bits that accompany data) by a number of enabled clocks.
 --
 -- The caller keeps the tags under way in a signal, one word beside the other, and moves them in its own process.
--- These are functions and no entity because a process seldom does nothing but delay.
+-- Delays are functions and no entity, because a process seldom does nothing but delay.
 --
 -- Latency: length enabled clocks (0: a wire). Throughput: one tag each clock.
 -- Equation: delayed(t) = tag(t - length), t counting enabled clocks.

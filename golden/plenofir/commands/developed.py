@@ -95,7 +95,7 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
     with TemporaryDirectory(prefix="plenofir-") as temporary:
         with Results(Path(temporary)) as results:
             field = _field(capture, job, earlier, marks, results, show)
-            told = _told(field)
+            lines_told = _told(field)
             if camera is not None and is_rectangle(field.picture.pixels):
                 raise InputError(
                     "is for a plenoptic camera's square of views; leave it out", where="camera"
@@ -104,7 +104,7 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
             model = None if camera is None else RayModel.focused(camera, job.focus, m)
             exposed = job.run or exposure(field.picture, m, job.exposure, job.gamma)
             look = look_of(field.picture, exposed)
-            lines = [*told, f"shown: {exposed.words()}"]
+            lines = [*lines_told, f"shown: {exposed.words()}"]
             pictures = Album(results, field, model, look, show, earlier, marks.pictures)
             lines += pictures.make(job.slices, job.aperture, job.tilt)
             pictures.viewer(title, exposed)

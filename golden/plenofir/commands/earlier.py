@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
@@ -21,13 +22,12 @@ def content_mark(path: Path) -> str:
 
     Of anything else (a pipe, a folder with links to folders) it is never the same.
     """
-    try:
+    # What can't be read is never the same.
+    with suppress(OSError):
         if path.is_file():
             return checksum(path)
         if path.is_dir():
             return sha256(repr(list(_contents(path))).encode()).hexdigest()
-    except OSError:
-        pass
     return uuid4().hex
 
 
@@ -62,11 +62,10 @@ class Earlier:
         # Keys of the files of this run, and which of them were reused.
         self.keys: dict[str, str] = {}
         self.reused: list[str] = []
-        try:
+        # A report that is absent or damaged has nothing to reuse.
+        with suppress(*_FAULTS):
             self.report = json.loads((folder / report).read_bytes())
             self.names = {key: Path(name).name for name, key in self.report["keys"].items()}
-        except _FAULTS:
-            pass
 
     def take(self, name: str, key: str, results: Results) -> bool:
         """Put the file with a key among the results; False if there is none, or it was changed."""

@@ -315,13 +315,13 @@ def _packed(
     field: LightField, described: Mapping[str, Any], content: _Content, limit: int
 ) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
     """Data of an export: views that fit every GPU with WebGL 2, within a size."""
-    made = {}
+    parts = {}
     binning = described["scale"]
     if described["has_depth"]:
-        made["depth"] = content.depth(Wanted())
-        share = int(_IN_FOCUS * (limit - len(made["depth"].content)))
-        made["everywhere"] = _packed_picture(content, binning, share)
-    room = limit - sum(len(part.content) for part in made.values())
+        parts["depth"] = content.depth(Wanted())
+        share = int(_IN_FOCUS * (limit - len(parts["depth"].content)))
+        parts["everywhere"] = _packed_picture(content, binning, share)
+    room = limit - sum(len(part.content) for part in parts.values())
     while not _fits_every_gpu(field, binning):
         binning += 1
     while True:
@@ -345,7 +345,7 @@ def _packed(
         "scale": binning,
         "notes": notes,
     }
-    return {**described, **changed}, {"views": found.part, **made}
+    return {**described, **changed}, {"views": found.part, **parts}
 
 
 def _packed_picture(content: _Content, binning: int, limit: int) -> Part:

@@ -122,14 +122,14 @@ def _within(
 ) -> dict[str, Part]:
     """All parts, in at most `limit` bytes; where files are far too large they are not packed."""
     size = sum(path.stat().st_size for path in files)
-    made: dict[str, Part] = {}
+    contents: dict[str, Part] = {}
     if size <= _FAR * limit:
-        made = {name: make(Wanted()) for name, make in parts.items()}
-        size = sum(len(part.content) for part in made.values())
+        contents = {name: make(Wanted()) for name, make in parts.items()}
+        size = sum(len(part.content) for part in contents.values())
     if size > limit:
         # Base64 has four bytes for three; and the page itself.
         least = ceil(size * 4 / 3e6 * _MORE) + 1
         raise InputError(
             f"{size / 1e6:.1f} MB of pictures do not fit; give {least} or more", where="limit"
         )
-    return made
+    return contents

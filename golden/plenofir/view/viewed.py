@@ -80,17 +80,17 @@ class LightField:
             return self._views
         rows, columns = (-(-n // binning) for n in (self.lens_rows, self.lens_columns))
         channels = self._views.shape[4:]
-        found = np.zeros((*self.counts, rows, columns, *channels), self.dtype)
+        smaller = np.zeros((*self.counts, rows, columns, *channels), self.dtype)
         # One after the other, to save memory for large images.
         for v, u in np.ndindex(*self.counts):
             view = self._views[v, u]
             whole = np.zeros((rows * binning, columns * binning, *channels), view.dtype)
             whole[: view.shape[0], : view.shape[1]] = view
-            sums = np.zeros(found.shape[2:], np.uint32)
+            sums = np.zeros(smaller.shape[2:], np.uint32)
             for down, right in np.ndindex(binning, binning):
                 sums += whole[down::binning, right::binning]
-            found[v, u] = (sums + binning**2 // 2) // binning**2
-        return found
+            smaller[v, u] = (sums + binning**2 // 2) // binning**2
+        return smaller
 
     def depth(
         self,
@@ -111,10 +111,12 @@ class LightField:
         binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // LEAST_GPU_TEXTURE))
         if disparity is None:
             low, high = (None, None) if search is None else (end / binning for end in search)
-            found = search_views(self.views(binning), smallest=low, largest=high, progress=progress)
-            disparity = found.disparity
+            searched = search_views(
+                self.views(binning), smallest=low, largest=high, progress=progress
+            )
+            disparity = searched.disparity
             settings = disparity.settled() * binning
-            search = found.search[0] * binning, found.search[1] * binning
+            search = searched.search[0] * binning, searched.search[1] * binning
             confidence = disparity.confidence
         else:
             settings = disparity.settled()[::binning, ::binning]

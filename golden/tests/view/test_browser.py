@@ -3,13 +3,10 @@
 
 import base64
 import io
-import json
 import re
 import signal
 import subprocess
 import sys
-import threading
-import time
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -23,16 +20,12 @@ from PIL import Image
 from plenofir.camera.lightfield import all_in_focus, compose
 from plenofir.camera.rays import MicroscopeModel, RayModel, load_camera, load_instrument
 from plenofir.commands.looks import aperture_of, tilt_of
-from plenofir.ground.images import eight_bits, encode_png, read_image, write_png
+from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.ground.project import DATA
 from plenofir.refocus import best_picture, output_offset, real_focus, refocus
 from plenofir.view import (
-    Live,
     export,
-    folder_frames,
     light_field_page,
-    live_page,
-    pictures_page,
 )
 from plenofir.view.viewed import LightField
 
@@ -435,64 +428,6 @@ def test_all_in_focus_is_that_of_the_commands(open_page: Any, tmp_path: Path, m:
             tab.evaluate("plenofir.setMode('sharp')")
             # An export has little room for it.
             assert np.abs(saved(tab) - want).mean() <= most
-
-
-def test_pictures_of_a_simulation(open_page: Any, tmp_path: Path) -> None:
-    picture = cut(40, 50)
-    other = picture.copy()
-    other[3, 4] += 2
-    for name, image in (("diff", picture), ("golden", other), ("refocused", picture)):
-        (tmp_path / f"{name}.png").write_bytes(encode_png(image))
-    (tmp_path / "report.json").write_text(json.dumps({"mismatches": 1}))
-    page = pictures_page(tmp_path)
-    assert page.field["pictures"] == ["refocused.png", "golden.png", "diff.png"]
-    file = tmp_path / "export.html"
-    file.write_bytes(export(page, 1_000_000))
-    with served(page) as address:
-        for where in (address, file.as_uri()):
-            tab = open_page(where)
-            assert tab.evaluate("plenofir.compared") == {
-                "largest": 2,
-                "differ": 1,
-                "pixels": 2000,
-            }
-            assert "1 pixels differ" in tab.locator("#notes").inner_text()
-            tab.evaluate("plenofir.setMode('difference')")
-            found = pixels(tab)
-            assert (found[3, 4] == 2 * 16).all()
-            assert np.count_nonzero(found) == 3
-            tab.evaluate("plenofir.choose('refocused.png', 'diff.png')")
-            assert "Equal in all 2000 pixels" in tab.locator("#compared").inner_text()
-
-
-def test_a_live_source_shows_its_newest_frame(open_page: Any, tmp_path: Path) -> None:
-    m, count = 3, 40
-
-    def put(number: int) -> None:
-        (tmp_path / "new").write_bytes(encode_png(np.full((30, 30), 5 * number, np.uint8)))
-        (tmp_path / "new").rename(tmp_path / f"{number:03}.png")
-
-    def grow() -> None:
-        for number in range(1, count):
-            time.sleep(0.05)
-            put(number)
-
-    put(0)
-    live = Live(folder_frames(tmp_path, 25), lambda picture: picture, m, "folder")
-    with served(live_page(live, title="live")) as address:
-        tab = open_page(address)
-        camera = threading.Thread(target=grow)
-        camera.start()
-        camera.join()
-        last = f"() => plenofir.live.frames + plenofir.live.dropped >= {count}"
-        tab.wait_for_function(last, timeout=120_000)
-        found = tab.evaluate("plenofir.live")
-        # Every frame of the folder was shown or counted, and the last one is on show.
-        assert found["frames"] + found["dropped"] == count
-        assert found["frames"] >= 2
-        assert found["milliseconds"] >= 0
-        assert (pixels(tab)[12:18, 12:18] == 5 * (count - 1)).all()
-        assert "frames a second" in tab.locator("#live").inner_text()
 
 
 @pytest.mark.slow

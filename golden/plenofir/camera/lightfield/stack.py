@@ -376,11 +376,16 @@ class _CentralView:
 def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
     """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
     places = (np.arange(pixels) - (m - 1) / 2) / m
-    alone = [
-        ndimage.map_coordinates(one, [places], order=order, mode="nearest", prefilter=False)
-        for one in np.eye(lenses)
-    ]
-    return sparse.csr_array(np.stack(alone, axis=1))
+    lens, shares = np.zeros(lenses), []
+    for k in range(lenses):
+        lens[:] = 0
+        lens[k] = 1
+        # Sparse at once: few pixels have a share of it.
+        share = ndimage.map_coordinates(
+            lens, [places], order=order, mode="nearest", prefilter=False
+        )
+        shares.append(sparse.csc_array(share[:, np.newaxis]))
+    return sparse.csr_array(sparse.hstack(shares))
 
 
 def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
