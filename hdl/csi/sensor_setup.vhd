@@ -22,6 +22,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hex_pkg.all;
+use work.i2c_pkg.all;
 use work.math_pkg.all;
 use work.setup_list_pkg.all;
 
@@ -49,8 +50,8 @@ entity sensor_setup is
     -- The levels of the lines at the pins; and '1' to pull them low (open drain).
     scl     : in    std_logic;
     sda     : in    std_logic;
-    scl_low : out   std_logic := '0';
-    sda_low : out   std_logic := '0';
+    scl_low : out   std_logic;
+    sda_low : out   std_logic;
     -- start: begins the list, high for one clock while busy is low.
     start : in    std_logic;
     busy  : out   std_logic;
@@ -79,26 +80,16 @@ architecture rtl of sensor_setup is
 
   constant ENTRIES : entries_t(0 to COUNT - 1) := entries_of(REGISTERS, COUNT);
 
-  -- What is on the lines. Nothing: idle, fetch, choose_entry, pause, rest (before a repetition). free, free_stop: nine
-  -- ones and a stop. open_transfer: a start; send: four or five bytes; close_transfer: a stop.
+  -- The order that is under way. Nothing is on the lines in idle, fetch, choose_entry, pause, rest (before a
+  -- repetition). free, free_stop: nine ones and a stop. open_transfer: a start; send: four or five bytes;
+  -- close_transfer: a stop.
   type step_t is (idle, fetch, choose_entry, pause, rest, free, free_stop, open_transfer, send, close_transfer);
 
-  -- Parts of a bit, as in i2c_reader. hold: clock line low, data line as it was. setup: clock line low, next bit on the
-  -- data line. rise: clock line released until it is high. high, high_end: before and after the middle, in which the
-  -- data line is read, or makes a start or a stop.
-  type phase_t is (hold, setup, rise, high, high_end);
-
-  signal scl_now : std_logic;
-  signal sda_now : std_logic;
-
-  -- The step and the part of the bit; clocks of the part; bits of the byte and bytes of the transfer that are over;
-  -- bits still to be sent, with ones for the acknowledge bits.
-  signal step   : step_t                        := idle;
-  signal phase  : phase_t                       := hold;
-  signal clocks : natural range 0 to STRETCH    := 0;
-  signal bits   : natural range 0 to 8          := 0;
-  signal bytes  : natural range 0 to 4          := 0;
-  signal shift  : std_logic_vector(44 downto 0) := (others => '1');
+  signal step   : step_t := idle;
+  signal order  : i2c_order_t;
+  signal result : i2c_result_t;
+  -- Bytes of the transfer that are over.
+  signal bytes : natural range 0 to 4 := 0;
   -- The entry's number and content; how often it was tried; whether the transfer has failed; repetitions in the whole
   -- list.
   signal number  : natural range 0 to 4095 := 0;
@@ -110,16 +101,9 @@ architecture rtl of sensor_setup is
   signal ticks        : natural range 0 to MILLISECOND := 0;
   signal milliseconds : unsigned(7 downto 0)           := (others => '0');
 
-  -- on_lines: something is on the lines; starts, stops: the bit is a start, a stop; time_up: a quarter has passed; a
-  -- bit begins, is read, is over; gives_up: the clock line stays low.
-  signal on_lines   : std_logic;
-  signal starts     : std_logic;
-  signal stops      : std_logic;
-  signal time_up    : std_logic;
-  signal bit_begins : std_logic;
-  signal bit_read   : std_logic;
-  signal bit_ends   : std_logic;
-  signal gives_up   : std_logic;
+  -- refuses: the sensor does not acknowledge the byte that is over; last: no byte follows it.
+  signal refuses : std_logic;
+  signal last    : std_logic;
   -- ends: a transfer has ended, or the lines are free; fails: it has failed.
   signal ends  : std_logic;
   signal fails : std_logic;
@@ -128,169 +112,75 @@ architecture rtl of sensor_setup is
 
 begin
 
-  lines : entity work.i2c_lines
+  master : entity work.i2c_master
     generic map (
-      SPIKE => larger(QUARTER / 50, 1)
+      QUARTER => QUARTER,
+      STRETCH => STRETCH
     )
     port map (
-      clk       => clk,
-      scl       => scl,
-      sda       => sda,
-      scl_level => scl_now,
-      sda_level => sda_now
+      clk     => clk,
+      reset   => reset,
+      scl     => scl,
+      sda     => sda,
+      scl_low => scl_low,
+      sda_low => sda_low,
+      order   => order,
+      result  => result
     );
 
   busy    <= to_logic(step /= idle);
   entry   <= std_logic_vector(to_unsigned(number, 12));
   retried <= std_logic_vector(repeats);
 
-  -- While entries are looked up, and in a pause, the lines are at rest.
-  on_lines   <= not to_logic(step = idle or step = fetch or step = choose_entry or step = pause or step = rest);
-  starts     <= to_logic(step = open_transfer);
-  stops      <= to_logic(step = free_stop or step = close_transfer);
-  time_up    <= to_logic(clocks = QUARTER - 1);
-  bit_begins <= to_logic(phase = hold) and on_lines and time_up;
-  bit_read   <= to_logic(phase = high) and time_up;
-  bit_ends   <= to_logic(phase = high_end) and time_up;
-  gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
-  ends       <= bit_ends and stops;
+  order.start   <= to_logic(step = open_transfer);
+  order.stop    <= to_logic(step = free_stop or step = close_transfer);
+  order.send    <= to_logic(step = send);
+  order.receive <= to_logic(step = free);
+  order.more    <= '0';
+
+  with bytes select order.value <=
+    DEVICE & '0' when 0,
+    now(31 downto 24) when 1,
+    now(23 downto 16) when 2,
+    now(15 downto 8) when 3,
+    now(7 downto 0) when others;
+
+  -- A value that may have reset the sensor needs no acknowledgement.
+  refuses <= result.bits(0) and to_logic(now(BEFORE_PAUSE) = '0' or bytes < 3);
+  last    <= to_logic(bytes = 4 or (bytes = 3 and now(WIDE) = '0'));
+  ends    <= result.over and to_logic(step = free_stop or step = close_transfer);
   -- A data line that is low behind a stop is held by the sensor: the transfer has failed even if all bits were right.
-  fails <= gives_up or (ends and (wrong or not sda_now));
+  fails <= result.stuck or (ends and (wrong or not result.level));
 
-  drive_lines : process (clk) is
+  follow_bytes : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- Each part resets the counter before its range ends.
-      clocks <= clocks + 1;
-
-      case phase is
-
-        when hold =>
-
-          if on_lines = '0' then
-            clocks <= 0;
-          elsif bit_begins = '1' then
-            clocks <= 0;
-            phase  <= setup;
-            -- The clock line is low, except before the very first bit.
-            scl_low <= '1';
-            -- The data line is high before a start and low before a stop.
-            sda_low <= stops or (to_logic(step = send) and not shift(44));
-          end if;
-
-        when setup =>
-
-          if time_up = '1' then
-            scl_low <= '0';
-            clocks  <= 0;
-            phase   <= rise;
-          end if;
-
-        when rise =>
-
-          if scl_now = '1' then
-            clocks <= 0;
-            phase  <= high;
-          elsif gives_up = '1' then
-            -- The lines are released, and the transfer is repeated from its beginning.
-            clocks  <= 0;
-            phase   <= hold;
-            sda_low <= '0';
-          end if;
-
-        when high =>
-
-          if time_up = '1' then
-            clocks <= 0;
-            phase  <= high_end;
-            -- While the clock line is high, a falling data line is a start and a rising one a stop.
-            if starts = '1' then
-              sda_low <= '1';
-            elsif stops = '1' then
-              sda_low <= '0';
-            end if;
-          end if;
-
-        when high_end =>
-
-          if time_up = '1' then
-            clocks <= 0;
-            phase  <= hold;
-            -- Behind a stop both lines stay high.
-            scl_low <= not stops;
-          end if;
-
-      end case;
-
-      -- The reset releases both lines wherever the transfer is; the nine clocks of the next start bring the sensor
-      -- back.
-      if reset = '1' then
-        scl_low <= '0';
-        sda_low <= '0';
-        phase   <= hold;
-      end if;
-    end if;
-
-  end process drive_lines;
-
-  follow_bits : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      -- The failure has been reported by now; the freeing stop and the next transfer are judged separately.
-      if step = choose_entry or step = free_stop then
+      if step /= send and step /= close_transfer then
+        bytes <= 0;
         wrong <= '0';
-      end if;
-      -- Loaded in the bit of the start, so that it is ready before the first clock of data.
-      if step = open_transfer then
-        shift <= DEVICE & '0' & '1' & now(31 downto 24) & '1' & now(23 downto 16) & '1' & now(15 downto 8) & '1' &
-                 now(7 downto 0) & '1';
-        bits  <= 0;
-        bytes <= 0;
-      elsif step = free or step = send then
-        -- The freeing clocks use the same counter but send nothing.
-        if bit_read = '1' and step = send then
-          -- The bits sent must be on the line, and behind each byte a zero from the sensor, except behind a value that
-          -- may have reset the sensor.
-          if bits = 8 and sda_now = '1' and (now(BEFORE_PAUSE) = '0' or bytes < 3) then
-            wrong <= '1';
-            fault <= REFUSED;
-          elsif bits /= 8 and sda_now /= shift(44) then
-            wrong <= '1';
-            fault <= DISTURBED;
-          end if;
+      elsif step = send and result.over = '1' then
+        if last = '0' then
+          bytes <= bytes + 1;
         end if;
-        if bit_ends = '1' then
-          shift <= shift(43 downto 0) & '1';
-          if bits = 8 then
-            bits <= 0;
-            if bytes /= 4 then
-              bytes <= bytes + 1;
-            end if;
-          else
-            bits <= bits + 1;
-          end if;
+        if result.disturbed = '1' then
+          wrong <= '1';
+          fault <= DISTURBED;
+        elsif refuses = '1' then
+          wrong <= '1';
+          fault <= REFUSED;
         end if;
-      else
-        -- Between transfers.
-        bits  <= 0;
-        bytes <= 0;
       end if;
       -- A line that stays low causes all other failures, so it is the one reported.
-      if gives_up = '1' or (ends = '1' and sda_now = '0') then
+      if result.stuck = '1' or (ends = '1' and result.level = '0') then
         fault <= LINE_LOW;
-      end if;
-      if fails = '1' then
-        bits  <= 0;
-        bytes <= 0;
       end if;
       if start = '1' and step = idle then
         fault <= "00";
       end if;
     end if;
 
-  end process follow_bits;
+  end process follow_bytes;
 
   -- Sensors need a pause behind their reset; the pause is an entry of the list like a register.
   count_pauses_and_repeats : process (clk) is
@@ -346,7 +236,7 @@ begin
         when free =>
 
           -- Nine clocks: a sensor that holds the data line in the middle of a byte shifts the rest of the byte out.
-          if bit_ends = '1' and bits = 8 then
+          if result.over = '1' then
             step <= free_stop;
           end if;
 
@@ -377,13 +267,13 @@ begin
 
         when open_transfer =>
 
-          if bit_ends = '1' then
+          if result.over = '1' then
             step <= send;
           end if;
 
         when send =>
 
-          if bit_ends = '1' and (wrong = '1' or (bits = 8 and (bytes = 4 or (bytes = 3 and now(WIDE) = '0')))) then
+          if (result.over and (last or result.disturbed or refuses)) = '1' then
             step <= close_transfer;
           end if;
 

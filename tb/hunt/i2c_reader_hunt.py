@@ -9,12 +9,12 @@ from hunt.streams import FaultError
 
 ENTITY = "i2c_reader"
 FAULTS = [
-    ("i2c_reader.vhd", "if shift /= ADDRESS & '0' then", "if false then"),
-    ("i2c_reader.vhd", "shift <= x\"FF\" & not more;", "shift <= x\"FF\" & '0';"),
+    ("i2c_reader.vhd", "not (result.disturbed or result.bits(0))", "not result.disturbed"),
+    ("i2c_master.vhd", "x\"FF\" & not order.more;", "x\"FF\" & '0';"),
 ]  # fmt: skip
 
 # Random start values of these counters could overflow in simulation.
-KEEP = ("i2c_lines.vhd",)
+KEEP = ("i2c_lines.vhd", "i2c_master.vhd")
 
 
 def draw(rng: random.Random) -> dict[str, Any]:

@@ -223,8 +223,10 @@ MAY_USE = {
     "resample": {"common", "core"},
     # Cores with registers behind a bus.
     "axi": {"common", "core", "refocuser", "depth", "resample"},
+    "serial": {"common"},
     "tmds": {"common"},
-    "csi": {"common"},
+    # Registers of the sensor, over I2C.
+    "csi": {"common", "serial"},
     "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
@@ -239,6 +241,7 @@ MAY_USE = {
             "core",
             "refocuser",
             "resample",
+            "serial",
             "tmds",
             "video",
             "overlay",
