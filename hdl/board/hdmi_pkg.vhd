@@ -7,16 +7,13 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.fault_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
 package hdmi_pkg is
-
-  -- Bits of the errors: those of refocus_video, then wrong words (words that no encoder sends).
-  constant WRONG_WORD : natural  := 4;
-  constant ERRORS     : positive := 5;
 
   -- Bits of the counters of wrong words, of the counters of packets with errors, of the positions of the delay lines,
   -- and of the counters of restarts and hung delay lines.
@@ -167,10 +164,29 @@ package hdmi_pkg is
     marks : std_logic_vector(1 downto 0);
   end record video_state_t;
 
-  constant SOURCE_BITS : positive := 13 + 2 * PACKET_ERROR_BITS;
-
-  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 4 +
-                                    SOURCE_BITS + CHANNELS + 3;
+  -- Where each field of a packed state begins: behind the field before.
+  constant AT_ALIGNED     : natural  := 0;
+  constant AT_FOLLOWING   : natural  := AT_ALIGNED + CHANNELS;
+  constant AT_UNSUPPORTED : natural  := AT_FOLLOWING + 1;
+  constant AT_ERRORS      : natural  := AT_UNSUPPORTED + 1;
+  constant AT_WORDS       : natural  := AT_ERRORS + ERRORS;
+  constant AT_COLUMNS     : natural  := AT_WORDS + WORD_ERROR_BITS * CHANNELS;
+  constant AT_ROWS        : natural  := AT_COLUMNS + COUNT_BITS;
+  constant AT_H_SYNC      : natural  := AT_ROWS + COUNT_BITS;
+  constant AT_V_SYNC      : natural  := AT_H_SYNC + 1;
+  constant AT_SYNC_NOW    : natural  := AT_V_SYNC + 1;
+  constant AT_LOAD_SEEN   : natural  := AT_SYNC_NOW + 1;
+  constant AT_HDMI        : natural  := AT_LOAD_SEEN + 1;
+  constant AT_INFORMED    : natural  := AT_HDMI + 1;
+  constant AT_COLOUR      : natural  := AT_INFORMED + 1;
+  constant AT_LIMITED     : natural  := AT_COLOUR + 2;
+  constant AT_FORMAT      : natural  := AT_LIMITED + 1;
+  constant AT_PACKETS     : natural  := AT_FORMAT + 8;
+  constant AT_SUMS        : natural  := AT_PACKETS + PACKET_ERROR_BITS;
+  constant AT_INVERTED    : natural  := AT_SUMS + PACKET_ERROR_BITS;
+  constant AT_MARKS       : natural  := AT_INVERTED + CHANNELS;
+  constant AT_VARYING     : natural  := AT_MARKS + 2;
+  constant STATE_BITS     : positive := AT_VARYING + 1;
 
   subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
 
@@ -179,7 +195,7 @@ package hdmi_pkg is
   ) return std_logic_vector;
 
   function to_state (
-    vector : std_logic_vector(STATE_BITS - 1 downto 0)
+    vector : state_vector_t
   ) return video_state_t;
 
 end package hdmi_pkg;
@@ -219,61 +235,68 @@ package body hdmi_pkg is
   function to_vector (
     state : video_state_t
   ) return std_logic_vector is
+
+    variable vector : state_vector_t;
+
   begin
 
-    -- The order of the fields is free, but to_state must take them apart in the same order; the last operand is in the
-    -- low bits.
-    return state.varying & state.marks & state.inverted & state.sum_errors & state.packet_errors &
-           state.info.format_code & state.info.limited & state.info.colour & (state.info.informed & state.hdmi) &
-           state.load_seen & (state.v_sync_now & state.v_sync & state.h_sync) & std_logic_vector(state.rows) &
-           std_logic_vector(state.columns) & state.word_errors &
-           (state.errors & state.unsupported & state.following & state.aligned);
+    vector(AT_FOLLOWING - 1 downto AT_ALIGNED) := state.aligned;
+    vector(AT_FOLLOWING)                       := state.following;
+    vector(AT_UNSUPPORTED)                     := state.unsupported;
+    vector(AT_WORDS - 1 downto AT_ERRORS)      := state.errors;
+    vector(AT_COLUMNS - 1 downto AT_WORDS)     := state.word_errors;
+    vector(AT_ROWS - 1 downto AT_COLUMNS)      := std_logic_vector(state.columns);
+    vector(AT_H_SYNC - 1 downto AT_ROWS)       := std_logic_vector(state.rows);
+    vector(AT_H_SYNC)                          := state.h_sync;
+    vector(AT_V_SYNC)                          := state.v_sync;
+    vector(AT_SYNC_NOW)                        := state.v_sync_now;
+    vector(AT_LOAD_SEEN)                       := state.load_seen;
+    vector(AT_HDMI)                            := state.hdmi;
+    vector(AT_INFORMED)                        := state.info.informed;
+    vector(AT_LIMITED - 1 downto AT_COLOUR)    := state.info.colour;
+    vector(AT_LIMITED)                         := state.info.limited;
+    vector(AT_PACKETS - 1 downto AT_FORMAT)    := state.info.format_code;
+    vector(AT_SUMS - 1 downto AT_PACKETS)      := state.packet_errors;
+    vector(AT_INVERTED - 1 downto AT_SUMS)     := state.sum_errors;
+    vector(AT_MARKS - 1 downto AT_INVERTED)    := state.inverted;
+    vector(AT_VARYING - 1 downto AT_MARKS)     := state.marks;
+    vector(AT_VARYING)                         := state.varying;
+    return vector;
 
   end function to_vector;
 
   function to_state (
-    vector : std_logic_vector(STATE_BITS - 1 downto 0)
+    vector : state_vector_t
   ) return video_state_t is
 
-    -- Where each group of fields begins: the order of to_vector, read from its end.
-    constant FLAGS : positive := CHANNELS + 2;
-    constant WORDS : positive := FLAGS + ERRORS;
-    constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
-    constant SYNCS : positive := SIZE + 2 * COUNT_BITS;
-    constant TOLD  : positive := SYNCS + 4;
-    constant WRONG : positive := TOLD + 13;
-    constant WIRES : positive := WRONG + 2 * PACKET_ERROR_BITS;
     variable state : video_state_t;
 
   begin
 
-    state.aligned     := vector(CHANNELS - 1 downto 0);
-    state.following   := vector(CHANNELS);
-    state.unsupported := vector(CHANNELS + 1);
-    state.errors      := vector(WORDS - 1 downto FLAGS);
-    state.word_errors := vector(SIZE - 1 downto WORDS);
-    state.columns     := unsigned(vector(SIZE + COUNT_BITS - 1 downto SIZE));
-    state.rows        := unsigned(vector(SYNCS - 1 downto SIZE + COUNT_BITS));
-    state.h_sync      := vector(SYNCS);
-    state.v_sync      := vector(SYNCS + 1);
-    state.v_sync_now  := vector(SYNCS + 2);
-    state.load_seen   := vector(SYNCS + 3);
-
-    state.hdmi          := vector(TOLD);
-    state.info.informed := vector(TOLD + 1);
-    state.info.colour   := vector(TOLD + 3 downto TOLD + 2);
-    state.info.limited  := vector(TOLD + 4);
+    state.aligned          := vector(AT_FOLLOWING - 1 downto AT_ALIGNED);
+    state.following        := vector(AT_FOLLOWING);
+    state.unsupported      := vector(AT_UNSUPPORTED);
+    state.errors           := vector(AT_WORDS - 1 downto AT_ERRORS);
+    state.word_errors      := vector(AT_COLUMNS - 1 downto AT_WORDS);
+    state.columns          := unsigned(vector(AT_ROWS - 1 downto AT_COLUMNS));
+    state.rows             := unsigned(vector(AT_H_SYNC - 1 downto AT_ROWS));
+    state.h_sync           := vector(AT_H_SYNC);
+    state.v_sync           := vector(AT_V_SYNC);
+    state.v_sync_now       := vector(AT_SYNC_NOW);
+    state.load_seen        := vector(AT_LOAD_SEEN);
+    state.hdmi             := vector(AT_HDMI);
+    state.info.informed    := vector(AT_INFORMED);
+    state.info.colour      := vector(AT_LIMITED - 1 downto AT_COLOUR);
+    state.info.limited     := vector(AT_LIMITED);
+    state.info.format_code := vector(AT_PACKETS - 1 downto AT_FORMAT);
+    state.packet_errors    := vector(AT_SUMS - 1 downto AT_PACKETS);
+    state.sum_errors       := vector(AT_INVERTED - 1 downto AT_SUMS);
+    state.inverted         := vector(AT_MARKS - 1 downto AT_INVERTED);
+    state.marks            := vector(AT_VARYING - 1 downto AT_MARKS);
+    state.varying          := vector(AT_VARYING);
     -- Only the conversion to RGB needs to know which YCbCr it is, and it stands in the pixel clock: this bit does not
     -- cross.
     state.info.bt601 := '0';
-
-    state.info.format_code := vector(TOLD + 12 downto TOLD + 5);
-
-    state.packet_errors := vector(WRONG + PACKET_ERROR_BITS - 1 downto WRONG);
-    state.sum_errors    := vector(WRONG + 2 * PACKET_ERROR_BITS - 1 downto WRONG + PACKET_ERROR_BITS);
-    state.inverted      := vector(WIRES + CHANNELS - 1 downto WIRES);
-    state.marks         := vector(WIRES + CHANNELS + 1 downto WIRES + CHANNELS);
-    state.varying       := vector(WIRES + CHANNELS + 2);
     return state;
 
   end function to_state;

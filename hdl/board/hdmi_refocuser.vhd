@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.count_pkg.all;
+use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.refocus_pkg.all;
 use work.refocuser_pkg.all;
@@ -88,7 +89,7 @@ architecture rtl of hdmi_refocuser is
   signal unsupported  : std_logic;
   signal varying      : std_logic;
   signal timing       : timing_t;
-  signal video_errors : std_logic_vector(3 downto 0);
+  signal video_errors : std_logic_vector(VIDEO_ERROR_BITS - 1 downto 0);
 
   -- Toggles of the settings as last seen, and the orders that their changes mean.
   signal clear_seen : std_logic := '0';
@@ -239,7 +240,7 @@ begin
         errors_now <= (others => '0');
       elsif reset = '0' then
         -- A restart of the link clears no error, so that its cause stays visible.
-        errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
+        errors_now(VIDEO_ERROR_BITS - 1 downto 0) <= errors_now(VIDEO_ERROR_BITS - 1 downto 0) or video_errors;
         -- Without a picture, and with the pattern, wrong words are no fault: an input without a source receives noise.
         if following = '1' and wrong_words /= "000" and settings.show_pattern = '0' then
           errors_now(WRONG_WORD) <= '1';

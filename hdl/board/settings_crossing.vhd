@@ -33,7 +33,15 @@ architecture rtl of settings_crossing is
 
   -- Settings of several bits must arrive together, or a slice that was never chosen would be shown for a frame. Those
   -- of one bit have a synchroniser each, which is smaller.
-  constant TOGETHER_BITS : positive := 23 + CHANNELS;
+  -- Each field begins behind the field before.
+  constant AT_SLICE      : natural  := 0;
+  constant AT_FRAMES     : natural  := AT_SLICE + 8;
+  constant AT_SWEEP      : natural  := AT_FRAMES + 8;
+  constant AT_PASS       : natural  := AT_SWEEP + 1;
+  constant AT_SHOWN      : natural  := AT_PASS + 1;
+  constant AT_TEXT       : natural  := AT_SHOWN + 2;
+  constant AT_POLARITY   : natural  := AT_TEXT + 2;
+  constant TOGETHER_BITS : positive := AT_POLARITY + polarity_t'length;
 
   signal together       : std_logic_vector(TOGETHER_BITS - 1 downto 0);
   signal pixel_together : std_logic_vector(TOGETHER_BITS - 1 downto 0);
@@ -44,8 +52,13 @@ architecture rtl of settings_crossing is
 
 begin
 
-  together <= settings.polarity & settings.text_place & settings.choice.shown & settings.choice.pass_through &
-              settings.choice.sweep & settings.choice.sweep_frames & settings.choice.slice;
+  together(AT_FRAMES - 1 downto AT_SLICE)        <= settings.choice.slice;
+  together(AT_SWEEP - 1 downto AT_FRAMES)        <= settings.choice.sweep_frames;
+  together(AT_SWEEP)                             <= settings.choice.sweep;
+  together(AT_PASS)                              <= settings.choice.pass_through;
+  together(AT_TEXT - 1 downto AT_SHOWN)          <= settings.choice.shown;
+  together(AT_POLARITY - 1 downto AT_TEXT)       <= settings.text_place;
+  together(TOGETHER_BITS - 1 downto AT_POLARITY) <= settings.polarity;
 
   -- All bits of a slice and a sweep arrive in one clock.
   bus_of_settings : entity work.bus_crossing
@@ -85,13 +98,13 @@ begin
       load_toggle => load_toggle
     );
 
-  arrived.choice.slice        <= pixel_together(7 downto 0);
-  arrived.choice.sweep_frames <= pixel_together(15 downto 8);
-  arrived.choice.sweep        <= pixel_together(16);
-  arrived.choice.pass_through <= pixel_together(17);
-  arrived.choice.shown        <= pixel_together(19 downto 18);
-  arrived.text_place          <= pixel_together(21 downto 20);
-  arrived.polarity            <= pixel_together(22 + CHANNELS downto 22);
+  arrived.choice.slice        <= pixel_together(AT_FRAMES - 1 downto AT_SLICE);
+  arrived.choice.sweep_frames <= pixel_together(AT_SWEEP - 1 downto AT_FRAMES);
+  arrived.choice.sweep        <= pixel_together(AT_SWEEP);
+  arrived.choice.pass_through <= pixel_together(AT_PASS);
+  arrived.choice.shown        <= pixel_together(AT_TEXT - 1 downto AT_SHOWN);
+  arrived.text_place          <= pixel_together(AT_POLARITY - 1 downto AT_TEXT);
+  arrived.polarity            <= pixel_together(TOGETHER_BITS - 1 downto AT_POLARITY);
   arrived.show_pattern        <= pixel_singles(0);
   arrived.clear_toggle        <= pixel_singles(1);
   arrived.load_word           <= load_word;

@@ -9,6 +9,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.refocus_pkg.all;
@@ -42,7 +43,7 @@ entity shown_video is
     unsupported  : out   std_logic;
     varying      : out   std_logic;
     timing       : out   timing_t;
-    video_errors : out   std_logic_vector(3 downto 0)
+    video_errors : out   std_logic_vector(VIDEO_ERROR_BITS - 1 downto 0)
   );
 end entity shown_video;
 

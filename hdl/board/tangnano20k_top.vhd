@@ -14,6 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.refocus_pkg.all;
@@ -117,7 +118,7 @@ architecture rtl of tangnano20k_top is
 
   -- States that the LEDs show.
   signal following    : std_logic;
-  signal video_errors : std_logic_vector(3 downto 0);
+  signal video_errors : std_logic_vector(VIDEO_ERROR_BITS - 1 downto 0);
   signal errors_now   : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
 
 begin
@@ -243,7 +244,7 @@ begin
     if rising_edge(clk) then
       -- Errors stay until the reset, so that the LED also shows a short one. The last bit is for words of a receiver,
       -- which does not exist here.
-      errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
+      errors_now(VIDEO_ERROR_BITS - 1 downto 0) <= errors_now(VIDEO_ERROR_BITS - 1 downto 0) or video_errors;
       if reset = '1' then
         errors_now <= (others => '0');
       end if;

@@ -9,6 +9,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.fault_pkg.all;
+
 entity stream_faults is
   port (
     clk   : in    std_logic;
@@ -28,20 +31,13 @@ entity stream_faults is
     frame_broken : in    std_logic;
     -- The pixel on offer is excess.
     excess : out   std_logic;
-    -- Bits 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4
-    -- frame size that is not supported. Bits stay set until error_clear.
-    error_flags : out   std_logic_vector(4 downto 0) := (others => '0');
+    -- The faults of fault_pkg; bits stay set until error_clear.
+    error_flags : out   std_logic_vector(STREAM_FAULT_BITS - 1 downto 0) := (others => '0');
     error_clear : in    std_logic
   );
 end entity stream_faults;
 
 architecture rtl of stream_faults is
-
-  constant LINE_EARLY  : natural := 0;
-  constant LINE_LATE   : natural := 1;
-  constant FRAME_EARLY : natural := 2;
-  constant FRAME_LATE  : natural := 3;
-  constant FRAME_SIZE  : natural := 4;
 
   -- The last start of frame was accepted. Without one, pixels are no fault of their own: after a reset the stream
   -- may be in the middle of a frame, and a frame of a wrong size was reported with its start.
@@ -84,7 +80,7 @@ begin
           error_flags(FRAME_SIZE) <= '1';
           synchronised            <= '0';
         elsif take = '1' and synchronised = '1' and in_excess = '0' then
-          error_flags(FRAME_LATE) <= '1';
+          error_flags(STRAY_PIXELS) <= '1';
         end if;
       end if;
       if reset = '1' then

@@ -18,6 +18,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.arithmetic_pkg.all;
+use work.fault_pkg.all;
 use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
 use work.picture_pkg.all;
@@ -67,8 +68,8 @@ entity picture_core is
     m_axis_tready : in    std_logic;
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tdest  : out   std_logic_vector(1 downto 0);
-    -- Faults of the stream in, by the bits of frame_sequencer; bits stay set until error_clear.
-    error_flags : out   std_logic_vector(4 downto 0);
+    -- Faults of the stream in, by the bits of fault_pkg; bits stay set until error_clear.
+    error_flags : out   std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
     error_clear : in    std_logic := '1'
   );
 end entity picture_core;
@@ -218,8 +219,8 @@ begin
     signal found_shade  : unsigned(COLOUR_BITS - 1 downto 0);
     signal found        : std_logic_vector(FOUND_BITS - 1 downto 0);
     signal found_user   : std_logic_vector(0 downto 0);
-    signal stack_errors : std_logic_vector(4 downto 0);
-    signal index_errors : std_logic_vector(4 downto 0);
+    signal stack_errors : std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
+    signal index_errors : std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
     -- The output that the present frame shows, and that of the pixel before.
     signal shown_now  : std_logic_vector(1 downto 0);
     signal shown_held : std_logic_vector(1 downto 0) := "00";

@@ -29,6 +29,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.arithmetic_pkg.all;
+use work.fault_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
 use work.screen_pkg.all;
@@ -70,10 +71,8 @@ entity refocus_video is
     varying : out   std_logic;
     -- Timing of the input.
     timing : out   timing_t;
-    -- Each high for one clock: 0 a pixel was lost at the core's input; 1 a pixel was missing at its output; 2 a frame
-    -- began elsewhere than expected; 3 any of the core's or of the sensor's error flags, or a raster larger than the
-    -- frame.
-    errors : out   std_logic_vector(3 downto 0)
+    -- The errors of fault_pkg, each high for one clock.
+    errors : out   std_logic_vector(VIDEO_ERROR_BITS - 1 downto 0)
   );
 end entity refocus_video;
 
@@ -151,7 +150,7 @@ architecture rtl of refocus_video is
 
   signal sensor_errors : std_logic_vector(5 downto 0);
   signal unfit         : std_logic;
-  signal core_errors   : std_logic_vector(4 downto 0);
+  signal core_errors   : std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
   signal overflow      : std_logic;
   signal underflow     : std_logic;
   signal miss          : std_logic;
@@ -343,17 +342,17 @@ begin
         out_video <= shown_video;
       end if;
       -- Each error is high for one clock; board_control collects them.
-      errors <= "0000";
+      errors <= (others => '0');
       if core_errors /= "00000" or sensor_errors /= "000000" or (followed.running and unfit) = '1' then
-        errors(3) <= '1';
+        errors(CORE_FAULT) <= '1';
       end if;
-      errors(2) <= miss;
-      errors(1) <= underflow;
+      errors(FRAME_MOVED)   <= miss;
+      errors(PIXEL_MISSING) <= underflow;
       -- While no timing is followed, no pixel counts as lost.
-      errors(0) <= overflow and followed.running;
+      errors(PIXEL_LOST) <= overflow and followed.running;
       if reset = '1' then
         out_video.active <= '0';
-        errors           <= "0000";
+        errors           <= (others => '0');
       end if;
     end if;
 

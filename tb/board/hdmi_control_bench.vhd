@@ -6,6 +6,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
