@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 import tty
-from pathlib import Path
 from typing import Any
 
 import cocotb
@@ -20,7 +19,8 @@ from plenofir_tb.case import read_case
 
 CASE = read_case()
 BIT = CASE["bit_clocks"]
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+# The command ``plenofir`` with patience for a board that is simulated on a busy machine.
+HOST = "from plenofir.commands import app, board; board._TIMEOUT_S = 120.0; app.main()"
 
 
 class Line:
@@ -97,7 +97,7 @@ class Terminal:
     async def load(self, calib: str) -> tuple[int, str, str]:
         """Run ``plenofir board load``: its exit code, standard output and error."""
         line, clk = self.line, self.line.dut.clk
-        command = [PLENOFIR, "board", "load", calib, "--port", self.path]
+        command = [sys.executable, "-c", HOST, "board", "load", calib, "--port", self.path]
         with subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         ) as host:
@@ -149,3 +149,23 @@ async def commands_behind_the_load_port(dut: Any) -> None:
     await line.reset()
     assert await line.ask("s 2") == "ok"
     assert await line.ask("s 3") == "error"
+
+
+@cocotb.test()
+async def lines_that_load_nothing(dut: Any) -> None:
+    """A word has sixteen digits and a kind, a question one mark; any other line is an error."""
+    line = Line(dut)
+    await line.reset()
+    word = "123456789abcdeF0"
+    wrong = [word[1:], word + "0", word + word, "5" + word[1:], word[:8] + "g" + word[9:]]
+    for text in (*wrong, "??", "?" + word, word + "?", "", word[:8] + "-" + word[8:]):
+        assert await line.ask(f"l{text}") == "error", text
+        assert not line.words, text
+    dut.busy.value = 1
+    assert await line.ask(f"l{word}") == "error"
+    assert await line.ask("l?") == CASE["description"].rstrip(".")
+    assert not line.words
+    dut.busy.value = 0
+    assert await line.ask(f" l {word[:4]} {word[4:]} ") == "ok"
+    digits = int(word, 16)
+    assert line.words == [(digits >> 60, digits >> 40 & 0xFFFFF, digits & 0xFFFFFFFFFF)]

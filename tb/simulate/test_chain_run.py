@@ -34,7 +34,7 @@ def flower(rows: int, columns: int) -> np.ndarray:
     return read_image(FLOWER)[200 : 200 + rows, 100 : 100 + columns]
 
 
-@pytest.mark.drawn(2, "chain runs")
+@pytest.mark.drawn(1, "chain runs")
 @pytest.mark.parametrize("grey", [False, True])
 def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     raw = flower(25, 40)
@@ -66,7 +66,7 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     assert (what.out / "refocused.gtkw").exists() == (what.waves == "1")
 
 
-@pytest.mark.drawn(2, "chain runs")
+@pytest.mark.drawn(1, "chain runs")
 def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
     # In short; the list of cases of the Atlys is the ULX3S's too (tb/hdmi, slow).
     raw = flower(25, 40)
@@ -111,7 +111,7 @@ def run_screen(
     return report
 
 
-@pytest.mark.drawn(2, "chain runs")
+@pytest.mark.drawn(1, "chain runs")
 def test_depth_and_its_text_through_serial_bits(tmp_path: Path) -> None:
     screen = {"outputs": "d", "radius": 0, "between": True}
     report = run_screen(tmp_path, screen, (16, 24), 2, (0, 1, 2), "atlys")

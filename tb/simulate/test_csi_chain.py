@@ -35,7 +35,7 @@ def capture(bits: int) -> np.ndarray:
     return np.random.default_rng(5).integers(0, 1 << bits, SHAPE, dtype)
 
 
-@pytest.mark.drawn(2, "chain runs")
+@pytest.mark.drawn(1, "chain runs")
 def test_small_capture_over_two_lanes(tmp_path: Path) -> None:
     arguments = "-a", "1/4", "--engine", "moving_sum", "--lanes", "2", "--waves", "1"
     arguments += "--stalls", "5"

@@ -38,15 +38,15 @@ def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percen
     core = CoreConfiguration(
         micro_image_size=5, shifts=(-3,), max_columns=64, channels=3, arithmetic=arithmetic
     )
-    frames = random_image((3, 33, 47, 3))
+    frames = random_image((2, 26, 37, 3))
     result = run_bench(
         find_simulator(simulator_name()), core, frames, tmp_path, stall_percent=stall_percent
     )
     want = np.array([arithmetic.refocus(frame, 5, shift=-3) for frame in frames])
     assert np.array_equal(result.frames, want)
     if stall_percent == 0:
-        assert result.input_clocks == 3 * 33 * 47
-        assert result.latency_clocks == core.latency_clocks(47)
+        assert result.input_clocks == 2 * 26 * 37
+        assert result.latency_clocks == core.latency_clocks(37)
 
 
 def test_a_band_of_one_line_waits_no_longer_than_it_must(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def sim(folder: Path, calibration: Calibration, raw: np.ndarray, *arguments: str
     return json.loads((folder / "out" / "report.json").read_text())
 
 
-@pytest.mark.drawn(2, "chain runs")
+@pytest.mark.drawn(1, "chain runs")
 def test_small_capture_over_hdmi(tmp_path: Path) -> None:
     shape = 34, 44
     grid = regular_grid(shape, 5.4, rotation_degrees=0.7)
