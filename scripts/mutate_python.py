@@ -43,10 +43,22 @@ WORK = ROOT / "build" / "mutants_python"
 # Folder of the package and of its tests.
 ROOMS = {"golden": "refocus", "rays": "camera/rays", "calibration": "camera/calibration"}
 # Tests of foreign services, GPUs, killed processes, and folders of results.
-NO_MODULES = {"__init__", "batch", "finished_frames", "kept_code", "threads", "arrays", "cuda"}
+NO_MODULES = {
+    "__init__",
+    "batch",
+    "finished_frames",
+    "kept_code",
+    "machine_code",
+    "threads",
+    "arrays",
+    "cuda",
+}
 NO_TESTS = {"test_batch", "test_batch_kills", "test_arrays", "test_kept_code"}
 # Compiled modules, whose lines are not traced, and the one that calls them.
-COMPILED, CALLER = {"blocks", "kernels", "row_vectors", "vector_code", "vectors"}, "refocus/fast.py"
+COMPILED, CALLER = (
+    {"blocks", "kernels", "row_vectors", "rows", "vector_code", "vectors"},
+    "refocus/fast.py",
+)
 OPERATORS = (
     *("AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ZeroIterationForLoop"),
     *("ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "ReplaceUnaryOperator_Delete_USub"),

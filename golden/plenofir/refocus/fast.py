@@ -6,15 +6,17 @@ blocks are distributed to threads; see `plenofir.refocus.kernels` for the loops.
 region is computed.
 """
 
+from functools import cache, lru_cache
 from math import gcd
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.refocus import row_vectors, vectors
 from plenofir.refocus.blocks import Weights, refocus_blocks
 from plenofir.refocus.border import arrived
-from plenofir.refocus.kernels import Axis, Plan, Taps
+from plenofir.refocus.kernels import Axis, Plan, Steps, Taps
 from plenofir.refocus.operator import Align, Image, check_sums, output_offset
 from plenofir.refocus.sharpening import neighbours, taps
 from plenofir.refocus.threads import in_threads, processors
@@ -147,6 +149,7 @@ def plan(
             order=order,
             channels=shape[2] if len(shape) == 3 else 1,
             common=common,
+            positions=order + 1 + 2 * int(units > 0),
             step=step,
             box_offset=output_offset(m, 1, align),
             rows=rows,
@@ -166,6 +169,61 @@ def _taps_inside(inside: npt.NDArray[np.bool_], micro_image_size: int) -> npt.ND
     before, behind = neighbours(inside.size, micro_image_size)
     there = [inside & inside[k] & (k != own) for k in (before, behind)]
     return np.asarray(there[0] + 2 * there[1], np.int64)
+
+
+@cache
+def _steps(pixel: int, word: int, total: int, channels: int, order: int, sharp: int) -> Steps:
+    """The loops that a slice takes: pixels, sums of columns and other sums have so many bits."""
+    columns, lines, place, last = vectors, row_vectors, 64, total if order else word
+    steps = {
+        "pixel_bytes": pixel // 8,
+        "word_bytes": word // 8,
+        "sum_bytes": total // 8,
+        "take_number": lines.take_number.address(place, place),
+        "sum_pixels": columns.sum_lines.address(pixel, place, word),
+        "next_line": columns.next_line.address(pixel, word),
+        "transpose": columns.transpose.address(word, word),
+        "fill_words": columns.fill.address(word),
+        "fill_sums": columns.fill.address(total),
+        "sum_words": columns.sum_lines.address(word, place, total),
+        "narrow": columns.narrow.address(64, total),
+        "transpose_back": lines.transpose_back.address(word, place, pixel),
+        "copy_line": lines.copy_line.address(pixel, pixel),
+    }
+    kinds: tuple[int, ...]
+    if order + sharp < 2:
+        kinds = pixel, place, place, word, order, sharp, word
+        steps["next_words"] = columns.next_words.address(*kinds)
+    if order:
+        steps["add_line"] = columns.add_line.address(word)
+        kinds = place, place, total, total, word
+        steps["running_words"] = lines.running_sum.address(word, *kinds)
+        steps["running_sums"] = lines.running_sum.address(total, *kinds)
+    if sharp:
+        steps["three_lines"] = columns.three_lines.address(word)
+        steps["divide"] = lines.divide.address(total, word, place, total)
+        steps["sharpened_start"] = lines.sharpened_start.address(last, place, total, word)
+        kinds = last, place, place, total, total, word
+        steps["sharpened_sums"] = lines.sharpened_sums.address(*kinds)
+        if last == 16 and total == 32:
+            kinds = last, place, total, word, word
+            steps["sharpened_quotients"] = lines.sharpened_quotients.address(*kinds)
+    else:
+        kinds = last, place, place, word, total, place, total
+        steps["quotients"] = lines.quotients.address(*kinds)
+        kinds = last, place, channels, total, total, pixel, word
+        steps["finished_lines"] = lines.finished_lines.address(*kinds)
+    return Steps(**{name: steps.get(name, 0) for name in Steps._fields})
+
+
+@lru_cache(1000)
+def _first_pixels(micro_image_size: int, shift: int) -> npt.NDArray[np.int64]:
+    """For each p mod M the first pixel u with u a' = p modulo M; -1 if there is none."""
+    # Further ones follow at distances of M / gcd(a', M).
+    pixels = np.arange(micro_image_size // gcd(shift, micro_image_size))
+    first = np.full(micro_image_size, -1)
+    first[pixels * shift % micro_image_size] = pixels
+    return first
 
 
 def _block_size(work: Plan, word_bytes: int, threads: int) -> tuple[int, int]:  # unseen
@@ -233,27 +291,22 @@ def fast_refocus(
         upsample=upsample,
         normalise=normalise,
     )
-    # Each variant takes seconds to compile. So read-only arrays have no variant of their own, and
-    # wide sums, which are rare (large M or order), only that for 16 bit pixels.
-    wide = work.sum_bits == 64
-    x = np.ascontiguousarray(raw, np.uint16 if wide else None)
-    x = x.reshape(raw.shape[0], -1)
+    x = np.ascontiguousarray(raw).reshape(-1).view(np.uint8)
+    # One variant, whether the caller may write there or not.
     x.flags.writeable = False  # unseen
-    same = image.dtype == x.dtype
-    flat = (image if same else np.empty(image.shape, x.dtype)).reshape(image.shape[0], -1)
+    flat = image.reshape(-1).view(np.uint8)
     count = processors() if threads is None else threads
     samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2  # unseen
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))  # unseen
-    word, like = (np.empty(0, f"u{bits // 8}") for bits in (work.line_bits, work.sum_bits))
     past = int(flat.nbytes > _PAST_CACHES)  # unseen
-    blocks = _blocks(work.plan, word.itemsize, count)
-    number, sharp = np.zeros(1, np.int64), like if units else None
+    blocks = _blocks(work.plan, work.line_bits // 8, count)
+    number, first = np.zeros(1, np.int64), _first_pixels(m, shift)
+    bits = 8 * raw.dtype.itemsize, work.line_bits, work.sum_bits
+    steps = _steps(*bits, work.plan.channels, order, int(units > 0))
     in_threads(
         lambda: refocus_blocks(
-            x, flat, work.plan, work.taps, work.weights, blocks, number, past, word, like, sharp
+            x, flat, work.plan, work.taps, work.weights, first, blocks, number, past, steps
         ),
         count,
     )
-    if not same:
-        image[...] = flat.reshape(image.shape)
     return image

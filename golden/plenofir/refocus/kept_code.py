@@ -24,7 +24,7 @@ from numba.core.serialize import dumps
 _HASH_BYTES = 32
 
 
-class _Files:
+class Files:
     """The variants of a function."""
 
     def __init__(self, folder: Path, name: str, made_from: bytes) -> None:
@@ -73,7 +73,9 @@ class KeptCode(FunctionCache):
         versions = f"{numba.__version__} {llvmlite.__version__}"
         files = [Path(getfile(function)), *sources]
         made_from = versions.encode() + b"".join(sha256(f.read_bytes()).digest() for f in files)
-        self._cache_file: Any = _Files(Path(self.cache_path), self._impl.filename_base, made_from)
+        folder = Path(self.cache_path)
+        self.files = Files(folder, self._impl.filename_base, made_from)
+        self._cache_file: Any = self.files
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save it, or continue without (a full disk)."""

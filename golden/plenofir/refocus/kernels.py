@@ -26,10 +26,11 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus import row_vectors, vector_code, vectors
+from plenofir.refocus import machine_code
 from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
+    add_line,
     next_line,
     next_words,
     sum_lines,
@@ -42,11 +43,11 @@ CHUNK = 512  # unseen
 PAD = 32
 """Samples behind a line that may be read, and written over."""
 _PITCH = CHUNK + PAD
+# numba compiles a function anew for a literal argument.
+ZERO = cast("int", np.int64(0))
 
 # Modules whose functions are inlined into others.
-_SHARED = tuple(
-    Path(file) for file in (__file__, vectors.__file__, row_vectors.__file__, vector_code.__file__)
-)
+_SHARED = Path(__file__), Path(__file__).with_name("rows.py"), Path(machine_code.__file__)
 
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
@@ -58,6 +59,12 @@ def compiled(work: Work, fastmath: bool | set[str] = False) -> Work:
     with suppress(RuntimeError, OSError):  # no writable folder
         dispatcher._cache = KeptCode(work, _SHARED)
     return cast("Work", dispatcher)
+
+
+def inner(work: Work) -> Work:
+    """Compile for compiled functions only: without the way from Python, which takes longer."""
+    options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return cast("Work", numba.njit(nogil=True, **options)(work))
 
 
 class Axis(NamedTuple):
@@ -79,6 +86,7 @@ class Plan(NamedTuple):
     order: int  # of the interpolation
     channels: int
     common: int  # gcd(a', M): S changes at its multiples only
+    positions: int  # how many sums S, M apart, an output takes in a dimension
     step: int  # sum number t is S[step t]
     box_offset: int  # offset of the moving sums that interpolation appends
     rows: Axis
@@ -86,18 +94,7 @@ class Plan(NamedTuple):
     most: int  # largest result
 
 
-@compiled
-def first_pixels(plan: Plan) -> Integers:
-    """For each p mod M the first pixel u with u a' = p modulo M; -1 if there is none."""
-    # Further ones follow at distances of M / gcd(a', M).
-    m = plan.micro_image_size
-    first = np.full(m, -1, np.int64)
-    for u in range(m // plan.common):
-        first[u * plan.shift % m] = u
-    return first
-
-
-@compiled
+@inner
 def whole(plan: Plan, p: int, low: int, high: int, found: Integers, n: int) -> int:
     """Write the pixels low to high - 1 in the sum S[p] to found[n ...]; result: their end."""
     m, shift = plan.micro_image_size, plan.shift
@@ -115,7 +112,7 @@ def whole(plan: Plan, p: int, low: int, high: int, found: Integers, n: int) -> i
     return n
 
 
-@compiled
+@inner
 def entering(
     plan: Plan, first: Integers, p: int, low: int, high: int, found: Integers, n: int
 ) -> int:
@@ -150,18 +147,45 @@ class Taps(NamedTuple):
     columns: Integers
 
 
-@compiled
-def positions_of(plan: Plan, taps: Taps) -> int:
-    """How many sums S, M apart, an output takes in a dimension."""
-    return plan.order + 1 + 2 * int(taps.side > 0)
+class Steps(NamedTuple):
+    """Bytes of numbers, and addresses of the loops for them; 0 where a picture does not take it.
+
+    Words are sums of columns. The last moving sum of a line is one of words, or with interpolation
+    one of sums.
+    """
+
+    pixel_bytes: int
+    word_bytes: int
+    sum_bytes: int
+    take_number: int
+    sum_pixels: int
+    next_line: int
+    next_words: int
+    add_line: int
+    three_lines: int
+    transpose: int
+    fill_words: int
+    fill_sums: int
+    sum_words: int
+    running_words: int
+    running_sums: int
+    narrow: int
+    quotients: int
+    finished_lines: int
+    transpose_back: int
+    copy_line: int
+    divide: int
+    sharpened_start: int
+    sharpened_sums: int
+    sharpened_quotients: int
 
 
-@compiled
+@inner
 def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
     """First and last + 1 sum that outputs t0 to t1 - 1 need; line j: after j more moving sums."""
     ranges = np.empty((plan.order + 1, 2), np.int64)
     ranges[plan.order, 0], ranges[plan.order, 1] = t0, t1
-    if positions_of(plan, taps) > 1:
+    if plan.positions > 1:
         # Limited to the picture.
         low, high = axis.offset, axis.offset + axis.length
         reach = int(taps.side > 0) * plan.micro_image_size
@@ -173,31 +197,11 @@ def ranges_of(plan: Plan, axis: Axis, taps: Taps, t0: int, t1: int) -> Integers:
     return ranges
 
 
-@compiled
-def aligned(count: int, like: Integers) -> Integers:
-    """Zeros, the first of them where a line of the cache begins: no vector lies in two lines."""
-    memory = np.zeros(count + LINE_BYTES // like.itemsize, like.dtype)
-    first = (LINE_BYTES - memory.ctypes.data % LINE_BYTES) // like.itemsize
-    return memory[first : first + count]
-
-
-@compiled
-def copy(target: Integers, line: Integers) -> None:
-    """Copy elements."""
-    for k in range(target.size):
-        target[k] = line[k]
-
-
-@compiled
-def _add(target: Integers, line: Integers) -> None:
-    for k in range(target.size):
-        target[k] += line[k]
-
-
-@compiled
-def _subtract(target: Integers, line: Integers) -> None:
-    for k in range(target.size):
-        target[k] -= line[k]
+@inner
+def aligned(count: int, size: int) -> Integers:
+    """Zeros of `size` bytes, the first of them at a line of the cache: no vector lies in two."""
+    memory = np.zeros(count * size + LINE_BYTES, np.uint8)
+    return memory[(LINE_BYTES - memory.ctypes.data % LINE_BYTES) :]
 
 
 class Lines(NamedTuple):
@@ -211,33 +215,33 @@ class Lines(NamedTuple):
     ends: Integers
 
 
-@compiled
+@inner
 def _span(width: int) -> int:
     """Samples from a line of sums to the next."""
     return (width + 2 * PAD - 1) // PAD * PAD
 
 
-@compiled
+@inner
 def column_lines(
-    plan: Plan, taps: Taps, word: Integers, t0: int, t1: int, low: int, high: int
+    plan: Plan, taps: Taps, word_bytes: int, t0: int, t1: int, low: int, high: int
 ) -> Lines:
     """Memory for sums t0 to t1 - 1 of the columns `low` to `high` - 1."""
-    lanes = LINE_BYTES // word.itemsize
+    lanes = LINE_BYTES // word_bytes
     width = (high - low) * plan.channels
-    positions = positions_of(plan, taps)
+    positions = plan.positions
     sums = _PITCH * (1 + lanes) + positions * (positions + 1) // 2 * _span(width)
     return Lines(
         # Of plain sums one more, from which the first that is wanted follows.
         ranges_of(plan, plan.rows, taps, t0 - int(positions == 1), t1),
         low * plan.channels,
         width,
-        aligned(sums, word),
+        aligned(sums, word_bytes),
         np.empty((positions * lanes + 1) * max(plan.micro_image_size, 2 * plan.common), np.int64),
         np.empty(2 * positions * lanes + 1, np.int64),
     )
 
 
-@compiled
+@inner
 def column_sums(
     x: Integers,
     plan: Plan,
@@ -247,44 +251,47 @@ def column_sums(
     t: int,
     count: int,
     words: Integers,
+    into: int,
+    steps: Steps,
 ) -> None:
-    """Sums of columns for lines t, t + 1, ...; transposed to `words` if that has any."""
+    """Sums of columns for lines t, t + 1, ...; transposed to words[into ...] if `into` >= 0."""
     m, order, box = plan.micro_image_size, plan.order, plan.box_offset
-    lanes = LINE_BYTES // words.itemsize
+    lanes, height = LINE_BYTES // steps.word_bytes, plan.rows.length
+    pitch = plan.columns.length * plan.channels
     sums, found, ends, ranges = lines.sums, lines.found, lines.ends, lines.ranges
-    width, span, made = lines.width, _span(lines.width), words.size > 0
-    sharpened, positions = int(taps.side > 0), positions_of(plan, taps)
+    width, span, made = lines.width, _span(lines.width), into >= 0
+    sharpened, positions = int(taps.side > 0), plan.positions
     plain = positions == 1
     # All pixels of S anew where those that enter and leave are as many.
     few = 2 * plan.step >= m and plan.step > 1  # unseen
     anew = plain and few
-    n = 0
+    n = ZERO
     for position in range(positions):
         for line in range(count):
             here = 2 * (position * lanes + line)
             ends[here] = n
             at = t + line + (sharpened - position) * m + order * box
             if anew or at == ranges[0, 0]:
-                n = whole(plan, plan.step * at, 0, x.shape[0], found, n)
+                n = whole(plan, plan.step * at, ZERO, height, found, n)
                 ends[here + 1] = n
             elif ranges[0, 0] < at < ranges[0, 1]:
-                n = entering(plan, first, plan.step * at, 0, x.shape[0], found, n)
+                n = entering(plan, first, plan.step * at, ZERO, height, found, n)
                 ends[here + 1] = n
-                n = entering(plan, first, plan.step * at, m, x.shape[0] + m, found, n)
+                n = entering(plan, first, plan.step * at, m, height + m, found, n)
                 for k in range(ends[here + 1], n):
                     found[k] -= m
             else:
                 ends[here + 1] = n
             for k in range(ends[here], n):
-                found[k] *= x.shape[1]
+                found[k] *= pitch
             ends[here + 2] = n
     # Prefetch what the next lines will need.
     coming = np.empty(lanes, np.int64)
     for line in range(0 if anew else count):  # unseen
         coming[line] = found[ends[2 * line]]
         at = t + lanes + line + sharpened * m + order * box
-        if entering(plan, first, plan.step * at, 0, x.shape[0], found, n) > n:
-            coming[line] = found[n] * x.shape[1]
+        if entering(plan, first, plan.step * at, ZERO, height, found, n) > n:
+            coming[line] = found[n] * pitch
     states = _PITCH * (1 + lanes)
     # Where one enters and one leaves with each of many lines, all is done in registers.
     tiles = 0
@@ -299,10 +306,23 @@ def column_sums(
             tiles = 0
         if sharpened and taps.rows[t + line - plan.rows.base] != 3:
             tiles = 0
-    next_words(
-        *(x, found, coming, lines.left, sums, states, span),
-        *(order, taps.centre, taps.side, taps.zero, tiles, words),
-    )
+    if tiles > 0:
+        next_words(
+            steps.next_words,
+            x,
+            found,
+            coming,
+            lines.left,
+            sums,
+            states,
+            span,
+            taps.centre,
+            taps.side,
+            taps.zero,
+            tiles,
+            words,
+            into,
+        )
     for done in range(2 * lanes * tiles, width, CHUNK):
         samples = min(CHUNK, width - done)
         for line in range(count):
@@ -318,13 +338,22 @@ def column_sums(
                 if middle - begin == 1 and end - middle == 1:
                     at = lines.left + done
                     ahead = (coming[line] if position == 0 else found[begin]) + at  # unseen
-                    next_line(
-                        *(x, found[begin] + at, found[middle] + at, ahead),
-                        *(sums, base, goal, samples),
-                    )
+                    enters, leaves = found[begin] + at, found[middle] + at
+                    next_line(steps.next_line, x, enters, leaves, ahead, sums, base, goal, samples)
                 elif plain or end > begin:
+                    left = lines.left + done
                     sum_lines(
-                        x, found, begin, middle, end, lines.left + done, sums, base, goal, samples
+                        steps.sum_pixels,
+                        x,
+                        found,
+                        begin,
+                        middle,
+                        end,
+                        left,
+                        sums,
+                        base,
+                        goal,
+                        samples,
                     )
             own = states + done
             for level in range(1, order + 1):
@@ -334,19 +363,32 @@ def column_sums(
                     low, high = ranges[level - 1]
                     a, b = own + position * span, below + position * span
                     if low <= at < high:
-                        _add(sums[a : a + samples], sums[b : b + samples])
+                        add_line(steps.add_line, sums, a, b, samples, 0)
                     if low <= at - m < high:
-                        _subtract(sums[a : a + samples], sums[b + span : b + span + samples])
+                        add_line(steps.add_line, sums, a, b + span, samples, 1)
             if made and sharpened:
                 flags = taps.rows[t + line - plan.rows.base]
                 behind = own if flags & 2 else own + span
                 before = own + 2 * span if flags & 1 else own + span
-                filter_ = taps.centre, taps.side, taps.zero
-                three_lines(sums, own + span, before, behind, row, samples, *filter_)
+                three_lines(
+                    steps.three_lines,
+                    sums,
+                    own + span,
+                    before,
+                    behind,
+                    row,
+                    samples,
+                    taps.centre,
+                    taps.side,
+                    taps.zero,
+                )
             elif made and not plain:
-                copy(sums[row : row + samples], sums[own : own + samples])
+                # Without lines that enter or leave: a copy.
+                sum_lines(steps.sum_pixels, x, found, 0, 0, 0, 0, sums, own, row, samples)
         if plain:
             row = _PITCH * count
-            copy(sums[states + done : states + done + samples], sums[row : row + samples])
+            goal = states + done
+            sum_lines(steps.sum_pixels, x, found, 0, 0, 0, 0, sums, row, goal, samples)
         if made:
-            transpose(sums, _PITCH, _PITCH, words, done * lanes, samples)
+            goal = into + done * lanes
+            transpose(steps.transpose, sums, _PITCH, _PITCH, words, goal, samples)

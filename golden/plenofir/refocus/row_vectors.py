@@ -10,19 +10,19 @@ from operator import or_
 
 from llvmlite import ir
 
+from plenofir.refocus.machine_code import loop
 from plenofir.refocus.vector_code import (
     LINE_BYTES,
     TILE_BYTES,
     Array,
     Value,
     Variable,
-    generated,
     lanes_in_line,
     transposed_pieces,
 )
 
 
-@generated
+@loop
 def take_number(counter: Array, taken: Array) -> None:
     """taken[0] = counter[0], which becomes the next; each number is taken by one thread."""
     builder = counter.builder
@@ -33,6 +33,7 @@ def take_number(counter: Array, taken: Array) -> None:
 def _moving(
     places: Array,
     ends: Array,
+    several: Value,
     first: Value,
     count: Value,
     pixel: Value,
@@ -43,7 +44,7 @@ def _moving(
 ) -> None:
     """Running sums of several lines at once; `use` is called with r pixel and sum number r."""
     # Sum r adds change(place) for the places with the numbers ends[first + r] to
-    # ends[first + r + 1] - 1, or without `ends` for number first + r;
+    # ends[first + r + 1] - 1, or if `several` is 0 for number first + r;
     # each sample of a pixel has its own sum. `carry` has the sum before the first, and afterwards
     # the last one.
     lanes = lanes_in_line(lanes_of)
@@ -54,11 +55,11 @@ def _moving(
         def take(place: Value) -> None:
             total.set(total.get() + change(place + channel))
 
-        with ends.size().is_nothing() as (one_each, several):
+        with several.is_nothing() as (one_each, any_number):
             with one_each, count.times() as r:
                 take(places.load(first + r))
                 use(r * pixel + channel, total.get())
-            with several, count.times() as r:
+            with any_number, count.times() as r:
                 begin = ends.load(first + r)
                 with (ends.load(first + r + 1) - begin).times() as i:
                     take(places.load(begin + i))
@@ -89,11 +90,12 @@ def _quotient(total: Value, factors: Sequence[Value], drop: Value, most: Value) 
     return quotient.at_most(most) if total.bits > 16 else quotient
 
 
-@generated
+@loop
 def running_sum(
     words: Array,
     places: Array,
     ends: Array,
+    several: Value,
     first: Value,
     count: Value,
     behind: Value,
@@ -105,17 +107,18 @@ def running_sum(
 ) -> None:
     """totals[target + r pixel ...], r = 0 .. count - 1, as `_moving` has them."""
     _moving(
-        *(places, ends, first, count, pixel, carry, lanes_of),
+        *(places, ends, several, first, count, pixel, carry, lanes_of),
         _box(words, behind, carry, lanes_of),
         lambda place, total: totals.store(target + place, total),
     )
 
 
-@generated
+@loop
 def quotients(
     words: Array,
     places: Array,
     ends: Array,
+    several: Value,
     first: Value,
     count: Value,
     behind: Value,
@@ -123,6 +126,7 @@ def quotients(
     pixel: Value,
     carry: Array,
     index: Array,
+    from_entry: Value,
     alike: Value,
     table: Array,
     drop: Value,
@@ -130,9 +134,8 @@ def quotients(
 ) -> None:
     """As `running_sum`, each divided as `divide` does: values[r pixel ...]."""
     lanes = lanes_in_line(values)
-    samples = first * (pixel // lanes)
     box = _box(words, behind, carry, values)
-    moving = places, ends, first, count, pixel, carry, values, box
+    moving = places, ends, several, first, count, pixel, carry, values, box
 
     def store(place: Value, total: Value, factors: Sequence[Value]) -> None:
         quotient = _quotient(total, factors, drop, most)
@@ -142,12 +145,12 @@ def quotients(
         with different:
 
             def own(place: Value, total: Value) -> None:
-                entry = index.load(samples + place // lanes)
+                entry = index.load(from_entry + place // lanes)
                 store(place, total, _factors(table, entry, lanes, 0, 1, 2))
 
             _moving(*moving, own)
         with all_alike:
-            entry = index.load(samples)
+            entry = index.load(from_entry)
             known = _factors(table, entry, lanes, 0, 1)
 
             def same(place: Value, total: Value) -> None:
@@ -157,11 +160,12 @@ def quotients(
             _moving(*moving, same)
 
 
-@generated
+@loop
 def divide(
     totals: Array,
     place: Value,
     values: Array,
+    target: Value,
     count: Value,
     index: Array,
     first: Value,
@@ -176,10 +180,10 @@ def divide(
         total = totals.load(place + n * lanes, lanes)
         factors = _factors(table, index.load(first + n), lanes, 0, 1, 2)
         quotient = _quotient(total, factors, drop, most)
-        values.store(n * lanes, quotient.as_wide_as(values.bits))
+        values.store(target + n * lanes, quotient.as_wide_as(values.bits))
 
 
-@generated
+@loop
 def transpose_back(
     values: Array,
     index: Array,
@@ -215,13 +219,14 @@ def _store_tile(taken: Sequence[Value], picture: Array, target: Value, pitch: Va
         picture.store(target + pitch * line, piece)
 
 
-@generated
+@loop
 def finished_lines(
     words: Array,
     places: Array,
     first: Value,
     count: Value,
     behind: Value,
+    channels: int,
     carry: Array,
     table: Array,
     entry: Value,
@@ -249,7 +254,7 @@ def finished_lines(
     def real(total: Value) -> Value:
         return total.times_real(inverse)
 
-    def loop(channels: int, above: Value, divide: Callable[[Value], Value]) -> None:
+    def store_all(above: Value, divide: Callable[[Value], Value]) -> None:
         places_of = [count - count + c * lanes for c in range(channels)]
         totals = [Variable(carry.load(place, lanes) + above) for place in places_of]
         with ((count + (width - 1)) // width).times() as tile:
@@ -265,24 +270,17 @@ def finished_lines(
         for place, total in zip(places_of, totals, strict=True):
             carry.store(place, total.get() - above)
 
-    def divided(channels: int) -> None:
-        if carry.bits != 32:
-            loop(channels, table.load(entry, lanes), whole)
-            return
-        with inverse.is_nothing() as (wide, narrow):
-            with wide:
-                loop(channels, table.load(entry, lanes), whole)
-            with narrow:
-                loop(channels, half.of_lanes(lanes, carry.bits), real)
-
-    with (carry.size() - lanes).is_nothing() as (grey, colour):
-        with grey:
-            divided(1)
-        with colour:
-            divided(3)
+    if carry.bits != 32:
+        store_all(table.load(entry, lanes), whole)
+        return
+    with inverse.is_nothing() as (wide, narrow):
+        with wide:
+            store_all(table.load(entry, lanes), whole)
+        with narrow:
+            store_all(half.of_lanes(lanes, carry.bits), real)
 
 
-@generated
+@loop
 def copy_line(
     target: Array, place: Value, source: Array, first: Value, count: Value, past: Value
 ) -> None:
@@ -312,11 +310,42 @@ def _four_words(words: Array, place: Value, behind: Value, lanes: int) -> list[V
     return [words.load(place + behind * n, lanes) for n in (1, 0, -1, -2)]
 
 
-@generated
+@loop
+def sharpened_start(
+    words: Array,
+    starts: Array,
+    count: Value,
+    margin: Value,
+    behind: Value,
+    pixel: Value,
+    carry: Array,
+    own: Value,
+    before: Value,
+    after: Value,
+    bias: Value,
+    lanes_of: Array,
+) -> None:
+    """Set `carry` to a sharpened sum, from the pixels at `starts` and a lens beside them."""
+    lanes = lanes_in_line(lanes_of)
+    with (pixel // lanes).times() as sample:
+        channel = sample * lanes
+        total = Variable((count - count).of_lanes(lanes, carry.bits))
+        with count.times() as n:
+            place = starts.load(n) * pixel + margin + channel
+            here, one, other = (
+                words.load(at, lanes).as_wide_as(carry.bits)
+                for at in (place, place - behind, place + behind)
+            )
+            total.set(total.get() + (here * own - one * before - other * after))
+        carry.store(channel, total.get() - bias)
+
+
+@loop
 def sharpened_sums(
     words: Array,
     places: Array,
     ends: Array,
+    several: Value,
     first: Value,
     count: Value,
     behind: Value,
@@ -347,11 +376,10 @@ def sharpened_sums(
     def use(place: Value, total: Value) -> None:
         totals.store(place, ((total + bias) >> drop).beyond(floor))
 
-    if carry.bits > 16:
-        _moving(places, ends, first, count, pixel, carry, lanes_of, change, use)
+    _moving(places, ends, several, first, count, pixel, carry, lanes_of, change, use)
 
 
-@generated
+@loop
 def sharpened_quotients(
     words: Array,
     places: Array,
@@ -374,8 +402,6 @@ def sharpened_quotients(
 
     n = (sum + bias) >> drop. For words of 16 bits, and weights -1, near, -near, 1.
     """
-    if not (words.bits == 16 and carry.bits == 32):
-        return
     # Two neighbouring words are taken as one number of 32 bits. A running sum of those, and one of
     # their upper words, together have the sums of both, and nothing is widened by a shuffle.
     lanes = lanes_in_line(words)

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generates LLVM code with vector types for numba, by way of values, variables and arrays.
+"""Generates LLVM code with vector types, by way of values, variables and arrays.
 
 LLVM maps the vectors to those of the processor: AVX-512, AVX2, NEON.
+`plenofir.refocus.machine_code` compiles it.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from inspect import Parameter, Signature, signature
 from typing import Any
 
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba.core import cgutils
 
 LINE_BYTES = 64
 """Bytes of a vector that holds a sample of several lines."""
@@ -185,16 +184,11 @@ class Variable:
 
 
 class Array:
-    """A contiguous array of numbers, with flat indices."""
+    """Numbers one after the other in memory, from an address on."""
 
-    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
-        self.builder, self.bits = builder, kind.dtype.bitwidth
-        array = context.make_array(kind)(context, builder, value)
-        self.data, self._size = array.data, array.nitems
-
-    def size(self) -> Value:
-        """Number of elements."""
-        return Value(self.builder, self._size)
+    def __init__(self, builder: Any, address: Any, bits: int) -> None:
+        self.builder, self.bits = builder, bits
+        self.data = builder.inttoptr(address, ir.IntType(bits).as_pointer())
 
     def _pointer(self, place: Value, lanes: int, bits: int) -> Any:
         kind: Any = ir.IntType(bits)
@@ -231,33 +225,6 @@ class Array:
         ask = self.builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
         pointer = self.builder.bitcast(self.builder.gep(self.data, [place.llvm]), byte)
         self.builder.call(ask, [pointer, number(0), number(2), number(1)])
-
-
-def generated(write: Callable[..., None]) -> Callable[..., Any]:
-    """Function whose code is generated for the types of its array arguments."""
-
-    def typing(_: Any, *kinds: Any) -> Any:
-        taken = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
-
-        def generate(context: Any, builder: Any, made: Any, arguments: Any) -> Any:
-            given = [
-                Array(context, builder, kind, value)
-                if isinstance(kind, types.Array)
-                else Value(builder, value)
-                for kind, value in zip(made.args, arguments, strict=True)
-            ]
-            write(*given)
-            return context.get_dummy_value()
-
-        return types.void(*taken), generate
-
-    typing.__name__ = write.__name__
-    names = ["context", *signature(write).parameters]
-    # numba needs the arguments' names.
-    typing.__signature__ = Signature(  # type: ignore[attr-defined]
-        [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
-    )
-    return intrinsic(typing)
 
 
 def lanes_in_line(array: Array) -> int:

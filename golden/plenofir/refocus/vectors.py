@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sums of columns with explicit vectors, where numba does not vectorise by itself.
+"""Loops for sums of columns, with explicit vectors.
 
 A vector of `LINE_BYTES` holds one sample of several lines.
 """
 
 from collections.abc import Callable
 
+from plenofir.refocus.machine_code import loop
 from plenofir.refocus.vector_code import (
     LINE_BYTES,
     TILE_BYTES,
     Array,
     Value,
     Variable,
-    generated,
     join_vectors,
     lanes_in_line,
     transposed,
@@ -25,7 +25,7 @@ AHEAD_BYTES = 1024  # unseen
 _FEW = 8  # unseen
 
 
-@generated
+@loop
 def sum_lines(
     x: Array,
     lines: Array,
@@ -58,7 +58,7 @@ def sum_lines(
         done = done + (count - done) // lanes * lanes
 
 
-@generated
+@loop
 def next_line(
     x: Array,
     enters: Value,
@@ -83,7 +83,7 @@ def next_line(
         done = done + (count - done) // lanes * lanes
 
 
-@generated
+@loop
 def next_words(
     x: Array,
     found: Array,
@@ -92,16 +92,18 @@ def next_words(
     sums: Array,
     state: Value,
     span: Value,
-    order: Value,
+    order: int,
+    sharpened: int,
     centre: Value,
     side: Value,
     zero: Value,
     tiles: Value,
     words: Array,
+    target: Value,
 ) -> None:
-    """Sums for as many lines as lanes, then `transpose`, in registers.
+    """Sums for as many lines as lanes, then `transpose` to words[target ...], in registers.
 
-    For nearest neighbour, linear interpolation (order 1), or sharpened nearest neighbour.
+    For nearest neighbour, linear interpolation (order 1), or nearest neighbour, sharpened (1).
     """
     # With line l of position p x[left + found[2 (p lanes + l)] ...] enters, and that of the next
     # number leaves, which enters at the next position. sums[state + p span ...] becomes the last
@@ -109,7 +111,7 @@ def next_words(
     # Samples: twice as many a tile as lanes.
     lanes, size = lanes_in_line(words), 2 * 8 * TILE_BYTES // words.bits
 
-    def loop(positions: int, result: Callable[[list[Variable]], Value], kept: int = 0) -> None:
+    def tiles_of(positions: int, result: Callable[[list[Variable]], Value], kept: int = 0) -> None:
         with tiles.times() as tile:
             for half in range(2):
                 k = tile * (2 * lanes) + half * lanes
@@ -131,7 +133,7 @@ def next_words(
                             totals[p].set(totals[p].get() + (pixels[p] - pixels[p + 1]))
                         rows.append(result(totals))
                     for sample, piece in transposed_pieces(rows):
-                        words.store((k + sample) * lanes + group * size, piece)
+                        words.store(target + (k + sample) * lanes + group * size, piece)
                 for place, total in zip(states, totals, strict=True):
                     sums.store(place, total.get())
 
@@ -143,17 +145,15 @@ def next_words(
         around = totals[0].get() + totals[2].get()
         return totals[1].get() * centre - around * side + zero
 
-    with side.is_nothing() as (plain, sharpened):
-        with plain, order.is_nothing() as (nearest, linear):
-            with nearest:
-                loop(1, lambda totals: totals[0].get())
-            with linear:
-                loop(2, box, 1)
-        with sharpened:
-            loop(3, sharp)
+    if sharpened:
+        tiles_of(3, sharp)
+    elif order:
+        tiles_of(2, box, 1)
+    else:
+        tiles_of(1, lambda totals: totals[0].get())
 
 
-@generated
+@loop
 def transpose(
     lines: Array, place: Value, pitch: Value, words: Array, target: Value, count: Value
 ) -> None:
@@ -170,7 +170,7 @@ def transpose(
             words.store(target + tile * (size * lanes) + j * lanes, vector)
 
 
-@generated
+@loop
 def three_lines(
     sums: Array,
     own: Value,
@@ -191,3 +191,33 @@ def three_lines(
         k = n * lanes
         around = sums.load(before + k, lanes) + sums.load(behind + k, lanes)
         sums.store(target + k, sums.load(own + k, lanes) * centre - around * side + zero)
+
+
+@loop
+def add_line(sums: Array, target: Value, source: Value, count: Value, negative: Value) -> None:
+    """sums[target + k] += sums[source + k], k < count; `negative` 1: they are subtracted."""
+    with negative.is_nothing() as (plus, minus):
+        for branch, sign in ((plus, 1), (minus, -1)):
+            with branch:
+                done = count - count
+                for lanes in (lanes_in_line(sums), 1):
+                    with ((count - done) // lanes).times() as n:
+                        k = done + n * lanes
+                        change = sums.load(source + k, lanes)
+                        total = sums.load(target + k, lanes)
+                        sums.store(target + k, total + change if sign > 0 else total - change)
+                    done = done + (count - done) // lanes * lanes
+
+
+@loop
+def fill(numbers: Array, first: Value, count: Value, number: Value) -> None:
+    """numbers[first + k] = number, k < count."""
+    with count.times() as k:
+        numbers.store(first + k, number.as_wide_as(numbers.bits))
+
+
+@loop
+def narrow(numbers: Array, narrowed: Array, count: Value) -> None:
+    """narrowed[k] = numbers[k], k < count, the lowest bits of each."""
+    with count.times() as k:
+        narrowed.store(k, numbers.load(k).as_wide_as(narrowed.bits))

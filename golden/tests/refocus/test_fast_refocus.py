@@ -16,10 +16,16 @@ from test_refocus import random_image
 
 from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, blocks, fast, refocus, threads
+from plenofir.refocus.kernels import compiled
 
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
 bounds = st.tuples(st.integers(0, 60), st.integers(0, 60)).map(sorted)
+
+weights_table, inverse_bits = (
+    compiled(function.py_func) for function in (blocks.weights_table, blocks.inverse_bits)
+)
+"""Functions for compiled code, with a way from Python."""
 
 
 @given(data=st.data())
@@ -128,8 +134,9 @@ def test_division_by_weights_is_exact(columns, row, widths, twice):
     columns, row = [min(c * largest // 300, largest) for c in columns], row * largest // 300
     none = np.empty(0, np.int64)
     weights = blocks.Weights(none, none, np.array(columns), twice, quotient_bits)
-    table = np.empty((len(columns), 3, 2), f"u{bits // 8}")
-    blocks.weights_table(weights, np.array([row, largest]), table)
+    table = np.empty((len(columns), 3, 2), np.uint64)
+    weights_table(weights, np.array([row, largest]), bits, table.reshape(-1))
+    assert int(table.max()) < 1 << bits
     drop, most = 2 * bits - quotient_bits - 1, (1 << quotient_bits) - 1
     for column, numbers in zip(columns, table.astype(object), strict=True):
         for line, (half, scale, multiplier) in zip((row, largest), numbers.T, strict=True):
@@ -147,10 +154,10 @@ def test_division_by_weights_is_exact(columns, row, widths, twice):
 def test_division_where_the_multiplier_is_almost_exact(weight, quotient_bits):
     # These numbers, 15841 = 7 31 73 and 8803969 = 31 89 3191, divide a power of two less 1.
     none, columns = np.empty(0, np.int64), np.array([weight])
-    table = np.empty((1, 3, 1), np.uint32)
+    table = np.empty(3, np.uint64)
     weights = blocks.Weights(none, none, columns, 1, quotient_bits)
-    blocks.weights_table(weights, np.array([1]), table)
-    half, scale, multiplier = table[0, :, 0].tolist()
+    weights_table(weights, np.array([1]), 32, table)
+    half, scale, multiplier = table.tolist()
     for quotient in (1, 2, 100, (1 << quotient_bits) - 1):
         # The sum that is just rounded up, and the one before it.
         n = quotient * weight - weight // 2 + half
@@ -161,7 +168,7 @@ def test_division_where_the_multiplier_is_almost_exact(weight, quotient_bits):
 @given(st.integers(1, 1 << 14), st.sampled_from([8, 12, 16]))
 def test_division_by_a_real_number_is_exact(weight, bits):
     most = (1 << bits) - 1
-    inverse = np.array([blocks.inverse_bits(weight, most)], np.int32).view(np.float32)[0]
+    inverse = np.array([inverse_bits(weight, most)], np.int32).view(np.float32)[0]
     assert (inverse == 0) == (weight << bits > 1 << 22)
     if inverse:
         # The quotient can only be wrong next to where it changes.

@@ -4,6 +4,7 @@
 import importlib.util
 import os
 import resource
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,22 +12,52 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.refocus import kernels
+from plenofir.refocus import kernels, machine_code
 
-SOURCE = """
-from plenofir.refocus.kernels import compiled, _add
+OF_NUMBA = """
+from plenofir.refocus.kernels import compiled, inner
+
+@inner
+def add(target, values):
+    for k in range(target.size):
+        target[k] += values[k]
 
 @compiled
 def twice(values):
-    _add(values, values)
+    add(values, values)
+
+def loaded():
+    return bool(twice.stats.cache_hits)
+"""
+LOOP = """
+from ctypes import CFUNCTYPE, c_int64
+
+from plenofir.refocus.machine_code import loop
+from plenofir.refocus.vector_code import Array, Value
+
+written = []
+
+@loop
+def doubled(values: Array, count: Value) -> None:
+    written.append(True)
+    with count.times() as k:
+        values.store(k, values.load(k) + values.load(k))
+
+def twice(values):
+    address = doubled.address(8)
+    CFUNCTYPE(None, c_int64, c_int64)(address)(values.ctypes.data, values.size)
+
+def loaded():
+    return not written
 """
 
 
-@pytest.fixture
-def twice(tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
+@pytest.fixture(params=[OF_NUMBA, LOOP], ids=["numba", "loop"])
+def twice(request, tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
     """Load the function again, from disk if it is cached, and call it."""
     path = tmp_path / "of_a_test.py"
-    path.write_text(SOURCE)
+    path.write_text(request.param)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def call() -> list[int]:
         spec = importlib.util.spec_from_file_location("of_a_test", path)
@@ -34,7 +65,7 @@ def twice(tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
         spec.loader.exec_module(module)
         values = np.arange(5, dtype=np.uint8)
         module.twice(values)
-        call.loaded = bool(module.twice.stats.cache_hits)
+        call.loaded = module.loaded()
         return values.tolist()
 
     return call
@@ -95,7 +126,8 @@ def test_other_sources(tmp_path: Path, twice, monkeypatch) -> None:
     """Code is made anew when a module changes whose functions are inlined into it."""
     shared = tmp_path / "shared.py"
     shared.write_text("1")
-    monkeypatch.setattr(kernels, "_SHARED", (shared,))
+    for module in kernels, machine_code:
+        monkeypatch.setattr(module, "_SHARED", (shared,))
     for text, loaded in (("1", False), ("1", True), ("2", False), ("2", True)):
         shared.write_text(text)
         assert twice() == [0, 2, 4, 6, 8]

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiles loops of `plenofir.refocus.vector_code`, each for itself, and calls them by address.
+
+A loop depends on how many bits its arrays have, and the compiled code that calls it does not, so
+that is compiled once for all pixel types. Only the loops that a picture takes are compiled.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from llvmlite import ir
+from numba.core import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.extending import intrinsic
+
+from plenofir.refocus import vector_code
+from plenofir.refocus.kept_code import KeptCode
+from plenofir.refocus.vector_code import Array, Value
+
+_SHARED = (Path(__file__), Path(vector_code.__file__))
+_NUMBER = ir.IntType(64)
+
+
+def _kind(arguments: int) -> Any:
+    """Type of a loop with so many arguments."""
+    return ir.FunctionType(ir.VoidType(), [_NUMBER] * arguments)
+
+
+class Loop:
+    """A function that writes a loop: arguments are addresses of arrays and numbers of 64 bits.
+
+    Parameters that are an `int` are constants of the code: each value has code of its own.
+    """
+
+    def __init__(self, write: Callable[..., None]) -> None:
+        self._write, self._parameters = write, signature(write).parameters.values()
+        # Names of the arguments.
+        self.names = [p.name for p in self._parameters if p.annotation is not int]
+        # Libraries, which keep their code in memory, and where it begins.
+        self._made: dict[tuple[int, ...], tuple[Any, int]] = {}
+        self._lock = Lock()
+
+    def address(self, *constants: int) -> int:
+        """Where the machine code begins; cached on disk if possible.
+
+        `constants`: in the order of parameters the bits of each array, and each constant.
+        """
+        with self._lock:
+            if constants not in self._made:
+                self._made[constants] = self._compiled(constants)
+            return self._made[constants][1]
+
+    @global_compiler_lock  # type: ignore[untyped-decorator]
+    def _compiled(self, constants: tuple[int, ...]) -> tuple[Any, int]:
+        # Names are unique: all code is in one table of symbols.
+        name = "_".join(("plenofir", self._write.__name__, *map(str, constants)))
+        codegen = cpu_target.target_context.codegen()
+        files, key = None, (codegen.magic_tuple(), constants)
+        with suppress(RuntimeError, OSError):  # no writable folder
+            files = KeptCode(self._write, _SHARED).files
+        content = files.load(key) if files else None
+        if content:
+            library = codegen.unserialize_library(content)
+        else:
+            library = codegen.create_library(name)
+            library.enable_object_caching()
+            module = library.create_ir_module(name)
+            self._fill(ir.Function(module, _kind(len(self.names)), name), constants)
+            library.add_ir_module(module)
+            library.finalize()
+            with suppress(OSError):
+                if files:
+                    files.save(key, library.serialize_using_object_code())
+        return library, library.get_pointer_to_function(name)
+
+    def _fill(self, function: Any, constants: tuple[int, ...]) -> None:
+        """Write the loop as a function."""
+        builder = ir.IRBuilder(function.append_basic_block())
+        passed, fixed, given = iter(function.args), iter(constants), list[Any]()
+        for parameter in self._parameters:
+            if parameter.annotation is int:
+                given.append(next(fixed))
+            elif parameter.annotation is Array:
+                given.append(Array(builder, next(passed), next(fixed)))
+            else:
+                given.append(Value(builder, next(passed)))
+        self._write(*given)
+        builder.ret_void()
+
+
+def loop(write: Callable[..., None]) -> Any:
+    """Function for code that numba compiles: the loop's address, then its arguments.
+
+    Its attribute `address` compiles it (`Loop.address`).
+    """
+    written = Loop(write)
+
+    def typing(_: Any, address: Any, *kinds: Any) -> Any:
+        def generate(context: Any, builder: Any, made: Any, given: Any) -> Any:
+            values = []
+            for kind, value in zip(made.args[1:], given[1:], strict=True):
+                if isinstance(kind, types.Array):
+                    array = context.make_array(kind)(context, builder, value)
+                    values.append(builder.ptrtoint(array.data, _NUMBER))
+                else:
+                    values.append(value)
+            pointer = builder.inttoptr(given[0], _kind(len(values)).as_pointer())
+            builder.call(pointer, values)
+            return context.get_dummy_value()
+
+        passed = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
+        return types.void(types.int64, *passed), generate
+
+    typing.__name__ = write.__name__
+    names = ["context", "address", *written.names]
+    # numba needs the arguments' names.
+    typing.__signature__ = Signature(  # type: ignore[attr-defined]
+        [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+    )
+    function: Any = intrinsic(typing)
+    function.address = written.address
+    return function
