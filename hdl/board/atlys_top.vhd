@@ -97,7 +97,7 @@ architecture rtl of atlys_top is
 
   constant REFUSED : boolean := not takes_shifts("atlys_top", SHIFTS, MAX_COLUMNS);
 
-  constant CORE : core_t :=
+  constant CORE : board_core_t :=
   (
     MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
     INTERPOLATION_ORDER => INTERPOLATION_ORDER,

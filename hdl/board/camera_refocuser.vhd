@@ -28,7 +28,7 @@ use work.sensor_pkg.all;
 entity camera_refocuser is
   generic (
     -- Generics of raster_refocuser.
-    CORE   : core_t;
+    CORE   : board_core_t;
     SHIFTS : string;
     ENGINE : string;
     -- Without a sensor in sensor_pkg: lines of the frames (CORE has the columns), and neighbouring pixels in one

@@ -26,7 +26,7 @@ use work.video_pkg.all;
 entity hdmi_refocuser is
   generic (
     -- Generics of raster_refocuser.
-    CORE   : core_t;
+    CORE   : board_core_t;
     SHIFTS : string;
     ENGINE : string;
     -- Size of the board's own picture.

@@ -79,7 +79,7 @@ architecture rtl of lifcl40_top is
 
   constant REFUSED : boolean := not takes_shifts("lifcl40_top", SHIFTS, MAX_COLUMNS);
 
-  constant CORE : core_t :=
+  constant CORE : board_core_t :=
   (
     MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
     INTERPOLATION_ORDER => INTERPOLATION_ORDER,

@@ -21,7 +21,7 @@ use work.video_pkg.all;
 entity shown_video is
   generic (
     -- Generics of raster_refocuser.
-    CORE   : core_t;
+    CORE   : board_core_t;
     SHIFTS : string;
     ENGINE : string
   );

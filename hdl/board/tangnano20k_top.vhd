@@ -70,7 +70,7 @@ architecture rtl of tangnano20k_top is
 
   constant REFUSED : boolean := not takes_shifts("tangnano20k_top", SHIFTS, MAX_COLUMNS);
 
-  constant CORE : core_t :=
+  constant CORE : board_core_t :=
   (
     MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
     INTERPOLATION_ORDER => INTERPOLATION_ORDER,

@@ -104,7 +104,7 @@ architecture rtl of ulx3s_top is
 
   constant REFUSED : boolean := not takes_shifts("ulx3s_top", SHIFTS, MAX_COLUMNS);
 
-  constant CORE : core_t :=
+  constant CORE : board_core_t :=
   (
     MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
     INTERPOLATION_ORDER => INTERPOLATION_ORDER,

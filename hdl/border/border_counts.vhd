@@ -9,7 +9,7 @@
 -- ones. Short lines and frames, lines and frames without a gap, and changes of the slice therefore need no cases of
 -- their own.
 --
--- Latency: total_delay lines, total_delay tokens (with several pixels total_lane_delay) and border_latency clocks.
+-- Latency: total_delay lines, total_delay tokens (with several pixels rows_delay) and border_latency clocks.
 -- Throughput: one token each clock. Lines and frames must be longer than the delays; empty tokens and flush lines make
 -- up for what is missing.
 -- Equation: weight = refocusing sum of a frame of ones.
@@ -22,39 +22,36 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
 use work.border_pkg.all;
 
 entity border_counts is
   generic (
-    -- Geometry of the slices.
-    GEOMETRY : geometry_t;
+    -- The core whose views are counted.
+    CORE : core_t;
     -- The slice, if it is always the same; -1: the slice of the token.
-    FIXED_SLICE : integer := -1;
-    -- Moving sums that follow in each dimension.
-    INTERPOLATION_ORDER : natural range 0 to 3;
-    -- Pixels of a token.
-    PIXELS_PER_CLOCK : positive;
-    -- Width of a weight.
-    WEIGHT_BITS : positive
+    FIXED_SLICE : integer := -1
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- A token; and which pixels a line's last token has.
     token    : in    token_t;
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    line_end : in    std_logic_vector(CORE.pixels - 1 downto 0);
     -- The weights of a token's pixels, pixel 0 in the low bits; those behind a line's last pixel have no meaning.
-    weights : out   std_logic_vector(PIXELS_PER_CLOCK * WEIGHT_BITS - 1 downto 0)
+    weights : out   std_logic_vector(CORE.pixels * weight_bits(CORE) - 1 downto 0)
   );
 end entity border_counts;
 
 architecture rtl of border_counts is
 
-  constant M          : positive := GEOMETRY.micro_image_size;
-  constant P          : positive := PIXELS_PER_CLOCK;
-  constant PASSES     : positive := INTERPOLATION_ORDER + 1;
-  constant COUNT_BITS : positive := bits_for(largest_count(M, PASSES));
+  constant GEOMETRY     : geometry_t := CORE.geometry;
+  constant M            : positive   := GEOMETRY.micro_image_size;
+  constant P            : positive   := CORE.pixels;
+  constant PASSES       : positive   := CORE.arithmetic.passes;
+  constant COUNT_BITS   : positive   := bits_for(largest_count(M, PASSES));
+  constant PRODUCT_BITS : positive   := weight_bits(CORE);
 
   type down_counts_t is array (natural range 0 to PASSES) of std_logic_vector(COUNT_BITS - 1 downto 0);
 
@@ -187,7 +184,7 @@ begin
 
     variable of_line  : unsigned(COUNT_BITS - 1 downto 0);
     variable of_place : unsigned(COUNT_BITS - 1 downto 0);
-    variable weight   : unsigned(WEIGHT_BITS - 1 downto 0);
+    variable weight   : unsigned(PRODUCT_BITS - 1 downto 0);
 
   begin
 
@@ -198,9 +195,9 @@ begin
       for j in 0 to P - 1 loop
 
         of_place := unsigned(across(PASSES)((j + 1) * COUNT_BITS - 1 downto j * COUNT_BITS));
-        weight   := resize(of_line * of_place, WEIGHT_BITS);
+        weight   := resize(of_line * of_place, PRODUCT_BITS);
 
-        weights((j + 1) * WEIGHT_BITS - 1 downto j * WEIGHT_BITS) <= std_logic_vector(weight);
+        weights((j + 1) * PRODUCT_BITS - 1 downto j * PRODUCT_BITS) <= std_logic_vector(weight);
 
       end loop;
 

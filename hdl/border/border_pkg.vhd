@@ -8,9 +8,9 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
+use work.core_pkg.all;
 use work.moving_sum_pkg.all;
-use work.sum_lanes_pkg.all;
+use work.sum_plan_pkg.all;
 
 package border_pkg is
 
@@ -22,28 +22,13 @@ package border_pkg is
 
   -- Latency of border_counts in clocks.
   function border_latency (
-    geometry : geometry_t;
-    order    : natural range 0 to 3;
-    pixels   : positive
+    core : core_t
   ) return positive;
 
-  -- Clocks that tokens wait in front of an engine whose sums come sum_clocks behind its tokens.
+  -- Clocks that tokens wait in front of the engine.
   function border_wait (
-    geometry   : geometry_t;
-    order      : natural;
-    pixels     : positive;
-    sum_clocks : positive
+    core : core_t
   ) return natural;
-
-  -- Latency of an engine in clocks; `clocks` is its latency with a division by a constant.
-  function normalised_latency (
-    normalised : boolean;
-    geometry   : geometry_t;
-    order      : natural;
-    pixels     : positive;
-    pixel_bits : positive;
-    clocks     : positive
-  ) return positive;
 
 end package border_pkg;
 
@@ -61,10 +46,10 @@ package body border_pkg is
   end function largest_count;
 
   function border_latency (
-    geometry : geometry_t;
-    order    : natural range 0 to 3;
-    pixels   : positive
+    core : core_t
   ) return positive is
+
+    constant ORDER : natural range 0 to 3 := core.arithmetic.passes - 1;
 
     variable clocks : positive;
 
@@ -73,16 +58,9 @@ package body border_pkg is
     -- Each pass has a stage of lines and a stage of tokens; the product takes a clock.
     clocks := 1;
 
-    for i in 0 to order loop
+    for i in 0 to ORDER loop
 
-      clocks := clocks + sum_stage_latency(false, 1);
-
-      if pixels = 1 then
-        -- Rows have the same stage as in an engine with as many pixels a clock.
-        clocks := clocks + sum_stage_latency(false, 1);
-      else
-        clocks := clocks + lane_stage_latency(pass_geometry(geometry, i), pixels);
-      end if;
+      clocks := clocks + sum_stage_latency(false, 1) + rows_latency(core, i);
 
     end loop;
 
@@ -91,35 +69,13 @@ package body border_pkg is
   end function border_latency;
 
   function border_wait (
-    geometry   : geometry_t;
-    order      : natural;
-    pixels     : positive;
-    sum_clocks : positive
+    core : core_t
   ) return natural is
   begin
 
     -- The difference is negative if the engine is slower than the weights; then the weights wait.
-    return larger(border_latency(geometry, order, pixels) - sum_clocks, 0);
+    return larger(border_latency(core) - core.plan.sum_clocks, 0);
 
   end function border_wait;
-
-  function normalised_latency (
-    normalised : boolean;
-    geometry   : geometry_t;
-    order      : natural;
-    pixels     : positive;
-    pixel_bits : positive;
-    clocks     : positive
-  ) return positive is
-  begin
-
-    if not normalised then
-      return clocks;
-    end if;
-
-    -- The division by a constant is left out, so the slower of sums and weights sets the latency.
-    return larger(clocks - DIVIDE_LATENCY, border_latency(geometry, order, pixels)) + scaler_latency(true, pixel_bits);
-
-  end function normalised_latency;
 
 end package body border_pkg;

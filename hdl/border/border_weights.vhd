@@ -3,7 +3,7 @@
 --
 -- The entity stands beside an engine. Tokens pass through it to the engine, delayed so that the weights meet the sums.
 --
--- Latency: border_wait clocks for tokens; weights come ENGINE_CLOCKS behind the tokens that the engine gets, in the
+-- Latency: border_wait clocks for tokens; weights come sum_clocks behind the tokens that the engine gets, in the
 -- clock of the sums of the same pixels. Throughput: that of border_counts.
 -- Equation: weight = refocusing sum of a frame of ones: the product of the numbers of views that reach the output along
 -- rows and along columns, each view weighted by the interpolation.
@@ -15,65 +15,48 @@ use ieee.numeric_std.all;
 library work;
 use work.delay_pkg.all;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
 use work.border_pkg.all;
 
 entity border_weights is
   generic (
-    -- Geometry of the slices.
-    GEOMETRY : geometry_t;
-    -- Number of slices, if all come at once; 1: the token says which.
-    SLICES_AT_ONCE : positive := 1;
-    -- Moving sums that follow in each dimension.
-    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- Pixels of a token.
-    PIXELS_PER_CLOCK : positive := 1;
-    -- Width of the data that come with a token.
-    DATA_BITS : positive;
-    -- Width of a weight.
-    WEIGHT_BITS : positive;
-    -- Clocks from a token to its sums in the engine.
-    ENGINE_CLOCKS : positive
+    -- The core whose sums are divided.
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- A token, its data; and which pixels a line's last token has.
     token      : in    token_t;
-    token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    line_end   : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    token_data : in    std_logic_vector(row_bits(CORE) - 1 downto 0);
+    line_end   : in    std_logic_vector(CORE.pixels - 1 downto 0);
     -- Token and data for the engine.
     engine_token : out   token_t;
-    engine_data  : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    engine_data  : out   std_logic_vector(row_bits(CORE) - 1 downto 0);
     -- The weights, pixel 0 in the low bits; all pixels of slice 0, then those of the other slices.
-    weights : out   std_logic_vector(SLICES_AT_ONCE * PIXELS_PER_CLOCK * WEIGHT_BITS - 1 downto 0)
+    weights : out   std_logic_vector(weights_bits(CORE) - 1 downto 0)
   );
 end entity border_weights;
 
 architecture rtl of border_weights is
 
-  constant SOME_SLICES : boolean := not takes(SLICES_AT_ONCE = 1 or SLICES_AT_ONCE = GEOMETRY.slices,
-                                              "border_weights: SLICES_AT_ONCE must be 1 or all slices of SHIFTS");
+  constant SLICES : positive := slices_at_once(CORE);
+  constant BITS   : positive := CORE.pixels * weight_bits(CORE);
+  constant AHEAD  : natural  := border_wait(CORE);
+  constant BEHIND : natural  := AHEAD + CORE.plan.sum_clocks - border_latency(CORE);
 
-  constant BITS   : positive := PIXELS_PER_CLOCK * WEIGHT_BITS;
-  constant AHEAD  : natural  := border_wait(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK, ENGINE_CLOCKS);
-  constant BEHIND : natural  := AHEAD + ENGINE_CLOCKS - border_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK);
-
-  signal counted : std_logic_vector(SLICES_AT_ONCE * BITS - 1 downto 0);
-  signal waiting : std_logic_vector(delay_bits(SLICES_AT_ONCE * BITS, BEHIND) - 1 downto 0) := (others => '0');
+  signal counted : std_logic_vector(SLICES * BITS - 1 downto 0);
+  signal waiting : std_logic_vector(delay_bits(SLICES * BITS, BEHIND) - 1 downto 0) := (others => '0');
 
 begin
 
-  slice : for s in 0 to SLICES_AT_ONCE - 1 generate
+  slice : for s in 0 to SLICES - 1 generate
 
     counts : entity work.border_counts
       generic map (
-        GEOMETRY            => GEOMETRY,
-        FIXED_SLICE         => choose(SLICES_AT_ONCE > 1, s, - 1),
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-        WEIGHT_BITS         => WEIGHT_BITS
+        CORE        => CORE,
+        FIXED_SLICE => choose(SLICES > 1, s, - 1)
       )
       port map (
         clk      => clk,
@@ -105,7 +88,7 @@ begin
 
   wait_for_weights : if AHEAD > 0 generate
 
-    type data_t is array (natural range <>) of std_logic_vector(DATA_BITS - 1 downto 0);
+    type data_t is array (natural range <>) of std_logic_vector(row_bits(CORE) - 1 downto 0);
 
     signal token_at : tokens_t(1 to AHEAD) := (others => NO_TOKEN);
     signal data_at  : data_t(1 to AHEAD)   := (others => (others => '0'));

@@ -32,31 +32,6 @@ package arithmetic_pkg is
     arithmetic : arithmetic_t
   ) return boolean;
 
-  -- Returns true, or stops elaboration if the arithmetic cannot be built; the message begins with the name.
-  function takes_arithmetic (
-    name       : string;
-    arithmetic : arithmetic_t
-  ) return boolean;
-
-  -- Returns true, or stops elaboration if a normalised border cannot be built; the message begins with the name.
-  function takes_border (
-    name          : string;
-    normalised    : boolean;
-    exact         : boolean;
-    parallel_rows : positive;
-    sharpened     : boolean
-  ) return boolean;
-
-  -- Returns true, or stops elaboration if the weights that divide an array's sums do not fit the arithmetic; the
-  -- message begins with the name. weight_bits: their width, 0 without weights.
-  function takes_weights (
-    name          : string;
-    weight_bits   : natural;
-    arithmetic    : arithmetic_t;
-    parallel_rows : positive;
-    sharpened     : boolean
-  ) return boolean;
-
   -- Width of a value in front of a pass. Passes count from 0; number 2 * passes is behind the last one.
   function value_bits (
     arithmetic : arithmetic_t;
@@ -126,13 +101,6 @@ package arithmetic_pkg is
     micro_image_size : positive
   ) return pass_t;
 
-  -- Width of the weights of a normalised border, which divide exact sums; 0 without a normalised border.
-  function weight_width (
-    normalised       : boolean;
-    micro_image_size : positive;
-    order            : natural
-  ) return natural;
-
 end package arithmetic_pkg;
 
 package body arithmetic_pkg is
@@ -157,83 +125,6 @@ package body arithmetic_pkg is
     return room > 0;
 
   end function sums_fit;
-
-  function takes_arithmetic (
-    name       : string;
-    arithmetic : arithmetic_t
-  ) return boolean is
-  begin
-
-    -- Constants of an exact core are VHDL integers, which have 31 bits.
-    assert not arithmetic.exact or sums_fit(arithmetic)
-      report name & ": exact sums of MICRO_IMAGE_SIZE, PIXEL_BITS and INTERPOLATION_ORDER take more than 31 bits: " &
-             "take smaller ones, or EXACT => false"
-      severity failure;
-
-    -- Guard bits are the highest of the fraction bits, so there cannot be more of them.
-    assert arithmetic.exact or arithmetic.guard_bits <= arithmetic.fraction_bits
-      report name & ": GUARD_BITS exceeds FRACTION_BITS"
-      severity failure;
-
-    -- The table has a word for each value; beyond 2**16 words it would take too much block RAM.
-    assert arithmetic.exact or arithmetic.pixel_bits + arithmetic.guard_bits <= 16
-      report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
-      severity failure;
-
-    -- A table of zeros would make every picture black without raising a fault.
-    assert arithmetic.exact or
-           scaled_quotient(2 ** arithmetic.pixel_bits - 1, arithmetic.fraction_bits, arithmetic.micro_image_size) > 0
-      report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
-      severity failure;
-
-    return true;
-
-  end function takes_arithmetic;
-
-  function takes_border (
-    name          : string;
-    normalised    : boolean;
-    exact         : boolean;
-    parallel_rows : positive;
-    sharpened     : boolean
-  ) return boolean is
-  begin
-
-    assert not normalised or exact
-      report name & ": BORDER_NORMALISED needs EXACT: stored products are divided by M before they are summed"
-      severity failure;
-
-    -- Weights come in raster order, one token after the other, so there cannot be parallel rows.
-    assert not normalised or parallel_rows = 1
-      report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
-      severity failure;
-
-    -- The sharpener subtracts neighbours one lens away; near a border their sums would have other weights.
-    assert not normalised or not sharpened
-      report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
-      severity failure;
-
-    return true;
-
-  end function takes_border;
-
-  function takes_weights (
-    name          : string;
-    weight_bits   : natural;
-    arithmetic    : arithmetic_t;
-    parallel_rows : positive;
-    sharpened     : boolean
-  ) return boolean is
-  begin
-
-    assert weight_bits = 0 or
-           weight_bits = weight_width(true, arithmetic.micro_image_size, arithmetic.passes - 1)
-      report name & ": WEIGHT_BITS must be 0, or the width of M * M (with interpolation of a higher power of M)"
-      severity failure;
-
-    return takes_border(name, weight_bits > 0, arithmetic.exact, parallel_rows, sharpened);
-
-  end function takes_weights;
 
   function value_bits (
     arithmetic : arithmetic_t;
@@ -391,31 +282,5 @@ package body arithmetic_pkg is
     );
 
   end function exact_pass;
-
-  function weight_width (
-    normalised       : boolean;
-    micro_image_size : positive;
-    order            : natural
-  ) return natural is
-
-    variable weight : positive;
-
-  begin
-
-    weight := 1;
-
-    -- Ports have this width even for arithmetic that takes_arithmetic refuses, so the width must not exceed an
-    -- integer.
-    for i in 1 to 8 loop
-
-      if i <= 2 * (order + 1) and weight <= integer'high / micro_image_size then
-        weight := weight * micro_image_size;
-      end if;
-
-    end loop;
-
-    return choose(normalised, bits_for(weight), 0);
-
-  end function weight_width;
 
 end package body arithmetic_pkg;

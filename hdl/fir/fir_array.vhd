@@ -8,22 +8,21 @@
 --
 -- With N = 1 the array filters a raster scan. With N = rows of the frame, a frame is one band.
 --
--- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). With one row at a time
--- sharpening may follow the sums.
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
 --
 -- A band is N lines of the image. Its columns come as pixel tokens, with or without idle clocks and empty tokens
--- (strobe without pixel) in between. The next band may begin min_line_steps tokens later, and after a multiple of N
+-- (strobe without pixel) in between. The next band may begin min_steps tokens later, and after a multiple of N
 -- tokens; empty tokens fill the time. Behind a frame, bands of zeros without image lines push its last lines out;
 -- empty tokens push out the last pixels of a band.
 --
 -- Output lines are total_delay lines behind: band b gives the lines from N*b - total_delay on, as far as they are
 -- image lines. A frame begins at the top of a band.
 --
--- Latency: floor(D/N) bands, D + D mod N tokens and array_latency clocks, D = total_delay, from the first pixel in
--- to the first pixel out. Sharpening: M lines, M tokens and sharpen_latency clocks more.
+-- Latency: floor(D/N) bands, D + D mod N tokens and sum_clocks clocks, D = total_delay, from the first pixel in to the
+-- first sum out.
 -- Throughput: N pixels of all channels each clock.
--- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
---   in raster_refocuser.
+-- Equation: sums(k) = S2(k), the refocusing sums of rows, then of columns; with stored products the pixels as in
+--   raster_refocuser.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -33,44 +32,14 @@ library work;
 use work.count_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
-use work.fir_pkg.all;
 use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
-use work.sharpen_pkg.all;
 
 entity fir_array is
   generic (
-    -- M: pixels of a micro image in each dimension.
-    MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The shift of each slice in pixels, with blanks in between.
-    SHIFTS : string;
-    -- true: the picture stays put from slice to slice.
-    CENTRED : boolean := true;
-    -- Moving sums that follow in each dimension: 0 none, 1 linear interpolation.
-    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- true: the first output of a micro image is held for its others, which are equal.
-    HOLD : boolean := false;
-    -- N, rows that are filtered at once.
-    PARALLEL_ROWS : positive range 1 to 64 := 1;
-    -- Longest line in pixels.
-    MAX_COLUMNS : positive := 2048;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3 := 1;
-    -- Width of a channel.
-    PIXEL_BITS : positive range 1 to 16 := 8;
-    -- true: exact sums and one division at the end; false: stored products, which round.
-    EXACT : boolean := true;
-    -- Stored products only: fraction bits of the products.
-    FRACTION_BITS : natural range 0 to 12 := 0;
-    -- Stored products only: fraction bits of the image between rows and columns.
-    GUARD_BITS : natural range 0 to 12 := 0;
-    -- Taps that each latch of the broadcast net drives; 0: one register drives all taps.
-    BROADCAST_TAPS : natural := 0;
-    -- The weight of each slice's sharpening in 64ths, with blanks in between; an empty text leaves the sharpener out.
-    SHARPENING : string := "";
-    -- Width of the weights that divide the sums (exact, one row at a time, not sharpened); 0: the sums are
-    -- divided by M * M.
-    WEIGHT_BITS : natural range 0 to 31 := 0
+    -- The core that the filters are built for.
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
@@ -79,48 +48,28 @@ entity fir_array is
     -- the band.
     token : in    token_t;
     -- Which rows are image lines, constant within a band; and the pixels, row 0 in the low bits.
-    token_rows : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    token_data : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The weight of a pixel (from border_weights), in the clock of its sums; unused without WEIGHT_BITS.
-    weights : in    std_logic_vector(larger(WEIGHT_BITS, 1) - 1 downto 0) := (others => '0');
-    -- The result of each row, and its pixels, row 0 in the low bits.
-    results     : out   results_t(0 to PARALLEL_ROWS - 1);
-    result_data : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
+    token_rows : in    std_logic_vector(CORE.rows - 1 downto 0);
+    token_data : in    std_logic_vector(CORE.rows * row_bits(CORE) - 1 downto 0);
+    -- The token of each row behind the filters, and its sums, row 0 in the low bits.
+    out_token : out   tokens_t(0 to CORE.rows - 1);
+    out_sums  : out   std_logic_vector(CORE.rows * row_sums_bits(CORE) - 1 downto 0)
   );
 end entity fir_array;
 
 architecture rtl of fir_array is
 
-  constant GEOMETRY : geometry_t := geometry_of("fir_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY   : geometry_t   := CORE.geometry;
+  constant ARITHMETIC : arithmetic_t := CORE.arithmetic;
 
   -- Passes are numbered from 0: rows first, then columns.
-  constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
-  constant ARITHMETIC : arithmetic_t :=
-  (
-    EXACT            => EXACT,
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    PIXEL_BITS       => PIXEL_BITS,
-    FRACTION_BITS    => FRACTION_BITS,
-    GUARD_BITS       => GUARD_BITS,
-    PASSES           => PASSES
-  );
-
-  constant REFUSED : boolean := not (takes_columns("fir_array", MAX_COLUMNS) and
-                                     takes_arithmetic("fir_array", ARITHMETIC) and
-                                     takes_weights("fir_array", WEIGHT_BITS, ARITHMETIC, PARALLEL_ROWS,
-                                                    sharpens(SHARPENING)) and
-                                     takes_sharpening("fir_array", SHARPENING, GEOMETRY.slices, EXACT,
-                                                       PARALLEL_ROWS) and
-                                     takes_filters("fir_array", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS, MAX_COLUMNS,
-                                                    CHANNELS, SHARPENING));
-
-  constant STORED : boolean := not EXACT;
+  constant PASSES        : positive := ARITHMETIC.passes;
+  constant PARALLEL_ROWS : positive := CORE.rows;
+  constant CHANNELS      : positive := CORE.channels;
   -- ROW_LANES: filters of a row stage that work in step; DEPTH: columns of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
-  constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
+  constant DEPTH     : positive := divide_up(CORE.columns, PARALLEL_ROWS);
 
-  constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
-  constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
+  constant ROW_SUM_BITS : positive := value_bits(ARITHMETIC, PASSES);
 
   -- Signals from one stage to the next, in the low bits of each element.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
@@ -152,20 +101,13 @@ architecture rtl of fir_array is
   signal column_token : tokens_t(0 to PASSES);
   signal column_data  : column_data_t;
 
-  -- Token and sums behind the column modules, or behind the sharpener if there is one.
-  signal last_token : token_t;
-  signal last_sums  : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-
-  signal summed : results_t(0 to PARALLEL_ROWS - 1);
-  signal sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-
 begin
 
   -- Row modules. Every token is a step.
   row_token(0) <= token;
   row_image(0) <= token_rows;
 
-  row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= token_data;
+  row_data(0)(ROW_LANES * ARITHMETIC.pixel_bits - 1 downto 0) <= token_data;
 
   row_pass : for i in 0 to PASSES - 1 generate
 
@@ -173,9 +115,9 @@ begin
       generic map (
         GEOMETRY       => pass_geometry(GEOMETRY, i),
         SIZES          => pass_of(ARITHMETIC, i),
-        HOLD           => HOLD and i = 0,
+        HOLD           => CORE.hold and i = 0,
         LANES          => ROW_LANES,
-        BROADCAST_TAPS => BROADCAST_TAPS,
+        BROADCAST_TAPS => CORE.taps,
         TAG_BITS       => PARALLEL_ROWS
       )
       port map (
@@ -262,12 +204,12 @@ begin
       generic map (
         GEOMETRY       => pass_geometry(GEOMETRY, i),
         SIZES          => pass_of(ARITHMETIC, PASSES + i),
-        HOLD           => HOLD and i = 0,
+        HOLD           => CORE.hold and i = 0,
         COLUMNS        => true,
         MODULES        => PARALLEL_ROWS,
         DEPTH          => DEPTH,
         LANES          => CHANNELS,
-        BROADCAST_TAPS => BROADCAST_TAPS
+        BROADCAST_TAPS => CORE.taps
       )
       port map (
         clk       => clk,
@@ -280,70 +222,20 @@ begin
 
   end generate column_pass;
 
-  plain : if not sharpens(SHARPENING) generate
-    last_token <= column_token(PASSES);
-    last_sums  <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-  end generate plain;
-
-  sharp : if sharpens(SHARPENING) generate
-
-    sharpener : entity work.lens_sharpener
-      generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHARPENING       => SHARPENING,
-        TOKENS           => MAX_COLUMNS,
-        CHANNELS         => CHANNELS,
-        SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
-        DIVISOR          => final_divisor(ARITHMETIC)
-      )
-      port map (
-        clk       => clk,
-        reset     => reset,
-        token     => column_token(PASSES),
-        sums      => column_data(PASSES)(CHANNELS * RESULT_SUM_BITS - 1 downto 0),
-        out_token => last_token,
-        out_sums  => last_sums(CHANNELS * RESULT_SUM_BITS - 1 downto 0)
-      );
-
-  end generate sharp;
-
   -- From modules back to rows. row_results reads the fields of each row's line with the token that brings them, so
   -- it needs no memory of bands.
   back_to_rows : entity work.row_results
     generic map (
       PARALLEL_ROWS => PARALLEL_ROWS,
-      SUM_BITS      => CHANNELS * RESULT_SUM_BITS
+      SUM_BITS      => row_sums_bits(CORE)
     )
     port map (
       clk         => clk,
       reset       => reset,
-      token       => last_token,
-      module_sums => last_sums,
-      results     => summed,
-      row_sums    => sums
+      token       => column_token(PASSES),
+      module_sums => column_data(PASSES)(CORE.rows * row_sums_bits(CORE) - 1 downto 0),
+      row_token   => out_token,
+      row_sums    => out_sums
     );
-
-  -- Scaling to pixels.
-  scale_row : for r in 0 to PARALLEL_ROWS - 1 generate
-
-    scale : entity work.result_scaler
-      generic map (
-        EXACT       => EXACT,
-        LANES       => CHANNELS,
-        PIXEL_BITS  => PIXEL_BITS,
-        DIVISOR     => final_divisor(ARITHMETIC),
-        WEIGHT_BITS => WEIGHT_BITS
-      )
-      port map (
-        clk     => clk,
-        reset   => reset,
-        result  => summed(r),
-        sums    => sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto r * CHANNELS * RESULT_SUM_BITS),
-        weights => weights,
-        scaled  => results(r),
-        pixels  => result_data((r + 1) * CHANNELS * PIXEL_BITS - 1 downto r * CHANNELS * PIXEL_BITS)
-      );
-
-  end generate scale_row;
 
 end architecture rtl;

@@ -21,7 +21,7 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
-use work.sharpen_pkg.all;
+use work.core_pkg.all;
 
 package fir_pkg is
 
@@ -29,17 +29,24 @@ package fir_pkg is
   constant MOST_TAPS          : positive := 512;
   constant MOST_PARALLEL_ROWS : positive := 64;
 
-  -- Returns true, or stops elaboration if the filters cannot be built; the message begins with the name.
-  function takes_filters (
-    name          : string;
-    arithmetic    : arithmetic_t;
-    geometry      : geometry_t;
-    hold          : boolean;
-    parallel_rows : positive;
-    max_columns   : positive;
-    channels      : positive;
-    sharpening    : string
-  ) return boolean;
+  -- The plan of fir_array.
+  function plan_of (
+    core : core_t
+  ) return plan_t;
+
+  -- Taps of all filters in a dimension.
+  function taps_of (
+    core : core_t
+  ) return positive;
+
+  -- Words of the column stages' memories, all channels counted, and bits of a word.
+  function memory_words (
+    core : core_t
+  ) return natural;
+
+  function memory_bits (
+    core : core_t
+  ) return natural;
 
   -- Number of taps of the slice that needs most.
   function tap_count (
@@ -65,24 +72,10 @@ package fir_pkg is
     geometry : geometry_t
   ) return boolean;
 
-  -- The shortest band in tokens: a multiple of the parallel rows, and long enough for the line buffers (a single
-  -- column in each module needs none). The sequencer appends empty tokens to shorter bands.
-  function min_line_steps (
-    parallel_rows : positive;
-    max_columns   : positive
-  ) return positive;
-
   -- Latency of a filter stage in clocks.
   function stage_latency (
     stored         : boolean;
     broadcast_taps : natural
-  ) return positive;
-
-  -- Latency of the filter array in clocks.
-  function array_latency (
-    stored         : boolean;
-    broadcast_taps : natural;
-    order          : natural
   ) return positive;
 
 end package fir_pkg;
@@ -179,75 +172,55 @@ package body fir_pkg is
 
   end function kept_bits;
 
-  function takes_filters (
-    name          : string;
-    arithmetic    : arithmetic_t;
-    geometry      : geometry_t;
-    hold          : boolean;
-    parallel_rows : positive;
-    max_columns   : positive;
-    channels      : positive;
-    sharpening    : string
-  ) return boolean is
-
-    constant M : positive := arithmetic.micro_image_size;
-
-    variable depth : positive;
-    variable words : natural;
-    variable bits  : natural;
-
-  begin
-
-    assert parallel_rows <= MOST_PARALLEL_ROWS
-      report name & ": PARALLEL_ROWS must be at most 64"
-      severity failure;
-
-    assert not hold or can_hold(geometry)
-      report name & ": HOLD needs outputs that are equal throughout a micro image: SHIFTS that are multiples of " &
-             "MICRO_IMAGE_SIZE, even ones if that is even"
-      severity failure;
-
-    assert tap_count(geometry, hold) + (arithmetic.passes - 1) * tap_count(pass_geometry(geometry, 1), false) <=
-           MOST_TAPS
-      report name & ": MICRO_IMAGE_SIZE and SHIFTS need more than 512 taps"
-      severity failure;
-
-    depth := divide_up(max_columns, parallel_rows);
-    words := 0;
-    bits  := kept_bits(arithmetic, geometry, hold, 0);
-
-    if depth > 1 then
-      -- Line buffers have a power of two of words: their address is a counter that wraps round.
-      words := channels * parallel_rows * 2 ** bits_for(depth - 1);
-    end if;
-
-    for i in 1 to arithmetic.passes - 1 loop
-
-      bits := bits + kept_bits(arithmetic, pass_geometry(geometry, i), false, i);
-
-    end loop;
-
-    return takes_line_bits(name, words, bits,
-                           sharpen_line_bits(sharpening, M, channels * max_columns,
-                                             bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
-
-  end function takes_filters;
-
-  function min_line_steps (
-    parallel_rows : positive;
-    max_columns   : positive
+  function taps_of (
+    core : core_t
   ) return positive is
   begin
 
-    -- Each module then has a single column, whose sums stay in registers.
-    if max_columns <= parallel_rows then
-      return parallel_rows;
+    return tap_count(core.geometry, core.hold) +
+           (core.arithmetic.passes - 1) * tap_count(pass_geometry(core.geometry, 1), false);
+
+  end function taps_of;
+
+  function memory_words (
+    core : core_t
+  ) return natural is
+
+    constant DEPTH : positive := divide_up(core.columns, core.rows);
+
+  begin
+
+    -- A module of a single column keeps its sums in registers.
+    if DEPTH = 1 then
+      return 0;
     end if;
 
-    -- A column comes again in the next band; its partial sums must be back in memory by then.
-    return divide_up(parallel_rows - 1 + PARTIAL_SUM_LOOP, parallel_rows) * parallel_rows;
+    -- Line buffers have a power of two of words: their address is a counter that wraps round.
+    return core.channels * core.rows * 2 ** bits_for(DEPTH - 1);
 
-  end function min_line_steps;
+  end function memory_words;
+
+  function memory_bits (
+    core : core_t
+  ) return natural is
+
+    constant ORDER : natural range 0 to 3 := core.arithmetic.passes - 1;
+
+    variable bits : natural;
+
+  begin
+
+    bits := kept_bits(core.arithmetic, core.geometry, core.hold, 0);
+
+    for i in 1 to ORDER loop
+
+      bits := bits + kept_bits(core.arithmetic, pass_geometry(core.geometry, i), false, i);
+
+    end loop;
+
+    return bits;
+
+  end function memory_bits;
 
   function stage_latency (
     stored         : boolean;
@@ -260,16 +233,37 @@ package body fir_pkg is
 
   end function stage_latency;
 
-  function array_latency (
-    stored         : boolean;
-    broadcast_taps : natural;
-    order          : natural
-  ) return positive is
+  function plan_of (
+    core : core_t
+  ) return plan_t is
+
+    constant PASSES : positive := core.arithmetic.passes;
+    constant DELAY  : natural  := total_delay(core.geometry, PASSES - 1);
+
+    variable plan : plan_t;
+
   begin
 
+    plan              := NO_PLAN;
+    plan.row_tokens   := DELAY;
+    plan.column_lines := DELAY;
     -- Each pass has a stage for rows and one for columns.
-    return 2 * (order + 1) * stage_latency(stored, broadcast_taps) + choose(stored, 0, DIVIDE_LATENCY);
+    plan.sum_clocks := 2 * PASSES * stage_latency(not core.arithmetic.exact, core.taps);
+    plan.min_steps  := core.rows;
 
-  end function array_latency;
+    -- A column comes again in the next band; its partial sums must be back in memory by then. Modules of a single
+    -- column keep the sums in registers.
+    if core.columns > core.rows then
+      plan.min_steps := divide_up(core.rows - 1 + PARTIAL_SUM_LOOP, core.rows) * core.rows;
+    end if;
+
+    -- Filters keep no state between frames, because the partial sums of the frame before are dropped: any number of
+    -- bands will do.
+    plan.min_bands := 1;
+    plan.modulus   := 1;
+
+    return plan;
+
+  end function plan_of;
 
 end package body fir_pkg;

@@ -32,9 +32,9 @@ entity row_results is
     token : in    token_t;
     -- The sums of each module, module 0 in the low bits.
     module_sums : in    std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
-    -- The result of each row, and its sums, row 0 in the low bits.
-    results  : out   results_t(0 to PARALLEL_ROWS - 1);
-    row_sums : out   std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0)
+    -- The token of each row with the fields of its line, and its sums, row 0 in the low bits.
+    row_token : out   tokens_t(0 to PARALLEL_ROWS - 1);
+    row_sums  : out   std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0)
   );
 end entity row_results;
 
@@ -46,21 +46,13 @@ architecture rtl of row_results is
   constant LAST_BIT    : natural := 2;
   constant COLUMN_BITS : natural := 3;
 
-  -- A row's result as a word. It moves with tokens and is gated with strobe only at the output. valid also marks
-  -- the first column of a missing line, which skip tells.
-  constant SLICE_LOW   : natural := 4;
-  constant DATA_LOW    : natural := SLICE_LOW + slice_t'length;
-  constant RESULT_BITS : natural := DATA_LOW + SUM_BITS;
-
   -- Columns come back from module to module, a token apart. The count since a band's first column says which row
   -- gets which module's sum.
   signal starts     : std_logic;
   signal count      : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal count_held : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
-  signal summed     : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
   signal raw_tags   : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skew_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
-  signal skewed     : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
 
@@ -89,7 +81,7 @@ begin
       strobe   => token.strobe,
       count    => count,
       data_in  => module_sums,
-      data_out => summed
+      data_out => row_sums
     );
 
   -- All rows get the same three bits; the skew makes them those of each row's own column.
@@ -111,16 +103,13 @@ begin
       data_out => skew_tags
     );
 
-  row_result : for r in 0 to PARALLEL_ROWS - 1 generate
+  row : for r in 0 to PARALLEL_ROWS - 1 generate
 
     signal column_tag : std_logic_vector(COLUMN_BITS - 1 downto 0);
     signal begins     : std_logic;
     -- The fields of the row's line in this band, from the token that begins the line.
     signal line_held : token_t := NO_TOKEN;
     signal line_now  : token_t;
-    signal used      : std_logic;
-    signal skip      : std_logic;
-    signal start     : std_logic;
 
   begin
 
@@ -141,37 +130,17 @@ begin
 
     end process hold_line;
 
-    used <= column_tag(PIXEL_BIT) and (line_now.image or column_tag(FIRST_BIT));
-    -- A row without an image line reports this once a band, with its first column: row_scatter waits for each
-    -- row in turn and must not wait for this one.
-    skip  <= not line_now.image;
-    start <= begins and line_now.frame_first;
+    -- Between tokens the skew registers hold; strobe says when their output counts. A row without an image line reports
+    -- this with its first column: row_scatter waits for each row in turn and must not wait for this one.
+    row_token(r).strobe      <= token.strobe;
+    row_token(r).pixel       <= column_tag(PIXEL_BIT);
+    row_token(r).line_first  <= column_tag(FIRST_BIT);
+    row_token(r).line_last   <= column_tag(LAST_BIT);
+    row_token(r).band        <= token.band;
+    row_token(r).frame_first <= line_now.frame_first;
+    row_token(r).image       <= line_now.image;
+    row_token(r).slice       <= line_now.slice;
 
-    skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= summed((r + 1) * SUM_BITS - 1 downto r * SUM_BITS) &
-                                                                std_logic_vector(line_now.slice) & start &
-                                                                column_tag(LAST_BIT) & skip & used;
-
-  end generate row_result;
-
-  row_out : for r in 0 to PARALLEL_ROWS - 1 generate
-
-    signal result : std_logic_vector(RESULT_BITS - 1 downto 0);
-    signal used   : std_logic;
-
-  begin
-
-    result <= skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
-    -- Results are gated only here: between tokens the skew registers and their outputs hold.
-    used <= result(0) and token.strobe;
-
-    results(r).valid <= used and not result(1);
-    results(r).skip  <= used and result(1);
-    results(r).last  <= result(2);
-    results(r).start <= result(3);
-    results(r).slice <= unsigned(result(DATA_LOW - 1 downto SLICE_LOW));
-
-    row_sums((r + 1) * SUM_BITS - 1 downto r * SUM_BITS) <= result(RESULT_BITS - 1 downto DATA_LOW);
-
-  end generate row_out;
+  end generate row;
 
 end architecture rtl;

@@ -148,12 +148,6 @@ package moving_sum_pkg is
     depth  : positive
   ) return positive;
 
-  -- Latency of the moving sum array in clocks.
-  function sum_array_latency (
-    stored : boolean;
-    order  : natural
-  ) return positive;
-
 end package moving_sum_pkg;
 
 package body moving_sum_pkg is
@@ -297,17 +291,5 @@ package body moving_sum_pkg is
     return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 
   end function sum_stage_latency;
-
-  function sum_array_latency (
-    stored : boolean;
-    order  : natural
-  ) return positive is
-  begin
-
-    -- Each interpolation order has a stage for rows and one for columns.
-    return (order + 1) * (sum_stage_latency(stored, 1) + sum_stage_latency(stored, 2)) +
-           choose(stored, 0, DIVIDE_LATENCY);
-
-  end function sum_array_latency;
 
 end package body moving_sum_pkg;

@@ -19,43 +19,15 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
-use work.arithmetic_pkg.all;
-use work.sharpen_pkg.all;
 
 package sum_lanes_pkg is
 
   -- The most tokens of several pixels by which a row stage delays.
   constant MOST_LANE_DELAY : positive := 4096;
 
-  -- Returns true, or stops elaboration, by a message with the name, if such rows cannot be built.
-  function takes_lanes (
-    name     : string;
-    geometry : geometry_t;
-    pixels   : positive
-  ) return boolean;
-
-  -- Returns true, or stops elaboration if the moving sums cannot be built; the message begins with the name.
-  function takes_sums (
-    name        : string;
-    arithmetic  : arithmetic_t;
-    geometry    : geometry_t;
-    any_rows    : boolean;
-    pixels      : positive;
-    max_columns : positive;
-    channels    : positive;
-    sharpening  : string
-  ) return boolean;
-
   -- Delay of a row stage: tokens from pixels to the outputs of the same index.
   function lane_delay (
     geometry : geometry_t;
-    pixels   : positive
-  ) return natural;
-
-  -- The delay of a row summed over all passes.
-  function total_lane_delay (
-    geometry : geometry_t;
-    order    : natural;
     pixels   : positive
   ) return natural;
 
@@ -139,107 +111,9 @@ package sum_lanes_pkg is
     pixels   : positive
   ) return positive;
 
-  -- Latency of the moving sum array in clocks, with several pixels a token.
-  function sum_lanes_latency (
-    geometry : geometry_t;
-    order    : natural;
-    pixels   : positive
-  ) return positive;
-
 end package sum_lanes_pkg;
 
 package body sum_lanes_pkg is
-
-  -- Bits that a column stage keeps for one channel of a column: pixels, running sums, first sums, held results.
-  function kept_bits (
-    arithmetic : arithmetic_t;
-    geometry   : geometry_t;
-    any_rows   : boolean;
-    stage      : natural
-  ) return natural is
-
-    constant M : positive := arithmetic.micro_image_size;
-
-    variable lines : natural;
-    variable sums  : positive;
-
-  begin
-
-    -- Pixels need two banks if they leave. Running and first sums are always kept; results too if outputs are
-    -- held, and held first sums if a line begins within a group.
-    lines := bank_lines(geometry, any_rows, M) * choose(pixels_leave(geometry), 2, 1);
-    sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
-
-    return lines * bits_for(product_max(arithmetic, stage)) + sums * bits_for(M * product_max(arithmetic, stage));
-
-  end function kept_bits;
-
-  function takes_lanes (
-    name     : string;
-    geometry : geometry_t;
-    pixels   : positive
-  ) return boolean is
-  begin
-
-    assert pixels <= 32 and 2 ** bits_for(larger(pixels - 1, 1)) = larger(pixels, 2)
-      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
-      severity failure;
-
-    assert pixels = 1 or lane_delay(geometry, pixels) <= MOST_LANE_DELAY
-      report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
-      severity failure;
-
-    return true;
-
-  end function takes_lanes;
-
-  function takes_sums (
-    name        : string;
-    arithmetic  : arithmetic_t;
-    geometry    : geometry_t;
-    any_rows    : boolean;
-    pixels      : positive;
-    max_columns : positive;
-    channels    : positive;
-    sharpening  : string
-  ) return boolean is
-
-    constant M : positive := arithmetic.micro_image_size;
-
-    variable first : natural;
-    variable words : positive;
-    variable bits  : natural;
-
-  begin
-
-    -- Stored products are rounded between rows and columns, so they filter rows first; several pixels a token
-    -- need columns first.
-    assert pixels = 1 or arithmetic.exact
-      report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
-      severity failure;
-
-    -- A column's sums come back from memory, for which a line of one pixel leaves no clock.
-    assert max_columns > 1
-      report name & ": MAX_COLUMNS must be at least 2 with the ENGINE moving_sum"
-      severity failure;
-
-    -- Exact sums filter columns first.
-    first := choose(arithmetic.exact, 0, arithmetic.passes);
-    words := channels * pixels * line_tokens(max_columns, pixels);
-    bits  := kept_bits(arithmetic, geometry, any_rows, first);
-
-    for i in 1 to arithmetic.passes - 1 loop
-
-      bits := bits + kept_bits(arithmetic, pass_geometry(geometry, i), any_rows, first + i);
-
-    end loop;
-
-    return takes_lanes(name, geometry, pixels) and
-           takes_line_bits(name, words, bits,
-                           sharpen_line_bits(sharpening, M, words,
-                                             bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
-
-  end function takes_sums;
 
   function lane_delay (
     geometry : geometry_t;
@@ -251,18 +125,6 @@ package body sum_lanes_pkg is
     return divide_up(geometry.output_delay, pixels);
 
   end function lane_delay;
-
-  function total_lane_delay (
-    geometry : geometry_t;
-    order    : natural;
-    pixels   : positive
-  ) return natural is
-  begin
-
-    return lane_delay(geometry, pixels) +
-           order * lane_delay(pass_geometry(geometry, 1), pixels);
-
-  end function total_lane_delay;
 
   function bank_count (
     micro_image_size : positive;
@@ -483,18 +345,5 @@ package body sum_lanes_pkg is
            choose(holds_outputs(geometry), 1, 0);
 
   end function lane_stage_latency;
-
-  function sum_lanes_latency (
-    geometry : geometry_t;
-    order    : natural;
-    pixels   : positive
-  ) return positive is
-  begin
-
-    -- Latency of columns that have at least two tokens.
-    return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(geometry, pixels) +
-           order * lane_stage_latency(pass_geometry(geometry, 1), pixels) + DIVIDE_LATENCY;
-
-  end function sum_lanes_latency;
 
 end package body sum_lanes_pkg;

@@ -1,18 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
 --
--- The entity is a stream shell around stack_array. The slices share one column memory, which holds pixels of the input,
--- and one delay; each slice has its own moving sums. Arithmetic is exact.
+-- The entity makes the core from its generics; refocuser is a stream shell around stack_array. The slices share one
+-- column memory, which holds pixels of the input, and one delay; each slice has its own moving sums. Arithmetic is
+-- exact.
 --
 -- Lines may follow each other without a gap, and so may frames of a multiple of M lines. When nothing follows, the core
 -- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that arrives meanwhile waits in
 -- the input FIFO, which holds INPUT_LINES lines; with M lines a source never has to wait. Stalls on either side neither
 -- lose nor repeat pixels.
 --
--- Latency: D * (columns + 1) + 7 + stack_array_latency clocks, D = output_delay, from the first pixel in to the first
--- pixel out, when nothing stalls and lines have at least D + 1 pixels. With BORDER_NORMALISED, normalised_latency
--- replaces stack_array_latency. With several pixels a clock, D * tokens + D' + 7 + stack_array_latency clocks, D' =
--- lane_delay, for lines of at least D' + 1 tokens.
+-- Latency: D * (columns + 1) + 7 + clocks of the plan (core_pkg), D = column_lines, from the first pixel in to the
+-- first pixel out, when nothing stalls and lines have at least D + 1 pixels. With several pixels a clock, D * tokens +
+-- D' + 7 + clocks, D' = row_tokens, for lines of at least D' + 1 tokens.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels and slices each clock.
 -- Equation: that of raster_refocuser with EXACT, for each slice.
 
@@ -21,12 +21,8 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.math_pkg.all;
 use work.refocus_pkg.all;
-use work.arithmetic_pkg.all;
-use work.sum_lanes_pkg.all;
-use work.focal_stack_pkg.all;
-use work.border_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
 use work.refocuser_pkg.all;
 
@@ -89,38 +85,22 @@ end entity focal_stack;
 
 architecture rtl of focal_stack is
 
-  constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant CORE : core_t := stack_of
+                            (
+                              name              => "focal_stack",
+                              MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
+                              SHIFTS            => SHIFTS,
+                              CENTRED           => CENTRED,
+                              MAX_COLUMNS       => MAX_COLUMNS,
+                              PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK,
+                              CHANNELS          => CHANNELS,
+                              PIXEL_BITS        => PIXEL_BITS,
+                              BORDER_NORMALISED => BORDER_NORMALISED
+                            );
 
-  constant REFUSED : boolean := not takes_stack("focal_stack", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
-                                                PIXEL_BITS);
-  constant WEIGHED : boolean := not takes(PIXELS_PER_CLOCK = 1 or not BORDER_NORMALISED,
-                                          "focal_stack: BORDER_NORMALISED needs a PIXELS_PER_CLOCK of 1");
-
-  constant P     : positive := PIXELS_PER_CLOCK;
-  constant DELAY : natural  := GEOMETRY.output_delay;
-  -- Tokens of the longest line, and delay of the rows in tokens.
-  constant TOKENS    : positive := line_tokens(MAX_COLUMNS, P);
-  constant ROW_DELAY : natural  := lane_delay(GEOMETRY, P);
-  constant CLOCKS    : positive := stack_array_latency(GEOMETRY, P);
-
-  constant IN_BITS  : positive := P * CHANNELS * PIXEL_BITS;
-  constant OUT_BITS : positive := GEOMETRY.slices * IN_BITS;
-
-  constant WEIGHT_BITS : natural := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, 0);
-
-  signal order       : frame_order_t;
-  signal s_marks     : marks_t;
-  signal m_marks     : marks_t;
-  signal token       : token_t;
-  signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);
-  signal results     : results_t(0 to 0);
-  signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
-  signal line_end    : std_logic_vector(P - 1 downto 0);
-
-  -- Tokens and pixels of the stack, and the weights of its sums.
-  signal stack_token : token_t;
-  signal stack_data  : std_logic_vector(IN_BITS - 1 downto 0);
-  signal weights     : std_logic_vector(GEOMETRY.slices * larger(WEIGHT_BITS, 1) - 1 downto 0);
+  signal order   : frame_order_t;
+  signal s_marks : marks_t;
+  signal m_marks : marks_t;
 
 begin
 
@@ -138,22 +118,12 @@ begin
   m_axis_tuser  <= m_marks.tuser;
   m_axis_tlast  <= m_marks.tlast;
 
-  shell : entity work.stream_shell
+  planned : entity work.refocuser
     generic map (
-      MAX_COLUMNS      => MAX_COLUMNS,
-      PIXELS_PER_CLOCK => P,
-      IN_BITS          => IN_BITS,
-      OUT_BITS         => OUT_BITS,
-      SLICES           => choose(CHOSEN_TOO, GEOMETRY.slices, 0),
-      -- Room for the pixels that arrive during a flush, and 3 words for the FIFO's own latency.
-      INPUT_PIXELS   => INPUT_LINES * TOKENS + 1,
-      ROW_DELAY      => ROW_DELAY,
-      COLUMN_DELAY   => choose(FLUSH, DELAY, 0),
-      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, 0, P, PIXEL_BITS, CLOCKS),
-      MIN_STEPS      => engine_line_steps("stack", ROW_DELAY, 1, TOKENS, BORDER_NORMALISED),
-      MIN_BANDS      => DELAY + 1,
-      BAND_MODULUS   => MICRO_IMAGE_SIZE,
-      KEEP_MODULUS   => true
+      CORE        => CORE,
+      INPUT_LINES => INPUT_LINES,
+      FLUSH       => FLUSH,
+      CHOOSES     => CHOSEN_TOO
     )
     port map (
       clk           => clk,
@@ -167,63 +137,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tid    => m_axis_tid,
       error_flags   => error_flags,
-      error_clear   => error_clear,
-      token         => token,
-      token_data    => token_data,
-      line_end      => line_end,
-      results       => results,
-      result_data   => result_data
-    );
-
-  zero_border : if not BORDER_NORMALISED generate
-    stack_token <= token;
-    stack_data  <= token_data;
-    weights     <= (others => '0');
-  end generate zero_border;
-
-  normalised_border : if BORDER_NORMALISED generate
-
-    border : entity work.border_weights
-      generic map (
-        GEOMETRY       => GEOMETRY,
-        SLICES_AT_ONCE => GEOMETRY.slices,
-        DATA_BITS      => IN_BITS,
-        WEIGHT_BITS    => WEIGHT_BITS,
-        ENGINE_CLOCKS  => CLOCKS - DIVIDE_LATENCY
-      )
-      port map (
-        clk          => clk,
-        reset        => reset,
-        token        => token,
-        token_data   => token_data,
-        line_end     => line_end,
-        engine_token => stack_token,
-        engine_data  => stack_data,
-        weights      => weights
-      );
-
-  end generate normalised_border;
-
-  stack : entity work.stack_array
-    generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      PIXELS_PER_CLOCK => P,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS,
-      WEIGHT_BITS      => WEIGHT_BITS
-    )
-    port map (
-      clk         => clk,
-      reset       => reset,
-      token       => stack_token,
-      token_data  => stack_data,
-      line_end    => line_end,
-      weights     => weights,
-      result      => results(0),
-      result_data => result_data
+      error_clear   => error_clear
     );
 
 end architecture rtl;

@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field: one pixel with all channels each clock, or PIXELS_PER_CLOCK of them.
 --
--- The entity is a stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
+-- The entity makes the core from its generics; refocuser is a stream shell around an engine: FIR filters (fir_array) or
+-- moving sums (moving_sum_array).
 --
 -- SHIFTS is the set of shifts a' that can be chosen while video runs, such as "-3 0 3". `slice` is a number in the set,
 -- from 0, and takes effect with the next frame. All slices have the same latency.
@@ -10,11 +11,10 @@
 -- by itself; the input FIFO holds the pixels that arrive meanwhile (a line at most). Stalls on either side neither lose
 -- nor repeat pixels.
 --
--- Latency: D * (max(columns, 4) + 1) + 7 + array_latency clocks, D = total_delay, with PARALLEL_ROWS = 1 and one pixel
--- each clock, from the first pixel in to the first pixel out when nothing stalls (nearest neighbour: D * (columns + 1)
--- + 16 clocks, stored products 15). With sharpening D is larger by M, and sharpen_latency clocks are added. With
--- BORDER_NORMALISED, normalised_latency replaces array_latency, and max(columns, D + 1) replaces max(columns, 4). With
--- more rows or pixels, CoreConfiguration.latency_clocks of the Python package computes it.
+-- Latency: D * (max(columns, 4) + 1) + 7 + clocks of the plan (core_pkg), D = column_lines, with PARALLEL_ROWS = 1 and
+-- one pixel each clock, from the first pixel in to the first pixel out when nothing stalls (nearest neighbour: D *
+-- (columns + 1) + 16 clocks, stored products 15). With BORDER_NORMALISED max(columns, D + 1) replaces max(columns, 4).
+-- With more rows or pixels, CoreConfiguration.latency_clocks of the Python package computes it.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by
 -- itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2) with EXACT, S2 being the refocusing sums of rows, then of columns. With stored
@@ -27,14 +27,8 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.math_pkg.all;
-use work.refocus_pkg.all;
-use work.arithmetic_pkg.all;
-use work.moving_sum_pkg.all;
-use work.sum_lanes_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
-use work.sharpen_pkg.all;
-use work.border_pkg.all;
 use work.refocuser_pkg.all;
 
 entity raster_refocuser is
@@ -116,55 +110,32 @@ end entity raster_refocuser;
 
 architecture rtl of raster_refocuser is
 
-  constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant CORE : core_t := core_of
+                            (
+                              name                => "raster_refocuser",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              CENTRED             => CENTRED,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              PARALLEL_ROWS       => PARALLEL_ROWS,
+                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              CHANNELS            => CHANNELS,
+                              PIXEL_BITS          => PIXEL_BITS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              ENGINE              => ENGINE,
+                              ANY_ROWS            => ANY_ROWS,
+                              SHARPENING          => SHARPENING,
+                              BORDER_NORMALISED   => BORDER_NORMALISED,
+                              BROADCAST_TAPS      => BROADCAST_TAPS
+                            );
 
-  constant ARITHMETIC : arithmetic_t :=
-  (
-    EXACT            => EXACT,
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    PIXEL_BITS       => PIXEL_BITS,
-    FRACTION_BITS    => FRACTION_BITS,
-    GUARD_BITS       => GUARD_BITS,
-    passes           => INTERPOLATION_ORDER + 1
-  );
-
-  constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
-                                                    PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
-                                                    SHARPENING, BORDER_NORMALISED);
-
-  constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
-  constant SUM_DELAY  : natural  := total_delay(GEOMETRY, INTERPOLATION_ORDER);
-  constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
-  constant DATA_BITS  : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
-  -- Tokens of the longest line; delay of the rows in tokens without sharpening, and with it.
-  constant TOKENS     : positive := line_tokens(MAX_COLUMNS, PIXELS_PER_CLOCK);
-  constant SUM_TOKENS : natural  := choose(PIXELS_PER_CLOCK = 1, SUM_DELAY,
-                                           total_lane_delay(GEOMETRY, INTERPOLATION_ORDER,
-                                                             PIXELS_PER_CLOCK));
-  constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
-                                                           PIXELS_PER_CLOCK);
-
-  -- Clocks from a token to its result in an engine that divides its sums by M * M.
-  constant PLAIN_CLOCKS : positive := choose(PIXELS_PER_CLOCK = 1,
-                                             engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
-                                             sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK));
-  constant WEIGHT_BITS  : natural  := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, INTERPOLATION_ORDER);
-
-  signal order       : frame_order_t;
-  signal s_marks     : marks_t;
-  signal m_marks     : marks_t;
-  signal token       : token_t;
-  signal token_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  signal token_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
-  signal results     : results_t(0 to PARALLEL_ROWS - 1);
-  signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
-  signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-
-  -- Tokens of the engine, and the weights of its sums.
-  signal engine_token : token_t;
-  signal engine_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  signal engine_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
-  signal weights      : std_logic_vector(PIXELS_PER_CLOCK * larger(WEIGHT_BITS, 1) - 1 downto 0);
+  signal order   : frame_order_t;
+  signal s_marks : marks_t;
+  signal m_marks : marks_t;
 
 begin
 
@@ -182,25 +153,9 @@ begin
   m_axis_tuser  <= m_marks.tuser;
   m_axis_tlast  <= m_marks.tlast;
 
-  shell : entity work.stream_shell
+  planned : entity work.refocuser
     generic map (
-      MAX_COLUMNS      => MAX_COLUMNS,
-      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
-      PARALLEL_ROWS    => PARALLEL_ROWS,
-      IN_BITS          => DATA_BITS,
-      OUT_BITS         => DATA_BITS,
-      SLICES           => GEOMETRY.slices,
-      -- Room for the pixels that arrive during a flush line, and 3 words for the FIFO's own latency.
-      INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
-      ROW_DELAY      => ROW_DELAY,
-      COLUMN_DELAY   => DELAY,
-      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK,
-                                           PIXEL_BITS, PLAIN_CLOCKS) +
-                        sharpen_latency(SHARPENING),
-      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS, BORDER_NORMALISED),
-                               choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
-      MIN_BANDS      => engine_frame_bands(ENGINE, GEOMETRY, INTERPOLATION_ORDER, ANY_ROWS, BORDER_NORMALISED),
-      BAND_MODULUS   => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
+      CORE => CORE
     )
     port map (
       clk           => clk,
@@ -214,114 +169,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tid    => m_axis_tid,
       error_flags   => error_flags,
-      error_clear   => error_clear,
-      token         => token,
-      token_rows    => token_rows,
-      token_data    => token_data,
-      line_end      => line_end,
-      results       => results,
-      result_data   => result_data
+      error_clear   => error_clear
     );
-
-  -- Without weights the tokens go directly to the engine, without an additional LUT.
-  zero_border : if not BORDER_NORMALISED generate
-    engine_token <= token;
-    engine_rows  <= token_rows;
-    engine_data  <= token_data;
-    weights      <= (others => '0');
-  end generate zero_border;
-
-  -- The weights stand beside the engine, because both engines and the stack are divided by the same weights.
-  normalised_border : if BORDER_NORMALISED generate
-
-    border : entity work.border_weights
-      generic map (
-        GEOMETRY            => GEOMETRY,
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-        DATA_BITS           => DATA_BITS,
-        WEIGHT_BITS         => WEIGHT_BITS,
-        ENGINE_CLOCKS       => PLAIN_CLOCKS - DIVIDE_LATENCY
-      )
-      port map (
-        clk          => clk,
-        reset        => reset,
-        token        => token,
-        token_data   => token_data,
-        line_end     => line_end,
-        engine_token => engine_token,
-        engine_data  => engine_data,
-        weights      => weights
-      );
-
-    engine_rows(0) <= engine_token.image;
-
-  end generate normalised_border;
-
-  -- Only the chosen engine is built.
-  fir_engine : if not MOVING_SUM generate
-
-    filters : entity work.fir_array
-      generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        CENTRED             => CENTRED,
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        HOLD                => HOLD,
-        PARALLEL_ROWS       => PARALLEL_ROWS,
-        MAX_COLUMNS         => MAX_COLUMNS,
-        CHANNELS            => CHANNELS,
-        PIXEL_BITS          => PIXEL_BITS,
-        EXACT               => EXACT,
-        FRACTION_BITS       => FRACTION_BITS,
-        GUARD_BITS          => GUARD_BITS,
-        BROADCAST_TAPS      => BROADCAST_TAPS,
-        SHARPENING          => SHARPENING,
-        WEIGHT_BITS         => WEIGHT_BITS
-      )
-      port map (
-        clk         => clk,
-        reset       => reset,
-        token       => engine_token,
-        token_rows  => engine_rows,
-        token_data  => engine_data,
-        weights     => weights(larger(WEIGHT_BITS, 1) - 1 downto 0),
-        results     => results,
-        result_data => result_data
-      );
-
-  end generate fir_engine;
-
-  moving_sum_engine : if MOVING_SUM generate
-
-    sums : entity work.moving_sum_array
-      generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        CENTRED             => CENTRED,
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        MAX_COLUMNS         => MAX_COLUMNS,
-        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-        CHANNELS            => CHANNELS,
-        PIXEL_BITS          => PIXEL_BITS,
-        EXACT               => EXACT,
-        FRACTION_BITS       => FRACTION_BITS,
-        GUARD_BITS          => GUARD_BITS,
-        ANY_ROWS            => ANY_ROWS,
-        SHARPENING          => SHARPENING,
-        WEIGHT_BITS         => WEIGHT_BITS
-      )
-      port map (
-        clk         => clk,
-        reset       => reset,
-        token       => engine_token,
-        token_data  => engine_data(DATA_BITS - 1 downto 0),
-        line_end    => line_end,
-        weights     => weights,
-        result      => results(0),
-        result_data => result_data(DATA_BITS - 1 downto 0)
-      );
-
-  end generate moving_sum_engine;
 
 end architecture rtl;

@@ -1,5 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Latencies and limits of the engines, for the top levels. All functions are evaluated at elaboration only.
+-- From the generics of a core to its record: parsing, refusals, the plan.
+--
+-- What users instantiate calls core_of or stack_of once, in front of all that it computes from its generics. Another
+-- engine has a line in each `case`.
+--
+-- All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -8,16 +13,18 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.sharpen_pkg.all;
 use work.fir_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
+use work.border_pkg.all;
 
 package refocuser_pkg is
 
   -- How a raster_refocuser on a board computes: the core's generics of these names. SHIFTS and ENGINE are generics
   -- beside this record, because VHDL-93 has no fields of unconstrained length.
-  type core_t is record
+  type board_core_t is record
     micro_image_size    : positive range 1 to 128;
     interpolation_order : natural range 0 to 3;
     hold                : boolean;
@@ -26,158 +33,439 @@ package refocuser_pkg is
     fraction_bits       : natural range 0 to 12;
     guard_bits          : natural range 0 to 12;
     broadcast_taps      : natural;
-  end record core_t;
+  end record board_core_t;
 
-  -- Returns true, or stops elaboration if a raster_refocuser cannot be built; the message begins with the name.
-  function takes_refocuser (
-    name          : string;
-    arithmetic    : arithmetic_t;
-    geometry      : geometry_t;
-    hold          : boolean;
-    parallel_rows : positive;
-    pixels        : positive;
-    max_columns   : positive;
-    channels      : positive;
-    engine        : string;
-    any_rows      : boolean;
-    sharpening    : string;
-    normalised    : boolean
-  ) return boolean;
+  -- The core that the generics of raster_refocuser describe. Stops elaboration if the core cannot be built; the message
+  -- begins with the name.
+  function core_of (
+    name                : string;
+    micro_image_size    : positive;
+    shifts              : string;
+    centred             : boolean  := true;
+    interpolation_order : natural  := 0;
+    hold                : boolean  := false;
+    parallel_rows       : positive := 1;
+    pixels_per_clock    : positive := 1;
+    max_columns         : positive := 2048;
+    channels            : positive := 1;
+    pixel_bits          : positive := 8;
+    exact               : boolean  := true;
+    fraction_bits       : natural  := 0;
+    guard_bits          : natural  := 0;
+    engine              : string   := "fir";
+    any_rows            : boolean  := false;
+    sharpening          : string   := "";
+    border_normalised   : boolean  := false;
+    broadcast_taps      : natural  := 0
+  ) return core_t;
 
-  -- Latency of an engine ("fir", "moving_sum") in clocks.
-  function engine_latency (
-    engine         : string;
-    stored         : boolean;
-    order          : natural;
-    broadcast_taps : natural
-  ) return positive;
-
-  -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause. With a normalised
-  -- border the weights' moving sums set it for every engine.
-  function engine_line_steps (
-    engine        : string;
-    delay         : natural;
-    parallel_rows : positive;
-    max_columns   : positive;
-    normalised    : boolean
-  ) return positive;
-
-  -- The shortest frame in bands that an engine takes without a pause.
-  function engine_frame_bands (
-    engine     : string;
-    geometry   : geometry_t;
-    order      : natural;
-    any_rows   : boolean;
-    normalised : boolean
-  ) return positive;
+  -- The core that the generics of focal_stack describe; refused like core_of.
+  function stack_of (
+    name              : string;
+    micro_image_size  : positive;
+    shifts            : string;
+    centred           : boolean  := true;
+    max_columns       : positive := 2048;
+    pixels_per_clock  : positive := 1;
+    channels          : positive := 1;
+    pixel_bits        : positive := 8;
+    border_normalised : boolean  := false
+  ) return core_t;
 
 end package refocuser_pkg;
 
 package body refocuser_pkg is
 
-  function takes_refocuser (
-    name          : string;
-    arithmetic    : arithmetic_t;
-    geometry      : geometry_t;
-    hold          : boolean;
-    parallel_rows : positive;
-    pixels        : positive;
-    max_columns   : positive;
-    channels      : positive;
-    engine        : string;
-    any_rows      : boolean;
-    sharpening    : string;
-    normalised    : boolean
-  ) return boolean is
-
-    variable fits : boolean;
-
+  -- The engine of this name.
+  function engine_of (
+    name   : string;
+    engine : string
+  ) return engine_t is
   begin
 
-    -- Checks come in this order: what the engine cannot do at all, sizes, the content of its memories. Each message
-    -- names what to change.
-    assert same_text(engine, "fir") or same_text(engine, "moving_sum")
+    if same_text(engine, "moving_sum") then
+      return moving_sum;
+    end if;
+
+    assert same_text(engine, "fir")
       report name & ": unknown ENGINE " & engine & ", expected fir or moving_sum"
       severity failure;
 
-    assert same_text(engine, "moving_sum") or not any_rows
+    return fir;
+
+  end function engine_of;
+
+  -- The weights that SHARPENING names, for so many slices.
+  function weights_of (
+    name       : string;
+    sharpening : string;
+    slices     : positive
+  ) return weights_t is
+
+    variable weights : weights_t;
+
+  begin
+
+    assert is_set(sharpening, 0, MOST_WEIGHT)
+      report name & ": SHARPENING """ & sharpening & """ must be whole numbers from 0 to 16 with blanks in between"
+      severity failure;
+
+    assert slice_count(sharpening) = 0 or slice_count(sharpening) = slices
+      report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
+      severity failure;
+
+    weights := (others => 0);
+
+    for i in 0 to slice_count(sharpening) - 1 loop
+
+      weights(i) := slice_shift(sharpening, i);
+
+    end loop;
+
+    return weights;
+
+  end function weights_of;
+
+  function memory_words (
+    core : core_t
+  ) return natural is
+  begin
+
+    case core.engine is
+
+      when fir =>
+
+        return work.fir_pkg.memory_words(core);
+
+      when moving_sum =>
+
+        return work.sum_plan_pkg.memory_words(core);
+
+      when stack =>
+
+        return work.focal_stack_pkg.memory_words(core);
+
+    end case;
+
+  end function memory_words;
+
+  function memory_bits (
+    core : core_t
+  ) return natural is
+  begin
+
+    case core.engine is
+
+      when fir =>
+
+        return work.fir_pkg.memory_bits(core);
+
+      when moving_sum =>
+
+        return work.sum_plan_pkg.memory_bits(core);
+
+      when stack =>
+
+        return work.focal_stack_pkg.memory_bits(core);
+
+    end case;
+
+  end function memory_bits;
+
+  function engine_plan (
+    core : core_t
+  ) return plan_t is
+  begin
+
+    case core.engine is
+
+      when fir =>
+
+        return work.fir_pkg.plan_of(core);
+
+      when moving_sum =>
+
+        return work.sum_plan_pkg.plan_of(core);
+
+      when stack =>
+
+        return work.focal_stack_pkg.plan_of(core);
+
+    end case;
+
+  end function engine_plan;
+
+  -- Stops elaboration if the core cannot be built: what the engine cannot do at all, sizes, the content of its
+  -- memories, in this order. Each message names what to change.
+  function takes_core (
+    name : string;
+    core : core_t
+  ) return boolean is
+
+    constant SIZES : arithmetic_t := core.arithmetic;
+
+  begin
+
+    assert core.engine /= fir or not core.any_rows
       report name & ": ANY_ROWS needs the ENGINE moving_sum"
       severity failure;
 
-    assert same_text(engine, "moving_sum") or pixels = 1
+    assert core.engine /= fir or core.pixels = 1
       report name & ": PIXELS_PER_CLOCK above 1 needs the ENGINE moving_sum"
       severity failure;
 
     -- Moving sums gain nothing by parallel rows: several pixels of a line share adders instead.
-    assert same_text(engine, "fir") or parallel_rows = 1
+    assert core.engine = fir or core.rows = 1
       report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
       severity failure;
 
-    -- Conditions that both engines share.
-    fits := takes_columns(name, max_columns) and takes_arithmetic(name, arithmetic) and
-            takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows) and
-            takes_border(name, normalised, arithmetic.exact, parallel_rows, sharpens(sharpening));
+    assert core.rows <= MOST_PARALLEL_ROWS
+      report name & ": PARALLEL_ROWS must be at most 64"
+      severity failure;
 
-    -- Limits of the engine's own schedule and memories.
-    if same_text(engine, "moving_sum") then
-      return fits and takes_sums(name, arithmetic, geometry, any_rows, pixels, max_columns, channels, sharpening);
+    assert core.pixels <= 32 and 2 ** bits_for(larger(core.pixels - 1, 1)) = larger(core.pixels, 2)
+      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
+      severity failure;
+
+    -- Stored products are rounded between rows and columns, so they filter rows first; several pixels a token need
+    -- columns first.
+    assert core.pixels = 1 or SIZES.exact
+      report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
+      severity failure;
+
+    assert core.columns <= MOST_COLUMNS
+      report name & ": MAX_COLUMNS must be at most 8192"
+      severity failure;
+
+    -- A column's sums come back from memory, for which a line of one pixel leaves no clock.
+    assert core.engine /= moving_sum or core.columns > 1
+      report name & ": MAX_COLUMNS must be at least 2 with the ENGINE moving_sum"
+      severity failure;
+
+    -- Constants of an exact core are VHDL integers, which have 31 bits.
+    assert not SIZES.exact or sums_fit(SIZES)
+      report name & ": exact sums of MICRO_IMAGE_SIZE, PIXEL_BITS and INTERPOLATION_ORDER take more than 31 bits: " &
+             "take smaller ones, or EXACT => false"
+      severity failure;
+
+    -- Guard bits are the highest of the fraction bits, so there cannot be more of them.
+    assert SIZES.exact or SIZES.guard_bits <= SIZES.fraction_bits
+      report name & ": GUARD_BITS exceeds FRACTION_BITS"
+      severity failure;
+
+    -- The table has a word for each value; beyond 2**16 words it would take too much block RAM.
+    assert SIZES.exact or SIZES.pixel_bits + SIZES.guard_bits <= 16
+      report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
+      severity failure;
+
+    -- A table of zeros would make every picture black without raising a fault.
+    assert SIZES.exact or
+           scaled_quotient(2 ** SIZES.pixel_bits - 1, SIZES.fraction_bits, SIZES.micro_image_size) > 0
+      report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
+      severity failure;
+
+    -- The sharpener works on unrounded sums in raster order.
+    assert not core.sharpens or (SIZES.exact and core.rows = 1)
+      report name & ": SHARPENING needs EXACT and PARALLEL_ROWS = 1"
+      severity failure;
+
+    assert not core.normalised or SIZES.exact
+      report name & ": BORDER_NORMALISED needs EXACT: stored products are divided by M before they are summed"
+      severity failure;
+
+    -- Weights come in raster order, one token after the other, so there cannot be parallel rows.
+    assert not core.normalised or core.rows = 1
+      report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
+      severity failure;
+
+    -- The sharpener subtracts neighbours one lens away; near a border their sums would have other weights.
+    assert not core.normalised or not core.sharpens
+      report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
+      severity failure;
+
+    -- Weights of a stack come for all slices of one pixel.
+    assert not core.normalised or core.engine /= stack or core.pixels = 1
+      report name & ": BORDER_NORMALISED needs a PIXELS_PER_CLOCK of 1"
+      severity failure;
+
+    assert not core.hold or core.engine /= fir or can_hold(core.geometry)
+      report name & ": HOLD needs outputs that are equal throughout a micro image: SHIFTS that are multiples of " &
+             "MICRO_IMAGE_SIZE, even ones if that is even"
+      severity failure;
+
+    if core.engine = fir then
+      assert taps_of(core) <= MOST_TAPS
+        report name & ": MICRO_IMAGE_SIZE and SHIFTS need more than 512 taps"
+        severity failure;
     end if;
 
-    return fits and takes_filters(name, arithmetic, geometry, hold, parallel_rows, max_columns, channels, sharpening);
+    assert core.pixels = 1 or lane_delay(core.geometry, core.pixels) <= MOST_LANE_DELAY
+      report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
+      severity failure;
 
-  end function takes_refocuser;
+    assert line_bits_fit(memory_words(core), memory_bits(core), sharpen_line_bits(core))
+      report name & ": SHIFTS, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of column memories: " &
+             "take fewer columns, or shifts nearer to 1"
+      severity failure;
 
-  function engine_latency (
-    engine         : string;
-    stored         : boolean;
-    order          : natural;
-    broadcast_taps : natural
-  ) return positive is
+    return true;
+
+  end function takes_core;
+
+  -- The engine's plan, with what stands behind and beside the engine: sharpener, weights, division.
+  function whole_plan (
+    name : string;
+    core : core_t
+  ) return plan_t is
+
+    constant M       : positive := core.geometry.micro_image_size;
+    constant ENGINE  : plan_t   := engine_plan(core);
+    constant REFUSED : boolean  := not takes_plan(name, core, ENGINE);
+
+    variable counted : core_t;
+    variable plan    : plan_t;
+
   begin
 
-    -- Each engine's package has its latency, beside the entities that the latency consists of.
-    if same_text(engine, "moving_sum") then
-      return sum_array_latency(stored, order);
+    plan         := ENGINE;
+    counted      := core;
+    counted.plan := ENGINE;
+    plan.clocks  := ENGINE.sum_clocks + choose(core.arithmetic.exact, DIVIDE_LATENCY, 0);
+
+    if core.sharpens then
+      plan.row_tokens   := ENGINE.row_tokens + divide_up(M, core.pixels);
+      plan.column_lines := ENGINE.column_lines + M;
+      plan.clocks       := plan.clocks + SHARPEN_LATENCY;
+      plan.min_steps    := larger(ENGINE.min_steps, PARTIAL_SUM_LOOP);
     end if;
 
-    return array_latency(stored, broadcast_taps, order);
-
-  end function engine_latency;
-
-  function engine_line_steps (
-    engine        : string;
-    delay         : natural;
-    parallel_rows : positive;
-    max_columns   : positive;
-    normalised    : boolean
-  ) return positive is
-  begin
-
-    -- Moving sums, and the weights of a normalised border, work on one line at a time: the next line begins when the
-    -- last output of the line before has left.
-    return larger(min_line_steps(parallel_rows, max_columns),
-                  choose(normalised or not same_text(engine, "fir"), delay + 1, 1));
-
-  end function engine_line_steps;
-
-  function engine_frame_bands (
-    engine     : string;
-    geometry   : geometry_t;
-    order      : natural;
-    any_rows   : boolean;
-    normalised : boolean
-  ) return positive is
-  begin
-
-    -- As in engine_line_steps, with frames and lines in place of lines and pixels.
-    if normalised or not same_text(engine, "fir") then
-      return least_frame(geometry, order, any_rows);
+    if core.normalised then
+      -- The slower of sums and weights sets the latency. The weights are moving sums, which work on one line and on one
+      -- frame at a time.
+      plan.clocks    := larger(ENGINE.sum_clocks, border_latency(counted)) +
+                        scaler_latency(true, core.arithmetic.pixel_bits);
+      plan.min_steps := larger(ENGINE.min_steps, ENGINE.row_tokens + 1);
+      plan.min_bands := larger(ENGINE.min_bands, least_frame(core.geometry, core.arithmetic.passes - 1,
+                                                             core.any_rows));
     end if;
 
-    -- Filters keep no state between frames, because the partial sums of the frame before are dropped: any number of
-    -- bands will do.
-    return 1;
+    return plan;
 
-  end function engine_frame_bands;
+  end function whole_plan;
+
+  -- A core whose fields are all given but the plan: refused, or with its plan.
+  function planned (
+    name : string;
+    core : core_t
+  ) return core_t is
+
+    constant REFUSED : boolean := not takes_core(name, core);
+
+    variable whole : core_t;
+
+  begin
+
+    whole      := core;
+    whole.plan := whole_plan(name, core);
+
+    return whole;
+
+  end function planned;
+
+  function core_of (
+    name                : string;
+    micro_image_size    : positive;
+    shifts              : string;
+    centred             : boolean  := true;
+    interpolation_order : natural  := 0;
+    hold                : boolean  := false;
+    parallel_rows       : positive := 1;
+    pixels_per_clock    : positive := 1;
+    max_columns         : positive := 2048;
+    channels            : positive := 1;
+    pixel_bits          : positive := 8;
+    exact               : boolean  := true;
+    fraction_bits       : natural  := 0;
+    guard_bits          : natural  := 0;
+    engine              : string   := "fir";
+    any_rows            : boolean  := false;
+    sharpening          : string   := "";
+    border_normalised   : boolean  := false;
+    broadcast_taps      : natural  := 0
+  ) return core_t is
+
+    constant PARSED : geometry_t := geometry_of(name, micro_image_size, shifts, centred);
+    constant SHARP  : weights_t  := weights_of(name, sharpening, PARSED.slices);
+
+  begin
+
+    return planned(name,
+      (
+        engine     => engine_of(name, engine),
+        geometry   => PARSED,
+        arithmetic =>
+        (
+          exact            => exact,
+          micro_image_size => micro_image_size,
+          pixel_bits       => pixel_bits,
+          fraction_bits    => fraction_bits,
+          guard_bits       => guard_bits,
+          passes           => interpolation_order + 1
+        ),
+        rows       => parallel_rows,
+        pixels     => pixels_per_clock,
+        columns    => max_columns,
+        channels   => channels,
+        hold       => hold,
+        taps       => broadcast_taps,
+        any_rows   => any_rows,
+        sharpens   => SHARP /= NO_WEIGHTS,
+        weights    => SHARP,
+        normalised => border_normalised,
+        plan       => NO_PLAN
+      ));
+
+  end function core_of;
+
+  function stack_of (
+    name              : string;
+    micro_image_size  : positive;
+    shifts            : string;
+    centred           : boolean  := true;
+    max_columns       : positive := 2048;
+    pixels_per_clock  : positive := 1;
+    channels          : positive := 1;
+    pixel_bits        : positive := 8;
+    border_normalised : boolean  := false
+  ) return core_t is
+  begin
+
+    return planned(name,
+      (
+        engine     => stack,
+        geometry   => geometry_of(name, micro_image_size, shifts, centred),
+        arithmetic =>
+        (
+          exact            => true,
+          micro_image_size => micro_image_size,
+          pixel_bits       => pixel_bits,
+          fraction_bits    => 0,
+          guard_bits       => 0,
+          passes           => 1
+        ),
+        rows       => 1,
+        pixels     => pixels_per_clock,
+        columns    => max_columns,
+        channels   => channels,
+        hold       => false,
+        taps       => 0,
+        any_rows   => false,
+        sharpens   => false,
+        weights    => NO_WEIGHTS,
+        normalised => border_normalised,
+        plan       => NO_PLAN
+      ));
+
+  end function stack_of;
 
 end package body refocuser_pkg;

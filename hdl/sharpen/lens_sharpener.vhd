@@ -9,37 +9,24 @@
 -- The sharpened sum is rounded to an integer in such a way that its quotient equals that of the exact sum: round(n /
 -- (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
 --
--- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each
+-- Latency: M lines, divide_up(M, pixels of a token) tokens and SHARPEN_LATENCY clocks. Throughput: one token each
 -- clock; one column comes at least PARTIAL_SUM_LOOP clocks apart.
 -- Equation: t(k) = (2**s + 2 * side) * S(k) - side * (S(k - M) + S(k + M)) along columns, then along rows;
---   out = t / 4**s, rounded as above and limited to 0 .. SUM_MAX.
+--   out = t / 4**s, rounded as above and limited to 0 .. sum_max.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.math_pkg.all;
-use work.refocus_pkg.all;
+use work.core_pkg.all;
 use work.token_pkg.all;
 use work.sharpen_pkg.all;
 
 entity lens_sharpener is
   generic (
-    -- M, the distance of the taps in pixels.
-    MICRO_IMAGE_SIZE : positive;
-    -- The weight of each slice in 64ths, 0 to 16, with blanks in between.
-    SHARPENING : string;
-    -- Pixels of a token.
-    PIXELS_PER_CLOCK : positive := 1;
-    -- Tokens of the longest line.
-    TOKENS : positive;
-    -- Sums of a pixel, one for each channel.
-    CHANNELS : positive;
-    -- Largest sum: the largest pixel times the divisor.
-    SUM_MAX : positive;
-    -- The divisor of the sums behind the sharpener.
-    DIVISOR : positive
+    -- The core whose sums are sharpened.
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
@@ -47,43 +34,28 @@ entity lens_sharpener is
     -- A token. Its fields of the line are read with the line's first token.
     token : in    token_t;
     -- Which pixels a line's last token has.
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0) := (others => '1');
+    line_end : in    std_logic_vector(CORE.pixels - 1 downto 0) := (others => '1');
     -- The sums of a token, channel 0 of pixel 0 in the low bits.
-    sums : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
+    sums : in    std_logic_vector(CORE.pixels * CORE.channels * final_sum_bits(CORE) - 1 downto 0);
     -- Token and sharpened sums. The fields of the line come with each of its tokens.
     out_token : out   token_t;
-    out_sums  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
+    out_sums  : out   std_logic_vector(CORE.pixels * CORE.channels * final_sum_bits(CORE) - 1 downto 0)
   );
 end entity lens_sharpener;
 
 architecture rtl of lens_sharpener is
 
-  constant LANES       : positive := PIXELS_PER_CLOCK * CHANNELS;
-  constant TAPPED_SIZE : positive := tapped_bits(SUM_MAX, SHARPENING);
-  -- h, before the taps of rows multiply it by 2**s.
-  constant ROUNDING : natural := choose(DIVISOR mod 2 = 1, 2 ** (scale_exponent(SHARPENING) - 1), 0);
-
-  constant BUILD : sharpen_build_t :=
-  (
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    pixels           => PIXELS_PER_CLOCK,
-    TOKENS           => TOKENS,
-    CHANNELS         => CHANNELS,
-    SUM_MAX          => SUM_MAX,
-    tapped_bits      => TAPPED_SIZE,
-    ROUNDING         => ROUNDING
-  );
+  constant BUILD : sharpen_build_t := sharpener_of(CORE);
 
   signal column_token     : token_t;
   signal column_sharpened : std_logic;
-  signal column_values    : std_logic_vector(LANES * TAPPED_SIZE - 1 downto 0);
+  signal column_values    : std_logic_vector(CORE.pixels * CORE.channels * BUILD.tapped_bits - 1 downto 0);
 
 begin
 
   columns : entity work.sharpen_columns
     generic map (
-      BUILD      => BUILD,
-      SHARPENING => SHARPENING
+      BUILD => BUILD
     )
     port map (
       clk           => clk,
@@ -97,8 +69,7 @@ begin
 
   rows : entity work.sharpen_rows
     generic map (
-      BUILD      => BUILD,
-      SHARPENING => SHARPENING
+      BUILD => BUILD
     )
     port map (
       clk       => clk,

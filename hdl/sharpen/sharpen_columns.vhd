@@ -23,9 +23,8 @@ use work.sharpen_pkg.all;
 
 entity sharpen_columns is
   generic (
-    -- Sizes of the sharpener, and the weight of each slice in 64ths, with blanks in between.
-    BUILD      : sharpen_build_t;
-    SHARPENING : string
+    -- Sizes and weights of the sharpener.
+    BUILD : sharpen_build_t
   );
   port (
     clk   : in    std_logic;
@@ -48,7 +47,7 @@ architecture rtl of sharpen_columns is
   constant SUM_BITS   : positive := bits_for(BUILD.sum_max);
   constant WORDS      : positive := M * BUILD.tokens;
   constant LINE_BITS  : positive := LANES * SUM_BITS;
-  constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
+  constant SLICE_BITS : positive := bits_for(BUILD.slices - 1);
 
   -- Clocks from a token to the words at its address.
   constant LATENCY : positive := SHARPEN_COLUMNS_LATENCY;
@@ -73,9 +72,9 @@ architecture rtl of sharpen_columns is
     -- Slices of weight 0 pass unchanged.
     table := (others => '1');
 
-    for i in 0 to slice_count(SHARPENING) - 1 loop
+    for i in 0 to BUILD.slices - 1 loop
 
-      if slice_shift(SHARPENING, i) = 0 then
+      if BUILD.weights(i) = 0 then
         table(i) := '0';
       end if;
 
@@ -259,7 +258,7 @@ begin
     taps : entity work.three_taps
       generic map (
         VALUE_BITS  => SUM_BITS + 1,
-        SHARPENING  => SHARPENING,
+        BUILD       => BUILD,
         OFFSET      => BUILD.rounding,
         RESULT_BITS => BUILD.tapped_bits
       )

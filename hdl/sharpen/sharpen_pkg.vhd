@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Weights, word sizes and clock counts of sharpening.
 --
--- SHARPENING is a text like SHIFTS: the weight b of each slice in 64ths, with blanks in between, such as "4 0 4". The
--- taps are (-side, 2**s + 2 * side, -side) / 2**s with the least s that makes all sides whole numbers.
+-- Each slice has a weight b in 64ths. The taps are (-side, 2**s + 2 * side, -side) / 2**s with the least s that makes
+-- all sides whole numbers.
 --
 -- All functions are evaluated at elaboration only.
 
@@ -12,11 +12,16 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 
 package sharpen_pkg is
 
-  -- Sizes of a sharpener, besides its weights.
+  -- Sizes and weights of a sharpener.
   type sharpen_build_t is record
+    -- Weight of each slice in 64ths; number of slices.
+    weights : weights_t;
+    slices  : positive;
     -- Micro image size M.
     micro_image_size : positive;
     -- pixels of a token; tokens of the longest line; channels, sums of a pixel.
@@ -30,60 +35,41 @@ package sharpen_pkg is
     rounding : natural;
   end record sharpen_build_t;
 
-  -- Returns true, or stops elaboration if SHARPENING cannot be built for these slices; the message begins with the
-  -- name.
-  function takes_sharpening (
-    name          : string;
-    sharpening    : string;
-    slices        : positive;
-    exact         : boolean;
-    parallel_rows : positive
-  ) return boolean;
+  -- The sharpener of a core.
+  function sharpener_of (
+    core : core_t
+  ) return sharpen_build_t;
 
-  -- Bits of the lines of sums that the sharpener keeps, for all channels.
+  -- Bits of the lines of sums that the sharpener keeps, for all channels; 0 without a sharpener.
   function sharpen_line_bits (
-    sharpening       : string;
-    micro_image_size : positive;
-    words            : positive;
-    sum_bits         : positive
-  ) return natural;
-
-  -- Whether a slice has a weight above 0.
-  function sharpens (
-    sharpening : string
-  ) return boolean;
-
-  -- Delay of the sharpener, in lines and in pixels.
-  function sharpen_delay (
-    sharpening       : string;
-    micro_image_size : positive
+    core : core_t
   ) return natural;
 
   -- The scale exponent s of the taps.
   function scale_exponent (
-    sharpening : string
+    weights : weights_t
   ) return positive;
 
   -- The side weight of a slice.
   function side_weight (
-    sharpening : string;
-    slice      : natural
+    weights : weights_t;
+    slice   : natural
   ) return natural;
 
   -- The largest side weight.
   function largest_side (
-    sharpening : string
+    weights : weights_t
   ) return positive;
 
   -- Whether all slices with a weight above 0 have the same weight.
   function one_weight (
-    sharpening : string
+    weights : weights_t
   ) return boolean;
 
   -- Width of a sum of 0 to sum_max behind the taps of columns: signed, with the fraction bits of the scale.
   function tapped_bits (
-    sum_max    : positive;
-    sharpening : string
+    sum_max : positive;
+    weights : weights_t
   ) return positive;
 
   -- Latency of three_taps in clocks.
@@ -95,10 +81,8 @@ package sharpen_pkg is
   -- Latency of sharpen_rows in clocks: registers behind the delays 1, taps, limits 2.
   constant SHARPEN_ROWS_LATENCY : positive := 1 + TAPS_LATENCY + 2;
 
-  -- Latency of both in clocks; 0 without sharpening.
-  function sharpen_latency (
-    sharpening : string
-  ) return natural;
+  -- Latency of both in clocks.
+  constant SHARPEN_LATENCY : positive := SHARPEN_COLUMNS_LATENCY + SHARPEN_ROWS_LATENCY;
 
 end package sharpen_pkg;
 
@@ -107,85 +91,46 @@ package body sharpen_pkg is
   -- Weights are integers in units of 1 / 2**UNIT_BITS.
   constant UNIT_BITS : positive := 6;
 
-  -- The largest weight is a quarter: the taps of a dimension then double a sum at most.
-  constant LARGEST_WEIGHT : positive := 16;
+  function sharpener_of (
+    core : core_t
+  ) return sharpen_build_t is
 
-  function takes_sharpening (
-    name          : string;
-    sharpening    : string;
-    slices        : positive;
-    exact         : boolean;
-    parallel_rows : positive
-  ) return boolean is
+    constant LARGEST : positive := product_max(core.arithmetic, 2 * core.arithmetic.passes);
+
   begin
 
-    assert is_set(sharpening, 0, LARGEST_WEIGHT)
-      report name & ": SHARPENING """ & sharpening & """ must be whole numbers from 0 to 16 with blanks in between"
-      severity failure;
+    return
+    (
+      weights          => core.weights,
+      slices           => core.geometry.slices,
+      micro_image_size => core.geometry.micro_image_size,
+      pixels           => core.pixels,
+      tokens           => tokens_of(core),
+      channels         => core.channels,
+      sum_max          => LARGEST,
+      tapped_bits      => tapped_bits(LARGEST, core.weights),
+      -- h, before the taps of rows multiply it by 2**s.
+      rounding => choose(final_divisor(core.arithmetic) mod 2 = 1, 2 ** (scale_exponent(core.weights) - 1), 0)
+    );
 
-    assert slice_count(sharpening) = 0 or slice_count(sharpening) = slices
-      report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
-      severity failure;
-
-    -- The sharpener works on unrounded sums in raster order.
-    assert not sharpens(sharpening) or (exact and parallel_rows = 1)
-      report name & ": SHARPENING needs EXACT and PARALLEL_ROWS = 1"
-      severity failure;
-
-    return true;
-
-  end function takes_sharpening;
+  end function sharpener_of;
 
   function sharpen_line_bits (
-    sharpening       : string;
-    micro_image_size : positive;
-    words            : positive;
-    sum_bits         : positive
+    core : core_t
   ) return natural is
   begin
 
-    if not sharpens(sharpening) then
+    if not core.sharpens then
       return 0;
     end if;
 
     -- A word of the memory has two lines.
-    return micro_image_size * words * 2 * sum_bits;
+    return core.geometry.micro_image_size * core.channels * core.pixels * tokens_of(core) * 2 * final_sum_bits(core);
 
   end function sharpen_line_bits;
 
-  function sharpens (
-    sharpening : string
-  ) return boolean is
-
-    variable found : boolean;
-
-  begin
-
-    -- One weight above 0 is enough: slices with weight 0 then pass the sharpener unchanged.
-    found := false;
-
-    for i in 0 to slice_count(sharpening) - 1 loop
-
-      found := found or slice_shift(sharpening, i) > 0;
-
-    end loop;
-
-    return found;
-
-  end function sharpens;
-
-  function sharpen_delay (
-    sharpening       : string;
-    micro_image_size : positive
-  ) return natural is
-  begin
-
-    return choose(sharpens(sharpening), micro_image_size, 0);
-
-  end function sharpen_delay;
-
   function scale_exponent (
-    sharpening : string
+    weights : weights_t
   ) return positive is
 
     variable exponent : positive;
@@ -196,9 +141,9 @@ package body sharpen_pkg is
     -- 2 suffices for b = 1/4.
     exponent := 2;
 
-    for i in 0 to slice_count(sharpening) - 1 loop
+    for i in weights'range loop
 
-      weight := slice_shift(sharpening, i);
+      weight := weights(i);
 
       -- A weight that is no integer in units of 2**-candidate needs a bit more; candidates are tried in
       -- ascending order.
@@ -217,19 +162,19 @@ package body sharpen_pkg is
   end function scale_exponent;
 
   function side_weight (
-    sharpening : string;
-    slice      : natural
+    weights : weights_t;
+    slice   : natural
   ) return natural is
   begin
 
     -- Units of 1 / 2**scale_exponent are the coarsest in which all weights are integers, so products are as
     -- narrow as possible.
-    return slice_shift(sharpening, slice) / 2 ** (UNIT_BITS - scale_exponent(sharpening));
+    return weights(slice) / 2 ** (UNIT_BITS - scale_exponent(weights));
 
   end function side_weight;
 
   function largest_side (
-    sharpening : string
+    weights : weights_t
   ) return positive is
 
     variable largest : natural;
@@ -239,18 +184,18 @@ package body sharpen_pkg is
     largest := 1;
 
     -- At least 1, because widths must be positive.
-    for i in 0 to slice_count(sharpening) - 1 loop
+    for i in weights'range loop
 
-      largest := larger(largest, slice_shift(sharpening, i));
+      largest := larger(largest, weights(i));
 
     end loop;
 
-    return larger(largest / 2 ** (UNIT_BITS - scale_exponent(sharpening)), 1);
+    return larger(largest / 2 ** (UNIT_BITS - scale_exponent(weights)), 1);
 
   end function largest_side;
 
   function one_weight (
-    sharpening : string
+    weights : weights_t
   ) return boolean is
 
     variable same   : boolean;
@@ -262,9 +207,9 @@ package body sharpen_pkg is
     same  := true;
     first := 0;
 
-    for i in 0 to slice_count(sharpening) - 1 loop
+    for i in weights'range loop
 
-      weight := slice_shift(sharpening, i);
+      weight := weights(i);
 
       -- The first weight above 0; all others must equal it or be 0.
       if first = 0 then
@@ -280,11 +225,11 @@ package body sharpen_pkg is
   end function one_weight;
 
   function tapped_bits (
-    sum_max    : positive;
-    sharpening : string
+    sum_max : positive;
+    weights : weights_t
   ) return positive is
 
-    constant EXPONENT : positive := scale_exponent(sharpening);
+    constant EXPONENT : positive := scale_exponent(weights);
 
     variable growth : natural;
 
@@ -294,7 +239,7 @@ package body sharpen_pkg is
     growth := 1;
 
     -- The comparison is in 256ths, so that no product exceeds an integer.
-    if (sum_max / 256 + 1) * (2 ** EXPONENT + 4 * largest_side(sharpening)) <
+    if (sum_max / 256 + 1) * (2 ** EXPONENT + 4 * largest_side(weights)) <
        2 ** (larger(bits_for(sum_max) + EXPONENT, 8) - 8) then
       growth := 0;
     end if;
@@ -302,15 +247,5 @@ package body sharpen_pkg is
     return bits_for(sum_max) + growth + EXPONENT + 1;
 
   end function tapped_bits;
-
-  function sharpen_latency (
-    sharpening : string
-  ) return natural is
-  begin
-
-    -- Columns come first, then rows.
-    return choose(sharpens(sharpening), SHARPEN_COLUMNS_LATENCY + SHARPEN_ROWS_LATENCY, 0);
-
-  end function sharpen_latency;
 
 end package body sharpen_pkg;

@@ -21,9 +21,8 @@ use work.sharpen_pkg.all;
 
 entity sharpen_rows is
   generic (
-    -- Sizes of the sharpener, and the weight of each slice in 64ths, with blanks in between.
-    BUILD      : sharpen_build_t;
-    SHARPENING : string
+    -- Sizes and weights of the sharpener.
+    BUILD : sharpen_build_t
   );
   port (
     clk   : in    std_logic;
@@ -48,8 +47,8 @@ architecture rtl of sharpen_rows is
   constant PIXELS     : positive := BUILD.pixels;
   constant SUM_BITS   : positive := bits_for(BUILD.sum_max);
   constant PIXEL_BITS : positive := BUILD.channels * BUILD.tapped_bits;
-  constant SLICE_BITS : positive := bits_for(slice_count(SHARPENING) - 1);
-  constant SCALE_BITS : positive := scale_exponent(SHARPENING);
+  constant SLICE_BITS : positive := bits_for(BUILD.slices - 1);
+  constant SCALE_BITS : positive := scale_exponent(BUILD.weights);
   constant TAP_BITS   : positive := BUILD.tapped_bits + SCALE_BITS + 1;
   -- Integer bits of the result.
   constant WHOLE_BITS : positive := BUILD.tapped_bits + 1 - SCALE_BITS;
@@ -237,7 +236,7 @@ begin
       taps : entity work.three_taps
         generic map (
           VALUE_BITS  => BUILD.tapped_bits,
-          SHARPENING  => SHARPENING,
+          BUILD       => BUILD,
           RESULT_BITS => TAP_BITS
         )
         port map (

@@ -20,8 +20,8 @@ entity three_taps is
   generic (
     -- Width of a value, a signed number.
     VALUE_BITS : positive;
-    -- The weight of each slice in 64ths, with blanks in between.
-    SHARPENING : string;
+    -- Sizes and weights of the sharpener.
+    BUILD : sharpen_build_t;
     -- Number added to the result, 0 to 2**SCALE_BITS - 1.
     OFFSET : natural := 0;
     -- Width of the result.
@@ -36,15 +36,15 @@ entity three_taps is
     earlier_there : in    std_logic;
     later_there   : in    std_logic;
     -- The slice, 2 clocks behind the value; only read if slices have several weights above 0.
-    slice_2 : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    slice_2 : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
     result  : out   signed(RESULT_BITS - 1 downto 0)
   );
 end entity three_taps;
 
 architecture rtl of three_taps is
 
-  constant SCALE_BITS : positive := scale_exponent(SHARPENING);
-  constant SIDE       : positive := largest_side(SHARPENING);
+  constant SCALE_BITS : positive := scale_exponent(BUILD.weights);
+  constant SIDE       : positive := largest_side(BUILD.weights);
   constant SIDE_BITS  : positive := bits_for(SIDE) + 1;
   -- Width of the differences' sum times a side weight.
   constant PRODUCT_BITS : positive := VALUE_BITS + 2 + SIDE_BITS;
@@ -114,7 +114,7 @@ begin
   end process add;
 
   -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder.
-  one_side : if one_weight(SHARPENING) generate
+  one_side : if one_weight(BUILD.weights) generate
 
     constant LOW_BIT : natural := lowest_bit(SIDE);
     -- The side weight without its trailing zeros.
@@ -149,7 +149,7 @@ begin
 
   end generate one_side;
 
-  many_sides : if not one_weight(SHARPENING) generate
+  many_sides : if not one_weight(BUILD.weights) generate
 
     type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
 
@@ -162,9 +162,9 @@ begin
 
       table := (others => to_signed(SIDE, SIDE_BITS));
 
-      for i in 0 to slice_count(SHARPENING) - 1 loop
+      for i in 0 to BUILD.slices - 1 loop
 
-        table(i) := to_signed(side_weight(SHARPENING, i), SIDE_BITS);
+        table(i) := to_signed(side_weight(BUILD.weights, i), SIDE_BITS);
 
       end loop;
 

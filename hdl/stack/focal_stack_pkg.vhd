@@ -12,21 +12,26 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 
 package focal_stack_pkg is
 
-  -- Returns true, or stops elaboration if the stack cannot be built; the message begins with the name.
-  function takes_stack (
-    name        : string;
-    geometry    : geometry_t;
-    pixels      : positive;
-    max_columns : positive;
-    channels    : positive;
-    pixel_bits  : positive
-  ) return boolean;
+  -- The plan of stack_array.
+  function plan_of (
+    core : core_t
+  ) return plan_t;
+
+  -- Words of the column memories, all channels counted, and bits of a word.
+  function memory_words (
+    core : core_t
+  ) return natural;
+
+  function memory_bits (
+    core : core_t
+  ) return natural;
 
   -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
   -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
@@ -76,65 +81,9 @@ package focal_stack_pkg is
     pixels   : positive
   ) return positive;
 
-  -- Latency of the stack array in clocks.
-  function stack_array_latency (
-    geometry : geometry_t;
-    pixels   : positive
-  ) return positive;
-
 end package focal_stack_pkg;
 
 package body focal_stack_pkg is
-
-  function takes_stack (
-    name        : string;
-    geometry    : geometry_t;
-    pixels      : positive;
-    max_columns : positive;
-    channels    : positive;
-    pixel_bits  : positive
-  ) return boolean is
-
-    constant M          : positive     := geometry.micro_image_size;
-    constant ARITHMETIC : arithmetic_t :=
-    (
-      exact            => true,
-      micro_image_size => M,
-      pixel_bits       => pixel_bits,
-      fraction_bits    => 0,
-      guard_bits       => 0,
-      passes           => 1
-    );
-
-    variable fits : boolean;
-    variable sums : natural;
-    variable bits : natural;
-
-  begin
-
-    fits := takes_columns(name, max_columns) and takes_arithmetic(name, ARITHMETIC) and
-            takes_lanes(name, geometry, pixels);
-    sums := 0;
-    bits := 0;
-
-    -- Bits of memory for a column: pixels for all slices, and running sums, first sums and held results of each
-    -- slice. A line of one token keeps them in registers.
-    if max_columns > 1 or pixels > 1 then
-
-      for i in 0 to geometry.slices - 1 loop
-
-        -- Running and first sums; results if the slice holds outputs; held first sums if a line begins
-        -- within a group.
-        sums := sums + 2 + choose(group_size(geometry, i) > 1, 1, 0) + choose(begins_group(geometry, i, 0), 0, 1);
-
-      end loop;
-
-      bits := history_base(geometry, M) * pixel_bits + sums * column_sum_bits(M, pixel_bits);
-    end if;
-
-    return fits and takes_line_bits(name, channels * pixels * line_tokens(max_columns, pixels), bits, 0);
-
-  end function takes_stack;
 
   function history_place (
     geometry : geometry_t;
@@ -246,24 +195,73 @@ package body focal_stack_pkg is
 
   end function stack_lanes_latency;
 
-  function stack_array_latency (
-    geometry : geometry_t;
-    pixels   : positive
-  ) return positive is
+  function memory_words (
+    core : core_t
+  ) return natural is
+  begin
 
-    variable rows : positive;
+    return core.channels * core.pixels * tokens_of(core);
+
+  end function memory_words;
+
+  function memory_bits (
+    core : core_t
+  ) return natural is
+
+    constant M          : positive := core.geometry.micro_image_size;
+    constant PIXEL_BITS : positive := core.arithmetic.pixel_bits;
+
+    variable sums : natural;
 
   begin
 
-    rows := sum_stage_latency(false, 1);
+    sums := 0;
 
-    -- With several pixels a token, lane_stage filters the rows.
-    if pixels > 1 then
-      rows := stack_lanes_latency(geometry, pixels);
+    -- A line of one token keeps pixels and sums in registers.
+    if tokens_of(core) = 1 then
+      return 0;
     end if;
 
-    return STACK_COLUMN_LATENCY + rows + DIVIDE_LATENCY;
+    for i in 0 to core.geometry.slices - 1 loop
 
-  end function stack_array_latency;
+      -- Running and first sums; results if the slice holds outputs; held first sums if a line begins within a group.
+      sums := sums + 2 + choose(group_size(core.geometry, i) > 1, 1, 0) +
+              choose(begins_group(core.geometry, i, 0), 0, 1);
+
+    end loop;
+
+    return history_base(core.geometry, M) * PIXEL_BITS + sums * column_sum_bits(M, PIXEL_BITS);
+
+  end function memory_bits;
+
+  function plan_of (
+    core : core_t
+  ) return plan_t is
+
+    constant DELAY : natural := core.geometry.output_delay;
+
+    variable plan : plan_t;
+
+  begin
+
+    plan              := NO_PLAN;
+    plan.row_tokens   := lane_delay(core.geometry, core.pixels);
+    plan.column_lines := DELAY;
+    plan.sum_clocks   := STACK_COLUMN_LATENCY + sum_stage_latency(false, 1);
+
+    -- With several pixels a token, lane_stage filters the rows.
+    if core.pixels > 1 then
+      plan.sum_clocks := STACK_COLUMN_LATENCY + stack_lanes_latency(core.geometry, core.pixels);
+    end if;
+
+    -- Rows and columns of moving sums, as in sum_plan_pkg. A line of one token keeps its sums in registers.
+    plan.min_steps     := larger(choose(tokens_of(core) > 1, PARTIAL_SUM_LOOP, 1), plan.row_tokens + 1);
+    plan.min_bands     := DELAY + 1;
+    plan.modulus       := core.geometry.micro_image_size;
+    plan.keeps_modulus := true;
+
+    return plan;
+
+  end function plan_of;
 
 end package body focal_stack_pkg;

@@ -8,9 +8,8 @@
 -- slice has a lane_stage, because sums over columns differ from slice to slice. In a line's last token, pixels behind
 -- the line's end count as zero and come out as zero.
 --
--- Latency: D lines, D + 1 tokens and stack_array_latency clocks with one pixel a token, D = output_delay; D lines, D'
--- tokens and stack_array_latency clocks with several, D' = lane_delay. With weights scaler_latency replaces
--- DIVIDE_LATENCY.
+-- Latency: D lines, D + 1 tokens and sum_clocks clocks with one pixel a token, D = output_delay; D lines, D' tokens and
+-- sum_clocks clocks with several, D' = lane_delay.
 -- Throughput: one token of all slices each clock. Lines need at least D + 1 tokens (D' + 1 with several pixels); frames
 -- begin at least D + 1 lines apart, and a multiple of M lines. Empty tokens and flush lines make up for what is
 -- missing.
@@ -25,6 +24,7 @@ use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 use work.focal_stack_pkg.all;
@@ -32,71 +32,39 @@ use work.token_pkg.all;
 
 entity stack_array is
   generic (
-    -- M: pixels of a micro image in each dimension.
-    MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- The shift of each slice in pixels, with blanks in between.
-    SHIFTS : string;
-    -- true: the picture stays put from slice to slice.
-    CENTRED : boolean := true;
-    -- Longest line in pixels.
-    MAX_COLUMNS : positive := 2048;
-    -- P, pixels of a token.
-    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3 := 1;
-    -- Width of a channel.
-    PIXEL_BITS : positive range 1 to 16 := 8;
-    -- Width of the weights that divide the sums (one pixel a token); 0: the sums are divided by M * M.
-    WEIGHT_BITS : natural range 0 to 31 := 0
+    -- The core that the stack is built for.
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
     -- A token and its pixels; pixel 0 and channel 0 in the low bits.
     token      : in    token_t;
-    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    token_data : in    std_logic_vector(row_bits(CORE) - 1 downto 0);
     -- Which pixels a line's last token has; constant while a frame is under way.
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
-    -- The weight of each slice (from border_weights), in the clock of its sums.
-    weights : in    std_logic_vector(slice_count(SHIFTS) * larger(WEIGHT_BITS, 1) - 1 downto 0);
-    -- The result of a token and its pixels: all slices of pixel 0 (slice 0, channel 0 in the low bits), then all slices
-    -- of pixel 1.
-    result      : out   result_t;
-    result_data : out   std_logic_vector(PIXELS_PER_CLOCK * slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
+    line_end : in    std_logic_vector(CORE.pixels - 1 downto 0);
+    -- The token behind the sums; and its sums: all slices of pixel 0 (slice 0, channel 0 in the low bits), then all
+    -- slices of pixel 1.
+    out_token : out   tokens_t(0 to 0);
+    out_sums  : out   std_logic_vector(row_sums_bits(CORE) - 1 downto 0)
   );
 end entity stack_array;
 
 architecture rtl of stack_array is
 
-  constant GEOMETRY : geometry_t := geometry_of("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY   : geometry_t := CORE.geometry;
+  constant M          : positive   := GEOMETRY.micro_image_size;
+  constant P          : positive   := CORE.pixels;
+  constant CHANNELS   : positive   := CORE.channels;
+  constant PIXEL_BITS : positive   := CORE.arithmetic.pixel_bits;
+  constant LANES      : positive   := P * CHANNELS;
+  constant SLICES     : positive   := GEOMETRY.slices;
+  constant COLUMN_MAX : positive   := M * (2 ** PIXEL_BITS - 1);
 
-  constant REFUSED : boolean := not (takes_stack("stack_array", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
-                                                 PIXEL_BITS) and
-                                     takes_weights("stack_array", WEIGHT_BITS,
-                                                    (
-                                                      exact            => true,
-                                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-                                                      PIXEL_BITS       => PIXEL_BITS,
-                                                      fraction_bits    => 0,
-                                                      guard_bits       => 0,
-                                                      passes           => 1
-                                                    ), 1, false));
-
-  constant WEIGHED : boolean := not takes(WEIGHT_BITS = 0 or PIXELS_PER_CLOCK = 1,
-                                          "stack_array: WEIGHT_BITS above 0 needs a PIXELS_PER_CLOCK of 1");
-
-  constant M          : positive := MICRO_IMAGE_SIZE;
-  constant P          : positive := PIXELS_PER_CLOCK;
-  constant LANES      : positive := P * CHANNELS;
-  constant SLICES     : positive := GEOMETRY.slices;
-  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
-  constant PIXEL_MAX  : positive := 2 ** PIXEL_BITS - 1;
-  constant COLUMN_MAX : positive := M * PIXEL_MAX;
-  constant SUM_MAX    : positive := M * COLUMN_MAX;
-
-  -- Widths of a column sum and of a result of one channel; WIDE_BITS: the column sums of a slice for a whole token.
+  -- Widths of a column sum and of a sum over columns and rows of one channel; WIDE_BITS: the column sums of a slice for
+  -- a whole token.
   constant COLUMN_BITS : positive := bits_for(COLUMN_MAX);
-  constant SUM_BITS    : positive := bits_for(SUM_MAX);
+  constant SUM_BITS    : positive := final_sum_bits(CORE);
   constant WIDE_BITS   : positive := LANES * COLUMN_BITS;
 
   -- The slice whose row stage takes longest; the sums of other slices wait for it.
@@ -121,10 +89,7 @@ architecture rtl of stack_array is
   signal column_data  : std_logic_vector(SLICES * WIDE_BITS - 1 downto 0);
   signal row_token    : tokens_t(0 to SLICES - 1);
   signal last_token   : token_t;
-  signal summed       : result_t;
   signal sums         : std_logic_vector(SLICES * LANES * SUM_BITS - 1 downto 0);
-  -- The pixels of all slices, those of slice 0 in the low bits.
-  signal pixels : std_logic_vector(SLICES * LANES * PIXEL_BITS - 1 downto 0);
 
 begin
 
@@ -134,7 +99,7 @@ begin
   columns : entity work.stack_columns
     generic map (
       GEOMETRY  => GEOMETRY,
-      COLUMNS   => line_tokens(MAX_COLUMNS, P),
+      COLUMNS   => tokens_of(CORE),
       LANES     => LANES,
       LANE_BITS => PIXEL_BITS
     )
@@ -217,40 +182,21 @@ begin
   end generate slice;
 
   -- All slices have the same delay, so one of them provides the token.
-  last_token <= row_token(slowest);
-  summed     <= result_of(last_token);
+  last_token   <= row_token(slowest);
+  out_token(0) <= last_token;
 
-  -- All slices are divided alike; with weights each slice has its own, because each slice loses other views at the
-  -- border.
-  scale : entity work.result_scaler
-    generic map (
-      LANES        => SLICES * LANES,
-      PIXEL_BITS   => PIXEL_BITS,
-      DIVISOR      => M * M,
-      WEIGHT_COUNT => SLICES,
-      WEIGHT_BITS  => WEIGHT_BITS
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      result  => summed,
-      sums    => sums,
-      weights => weights,
-      scaled  => result,
-      pixels  => pixels
-    );
-
-  -- The engine has the pixels of a slice side by side, the stream the slices of a pixel.
+  -- The rows have the pixels of a slice side by side, the stream the slices of a pixel.
   all_pixels : for j in 0 to P - 1 generate
 
     all_slices : for s in 0 to SLICES - 1 generate
 
-      constant TO_LOW   : natural := (j * SLICES + s) * DATA_BITS;
-      constant FROM_LOW : natural := (s * P + j) * DATA_BITS;
+      constant BITS     : positive := CHANNELS * SUM_BITS;
+      constant TO_LOW   : natural  := (j * SLICES + s) * BITS;
+      constant FROM_LOW : natural  := (s * P + j) * BITS;
 
     begin
 
-      result_data(TO_LOW + DATA_BITS - 1 downto TO_LOW) <= pixels(FROM_LOW + DATA_BITS - 1 downto FROM_LOW);
+      out_sums(TO_LOW + BITS - 1 downto TO_LOW) <= sums(FROM_LOW + BITS - 1 downto FROM_LOW);
 
     end generate all_slices;
 

@@ -17,8 +17,8 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
-use work.arithmetic_pkg.all;
 use work.fault_pkg.all;
+use work.core_pkg.all;
 use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
 use work.picture_pkg.all;
@@ -76,18 +76,11 @@ end entity picture_core;
 
 architecture rtl of picture_core is
 
-  constant ARITHMETIC : arithmetic_t :=
-  (
-    EXACT            => EXACT,
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    pixel_bits       => 8,
-    FRACTION_BITS    => FRACTION_BITS,
-    GUARD_BITS       => GUARD_BITS,
-    passes           => INTERPOLATION_ORDER + 1
-  );
-  constant REFUSED    : boolean      := not takes_picture("picture_core", ARITHMETIC, SHIFTS, HOLD, MAX_COLUMNS,
-                                                          CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS, RADIUS,
-                                                          VOTE_RADIUS, COLOURS);
+  constant CORE    : core_t  := picture_core_of("picture_core", MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, HOLD,
+                                                MAX_COLUMNS, CHANNELS, EXACT, FRACTION_BITS, GUARD_BITS,
+                                                BROADCAST_TAPS, ENGINE, OUTPUTS);
+  constant REFUSED : boolean := not takes_picture("picture_core", CORE, SHIFTS, CHANNELS, OUTPUTS,
+                                                  RADIUS, VOTE_RADIUS, COLOURS);
 
   constant SLICES : positive := slice_count(SHIFTS);
 

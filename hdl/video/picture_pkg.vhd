@@ -11,8 +11,7 @@ library work;
 use work.hex_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
-use work.arithmetic_pkg.all;
-use work.focal_stack_pkg.all;
+use work.core_pkg.all;
 use work.sharpness_pkg.all;
 use work.refocuser_pkg.all;
 use work.video_pkg.all;
@@ -60,21 +59,35 @@ package picture_pkg is
     outputs : string
   ) return kinds_t;
 
+  -- The core of the generics of picture_core: a stack if an output needs all slices, else a raster_refocuser. Stops
+  -- elaboration if the core cannot be built; the message begins with the name.
+  function picture_core_of (
+    name                : string;
+    micro_image_size    : positive;
+    shifts              : string;
+    interpolation_order : natural;
+    hold                : boolean;
+    max_columns         : positive;
+    channels            : positive;
+    exact               : boolean;
+    fraction_bits       : natural;
+    guard_bits          : natural;
+    broadcast_taps      : natural;
+    engine              : string;
+    outputs             : string
+  ) return core_t;
+
   -- Returns true, or stops elaboration if the picture cannot be made; the message begins with the name. arithmetic
   -- counts for the refocused slice only.
   function takes_picture (
-    name           : string;
-    arithmetic     : arithmetic_t;
-    shifts         : string;
-    hold           : boolean;
-    max_columns    : positive;
-    channels       : positive;
-    broadcast_taps : natural;
-    engine         : string;
-    outputs        : string;
-    radius         : natural;
-    vote_radius    : natural;
-    colours        : string
+    name        : string;
+    core        : core_t;
+    shifts      : string;
+    channels    : positive;
+    outputs     : string;
+    radius      : natural;
+    vote_radius : natural;
+    colours     : string
   ) return boolean;
 
   -- Whether a letter is among the outputs.
@@ -90,26 +103,17 @@ package picture_pkg is
 
   -- Delay of the picture in lines.
   function picture_delay_lines (
-    outputs          : string;
-    micro_image_size : positive;
-    shifts           : string;
-    order            : natural;
-    radius           : natural;
-    vote_radius      : natural
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural
   ) return natural;
 
   -- Delay of the picture in pixels, besides the lines.
   function picture_delay_pixels (
-    outputs          : string;
-    micro_image_size : positive;
-    shifts           : string;
-    order            : natural;
-    radius           : natural;
-    vote_radius      : natural;
-    between          : boolean;
-    engine           : string;
-    stored           : boolean;
-    broadcast_taps   : natural
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural;
+    between     : boolean
   ) return natural;
 
   -- Lines from a sensor's first raw line to the first line of its raster, besides the lines that the raster has fewer:
@@ -223,29 +227,64 @@ package body picture_pkg is
 
   end function are_outputs;
 
+  function picture_core_of (
+    name                : string;
+    micro_image_size    : positive;
+    shifts              : string;
+    interpolation_order : natural;
+    hold                : boolean;
+    max_columns         : positive;
+    channels            : positive;
+    exact               : boolean;
+    fraction_bits       : natural;
+    guard_bits          : natural;
+    broadcast_taps      : natural;
+    engine              : string;
+    outputs             : string
+  ) return core_t is
+  begin
+
+    if needs_stack(outputs) then
+      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
+      return stack_of(name, micro_image_size, shifts, max_columns => max_columns, channels => 3);
+    end if;
+
+    return core_of
+    (
+      name                => name,
+      micro_image_size    => micro_image_size,
+      shifts              => shifts,
+      interpolation_order => interpolation_order,
+      hold                => hold,
+      max_columns         => max_columns,
+      channels            => channels,
+      exact               => exact,
+      fraction_bits       => fraction_bits,
+      guard_bits          => guard_bits,
+      engine              => engine,
+      broadcast_taps      => broadcast_taps
+    );
+
+  end function picture_core_of;
+
   function takes_picture (
-    name           : string;
-    arithmetic     : arithmetic_t;
-    shifts         : string;
-    hold           : boolean;
-    max_columns    : positive;
-    channels       : positive;
-    broadcast_taps : natural;
-    engine         : string;
-    outputs        : string;
-    radius         : natural;
-    vote_radius    : natural;
-    colours        : string
+    name        : string;
+    core        : core_t;
+    shifts      : string;
+    channels    : positive;
+    outputs     : string;
+    radius      : natural;
+    vote_radius : natural;
+    colours     : string
   ) return boolean is
 
-    constant M        : positive   := arithmetic.micro_image_size;
-    constant GEOMETRY : geometry_t := geometry_of(name, M, shifts, true);
+    constant M      : positive := core.geometry.micro_image_size;
+    constant SLICES : positive := core.geometry.slices;
 
     variable fits : boolean;
 
   begin
 
-    -- The entities inside check their generics too; here the message names the entity that a user has instantiated.
     assert are_outputs(outputs)
       report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
       severity failure;
@@ -254,33 +293,28 @@ package body picture_pkg is
       report name & ": CHANNELS must be 1 or 3"
       severity failure;
 
-    if needs_stack(outputs) then
+    fits := true;
+
+    if core.engine = stack then
       assert M >= 2
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
-      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
-      fits := takes_stack(name, GEOMETRY, 1, max_columns, 3, 8) and
-              takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 1, 3, 8);
+      fits := takes_index(name, M, SLICES, radius, vote_radius, core.columns, 1, 3, 8);
 
       assert is_hex(colours) and
-             (colours'length = 6 * shades(shifts, colours) * GEOMETRY.slices or
+             (colours'length = 6 * shades(shifts, colours) * SLICES or
               (colours'length = 0 and not has_output(outputs, 'd')))
         report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of " &
                "SHIFTS, or eight times as many"
         severity failure;
 
-      fits := fits and (shades(shifts, colours) = 1 or takes_between(name, shifts, GEOMETRY.slices));
-    else
-      fits := takes_refocuser(name, arithmetic, GEOMETRY, hold, 1, 1, max_columns, channels, engine, false, "",
-                              false);
+      fits := fits and (shades(shifts, colours) = 1 or takes_between(name, shifts, SLICES));
     end if;
 
     -- The counters of the delay have COUNT_BITS bits.
-    assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
-           picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius,
-                                shades(shifts, colours) > 1, engine, not arithmetic.exact,
-                                broadcast_taps) < 2 ** COUNT_BITS
+    assert picture_delay_lines(core, radius, vote_radius) < 2 ** COUNT_BITS and
+           picture_delay_pixels(core, radius, vote_radius, shades(shifts, colours) > 1) < 2 ** COUNT_BITS
       report name & ": SHIFTS """ & shifts & """ delay the picture by more than a frame's 4095 lines and pixels"
       severity failure;
 
@@ -299,55 +333,39 @@ package body picture_pkg is
   end function needs_stack;
 
   function picture_delay_lines (
-    outputs          : string;
-    micro_image_size : positive;
-    shifts           : string;
-    order            : natural;
-    radius           : natural;
-    vote_radius      : natural
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural
   ) return natural is
-
-    constant GEOMETRY : geometry_t := geometry_of("picture_delay_lines", micro_image_size, shifts, true);
-
   begin
 
-    if needs_stack(outputs) then
+    if core.engine = stack then
       -- A stack takes a multiple of M lines; lines that a frame with its blanking has beyond that wait for the next
       -- frame.
-      return GEOMETRY.output_delay + sharpness_delay(micro_image_size, radius, vote_radius) +
-             micro_image_size - 1;
+      return core.plan.column_lines + sharpness_delay(core.geometry.micro_image_size, radius, vote_radius) +
+             core.geometry.micro_image_size - 1;
     end if;
 
-    return total_delay(GEOMETRY, order);
+    return core.plan.column_lines;
 
   end function picture_delay_lines;
 
   function picture_delay_pixels (
-    outputs          : string;
-    micro_image_size : positive;
-    shifts           : string;
-    order            : natural;
-    radius           : natural;
-    vote_radius      : natural;
-    between          : boolean;
-    engine           : string;
-    stored           : boolean;
-    broadcast_taps   : natural
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural;
+    between     : boolean
   ) return natural is
-
-    constant GEOMETRY : geometry_t := geometry_of("picture_delay_pixels", micro_image_size, shifts, true);
-
   begin
 
-    if needs_stack(outputs) then
+    if core.engine = stack then
       -- Two stream shells (of the stack and of the index) and the latency of both engines.
-      return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency(GEOMETRY, 1) +
-             index_latency(slice_count(shifts), radius, vote_radius, between, 1);
+      return core.plan.row_tokens + 2 * STREAM_LATENCY + core.plan.clocks +
+             index_latency(core.geometry.slices, radius, vote_radius, between, 1);
     end if;
 
     -- One stream shell and its engine.
-    return total_delay(GEOMETRY, order) + STREAM_LATENCY +
-           engine_latency(engine, stored, order, broadcast_taps);
+    return core.plan.row_tokens + STREAM_LATENCY + core.plan.clocks;
 
   end function picture_delay_pixels;
 

@@ -28,8 +28,8 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
-use work.arithmetic_pkg.all;
 use work.fault_pkg.all;
+use work.core_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
 use work.screen_pkg.all;
@@ -80,32 +80,21 @@ architecture rtl of refocus_video is
 
   constant CORE_COLUMNS : positive := choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS);
 
-  constant ARITHMETIC : arithmetic_t :=
-  (
-    EXACT            => EXACT,
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    pixel_bits       => 8,
-    FRACTION_BITS    => FRACTION_BITS,
-    GUARD_BITS       => GUARD_BITS,
-    passes           => INTERPOLATION_ORDER + 1
-  );
-  constant REFUSED    : boolean      := not takes_picture("refocus_video", ARITHMETIC, SHIFTS, HOLD, CORE_COLUMNS,
-                                                          PIXEL_CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS,
-                                                          SHARPNESS_RADIUS, VOTE_RADIUS, COLOURS);
-  constant SENSORLESS : boolean      := not takes(WITH_SENSOR or not has_output(OUTPUTS, 'm'),
-                                                  "refocus_video: OUTPUTS of the letter m need a sensor");
-  constant STACKED    : boolean      := not takes(not (WITH_SENSOR and needs_stack(OUTPUTS)),
-                                                  "refocus_video: a sensor needs OUTPUTS of the letters r and m");
+  constant BUILT      : core_t  := picture_core_of("refocus_video", MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, HOLD,
+                                                   CORE_COLUMNS, PIXEL_CHANNELS, EXACT, FRACTION_BITS, GUARD_BITS,
+                                                   BROADCAST_TAPS, ENGINE, OUTPUTS);
+  constant REFUSED    : boolean := not takes_picture("refocus_video", BUILT, SHIFTS, PIXEL_CHANNELS, OUTPUTS,
+                                                     SHARPNESS_RADIUS, VOTE_RADIUS, COLOURS);
+  constant SENSORLESS : boolean := not takes(WITH_SENSOR or not has_output(OUTPUTS, 'm'),
+                                             "refocus_video: OUTPUTS of the letter m need a sensor");
+  constant STACKED    : boolean := not takes(not (WITH_SENSOR and needs_stack(OUTPUTS)),
+                                             "refocus_video: a sensor needs OUTPUTS of the letters r and m");
 
-  constant MOVING_SUM : boolean := same_text(ENGINE, "moving_sum");
-  constant STACK      : boolean := needs_stack(OUTPUTS);
+  constant STACKS : boolean := needs_stack(OUTPUTS);
 
-  constant DELAY_LINES  : natural := picture_delay_lines(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
-                                                         SHARPNESS_RADIUS, VOTE_RADIUS);
-  constant DELAY_PIXELS : natural := picture_delay_pixels(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
-                                                          SHARPNESS_RADIUS, VOTE_RADIUS,
-                                                          shades(SHIFTS, COLOURS) > 1, ENGINE, not EXACT,
-                                                          BROADCAST_TAPS);
+  constant DELAY_LINES  : natural := picture_delay_lines(BUILT, SHARPNESS_RADIUS, VOTE_RADIUS);
+  constant DELAY_PIXELS : natural := picture_delay_pixels(BUILT, SHARPNESS_RADIUS, VOTE_RADIUS,
+                                                          shades(SHIFTS, COLOURS) > 1);
 
   -- The largest lag: half of the lines that the raster has fewer is at most half of the frame.
   constant LAG_LINES : natural := DELAY_LINES +
@@ -116,7 +105,7 @@ architecture rtl of refocus_video is
                                            "refocus_video: SHIFTS and the sensor need a lag of more than 4095 lines");
 
   -- Blank lines that the core needs behind a frame: moving sums and a stack go on to a multiple of M lines.
-  constant CORE_BLANK : natural := choose(MOVING_SUM or STACK, MICRO_IMAGE_SIZE - 1, 0);
+  constant CORE_BLANK : natural := BUILT.plan.modulus - 1;
 
   signal followed    : following_t;
   signal too_large   : std_logic;
@@ -173,7 +162,7 @@ begin
       DELAY_LINES  => LAG_LINES,
       DELAY_PIXELS => DELAY_PIXELS,
       BLANK_LINES  => larger(CORE_BLANK, choose(WITH_SENSOR, 3, 0)),
-      ROW_MODULUS  => choose(STACK, MICRO_IMAGE_SIZE, 1),
+      ROW_MODULUS  => choose(STACKS, MICRO_IMAGE_SIZE, 1),
       ONLY_COLUMNS => choose(WITH_SENSOR, SENSOR_COLUMNS, 0),
       ONLY_ROWS    => choose(WITH_SENSOR, SENSOR_ROWS, 0)
     )

@@ -1,12 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
--- fir_array with ports of plain vectors: simulators show no records to a test in Python.
+-- fir_array and its division with ports of plain vectors: simulators show no records to a test in Python.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.token_pkg.all;
+use work.refocuser_pkg.all;
 
 entity array_ports is
   generic (
@@ -46,8 +48,28 @@ end entity array_ports;
 
 architecture test of array_ports is
 
-  signal token   : token_t;
-  signal results : results_t(0 to PARALLEL_ROWS - 1);
+  constant CORE : core_t := core_of
+                            (
+                              name                => "array_ports",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              CENTRED             => CENTRED,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              PARALLEL_ROWS       => PARALLEL_ROWS,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              CHANNELS            => CHANNELS,
+                              PIXEL_BITS          => PIXEL_BITS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS
+                            );
+
+  signal token     : token_t;
+  signal sum_token : tokens_t(0 to PARALLEL_ROWS - 1);
+  signal sums      : std_logic_vector(PARALLEL_ROWS * row_sums_bits(CORE) - 1 downto 0);
+  signal results   : results_t(0 to PARALLEL_ROWS - 1);
 
 begin
 
@@ -62,26 +84,29 @@ begin
 
   dut : entity work.fir_array
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      CENTRED             => CENTRED,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      PARALLEL_ROWS       => PARALLEL_ROWS,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      CHANNELS            => CHANNELS,
-      PIXEL_BITS          => PIXEL_BITS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS
+      CORE => CORE
+    )
+    port map (
+      clk        => clk,
+      reset      => reset,
+      token      => token,
+      token_rows => in_image,
+      token_data => in_data,
+      out_token  => sum_token,
+      out_sums   => sums
+    );
+
+  tail : entity work.sum_tail
+    generic map (
+      CORE => CORE
     )
     port map (
       clk         => clk,
       reset       => reset,
-      token       => token,
-      token_rows  => in_image,
-      token_data  => in_data,
+      tokens      => sum_token,
+      sums        => sums,
+      line_end    => "1",
+      weights     => "0",
       results     => results,
       result_data => out_data
     );

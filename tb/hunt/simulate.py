@@ -18,7 +18,7 @@ from cocotb_tools.runner import get_runner
 from hunt import VARIABLE
 from hunt.start_values import with_start_values
 from plenofir.fpga import hdl
-from plenofir.fpga.hdl_text import used_units
+from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.fpga.tools.simulators import coverage_options, find_simulator
 from plenofir.ground import project
 from plenofir_tb.runner import simulator_name
@@ -60,7 +60,8 @@ def _closure(top: str) -> list[Path]:
         name = todo.pop()
         if name in by_name and name not in needed:
             needed.add(name)
-            todo += used_units(by_name[name].read_text())
+            text = by_name[name].read_text()
+            todo += used_units(text) | used_components(text)
     order = [source for source in sources if source.stem in needed]
     return order + [benches[name] for name in [top] if name in benches]
 

@@ -9,9 +9,11 @@ use std.textio.all;
 
 library work;
 use work.refocus_pkg.all;
+use work.core_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
+use work.sum_plan_pkg.all;
 
 entity moving_sum_schedule is
   generic (
@@ -24,6 +26,26 @@ end entity moving_sum_schedule;
 architecture bench of moving_sum_schedule is
 
   constant GEOMETRY : geometry_t := geometry_of("moving_sum_schedule", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  -- The plan of a core of these passes and pixels a token.
+  function plan_with (
+    stored : boolean;
+    order  : natural;
+    pixels : positive
+  ) return plan_t is
+
+    variable core : core_t;
+
+  begin
+
+    core.geometry          := GEOMETRY;
+    core.arithmetic.exact  := not stored;
+    core.arithmetic.passes := order + 1;
+    core.pixels            := pixels;
+
+    return plan_of(core);
+
+  end function plan_with;
 
 begin
 
@@ -99,8 +121,8 @@ begin
 
       for order in 0 to 1 loop
 
-        put("total_lane_delay", p, order, total_lane_delay(GEOMETRY, order, p));
-        put("sum_lanes_latency", p, order, sum_lanes_latency(GEOMETRY, order, p));
+        put("row_tokens", p, order, plan_with(false, order, p).row_tokens);
+        put("lanes_clocks", p, order, plan_with(false, order, p).sum_clocks);
 
       end loop;
 
@@ -163,7 +185,7 @@ begin
 
       for order in 0 to 1 loop
 
-        put("sum_array_latency", boolean'pos(stored), order, sum_array_latency(stored, order));
+        put("sum_clocks", boolean'pos(stored), order, plan_with(stored, order, 1).sum_clocks);
 
       end loop;
 

@@ -22,10 +22,11 @@ PACKAGES = (
     "math_pkg",
     "refocus_pkg",
     "arithmetic_pkg",
-    "sharpen_pkg",
+    "core_pkg",
     "sum_schedule_pkg",
     "moving_sum_pkg",
     "sum_lanes_pkg",
+    "sum_plan_pkg",
 )
 LANES = (2, 8, 32)
 
@@ -69,8 +70,9 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
     for stored in (False, True):
         arithmetic = {"arithmetic": StoredProductArithmetic()} if stored else {}
         for order in (0, 1):
-            clocks = core(order=order, **arithmetic).array_clocks
-            yield f"sum_array_latency {stored:d} {order}", clocks
+            stages = core(order=order, **arithmetic)
+            clocks = stages.engine.stages_clocks(stages) + 2 * stages.passes * stored
+            yield f"sum_clocks {stored:d} {order}", clocks
     for p in LANES:
         lanes = LaneLayout(layout, p)
         wide = {"engine": MovingSumEngine(pixels_per_clock=p)}
@@ -80,8 +82,8 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
         yield f"line_tokens {p}", max(core(**wide).line_tokens(37), 2)
         for order in (0, 1):
             linear = core(order=order, **wide)
-            yield f"total_lane_delay {p} {order}", linear.engine.row_tokens(linear)
-            yield f"sum_lanes_latency {p} {order}", linear.array_clocks
+            yield f"row_tokens {p} {order}", linear.engine.row_tokens(linear)
+            yield f"lanes_clocks {p} {order}", linear.engine.stages_clocks(linear)
         places = range(lanes.banks)
         rows = [lanes.row(s, place) for s in range(len(shifts)) for place in places]
         yield f"lowest_row {p}", min(rows)

@@ -40,7 +40,7 @@ CHOICES: dict[str, tuple[int | str | bool, ...]] = {
     "GUARD_BITS": (0, 0, 1, 2, 12),
 }
 HUNTED = [
-    *("raster_refocuser", "fir_array", "moving_sum_array", "focal_stack", "stack_array"),
+    *("raster_refocuser", "focal_stack"),
     *("depth_index", "sharpness_index"),
     *("picture_core", "refocus_video", "sensor_front", "sensor_raster", "resampler"),
     *("colour_mosaic", "parallel_to_stream", "stream_to_parallel", "parallel_top", "self_test"),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga.hdl_text import used_units
+from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import TOP, configure
 
@@ -26,5 +26,10 @@ def test_the_list_is_what_analysis_wants(tmp_path: Path, scene: str) -> None:
             [GHDL, *command], capture_output=True, text=True, check=False, cwd=tmp_path
         )
         assert done.returncode == 0, done.stderr
-    used = {TOP}.union(*(used_units(source.read_text()) for source in listed))
+    used = {TOP}.union(
+        *(
+            used_units(text) | used_components(text)
+            for text in (source.read_text() for source in listed)
+        )
+    )
     assert {source.stem for source in listed} <= used

@@ -2,8 +2,7 @@
 -- Entities with the generics of the tops that refuse what these refuse, and build nothing.
 
 library work;
-use work.refocus_pkg.all;
-use work.arithmetic_pkg.all;
+use work.core_pkg.all;
 use work.refocuser_pkg.all;
 
 entity core_verdict is
@@ -31,31 +30,37 @@ end entity core_verdict;
 
 architecture rtl of core_verdict is
 
-  -- The checks are constants, so elaboration makes them, and nothing else is built.
-  constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-
-  constant ARITHMETIC : arithmetic_t :=
-  (
-    EXACT            => EXACT,
-    MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-    PIXEL_BITS       => PIXEL_BITS,
-    FRACTION_BITS    => FRACTION_BITS,
-    GUARD_BITS       => GUARD_BITS,
-    passes           => INTERPOLATION_ORDER + 1
-  );
-
-  constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
-                                                    PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
-                                                    SHARPENING, BORDER_NORMALISED);
+  -- The core is a constant, so elaboration checks it, and nothing else is built.
+  constant CORE : core_t := core_of
+                            (
+                              name                => "raster_refocuser",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              CENTRED             => CENTRED,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              PARALLEL_ROWS       => PARALLEL_ROWS,
+                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              CHANNELS            => CHANNELS,
+                              PIXEL_BITS          => PIXEL_BITS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              ENGINE              => ENGINE,
+                              ANY_ROWS            => ANY_ROWS,
+                              SHARPENING          => SHARPENING,
+                              BORDER_NORMALISED   => BORDER_NORMALISED,
+                              BROADCAST_TAPS      => BROADCAST_TAPS
+                            );
 
 begin
 
 end architecture rtl;
 
 library work;
-use work.math_pkg.all;
-use work.refocus_pkg.all;
-use work.focal_stack_pkg.all;
+use work.core_pkg.all;
+use work.refocuser_pkg.all;
 
 entity stack_verdict is
   generic (
@@ -73,11 +78,18 @@ end entity stack_verdict;
 
 architecture rtl of stack_verdict is
 
-  constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-  constant REFUSED  : boolean    := not takes_stack("focal_stack", GEOMETRY, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
-                                                    PIXEL_BITS);
-  constant WEIGHED  : boolean    := not takes(PIXELS_PER_CLOCK = 1 or not BORDER_NORMALISED,
-                                              "focal_stack: BORDER_NORMALISED needs a PIXELS_PER_CLOCK of 1");
+  constant CORE : core_t := stack_of
+                            (
+                              name              => "focal_stack",
+                              MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
+                              SHIFTS            => SHIFTS,
+                              CENTRED           => CENTRED,
+                              MAX_COLUMNS       => MAX_COLUMNS,
+                              PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK,
+                              CHANNELS          => CHANNELS,
+                              PIXEL_BITS        => PIXEL_BITS,
+                              BORDER_NORMALISED => BORDER_NORMALISED
+                            );
 
 begin
 

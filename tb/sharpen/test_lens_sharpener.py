@@ -4,6 +4,8 @@
 import random
 from math import gcd
 
+from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.synthesis.part_wrapper import core_call
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -19,15 +21,19 @@ def sharpener_case(
     turns: int = 4,
 ) -> Case:
     divisor = m * m if divisor is None else divisor
-    generics = {
+    shifts, texts = " ".join(["1"] * len(weights)), " ".join(map(str, weights))
+    core: Generics = {
         "MICRO_IMAGE_SIZE": m,
-        "SHARPENING": " ".join(map(str, weights)),
+        "SHIFTS": shifts,
+        "INTERPOLATION_ORDER": 0 if divisor == m * m else 1,
         "PIXELS_PER_CLOCK": pixels,
-        "TOKENS": max(-(-columns // pixels), 1),
+        "MAX_COLUMNS": columns,
         "CHANNELS": channels,
-        "SUM_MAX": white * divisor,
-        "DIVISOR": divisor,
+        "PIXEL_BITS": white.bit_length(),
+        "ENGINE": "moving_sum",
+        "SHARPENING": texts,
     }
+    generics: Generics = {"CORE": core_call(core)}
     case = {
         "m": m,
         "weights": weights,

@@ -167,7 +167,7 @@ def test_every_named_signal_of_an_engine_is_written(good_of, name: str) -> None:
 
 
 def test_a_signal_that_is_not_there_is_refused(good: Path) -> None:
-    wanted = WaveSignal("/file_bench/design/raster/core/result_dat", "downto")
+    wanted = WaveSignal("/file_bench/design/raster/core/planned/result_dat", "downto")
     with pytest.raises(InputError, match=r"no signal .*result_dat; the nearest is .*result_data$"):
         finish_waves(named_waves(good, [wanted]), [wanted])
 
@@ -177,17 +177,18 @@ def test_all_signals_hold_records_down_to_a_depth(good_of, tmp_path: Path) -> No
     good_of("sums")
     simulator = find_simulator("ghdl", brief=True)
     names = {}
-    for depth in (0, 4):
+    for depth in (0, 5):
         waves = Waves(tmp_path / f"{depth}.ghw", depth=depth)
         core, _ = CORES["sums"]
         work = good_of("sums").parent / "work"
         file_bench.run_bench(simulator, core, FRAME, work, waves=waves, built=True)
         names[depth] = {signal.canonical for signal in Dump(waves.path).signals}
-    stage = "file_bench.design.raster.core.moving_sum_engine.sums.every_stage[0].pixel_stage.stage."
+    stage = "file_bench.design.raster.core.planned.moving_sum_engine."
+    stage += "moving_sums.every_stage[0].pixel_stage.stage."
     assert {f"{stage}command_at[3].take", f"{stage}token.strobe"} <= names[0]
     # The bench, the core of any engine, its generate region, the refocuser, and records in it.
-    assert "file_bench.design.raster.core.token.strobe" in names[4] < names[0]
-    assert max(name.count(".") for name in names[4]) == 5
+    assert "file_bench.design.raster.core.planned.token.strobe" in names[5] < names[0]
+    assert max(name.count(".") for name in names[5]) == 6
 
 
 def check_named(good: Path, bad: Path, signal: str) -> None:
@@ -222,7 +223,7 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
             "prefix_sums.vhd",
             "before + partial(LEVELS)",
             "before + partial(0)",
-            "moving_sum_engine.sums.last_sums",
+            "planned.tail.last_sums",
         ),
         (
             "pixels",
@@ -329,19 +330,19 @@ def test_a_fault_of_the_receiver_is_named(tmp_path, monkeypatch, sensor: Sensor)
             "switch_control.vhd",
             "switches and mask when live_held",
             "switches when live_held",
-            "core.fir_engine.filters.row_pass[0].stage.control.closed",
+            "planned.fir_engine.filters.row_pass[0].stage.control.closed",
         ),
         (
             "switched_fir.vhd",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS)))",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS))) / 2 * 2",
-            "core.fir_engine.filters.skewed_data",
+            "planned.fir_engine.filters.skewed_data",
         ),
         (
             "divide_round.vhd",
             "NUMERATOR_BITS) + HALF;",
             "NUMERATOR_BITS);",
-            "core.result_data",
+            "planned.result_data",
         ),
     ],
 )

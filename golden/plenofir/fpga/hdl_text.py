@@ -117,6 +117,11 @@ def used_units(text: str) -> set[str]:
     return set(re.findall(r"\bwork\.(\w+)", _without_comments(text)))
 
 
+def used_components(text: str) -> set[str]:
+    """Names of the components that a source instantiates: entities that a core may do without."""
+    return set(re.findall(r"^ +\w+ : component (\w+)$", _without_comments(text), re.M))
+
+
 def clocks(text: str) -> set[str]:
     """Names of the signals whose rising edge a source waits for."""
     return set(re.findall(r"\brising_edge\((\w+)\)", _without_comments(text)))

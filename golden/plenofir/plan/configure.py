@@ -2,7 +2,7 @@
 """Project files of a scene: constants, a top level with its core, and lists for tools."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
@@ -10,7 +10,7 @@ from plenofir.fpga.bitstream import gowin, ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
 from plenofir.fpga.constraints import Constraints
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.hdl_text import used_units
+from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
@@ -35,8 +35,12 @@ CALIBRATION = "calibration.txt"
 STILL_CLOCK_MHZ = 74.25
 
 
-def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]:
+def needed_sources(
+    top: str, entity: str, sources: Sequence[Path], left_out: Collection[str] = ()
+) -> list[Path]:
     """The sources that an entity needs, in order of analysis.
+
+    `left_out` are components that it does not build, so that no file of them is needed.
 
     `top` is VHDL that instantiates entities and uses packages. `sources` are in order of analysis,
     one unit a file, named as the unit.
@@ -45,7 +49,8 @@ def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]
     needed: set[str] = set()
     waiting = [top]
     while waiting:
-        for name in used_units(waiting.pop()):
+        text = waiting.pop()
+        for name in used_units(text) | used_components(text).difference(left_out):
             if name in by_name and name not in needed and name != entity:
                 needed.add(name)
                 waiting.append(by_name[name].read_text())
@@ -91,7 +96,7 @@ def configure(
     """
     top = top_of(plan)
     own = _core_top(plan) if plan.path == "core" else _board_top(plan)
-    needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources())
+    needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources(), plan.core.unbuilt)
     # Own files take the place of those that they replace; the others follow.
     sources = [out / path.name if path.name in own else path for path in needed]
     vhdl = (out / name for name in own if name.endswith(".vhd"))

@@ -23,7 +23,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
+from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, with_part, wrapped
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
 from plenofir.ground.records import save_records
@@ -171,7 +171,8 @@ def filter_designs() -> Iterator[Design]:
     linear = grey_core(5, (2,), order=1)
     yield Design("core M=5 a'=2 linear interpolation", linear)
     rows = grey_core(3, (1,), engine={"kind": "fir", "parallel_rows": 3})
-    yield Design("array M=3 a'=1 iota=3", rows, ARRAY, slow=False)
+    wrapper = wrapped(ARRAY, {"CORE": core_call(rows.generics())})
+    yield Design("array M=3 a'=1 iota=3", rows, ARRAY, slow=False, wrapper=wrapper)
 
 
 # Slices of the stacks have the same ends, so that delay and shared memory are equal.

@@ -50,6 +50,17 @@ class CoreConfiguration(Raster):
     )
 
     @property
+    def unbuilt(self) -> frozenset[str]:
+        """Components of ``refocuser`` that the core does without, with all that they need."""
+        names = {engine.COMPONENT for engine in (*SLICE_ENGINES.values(), StackEngine)}
+        names -= {self.engine.COMPONENT}
+        if not self.normalises:
+            names.add("border_weights")
+        if not self.sharpens:
+            names.add("lens_sharpener")
+        return frozenset(names)
+
+    @property
     def parallel_rows(self) -> int:
         """Rows that are filtered at once."""
         return self.engine.rows_at_once

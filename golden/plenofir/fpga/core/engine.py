@@ -153,6 +153,8 @@ class Engine(BaseModel, ABC):
 
     kind: str
     ENTITY: ClassVar[str] = "raster_refocuser"
+    COMPONENT: ClassVar[str]
+    """Of `refocuser`, with the files of this engine alone."""
     CLOCK_SHARE: ClassVar[float] = 1
     """Share of the clock that a device's cores keep (`Device.clocks_mhz`) which this one keeps."""
 

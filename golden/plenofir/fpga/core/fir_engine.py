@@ -39,6 +39,7 @@ class FirEngine(SliceEngine):
     # Taps that one latch of the broadcast net drives; 0: no latches.
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
 
+    COMPONENT: ClassVar[str] = "fir_array"
     UNIT: ClassVar[str] = "taps"
     PARTS: ClassVar[dict[str, str]] = {"fir_stage": "stages", "switched_fir": "filters"}
     LARGEST: ClassVar[dict[str, int]] = {"taps": MAX_TAPS}

@@ -55,6 +55,7 @@ class MovingSumEngine(SliceEngine):
     # Neighbouring pixels of a line in a token; above 1 with exact arithmetic only.
     pixels_per_clock: PixelsPerClock = 1
 
+    COMPONENT: ClassVar[str] = "moving_sum_array"
     UNIT: ClassVar[str] = "lines of pixels"
     PARTS: ClassVar[dict[str, str]] = {
         "moving_sum_stage": "moving sums",
@@ -74,9 +75,9 @@ class MovingSumEngine(SliceEngine):
         for stage in range(2 * raster.passes):
             rows = stage not in self._column_stages(raster)
             lanes = self.pixels_per_clock > 1 and rows
-            place = f"every_stage({stage})/pixel{'s' * lanes}_stage/stage"
-            found += within(f"moving_sum_engine/sums/{place}", LANE_WAVES if lanes else STAGE_WAVES)
-        return (*found, ("downto", "moving_sum_engine/sums/", "last_sums"))
+            place = f"moving_sum_engine/moving_sums/every_stage({stage})/pixel{'s' * lanes}_stage"
+            found += within(f"{place}/stage", LANE_WAVES if lanes else STAGE_WAVES)
+        return (*found, ("downto", "tail/", "last_sums"))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:

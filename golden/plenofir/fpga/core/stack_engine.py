@@ -47,6 +47,7 @@ class StackEngine(Engine):
     pixels_per_clock: PixelsPerClock = 1
 
     ENTITY: ClassVar[str] = "focal_stack"
+    COMPONENT: ClassVar[str] = "stack_array"
     # What fills a device is slower; placed ones reach 58 % at least.
     CLOCK_SHARE: ClassVar[float] = 0.5
 
@@ -64,7 +65,7 @@ class StackEngine(Engine):
         for number in range(len(raster.shifts)):
             found += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
             found += within(f"slice({number})/{rows}", LANE_WAVES if several else STAGE_WAVES)
-        return within("stack", (*found, ("downto", "", "column_data sums pixels")))
+        return within("stack_engine/slices", (*found, ("downto", "", "column_data sums")))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:

@@ -54,10 +54,10 @@ def core_waves(
     """Signals of the entity `CORE` that a waveform shows."""
     engine = _engine_waves((*core.engine.waves(core), ("downto", "", "result_data")))
     if index is None:
-        return within("raster/core", engine)
+        return within("raster/core/planned", engine)
     return within(
         "stack_and_index",
-        (*within("core", engine), *within("index", _engine_waves(index.waves))),
+        (*within("core/planned", engine), *within("index", _engine_waves(index.waves))),
     )
 
 

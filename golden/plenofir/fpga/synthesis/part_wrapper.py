@@ -11,6 +11,16 @@ from plenofir.fpga.hdl_text import declarations
 TOP = "part"
 
 
+def core_call(generics: Mapping[str, int | bool | str]) -> str:
+    """VHDL of the core that generics of ``raster_refocuser`` describe."""
+    values = {"name": TOP, **generics}
+    chosen = ", ".join(
+        f"{name.lower()} => " + (f'"{value}"' if isinstance(value, str) else str(value).lower())
+        for name, value in values.items()
+    )
+    return f"work.refocuser_pkg.core_of({chosen})"
+
+
 def wrapped(entity: str, values: Mapping[str, object]) -> str:
     """VHDL of an entity `TOP` without generics that instantiates another and has its ports.
 
