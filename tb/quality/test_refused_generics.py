@@ -85,7 +85,6 @@ REFUSED: list[Case] = [
             ({"SHARPENING": "4", "EXACT": False, "FRACTION_BITS": 4}, "SHARPENING"),
             ({**NORMALISED, "EXACT": False, "FRACTION_BITS": 4}, "BORDER_NORMALISED"),
             ({**NORMALISED, "SHARPENING": "4"}, "BORDER_NORMALISED"),
-            ({"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
         )
     ),
     ("raster_refocuser", CORE, {"SHARPENING": "4", "PARALLEL_ROWS": 2}, "SHARPENING"),
@@ -103,7 +102,11 @@ REFUSED: list[Case] = [
     ("raster_refocuser", CORE, {"ANY_ROWS": True}, "ANY_ROWS"),
     ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "PARALLEL_ROWS": 2}, "PARALLEL_ROWS"),
     ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "MAX_COLUMNS": 1}, "MAX_COLUMNS"),
-    ("focal_stack", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    *(
+        ("core_verdict", {**CORE, "EXACT": True, "PIXEL_BITS": 8}, {name: value}, name)
+        for name, value in (("MAX_COLUMNS", 8193), ("PARALLEL_ROWS", 65))
+    ),
+    ("stack_verdict", {**CORE, "CENTRED": True}, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     ("focal_stack", CORE, {"PIXELS_PER_CLOCK": 3}, "PIXELS_PER_CLOCK"),
     (
         "focal_stack",
