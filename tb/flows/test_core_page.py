@@ -11,6 +11,7 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.ground import project
 from plenofir_tb.flows import EXAMPLES, Run, icarus
 from plenofir_tb.runner import run_case
@@ -68,8 +69,10 @@ def test_no_file_too_many() -> None:
     listed = re.findall(r"(\w+)\.vhd", FILES)
     assert len(set(listed)) == len(listed)
     text = {path.stem: path.read_text() for path in hdl.hdl_sources()}
-    used = {name for file in listed for name in re.findall(r"\bwork\.(\w+)", text[file])}
-    assert used == set(listed) - {"raster_refocuser"}
+    used = {
+        name for file in listed for name in used_units(text[file]) | used_components(text[file])
+    }
+    assert used - {"all"} == set(listed) - {"raster_refocuser"}
 
 
 def test_every_pixel_of_the_instance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
