@@ -22,7 +22,8 @@ UNITS = [
     unit("gearbox_10_to_5", "rate"),
     unit("tmds_word_align", timeout=100, run=8),
     unit("tmds_polarity"),
-    unit("elastic_buffer", "rate", width=8, address_bits=4),
+    # The smallest, the usual and the largest depth.
+    *(unit("elastic_buffer", "rate", width=8, address_bits=bits) for bits in (3, 4, 6)),
 ]
 
 
