@@ -89,7 +89,7 @@ def components_package(library: str) -> tuple[Path, str]:
 def packages() -> dict[Path, str]:
     """Make the packages, place to text."""
     return {
-        HDL / "board" / "edid_pkg.vhd": edid_package(),
+        HDL / "link" / "edid_pkg.vhd": edid_package(),
         HDL / "video" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
         HDL / "video" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
         HDL / "board" / f"{CAMERA_PACKAGE}.vhd": camera_package(),

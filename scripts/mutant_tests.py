@@ -27,7 +27,7 @@ VIDEO = "tb/video/test_video.py"
 CSI = "tb/csi/test_csi_receiver.py -k test_csi_receiver"
 PARALLEL = "tb/video/test_parallel.py"
 CAMERAS = "tb/csi/test_camera_boards.py -m slow"
-LOADS = "tb/board/test_load_port.py"
+LOADS = "tb/link/test_load_port.py"
 # The last rounds: designs of a hunt, and hunts of a source that many build.
 HUNTED, HUNTS = 4, 3
 HUNT = "tb/hunt/test_hunter.py::test_short_draw[{}]"
@@ -85,20 +85,23 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("video/sensor_front*", (SENSOR_VIDEO, SENSOR_WAITS)),
     ("board/camera_r*", (f"{CAMERAS} -k lifcl40", f"{CAMERAS} -k ulx3s")),
     ("video/camera*", (f"{CAMERAS} -k ulx3s",)),
-    ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
+    ("link/[mt]*", ("tb/link/test_monitor.py", CHAIN)),
+    ("link/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
+    ("link/load_port*", (HUNT.format("load_port"), f"{LOADS} -k load_port")),
+    ("link/i2c_rom_slave*", (HUNT.format("i2c_rom_slave"), CHAIN)),
+    ("link/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
+    ("link/hdmi_pkg*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
+    ("link/[cfl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
+    ("serial/i2c_reader*", ("tb/link/test_monitor.py", CHAIN)),
+    ("serial/i2c*", ("tb/serial_ports/test_i2c_master.py", "tb/link/test_monitor.py", CHAIN)),
+    ("serial/*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/demo*", (f"{BOARD} -k demo_control", "tb/hdmi/test_tangnano.py")),
-    ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
-    ("board/load_port*", (HUNT.format("load_port"), f"{LOADS} -k load_port")),
-    ("serial/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
-    ("serial/*", ("tb/serial_ports/test_i2c_master.py", "tb/board/test_monitor.py", CHAIN)),
-    ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
-    ("board/i2c_rom_slave*", (HUNT.format("i2c_rom_slave"), CHAIN)),
-    ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/co*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/b*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/parallel*", (PARALLEL,)),
-    ("board/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
-    ("board/hdmi_[cp]*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
-    ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
+    ("board/hdmi_c*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
+    ("link/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
     ("tmds/tmds_pkg*", (TMDS, CHAIN)),
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),

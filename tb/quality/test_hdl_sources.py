@@ -229,6 +229,8 @@ MAY_USE = {
     "csi": {"common", "serial"},
     "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},
+    # Between the control of a board and its pins, clocks and video path.
+    "link": {"common", "resample", "serial", "tmds", "video"},
     "spartan6": {"common"},
     # A camera's lanes.
     "ecp5": {"common", "csi"},
@@ -242,6 +244,7 @@ MAY_USE = {
             "refocuser",
             "resample",
             "serial",
+            "link",
             "tmds",
             "video",
             "overlay",

@@ -216,7 +216,7 @@ def standard_code(mode: VideoMode) -> int:
 
 
 def edid_package(own: bytes | None = None) -> str:
-    """VHDL of ``hdl/board/edid_pkg.vhd``: the blocks, and what the modes are called in other EDIDs.
+    """VHDL of ``hdl/link/edid_pkg.vhd``: the blocks, and what the modes are called in other EDIDs.
 
     `own` is an EDID to serve instead of the board's, whatever the longest line of the build.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the board reads from a monitor's EDID: the golden model of ``hdl/board/monitor_edid.vhd``.
+"""What the board reads from a monitor's EDID: the golden model of ``hdl/link/monitor_edid.vhd``.
 
 The preferred mode is the first detailed timing. A mode counts as offered if a detailed timing has
 its size and its rate, or if it is one of `MODES` and listed in the established timings, the
@@ -45,7 +45,7 @@ class MonitorReport(NamedTuple):
 
 
 def rate_of(pixel_clock: int, line_length: int, frame_lines: int) -> int:
-    """Frame rate in 0.1 Hz, as ``hdl/board/timing_rate.vhd`` computes it, at most `HIGHEST_RATE`.
+    """Frame rate in 0.1 Hz, as ``hdl/link/timing_rate.vhd`` computes it, at most `HIGHEST_RATE`.
 
     The pixel clock is in 10 kHz; length and lines include blanking.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration over the serial port, into a resampler behind ``hdl/board/load_port.vhd``.
+"""A calibration over the serial port, into a resampler behind ``hdl/link/load_port.vhd``.
 
 Each word of the load port is a line, answered by "ok": the letter l, kind (1 hexadecimal digit),
 address (5), word (10). The answer to the line "l ?" describes the resampler and, if its raster is

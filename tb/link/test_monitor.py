@@ -11,7 +11,7 @@ def test_monitor_edid() -> None:
         [
             Case(
                 entity,
-                "board.monitor_bench",
+                "link.monitor_bench",
                 {name.upper(): clocks for name, clocks in own.items()},
                 {"entity": entity, **own},
             )

@@ -5,7 +5,7 @@ from typing import Any
 
 import cocotb
 
-from board.load_bench import Line, Terminal
+from link.load_bench import Line, Terminal
 from plenofir_tb.case import read_case
 from video.sensor_bench import ALIGNED, LOST, MODE, REFOCUSED, Bench
 

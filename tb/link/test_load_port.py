@@ -37,7 +37,7 @@ def test_load_port(tmp_path: Path) -> None:
         "other": str(tmp_path / "other.json"),
     }
     generics = {"DESCRIPTION": text, "BIT_CLOCKS": 8}
-    run_cases([Case("load_ports", "board.load_bench", generics, case)])
+    run_cases([Case("load_ports", "link.load_bench", generics, case)])
 
 
 @pytest.mark.slow
@@ -71,7 +71,7 @@ def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
         "ring": False,
     }
     packages = sensor_packages(core, shape)
-    run_cases([Case("load_picture", "board.picture_bench", generics, case, packages)])
+    run_cases([Case("load_picture", "link.picture_bench", generics, case, packages)])
 
 
 def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,4 +88,4 @@ def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     ):
         sources = plant(tmp_path / str(number), sources, "sensor_pkg.vhd", old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    run_cases([Case("load_crossing", "board.crossing_bench", {}, {"words": words})])
+    run_cases([Case("load_crossing", "link.crossing_bench", {}, {"words": words})])

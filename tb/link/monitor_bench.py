@@ -9,7 +9,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, First, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
-from board.edid_device import EdidDevice
+from link.edid_device import EdidDevice
 from plenofir.fpga.hdmi.edid import DESCRIPTORS, make_edid
 from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA
 from plenofir.fpga.hdmi.monitor import Mode, rate_of, read_monitor
