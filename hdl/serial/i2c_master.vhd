@@ -224,4 +224,19 @@ begin
 
   end process shift_bits;
 
+  -- Simulation stops if an order goes before it is over.
+  watch_orders : process (clk) is
+  begin
+
+    -- synthesis translate_off
+    if rising_edge(clk) then
+      assert not (wanted = '0' and phase /= hold and reset = '0')
+        report "i2c_master: an order went before it was over"
+        severity failure;
+    end if;
+
+  -- synthesis translate_on
+
+  end process watch_orders;
+
 end architecture rtl;

@@ -125,6 +125,13 @@ PROMISES = (
         "sensor_setup: start came while busy",
     ),
     Promise(
+        "i2c_master",
+        "QUARTER => 3, STRETCH => 9",
+        "clk => clk, reset => low, scl => high, sda => high, scl_low => open, sda_low => open,"
+        "order => order, result => open",
+        "i2c_master: an order went before it was over",
+    ),
+    Promise(
         "i2c_reader",
         "QUARTER => 3",
         "clk => clk, reset => low, scl => scl, sda => high, scl_low => scl_low, sda_low => open,"
@@ -255,6 +262,11 @@ OWN = {
         "sync <= '1' when number mod 8 = 1 else '0';",
     ),
     "sensor_setup": ("", "signal start, scl, scl_low : std_logic;", ORDERS),
+    "i2c_master": (
+        "use work.i2c_pkg.all;",
+        "signal order : i2c_order_t := ('0', '0', '0', '0', x\"00\", '0');",
+        "order.receive <= '0' when number > 8 and odd = 1 else '1';",
+    ),
     "i2c_reader": ("", "signal start, scl, scl_low : std_logic;", ORDERS),
     "timing_rate": (
         "",
