@@ -34,6 +34,8 @@ _ASIDE = 0.3
 _VIEWER_BYTES = 8_000_000
 # Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
 _ANIMATION_PIXELS, _STAYS = 640, 120
+# Views of few micro lenses are enlarged so many times in an animation: more shows no more of them.
+_VIEW_TIMES = 4
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;margin:1.5rem auto;max-width:76rem;padding:0 1rem;"
     "background:#fff;color:#222}main{display:grid;gap:1rem;"
@@ -76,6 +78,7 @@ class Album:
             sharp_everywhere,
             view_at,
         )
+        from plenofir.camera.lightfield.stack import enlarged_view
         from plenofir.camera.recognise.source import quiet
         from plenofir.refocus import setting_names
 
@@ -87,7 +90,7 @@ class Album:
         central = central_view(pixels, m)
         self.add(
             "central_view.png",
-            lambda: _enlarged(self.look(central_view(source, m)).pixels, large),
+            lambda: enlarged_view(self.look(central_view(source, m)).pixels, large),
             "The view in the middle",
         )
         searched = search_depth(
@@ -121,7 +124,8 @@ class Album:
         self.animation(
             "views",
             lambda: [
-                _small(self.look(view_at(source, m, v, u)).pixels) for v, u in _around(*counts)
+                _small(self.look(view_at(source, m, v, u)).pixels, _VIEW_TIMES)
+                for v, u in _around(*counts)
             ],
             "Around the lens",
         )
@@ -269,19 +273,8 @@ def _around(rows: int, columns: int) -> list[tuple[int, int]]:
     return [place for n, place in enumerate(places) if place != places[n - 1]] or places[:1]
 
 
-def _enlarged(image: "Image", times: int) -> "Image":
-    """A view, a pixel for each micro lens, as large as the other pictures."""
-    import numpy as np
-    from scipy import ndimage
-
-    zoom = (times, times, 1)[: image.ndim]
-    large = ndimage.zoom(image.astype(np.float32), zoom, order=3, mode="nearest", grid_mode=True)
-    most = np.iinfo(image.dtype).max
-    return np.asarray(np.clip(np.rint(large), 0, most).astype(image.dtype))
-
-
-def _small(image: "Image") -> "Image":
-    """A frame of an animation: 8 bit, its longer side always the same."""
+def _small(image: "Image", times: int = 1 << 16) -> "Image":
+    """A frame of an animation: 8 bit, its longer side always the same, or so many times its own."""
     import numpy as np
     from PIL import Image as Pillow
 
@@ -289,7 +282,7 @@ def _small(image: "Image") -> "Image":
 
     eight = eight_bits(image)
     rows, columns = image.shape[:2]
-    scale = _ANIMATION_PIXELS / max(rows, columns)
+    scale = min(times, _ANIMATION_PIXELS / max(rows, columns))
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
     return np.asarray(Pillow.fromarray(eight).resize(size, Pillow.Resampling.BICUBIC))
 

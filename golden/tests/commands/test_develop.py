@@ -183,6 +183,10 @@ def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
     assert {*report["files"], "own.png"} == names(out)
     frames = list(film_frames(out / "focus.webm"))
     assert frames[0].shape == (600, 640, 3)
+    # Views are enlarged four times at most.
+    sides = np.array(raster.shape[:2]) // 5
+    (view, *_) = film_frames(out / "views.webm")
+    assert view.shape[:2] == tuple(np.rint(min(4, 640 / sides.max()) * sides).astype(int) // 2 * 2)
     page = (out / "index.html").read_text()
     assert all(f'href="{name}"' in page for name in FILMS)
     assert write_webm(tmp_path / "views.webm", frames[:1] * 24, 5)

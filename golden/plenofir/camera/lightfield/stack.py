@@ -49,6 +49,8 @@ _MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
 # brightness: its factor, groups at most, lenses in each at least; energy of rounding.
 _USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
+# Micro lenses beyond the border that a spline of the third order can tell from its end.
+_BESIDE = 12
 
 
 class FocalStack:
@@ -371,6 +373,24 @@ class _CentralView:
             )
         limited = np.clip(colours.reshape(low.shape), low, high)
         return np.asarray(limited.reshape(*places.shape[1:], *self.shape[2:]))
+
+
+def enlarged_view(view: Image, times: int) -> Image:
+    """A view, a pixel for each micro lens, as large as the raw image, by cubic splines."""
+    if times == 1:
+        return view
+    # Splines reach far: beyond the border they continue the pixels there.
+    rows, columns = (
+        _shares(times * lenses, lenses, times, 3)[times * _BESIDE : -times * _BESIDE]
+        for lenses in (length + 2 * _BESIDE for length in view.shape[:2])
+    )
+    most = np.iinfo(view.dtype).max
+    large = np.empty((rows.shape[0], columns.shape[0], *view.shape[2:]), view.dtype)
+    for k, channel in enumerate(np.moveaxis(np.atleast_3d(view), 2, 0)):
+        splines = ndimage.spline_filter(np.pad(channel, _BESIDE, mode="edge"), 3, np.float64)
+        values = rows @ np.ascontiguousarray((columns @ splines.T).T)
+        large.reshape(*large.shape[:2], -1)[..., k] = np.clip(np.rint(values), 0, most)
+    return large
 
 
 def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:

@@ -119,6 +119,23 @@ def test_hot_pixels(order: str | None, by_dark: bool) -> None:
     assert without_hot_pixels(clean, 65535, mosaic=order is not None)[1] == 0
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("channels", [(), (3,)])
+@pytest.mark.parametrize("lone", [0, 1])
+def test_hot_pixels_among_hot_ones_stay(channels: tuple[int, ...], lone: int) -> None:
+    pixels, dark = np.full((120, 120, *channels), 900, np.uint16), np.zeros((120, 120), np.uint16)
+    dark[10:13, 20:23] = dark[50, 60] = 20000
+    if not lone:
+        # The middle alone, whose neighbours are those of a corner too.
+        dark[:] = 0
+        dark[:2, :2] = 20000
+    pixels[dark > 0] = 65535
+    found, count = without_hot_pixels(pixels, 65535, mosaic=False, dark=dark)
+    assert count == (dark > 0).sum()
+    stays = {(11, 21)} if lone else {(0, 0)}
+    assert {(y, x) for y, x in np.argwhere(found.reshape(120, 120, -1)[..., 0] != 900)} == stays
+
+
 def test_many_bright_pixels_are_no_defects() -> None:
     noise = np.random.default_rng(3).random((60, 60)) < 0.05
     pixels = np.where(noise, 65535, 900).astype(np.uint16)

@@ -27,6 +27,7 @@ from plenofir.camera.lightfield import (
 )
 from plenofir.camera.lightfield.disparity import views_disparity
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
+from plenofir.camera.lightfield.stack import enlarged_view
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.refocus import best_picture, refocus
@@ -352,3 +353,15 @@ def test_one_view_has_no_disparity() -> None:
         light_field_disparity(np.zeros((9, 9), np.uint8), 1)
     with pytest.raises(InputError, match="no other view"):
         views_disparity(np.zeros((1, 1, 9, 9), np.uint8))
+
+
+@pytest.mark.parametrize("times", [1, 3, 4])
+@pytest.mark.parametrize(("shape", "kind"), [((30, 21), np.uint16), ((1, 9, 3), np.uint8)])
+def test_enlarged_view_is_that_of_scipy(times: int, shape: tuple[int, ...], kind: type) -> None:
+    most = np.iinfo(kind).max
+    view = np.random.default_rng(times).integers(0, most, shape, endpoint=True).astype(kind)
+    zoom = (times, times, 1)[: len(shape)]
+    want = ndimage.zoom(view.astype(float), zoom, order=3, mode="nearest", grid_mode=True)
+    found = enlarged_view(view, times)
+    assert found.dtype == kind
+    assert np.abs(found - np.clip(want, 0, most)).max() < 0.501
