@@ -46,12 +46,13 @@ end entity border_counts;
 
 architecture rtl of border_counts is
 
-  constant GEOMETRY     : geometry_t := CORE.geometry;
-  constant M            : positive   := GEOMETRY.micro_image_size;
-  constant P            : positive   := CORE.pixels;
-  constant PASSES       : positive   := CORE.arithmetic.passes;
-  constant COUNT_BITS   : positive   := bits_for(largest_count(M, PASSES));
-  constant PRODUCT_BITS : positive   := weight_bits(CORE);
+  constant GEOMETRY     : geometry_t                       := CORE.geometry;
+  constant M            : positive                         := GEOMETRY.micro_image_size;
+  constant P            : positive                         := CORE.pixels;
+  constant PASSES       : positive                         := CORE.arithmetic.passes;
+  constant COUNT_BITS   : positive                         := bits_for(largest_count(M, PASSES));
+  constant PRODUCT_BITS : positive                         := weight_bits(CORE);
+  constant ONES         : std_logic_vector(P - 1 downto 0) := (others => '1');
 
   type down_counts_t is array (natural range 0 to PASSES) of std_logic_vector(COUNT_BITS - 1 downto 0);
 
@@ -106,79 +107,36 @@ begin
   row_token(0) <= line_token(PASSES);
   row_down(0)  <= down(PASSES);
 
-  -- Each pixel of a token counts as one.
-  one_for_each : for j in 0 to P - 1 generate
-    across(0)((j + 1) * COUNT_BITS - 1 downto j * COUNT_BITS) <= std_logic_vector(to_unsigned(1, COUNT_BITS));
-  end generate one_for_each;
+  -- Each pixel of a token counts as one; those behind a line's end do not count.
+  across(0)(P - 1 downto 0) <= in_line(ONES, 1, row_token(0), line_end);
 
-  row_pass : for i in 0 to PASSES - 1 generate
+  across_pass : for i in 0 to PASSES - 1 generate
 
-    constant IN_BITS  : positive := bits_for(largest_count(M, i));
-    constant OUT_BITS : positive := bits_for(largest_count(M, i + 1));
-
-    signal counts : std_logic_vector(P * IN_BITS - 1 downto 0);
-    signal sums   : std_logic_vector(P * OUT_BITS - 1 downto 0);
+    constant SIZES : pass_t := exact_pass(largest_count(M, i), M);
 
   begin
 
-    lane : for j in 0 to P - 1 generate
+    stage : entity work.row_pass
+      generic map (
+        GEOMETRY    => pass_geometry(GEOMETRY, i),
+        SIZES       => SIZES,
+        FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
+        PIXELS      => P,
+        TAG_BITS    => COUNT_BITS
+      )
+      port map (
+        clk       => clk,
+        reset     => reset,
+        token     => row_token(i),
+        data      => across(i)(P * SIZES.data_bits - 1 downto 0),
+        tag       => row_down(i),
+        line_end  => line_end,
+        out_token => row_token(i + 1),
+        out_data  => across(i + 1)(P * SIZES.result_bits - 1 downto 0),
+        out_tag   => row_down(i + 1)
+      );
 
-      -- Pixels behind a line's end do not count.
-      counts((j + 1) * IN_BITS - 1 downto j * IN_BITS) <= across(i)(j * COUNT_BITS + IN_BITS - 1 downto j * COUNT_BITS)
-                                                          when row_token(i).line_last = '0' or line_end(j) = '1' else
-                                                          (others => '0');
-
-      across(i + 1)(j * COUNT_BITS + OUT_BITS - 1 downto j * COUNT_BITS) <= sums((j + 1) * OUT_BITS - 1 downto
-                                                                                 j * OUT_BITS);
-
-    end generate lane;
-
-    pixel_stage : if P = 1 generate
-
-      stage : entity work.moving_sum_stage
-        generic map (
-          GEOMETRY    => pass_geometry(GEOMETRY, i),
-          SIZES       => exact_pass(largest_count(M, i), M),
-          FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
-          TAG_BITS    => COUNT_BITS
-        )
-        port map (
-          clk       => clk,
-          reset     => reset,
-          token     => row_token(i),
-          data      => counts,
-          tag       => row_down(i),
-          out_token => row_token(i + 1),
-          out_data  => sums,
-          out_tag   => row_down(i + 1)
-        );
-
-    end generate pixel_stage;
-
-    pixels_stage : if P > 1 generate
-
-      stage : entity work.lane_stage
-        generic map (
-          GEOMETRY         => slice_geometry(pass_geometry(GEOMETRY, i), choose(i = 0, FIXED_SLICE, - 1)),
-          PIXELS_PER_CLOCK => P,
-          DATA_BITS        => IN_BITS,
-          SUM_BITS         => OUT_BITS,
-          TAG_BITS         => COUNT_BITS
-        )
-        port map (
-          clk       => clk,
-          reset     => reset,
-          token     => row_token(i),
-          data      => counts,
-          tag       => row_down(i),
-          out_token => row_token(i + 1),
-          out_data  => sums,
-          out_tag   => row_down(i + 1)
-        );
-
-    end generate pixels_stage;
-
-  end generate row_pass;
+  end generate across_pass;
 
   multiply : process (clk) is
 

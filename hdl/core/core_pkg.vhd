@@ -43,6 +43,9 @@ package core_pkg is
     -- needed for the multiple count as well.
     modulus       : natural;
     keeps_modulus : boolean;
+    -- Column memories: words of all channels, and bits of a word.
+    memory_words : natural;
+    memory_bits  : natural;
   end record plan_t;
 
   -- A plan without numbers, which takes_plan refuses.
@@ -55,7 +58,9 @@ package core_pkg is
     min_steps     => 0,
     min_bands     => 0,
     modulus       => 0,
-    keeps_modulus => false
+    keeps_modulus => false,
+    memory_words  => 0,
+    memory_bits   => 0
   );
 
   type core_t is record

@@ -39,15 +39,6 @@ package fir_pkg is
     core : core_t
   ) return positive;
 
-  -- Words of the column stages' memories, all channels counted, and bits of a word.
-  function memory_words (
-    core : core_t
-  ) return natural;
-
-  function memory_bits (
-    core : core_t
-  ) return natural;
-
   -- Number of taps of the slice that needs most.
   function tap_count (
     geometry : geometry_t;
@@ -261,6 +252,9 @@ package body fir_pkg is
     -- bands will do.
     plan.min_bands := 1;
     plan.modulus   := 1;
+
+    plan.memory_words := memory_words(core);
+    plan.memory_bits  := memory_bits(core);
 
     return plan;
 

@@ -7,7 +7,7 @@
 -- passes, so they keep the order that defines the result: rows first.
 --
 -- A token may hold several neighbouring pixels. Column filters treat them as channels of one wider pixel, and lines
--- are shorter accordingly; row filters combine them (lane_stage). In a line's last token, pixels behind the line's
+-- are shorter accordingly; row filters combine them (row_pass). In a line's last token, pixels behind the line's
 -- end count as zero and come out as zero.
 --
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
@@ -54,9 +54,7 @@ architecture rtl of moving_sum_array is
   constant GEOMETRY   : geometry_t   := CORE.geometry;
   constant ARITHMETIC : arithmetic_t := CORE.arithmetic;
   constant PASSES     : positive     := ARITHMETIC.passes;
-  constant P          : positive     := CORE.pixels;
-  constant CHANNELS   : positive     := CORE.channels;
-  constant LANES      : positive     := P * CHANNELS;
+  constant LANES      : positive     := CORE.pixels * CORE.channels;
   constant LAST_STAGE : positive     := 2 * PASSES - 1;
 
   -- Whether a stage filters columns: exact sums begin with them, stored products with rows.
@@ -82,7 +80,7 @@ begin
   token_at(0) <= token;
 
   -- Pixels behind a line's end are set to zero here, so no stage needs to know the line's length.
-  data(0)(row_bits(CORE) - 1 downto 0) <= in_line(token_data, CHANNELS * ARITHMETIC.pixel_bits, token, line_end);
+  data(0)(row_bits(CORE) - 1 downto 0) <= in_line(token_data, CORE.channels * ARITHMETIC.pixel_bits, token, line_end);
 
   every_stage : for i in 0 to LAST_STAGE generate
 
@@ -93,15 +91,15 @@ begin
   begin
 
     -- Column filters treat the pixels of a token as channels, so a stage of one pixel serves all of them.
-    pixel_stage : if COLUMNS or P = 1 generate
+    columns_stage : if COLUMNS generate
 
       stage : entity work.moving_sum_stage
         generic map (
           GEOMETRY => pass_geometry(GEOMETRY, i mod PASSES),
           SIZES    => pass_of(ARITHMETIC, i),
-          COLUMNS  => COLUMNS,
+          COLUMNS  => true,
           ANY_ROWS => CORE.any_rows,
-          DEPTH    => choose(COLUMNS, tokens_of(CORE), 1),
+          DEPTH    => tokens_of(CORE),
           LANES    => LANES
         )
         port map (
@@ -113,35 +111,28 @@ begin
           out_data  => data(i + 1)(LANES * OUT_BITS - 1 downto 0)
         );
 
-    end generate pixel_stage;
+    end generate columns_stage;
 
-    pixels_stage : if not COLUMNS and P > 1 generate
+    rows_stage : if not COLUMNS generate
 
-      signal sums : std_logic_vector(LANES * OUT_BITS - 1 downto 0);
-
-    begin
-
-      -- Behind each stage pixels beyond the line's end are cleared again, because sums go on there.
-      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, token_at(i + 1), line_end);
-
-      stage : entity work.lane_stage
+      stage : entity work.row_pass
         generic map (
-          GEOMETRY         => pass_geometry(GEOMETRY, i mod PASSES),
-          PIXELS_PER_CLOCK => P,
-          CHANNELS         => CHANNELS,
-          DATA_BITS        => IN_BITS,
-          SUM_BITS         => OUT_BITS
+          GEOMETRY => pass_geometry(GEOMETRY, i mod PASSES),
+          SIZES    => pass_of(ARITHMETIC, i),
+          PIXELS   => CORE.pixels,
+          CHANNELS => CORE.channels
         )
         port map (
           clk       => clk,
           reset     => reset,
           token     => token_at(i),
           data      => data(i)(LANES * IN_BITS - 1 downto 0),
+          line_end  => line_end,
           out_token => token_at(i + 1),
-          out_data  => sums
+          out_data  => data(i + 1)(LANES * OUT_BITS - 1 downto 0)
         );
 
-    end generate pixels_stage;
+    end generate rows_stage;
 
   end generate every_stage;
 

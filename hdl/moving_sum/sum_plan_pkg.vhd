@@ -22,15 +22,6 @@ package sum_plan_pkg is
     core : core_t
   ) return plan_t;
 
-  -- Words of the column stages' memories, all channels counted, and bits of a word.
-  function memory_words (
-    core : core_t
-  ) return natural;
-
-  function memory_bits (
-    core : core_t
-  ) return natural;
-
   -- Delay of the row stages in tokens.
   function rows_delay (
     core : core_t
@@ -69,15 +60,6 @@ package body sum_plan_pkg is
     return lines * bits_for(product_max(arithmetic, stage)) + sums * bits_for(M * product_max(arithmetic, stage));
 
   end function kept_bits;
-
-  function memory_words (
-    core : core_t
-  ) return natural is
-  begin
-
-    return core.channels * core.pixels * tokens_of(core);
-
-  end function memory_words;
 
   function memory_bits (
     core : core_t
@@ -166,6 +148,9 @@ package body sum_plan_pkg is
     plan.min_steps := larger(PARTIAL_SUM_LOOP, plan.row_tokens + 1);
     plan.min_bands := least_frame(core.geometry, ORDER, core.any_rows);
     plan.modulus   := choose(core.any_rows, 1, core.geometry.micro_image_size);
+
+    plan.memory_words := core.channels * core.pixels * tokens_of(core);
+    plan.memory_bits  := memory_bits(core);
 
     return plan;
 

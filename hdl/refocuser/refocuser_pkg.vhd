@@ -126,52 +126,7 @@ package body refocuser_pkg is
 
   end function weights_of;
 
-  function memory_words (
-    core : core_t
-  ) return natural is
-  begin
-
-    case core.engine is
-
-      when fir =>
-
-        return work.fir_pkg.memory_words(core);
-
-      when moving_sum =>
-
-        return work.sum_plan_pkg.memory_words(core);
-
-      when stack =>
-
-        return work.focal_stack_pkg.memory_words(core);
-
-    end case;
-
-  end function memory_words;
-
-  function memory_bits (
-    core : core_t
-  ) return natural is
-  begin
-
-    case core.engine is
-
-      when fir =>
-
-        return work.fir_pkg.memory_bits(core);
-
-      when moving_sum =>
-
-        return work.sum_plan_pkg.memory_bits(core);
-
-      when stack =>
-
-        return work.focal_stack_pkg.memory_bits(core);
-
-    end case;
-
-  end function memory_bits;
-
+  -- The plan of the engine alone.
   function engine_plan (
     core : core_t
   ) return plan_t is
@@ -203,6 +158,8 @@ package body refocuser_pkg is
   ) return boolean is
 
     constant SIZES : arithmetic_t := core.arithmetic;
+
+    variable plan : plan_t;
 
   begin
 
@@ -303,7 +260,10 @@ package body refocuser_pkg is
       report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
       severity failure;
 
-    assert line_bits_fit(memory_words(core), memory_bits(core), sharpen_line_bits(core))
+    -- Only now do all numbers of a plan fit integers.
+    plan := engine_plan(core);
+
+    assert line_bits_fit(plan.memory_words, plan.memory_bits, sharpen_line_bits(core))
       report name & ": SHIFTS, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of column memories: " &
              "take fewer columns, or shifts nearer to 1"
       severity failure;

@@ -24,15 +24,6 @@ package focal_stack_pkg is
     core : core_t
   ) return plan_t;
 
-  -- Words of the column memories, all channels counted, and bits of a word.
-  function memory_words (
-    core : core_t
-  ) return natural;
-
-  function memory_bits (
-    core : core_t
-  ) return natural;
-
   -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
   -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
   function history_place (
@@ -195,15 +186,6 @@ package body focal_stack_pkg is
 
   end function stack_lanes_latency;
 
-  function memory_words (
-    core : core_t
-  ) return natural is
-  begin
-
-    return core.channels * core.pixels * tokens_of(core);
-
-  end function memory_words;
-
   function memory_bits (
     core : core_t
   ) return natural is
@@ -259,6 +241,8 @@ package body focal_stack_pkg is
     plan.min_bands     := DELAY + 1;
     plan.modulus       := core.geometry.micro_image_size;
     plan.keeps_modulus := true;
+    plan.memory_words  := core.channels * core.pixels * tokens_of(core);
+    plan.memory_bits   := memory_bits(core);
 
     return plan;
 

@@ -5,7 +5,7 @@
 -- has its own moving sums, over columns and then over rows, and one division at the end.
 --
 -- A token may hold several neighbouring pixels. Column filters treat them as channels of one wider pixel. For rows each
--- slice has a lane_stage, because sums over columns differ from slice to slice. In a line's last token, pixels behind
+-- slice has a row_pass, because sums over columns differ from slice to slice. In a line's last token, pixels behind
 -- the line's end count as zero and come out as zero.
 --
 -- Latency: D lines, D + 1 tokens and sum_clocks clocks with one pixel a token, D = output_delay; D lines, D' tokens and
@@ -88,7 +88,6 @@ architecture rtl of stack_array is
   signal column_token : token_t;
   signal column_data  : std_logic_vector(SLICES * WIDE_BITS - 1 downto 0);
   signal row_token    : tokens_t(0 to SLICES - 1);
-  signal last_token   : token_t;
   signal sums         : std_logic_vector(SLICES * LANES * SUM_BITS - 1 downto 0);
 
 begin
@@ -114,76 +113,48 @@ begin
 
   slice : for s in 0 to SLICES - 1 generate
 
-    pixel_stage : if P = 1 generate
+    constant WAIT_CLOCKS : natural := choose(P > 1, stack_lanes_latency(GEOMETRY, P) -
+                                             lane_stage_latency(slice_geometry(GEOMETRY, s), P), 0);
 
-      rows : entity work.moving_sum_stage
-        generic map (
-          GEOMETRY    => GEOMETRY,
-          SIZES       => exact_pass(COLUMN_MAX, M),
-          FIXED_SLICE => s,
-          LANES       => CHANNELS
-        )
-        port map (
-          clk       => clk,
-          reset     => reset,
-          token     => column_token,
-          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
-          out_token => row_token(s),
-          out_data  => sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS)
-        );
+    signal row_sums : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    signal waiting  : std_logic_vector(delay_bits(LANES * SUM_BITS, WAIT_CLOCKS) - 1 downto 0) := (others => '0');
 
-    end generate pixel_stage;
+  begin
 
-    pixels_stage : if P > 1 generate
+    rows : entity work.row_pass
+      generic map (
+        GEOMETRY    => GEOMETRY,
+        SIZES       => exact_pass(COLUMN_MAX, M),
+        FIXED_SLICE => s,
+        PIXELS      => P,
+        CHANNELS    => CHANNELS
+      )
+      port map (
+        clk       => clk,
+        reset     => reset,
+        token     => column_token,
+        data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
+        line_end  => line_end,
+        out_token => row_token(s),
+        out_data  => row_sums
+      );
 
-      constant WAIT_CLOCKS : natural := stack_lanes_latency(GEOMETRY, P) -
-                                        lane_stage_latency(slice_geometry(GEOMETRY, s), P);
-
-      signal found   : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
-      signal waited  : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
-      signal waiting : std_logic_vector(delay_bits(LANES * SUM_BITS, WAIT_CLOCKS) - 1 downto 0) := (others => '0');
-
+    -- With several pixels slices that hold outputs take a clock more.
+    wait_for_slowest : process (clk) is
     begin
 
-      rows : entity work.lane_stage
-        generic map (
-          GEOMETRY         => slice_geometry(GEOMETRY, s),
-          PIXELS_PER_CLOCK => P,
-          CHANNELS         => CHANNELS,
-          DATA_BITS        => COLUMN_BITS,
-          SUM_BITS         => SUM_BITS
-        )
-        port map (
-          clk       => clk,
-          reset     => reset,
-          token     => column_token,
-          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
-          out_token => row_token(s),
-          out_data  => found
-        );
+      if rising_edge(clk) then
+        waiting <= moved_on(waiting, row_sums);
+      end if;
 
-      waited <= delayed(waiting, found, WAIT_CLOCKS);
+    end process wait_for_slowest;
 
-      -- Slices that hold outputs take a clock more.
-      wait_for_slowest : process (clk) is
-      begin
-
-        if rising_edge(clk) then
-          waiting <= moved_on(waiting, found);
-        end if;
-
-      end process wait_for_slowest;
-
-      sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS) <= in_line(waited, CHANNELS * SUM_BITS,
-                                                                                  last_token, line_end);
-
-    end generate pixels_stage;
+    sums((s + 1) * LANES * SUM_BITS - 1 downto s * LANES * SUM_BITS) <= delayed(waiting, row_sums, WAIT_CLOCKS);
 
   end generate slice;
 
   -- All slices have the same delay, so one of them provides the token.
-  last_token   <= row_token(slowest);
-  out_token(0) <= last_token;
+  out_token(0) <= row_token(slowest);
 
   -- The rows have the pixels of a slice side by side, the stream the slices of a pixel.
   all_pixels : for j in 0 to P - 1 generate

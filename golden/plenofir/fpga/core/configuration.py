@@ -58,6 +58,8 @@ class CoreConfiguration(Raster):
             names.add("border_weights")
         if not self.sharpens:
             names.add("lens_sharpener")
+        if self.pixels_per_clock == 1:
+            names.add("lane_stage")
         return frozenset(names)
 
     @property

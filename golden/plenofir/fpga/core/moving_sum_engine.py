@@ -45,6 +45,13 @@ LANE_WAVES: tuple[Scope, ...] = (
 """Of ``lane_stage``."""
 
 
+def row_waves(pixels: int) -> tuple[Scope, ...]:
+    """Signals of ``row_pass`` for so many pixels a token."""
+    if pixels > 1:
+        return within("several_pixels/stage", LANE_WAVES)
+    return within("one_pixel/stage", STAGE_WAVES)
+
+
 class MovingSumEngine(SliceEngine):
     """Moving sums (`plenofir.refocus.moving_sum`)."""
 
@@ -74,9 +81,11 @@ class MovingSumEngine(SliceEngine):
         found: list[Scope] = []
         for stage in range(2 * raster.passes):
             rows = stage not in self._column_stages(raster)
-            lanes = self.pixels_per_clock > 1 and rows
-            place = f"moving_sum_engine/moving_sums/every_stage({stage})/pixel{'s' * lanes}_stage"
-            found += within(f"{place}/stage", LANE_WAVES if lanes else STAGE_WAVES)
+            place = f"moving_sum_engine/moving_sums/every_stage({stage})"
+            if not rows:
+                found += within(f"{place}/columns_stage/stage", STAGE_WAVES)
+            else:
+                found += within(f"{place}/rows_stage/stage", row_waves(self.pixels_per_clock))
         return (*found, ("downto", "tail/", "last_sums"))
 
     @property

@@ -18,8 +18,7 @@ from plenofir.fpga.core.engine import (
 from plenofir.fpga.core.moving_sum_engine import (
     ADDER_WAVES,
     CONTROL_WAVES,
-    LANE_WAVES,
-    STAGE_WAVES,
+    row_waves,
 )
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
@@ -59,12 +58,10 @@ class StackEngine(Engine):
         return "moving sums, all slices in one pass"
 
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
-        several = self.pixels_per_clock > 1
-        rows = f"pixel{'s' * several}_stage/rows"
         found: list[Scope] = [("bit", "columns/", "active step")]
         for number in range(len(raster.shifts)):
             found += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
-            found += within(f"slice({number})/{rows}", LANE_WAVES if several else STAGE_WAVES)
+            found += within(f"slice({number})/rows", row_waves(self.pixels_per_clock))
         return within("stack_engine/slices", (*found, ("downto", "", "column_data sums")))
 
     @property
