@@ -11,20 +11,12 @@ from hunt.references.focal_stack import stack
 
 ENTITY = "focal_stack"
 FAULTS = [
-    ("focal_stack.vhd", "KEEP_MODULUS   => true", "KEEP_MODULUS   => false"),
+    ("focal_stack_pkg.vhd", "plan.keeps_modulus := true;", "plan.keeps_modulus := false;"),
     ("column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
     # Lines of one pixel.
-    ("refocuser_pkg.vhd", "delay + 1, 1));", "1, 1));", 209853),
-    (
-        "border_weights.vhd",
-        "choose(SLICES_AT_ONCE > 1, s, - 1)",
-        "choose(SLICES_AT_ONCE > 1, 0, - 1)",
-    ),
-    (
-        "stack_array.vhd",
-        "slice_geometry(GEOMETRY, s),\n          PIXELS_PER_CLOCK",
-        "slice_geometry(GEOMETRY, 0),\n          PIXELS_PER_CLOCK",
-    ),
+    ("focal_stack_pkg.vhd", "plan.row_tokens + 1);", "1);", 209853),
+    ("border_weights.vhd", "choose(SLICES > 1, s, - 1)", "choose(SLICES > 1, 0, - 1)"),
+    ("stack_array.vhd", "FIXED_SLICE => s,", "FIXED_SLICE => choose(P > 1, 0, s),"),
 ]
 
 
