@@ -119,8 +119,12 @@ def response(
     return factors
 
 
-def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
+def matched_offsets(
+    image: Image32, positions: Floats, pitch: tuple[float, float], share: float = 1.0
+) -> Floats:
     """Offsets of micro images from positions, by matching each to the mean of all.
+
+    `share` of the usual window is looked at.
 
     The borders of large micro images locate them with less noise than a centroid does.
     The mean is made symmetric about its middle, so that it is centred like a centroid.
@@ -129,9 +133,9 @@ def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float
     from plenofir.camera.calibration.moments import sample
 
     smooth = ndimage.gaussian_filter(image, 0.4 * step)
-    sides = [int(_NOTHING_FROM * p / step) for p in pitch]
+    sides = [int(share * _NOTHING_FROM * p / step) for p in pitch]
     places = [np.asarray(np.arange(-n, n + 1) * step, np.float64) for n in sides]
-    away = [np.abs(line) / p for line, p in zip(places, pitch, strict=True)]
+    away = [np.abs(line) / (share * p) for line, p in zip(places, pitch, strict=True)]
     taper = [
         np.clip((_NOTHING_FROM - line) / (_NOTHING_FROM - _EVEN_TO), 0.0, 1.0) for line in away
     ]

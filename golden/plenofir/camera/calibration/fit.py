@@ -19,6 +19,7 @@ from plenofir.camera.calibration.checks import (
     check_outliers,
 )
 from plenofir.camera.calibration.evidence import Evidence
+from plenofir.camera.calibration.frames import equalised
 from plenofir.camera.calibration.grid import (
     Flags,
     Floats,
@@ -60,12 +61,15 @@ _SETTLED, _RESTLESS = 0.01, 0.1
 _MOST_ROUNDS = 10
 _FEWEST_LENSES = 14
 _LARGEST_MISSING = 0.45
-_LARGEST_CENTRE_ERROR, _LARGEST_OF_BENT = 0.19, 0.12
-# The limit once the errors by light fall-off and by changes of the pitch are added.
-_LARGEST_CLAIM = 0.25
-# The variance of centres grows by this times the share of outliers before it is compared.
+# Largest standard error of a centre in pixels.
+_LARGEST_CENTRE_ERROR = 0.15
+# All centres are measured again in this share of the window. Light, neighbours and saturation bias
+# both measurements, but not equally, so the grid may be wrong by this many times what it moves. The
+# second is of large micro images, whose borders a narrower window misses.
+_NARROWER, _REPEATED, _REPEATED_LARGE = 0.85, 1.5, 0.75
+# The variance of centres grows by this times the share of outliers.
 _HARMED = 8.0
-# Standard errors of the standard error that are added to it before it is compared.
+# Standard errors of the standard error that are added to it.
 _SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
 _CANDIDATES = 4
@@ -140,6 +144,7 @@ def fit_grid(
         raise InputError(
             f"there is no layout {layout!r}; choose from {', '.join(get_args(Layout))}"
         )
+    image = equalised(image)
     found = lattices(image, layout)
     first: InputError | None = None
     strongest = max((lattice.score for lattice in found), default=0.0)
@@ -230,29 +235,26 @@ def _fit(
     first = np.rint(np.array(fitter.grid.middle) - fit.grid.middle).astype(np.int64)
     centres = fit.grid.centres(t, s)
     shared = (fitter.shared_errors(t + first[0], s + first[1], centres) ** 2).sum(axis=1)
-    spreads = [
-        np.einsum("ni,aiaj,nj->n", terms, covariance, terms)
-        for covariance in (fitter.covariance, fitter.own)
-    ]
-    error, alone = (float(np.sqrt(spread.max())) for spread in spreads)
-    every = shared + spreads[0]
-    claimed = float(np.sqrt(every.max()))
+    again = polynomial_terms(points, fitter.grid.order) @ fitter.repeated(_NARROWER)
+    times = _REPEATED_LARGE if fitter.large else _REPEATED
+    shared += ((times * again) ** 2).sum(axis=1)
     # With few lenses the standard error itself is uncertain.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)
     # So it is with outliers: other lenses may be off by too little to be outliers.
     sure *= np.sqrt(1 + _HARMED * float((fitter.weights == 0).mean()))
-    # Bent grids diverge beyond the lenses that they were fitted to, so their limit is lower.
-    largest_error = _LARGEST_CENTRE_ERROR if fit.grid.order == 1 else _LARGEST_OF_BENT
-    if alone * sure > largest_error:
-        raise no_grid(f"centres uncertain by {alone * sure:.2f} pixels (standard error)")
-    if order is None and error * sure > largest_error:
+    every, alone = (
+        sure**2 * (shared + np.einsum("ni,aiaj,nj->n", terms, covariance, terms))
+        for covariance in (fitter.covariance, fitter.own)
+    )
+    error, certain = (float(np.sqrt(squares.max())) for squares in (every, alone))
+    if certain > _LARGEST_CENTRE_ERROR:
+        raise no_grid(f"centres uncertain by {certain:.2f} pixels (standard error)")
+    if order is None and error > _LARGEST_CENTRE_ERROR:
         raise no_grid(
             f"{used} micro images cannot tell the distortion: centres uncertain by "
-            f"{error * sure:.2f} pixels (standard error)"
+            f"{error:.2f} pixels (standard error)"
         )
-    if order is None and claimed > _LARGEST_CLAIM:
-        raise no_grid(f"centres uncertain by {claimed:.2f} pixels (light and changes of the pitch)")
     lit = ndimage.binary_closing(np.pad(fit.present, 2), np.ones((3, 3)))[2:-2, 2:-2] & inside
     missing = 1 - float(fit.present[lit].mean()) if lit.any() else 1.0
     if missing > _LARGEST_MISSING:
@@ -260,7 +262,7 @@ def _fit(
     known = evidence.model_copy(
         update={
             "missing_share": missing,
-            "centre_error_px": claimed,
+            "centre_error_px": error,
             "mean_error_px": float(np.sqrt(every.mean())),
         }
     )

@@ -2,6 +2,7 @@
 """White, dark and raw frames: grey levels, dark level, and what makes a white image usable."""
 
 import numpy as np
+from scipy import ndimage
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Flags, Floats
@@ -11,10 +12,12 @@ from plenofir.refocus.operator import Image
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
 _BAND = 256  # lines
 _DARKEST_LEVELS = 16
-_CLIPPED_SHARE = 0.5
+_CLIPPED_SHARE = 0.75
 # From this share of clipped pixels on, micro images are flattened; percentile of their signal.
 _MANY_CLIPPED, _LOWEST_CLIPPED = 0.002, 5
 _SMALLEST = 12
+# Weights in which a mosaic cancels; contrasts of its kinds of pixels differ by at least this share.
+_AROUND_PIXEL, _LEAST_MOSAIC = (0.25, 0.5, 0.25), 0.05
 _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
 
@@ -28,6 +31,31 @@ def grey(image: Image | Floats) -> Image32:
         band = slice(first, first + _BAND)
         np.matmul(image[band].astype(np.float32), _LUMINANCE, out=levels[band])
     return levels
+
+
+def equalised(image: Image32) -> Image32:
+    """The image without the pattern of a colour filter mosaic of 2 x 2 pixels, if it has one.
+
+    The four kinds of pixels get the contrast and the level of their surroundings, in which all
+    kinds have the same weight.
+    """
+    around = image
+    for axis in (0, 1):
+        around = ndimage.convolve1d(around, _AROUND_PIXEL, axis=axis, mode="mirror")
+    kinds = [np.s_[row::2, column::2] for row in (0, 1) for column in (0, 1)]
+    gains, levels = np.ones(len(kinds)), np.zeros(len(kinds))
+    for n, kind in enumerate(kinds):
+        middle = around[kind].mean(dtype=np.float64), image[kind].mean(dtype=np.float64)
+        away, here = around[kind] - np.float32(middle[0]), image[kind] - np.float32(middle[1])
+        gains[n] = (away * here).mean(dtype=np.float64) / max(float((away**2).mean()), 1e-9)
+        levels[n] = middle[1] - gains[n] * middle[0]
+    usual = float(gains.mean())
+    if usual <= 0 or np.abs(gains / usual - 1).max() < _LEAST_MOSAIC:
+        return image
+    result = np.empty_like(image)
+    for kind, gain, level in zip(kinds, gains, levels, strict=True):
+        result[kind] = (image[kind] - level) * (usual / gain) + levels.mean()
+    return result
 
 
 def _size(image: Image) -> str:

@@ -23,7 +23,9 @@ from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
+    order_of,
     shading_at,
+    unit_positions,
 )
 from plenofir.camera.calibration.white import (
     MANY_LENSES,
@@ -59,6 +61,7 @@ class GrowingFit(WhiteImage):
         self.fitted: Floats = np.empty((0, 2))
         self.measured: Floats = np.empty((0, 2))
         self._fit: BentFit | None = None
+        self.as_measured = True  # Whether the error found on drawn ones is left in centres.
         # Covariance of the grid's coefficients, and the same if the model is the true one.
         self.covariance: Floats = np.empty(0)
         self.own: Floats = np.empty(0)
@@ -107,6 +110,7 @@ class GrowingFit(WhiteImage):
             points = (lattice - middle) / scale
             floor = (_LARGE_FLOOR if large else 1e-4) * max(pitch)
             corrected = self.corrected(measured, t, s, points)
+            self.as_measured = corrected is None
             prior = np.ones(len(t))
             if self.shading is not None:
                 prior = counting(self.light(centres))
@@ -161,6 +165,21 @@ class GrowingFit(WhiteImage):
             self.stretch = stretch
             return None
         return result
+
+    def repeated(self, share: float) -> Floats:
+        """Factors of the grid's change if centres are measured in a share of the window, pixels."""
+        stretch, grid = self.stretch, self.grid
+        again = self.measure(self.padded, grid.positions(self.fitted), share)
+        if not self.as_measured and self.drawn_grid is not None:
+            drawn = self.drawn_grid.positions(self.fitted)
+            again -= self.measure(self.redrawn, drawn, share) - drawn
+        self.stretch = stretch
+        terms = polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order)
+        design = np.einsum("nt,tap->nap", terms, self.bent.basis)
+        root = np.sqrt(self.weights)[:, np.newaxis]
+        design = (design * root[..., np.newaxis]).reshape(-1, design.shape[-1])
+        moved = ((again - self.measured) * root).ravel()
+        return np.asarray(self.bent.basis @ np.linalg.lstsq(design, moved, rcond=None)[0])
 
     def frame(self) -> Frame:
         """The even grid that approximates this one in the middle of the image."""
@@ -222,13 +241,23 @@ class GrowingFit(WhiteImage):
             ],
             axis=-1,
         )
-        unsure = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
+        share = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
         if self.large:
-            unsure *= _MATCHED
-        moved = unsure * slopes * (_SPREAD * np.array(extents(self.grid))) ** 2
+            share *= _MATCHED
+        order = order_of(self.shading)
+        ends = [
+            [unit_positions(centres + sign * step, self.shape) for sign in (1, -1)]
+            for step in steps
+        ]
+        terms = np.stack(
+            [polynomial_terms(high, order) - polynomial_terms(low, order) for high, low in ends]
+        )
+        errors = np.sqrt(np.einsum("ani,ij,anj->na", terms, self.unsure_light, terms))
+        unsure = np.hypot(share * slopes, (_MATCHED if self.large else 1.0) * errors)
+        moved = unsure * (_SPREAD * np.array(extents(self.grid))) ** 2
         # Where the pitch changes, neighbours reach farther into the window from one side.
         lattice, bent = self.grid.lattice(t, s), np.zeros_like(centres)
         for step in np.eye(2):
-            ends = self.grid.positions(lattice + step) + self.grid.positions(lattice - step)
-            bent += ends - 2 * centres
+            both = self.grid.positions(lattice + step) + self.grid.positions(lattice - step)
+            bent += both - 2 * centres
         return np.asarray(np.hypot(moved, _UNSURE_BENT * bent))

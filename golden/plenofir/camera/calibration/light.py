@@ -13,8 +13,9 @@ _ORDER = 4
 _DARKEST = 0.03
 # Brightness, as a share of the brightest, at which lenses have half the weight.
 _HALF_WEIGHT = 0.15
+# Usual size of the terms of each order.
+_USUAL = (0.0, 0.5, 0.7, 0.2, 0.3)
 _BAND = 32  # unseen
-_FEWEST_ROUND = 25
 
 
 def light_order(lenses: int) -> int:
@@ -34,52 +35,36 @@ def counting(light: Floats) -> Floats:
 
 
 def fitted_light(
-    places: Floats, level: Floats, probes: Floats, shape: tuple[int, int], *, every: bool
-) -> Floats:
+    places: Floats, level: Floats, probes: Floats, shape: tuple[int, int]
+) -> tuple[Floats, Floats]:
     """Coefficients of the logarithm of the light, from levels at places of an image.
 
     `probes` are 1 at places around the middle of a micro image. These are darker than the middle by
-    the same share in all micro images, so they give the slope of the light besides its level. Where
-    lenses differ among themselves more than the light does, a lower order is fitted, unless `every`
-    term is asked for.
+    the same share in all micro images, so they give the slope of the light besides its level. All
+    terms up to order 4 have priors, so where lenses differ among themselves more than the light
+    does, it is even. Result: the coefficients, and their covariance.
     """
     positions = unit_positions(places, shape)
-    count = len(places) * (3 / 5 if probes.any() else 1)
+    lenses = len(places) / (5 if probes.any() else 1)
     prior = counting(level)
-    order = light_order(int(count))
-    if not every:
-        lenses = len(places) / (5 if probes.any() else 1)
-        costs = []
-        for n in range(order + 1):
-            terms = polynomial_terms(positions, n)
-            size = terms.shape[1]
-            if probes.any():
-                terms = np.concatenate([terms, probes[:, np.newaxis]], axis=1)
-            scatter = robust_fit(terms, np.log(level)[:, np.newaxis], 1e-3, prior)[2]
-            # The Bayesian information criterion.
-            costs.append(lenses * np.log(scatter**2) + size * np.log(lenses))
-        best = int(np.argmin(costs))
-        if best < min(order, 2):
-            order = best
-    # Rotationally symmetric fall-off adds one term of order 4, for which fewer lenses suffice.
-    rounded = 1 < order < _ORDER and count >= _FEWEST_ROUND
-    terms = polynomial_terms(positions, 2 if rounded else order)
-    # Product of these and the squared positions: squared distance from the middle.
-    y, x = (np.array(shape) - 1.0) ** 2 / ((np.array(shape) - 1.0) ** 2).sum()
-    if rounded:
-        order = _ORDER
-        squares = positions**2 @ (y, x)
-        terms = np.concatenate([terms, squares[:, np.newaxis] ** 2], axis=1)
-    smooth = terms.shape[1]
-    if probes.any():
-        terms = np.concatenate([terms, probes[:, np.newaxis]], axis=1)
-    coefficients = robust_fit(terms, np.log(level)[:, np.newaxis], 1e-3, prior)[0][:smooth, 0]
-    if not rounded:
-        return np.asarray(coefficients)
-    found = np.concatenate([coefficients[:-1], np.zeros(len(exponents(order)) - smooth + 1)])
-    for power, part in {(4, 0): y * y, (2, 2): 2 * x * y, (0, 4): x * x}.items():
-        found[exponents(order).index(power)] = part * coefficients[-1]
-    return found
+    logs = np.log(level)[:, np.newaxis]
+
+    def terms(order: int) -> Floats:
+        smooth = polynomial_terms(positions, order)
+        return np.hstack([smooth, probes[:, np.newaxis]]) if probes.any() else smooth
+
+    _, weights, scatter = robust_fit(terms(light_order(int(lenses))), logs, 1e-3, prior)
+    rich = terms(_ORDER)
+    known = np.zeros(rich.shape[1])
+    # Light changes less along a shorter side.
+    y, x = np.array(shape) / max(shape)
+    spreads = [_USUAL[m + n] * y**m * x**n for m, n in exponents(_ORDER)]
+    size = len(spreads)
+    known[1:size] = np.array(spreads[1:]) ** -2
+    weighted = rich * weights[:, np.newaxis] / scatter**2
+    covariance = np.asarray(np.linalg.pinv(weighted.T @ rich + np.diag(known)))
+    found = covariance @ weighted.T @ logs[:, 0]
+    return np.asarray(found[:size]), np.asarray(covariance[:size, :size], np.float64)
 
 
 def divide_by_light(image: Image32, dark: float, coefficients: Floats, result: Image32) -> None:

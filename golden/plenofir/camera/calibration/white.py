@@ -6,6 +6,7 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.centroids import (
     CORE_HALF_WIDTH,
+    HALF_WIDTH,
     Image32,
     Moments,
     core_brightness,
@@ -103,6 +104,7 @@ class WhiteImage:
         self.end = np.array(self.shape) - 1.0
         self.grid = grid
         self.shading: Floats | None = None
+        self.unsure_light: Floats = np.empty(0)  # Covariance of `shading`.
         # Level without light.
         self.dark = 0.0
         self._smooth: Image32 | None = None
@@ -162,14 +164,14 @@ class WhiteImage:
         """Brightness of the middle of micro images."""
         return core_brightness(self.padded, centres + self.margin, extents(self.grid))
 
-    def measure(self, image: Image32, centres: Floats) -> Floats:
-        """Places of micro images around expected centres, in pixels."""
+    def measure(self, image: Image32, centres: Floats, share: float = 1.0) -> Floats:
+        """Places of micro images around expected centres, in pixels, in a share of the window."""
         pitch = self.windows()
         places = centres + self.margin
         if self.large:
-            return centres + matched_offsets(image, places, pitch)
-        moments = windowed_moments(image, places, pitch)
-        factors = response(image, places, pitch)
+            return centres + matched_offsets(image, places, pitch, share)
+        moments = windowed_moments(image, places, pitch, share * HALF_WIDTH)
+        factors = response(image, places, pitch, share * HALF_WIDTH)
         if factors.min() < _WEAKEST_RESPONSE:
             raise no_grid("nothing that repeats like micro images")
         offsets = moments.offsets
@@ -275,8 +277,9 @@ class WhiteImage:
             # The light cannot be measured on clipped ones.
             told = lit & (level < _TOLD_BELOW * (self.clipped - self.dark))
             lit = told if told.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
-        every = self.clipped is not None
-        self.shading = fitted_light(places[lit], level[lit], probes[lit], self.shape, every=every)
+        self.shading, self.unsure_light = fitted_light(
+            places[lit], level[lit], probes[lit], self.shape
+        )
         self.divide(bright)
         if self.clipped is not None:
             for _ in range(_RELIT):
@@ -318,8 +321,11 @@ class WhiteImage:
         centres = centres[self.core(centres) > DIMMEST * self.cut]
         brighter = np.minimum(np.float32(_BRIGHTER) * self.padded, self.cut)
         found, drawn, more = (
-            np.log(core_brightness(image, centres + self.margin, extents(self.grid), _AS_WIDE))
-            for image in (self.padded, self.redrawn, brighter)
+            np.log(np.maximum(level, DARK * self.cut))
+            for level in (
+                core_brightness(image, centres + self.margin, extents(self.grid), _AS_WIDE)
+                for image in (self.padded, self.redrawn, brighter)
+            )
         )
         wider = float(np.median(more - found)) / np.log(_BRIGHTER)
         if len(centres) < _FEWEST_TOLD or wider < _LEAST_WIDER:

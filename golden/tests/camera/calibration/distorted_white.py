@@ -249,11 +249,14 @@ def tried_distorted(white: DistortedWhite, again: Sequence[DistortedWhite] = ())
     return Tried(*known, None, worst[0], once, several)
 
 
-def _tried_seed(seed: int, largest_pixels: float, repeats: int) -> Tried:
+Draw = Callable[[int, float, int], DistortedWhite]
+"""Draws a white image from a seed, with this many pixels at most; another `repeat` of it."""
+
+
+def _tried_seed(draw: Draw, seed: int, largest_pixels: float, repeats: int) -> Tried:
     again = range(1, repeats + 1 if seed % _REPEATED == 0 else 1)
     return tried_distorted(
-        distorted_white(seed, largest_pixels),
-        [distorted_white(seed, largest_pixels, n) for n in again],
+        draw(seed, largest_pixels, 0), [draw(seed, largest_pixels, n) for n in again]
     )
 
 
@@ -295,20 +298,27 @@ def table(results: Sequence[Tried]) -> list[str]:
 
 
 def tried_many(
-    seeds: range, largest_pixels: float, repeats: int = 0, workers: int = 2
+    draw: Draw, seeds: range, largest_pixels: float, repeats: int = 0, workers: int = 2
 ) -> tuple[list[Tried], list[str]]:
     """Try the white images of some seeds; results and a table of them."""
     with ProcessPoolExecutor(workers) as pool:
-        same = [largest_pixels] * len(seeds), [repeats] * len(seeds)
-        results = list(pool.map(_tried_seed, seeds, *same, chunksize=4))
+        count = len(seeds)
+        same = [largest_pixels] * count, [repeats] * count
+        results = list(pool.map(_tried_seed, [draw] * count, seeds, *same, chunksize=4))
     return results, table(results)
 
 
-if __name__ == "__main__":
+def script(draw: Draw) -> None:
+    """Try the white images that the arguments ask for, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs=2, default=(0, 1000))
     parser.add_argument("--pixels", type=float, default=60_000)
     parser.add_argument("--repeats", type=int, default=4)
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
-    print(*tried_many(range(*given.seeds), given.pixels, given.repeats, given.workers)[1], sep="\n")
+    seeds = range(*given.seeds)
+    print(*tried_many(draw, seeds, given.pixels, given.repeats, given.workers)[1], sep="\n")
+
+
+if __name__ == "__main__":
+    script(distorted_white)
