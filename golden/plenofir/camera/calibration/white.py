@@ -49,7 +49,10 @@ _UNLIT_NEIGHBOURS = 3
 _SMOOTH = 0.06
 _ENOUGH_LENSES = 12000
 MANY_LENSES = 400
-_LARGE_PITCH = 16.0
+# Micro images of more pixels are located by their borders, unless they are spots: those have a
+# share of 0.9 or more, discs up to 0.3, those with a soft or sloped middle up to 0.5. Number of
+# lenses that the share is taken of.
+_LARGE_PITCH, _SPOTS_FROM, _BORDERS_OF = 8.0, 0.7, 400
 # Lenses below this share of the usual brightness are unlit: what they show is their neighbours'
 # light.
 _UNLIT = 0.1
@@ -107,6 +110,8 @@ class WhiteImage:
         self.unsure_light: Floats = np.empty(0)  # Covariance of `shading`.
         # Level without light.
         self.dark = 0.0
+        # Whether micro images have an even middle with borders; None as long as it is not known.
+        self.bordered: bool | None = None
         self._smooth: Image32 | None = None
         # Relative standard errors of the grid's scale along y and x, from the inner slopes.
         self.stretch: Floats = np.zeros(2)
@@ -184,8 +189,21 @@ class WhiteImage:
 
     @property
     def large(self) -> bool:
-        """Whether micro images are large enough to be located by their borders."""
-        return self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
+        """Whether micro images have borders, and are large enough to be located by them."""
+        return bool(self.bordered) and min(extents(self.grid)) > _LARGE_PITCH
+
+    def _has_borders(self, centres: Floats) -> bool:
+        """Whether micro images have borders, which a small window over their middle misses."""
+        few = np.random.default_rng(2).permutation(len(centres))[:_BORDERS_OF]
+        places, pitch = centres[few] + self.margin, self.windows()
+        # Of spots, both windows see the same share of a shift; of discs, the small one sees little.
+        spreads, factors = [], []
+        for width in (HALF_WIDTH, CORE_HALF_WIDTH):
+            moments = windowed_moments(self.padded, places, pitch, width)
+            spreads.append(np.median(moments.variances, axis=0))
+            factors.append(response(self.padded, places, pitch, width))
+        share = factors[1] * spreads[0] / (factors[0] * spreads[1])
+        return bool(share.max() < _SPOTS_FROM)
 
     def inner_slope(
         self, image: Image32, centres: Floats, moments: Moments, factors: Floats
@@ -262,7 +280,7 @@ class WhiteImage:
         places, probes = centres, np.zeros(len(centres))
         pitch = extents(self.grid)
         width = CORE_HALF_WIDTH
-        if min(pitch) > _LARGE_PITCH:
+        if self.large:
             # In large micro images the slope of the light is measured too.
             moves = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]) * _PROBE * min(pitch)
             places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
@@ -281,6 +299,8 @@ class WhiteImage:
             places[lit], level[lit], probes[lit], self.shape
         )
         self.divide(bright)
+        if self.bordered is None:
+            self.bordered = self._has_borders(centres)
         if self.clipped is not None:
             for _ in range(_RELIT):
                 self.relight(centres)
