@@ -31,7 +31,7 @@ RECORD = Path(__file__).with_name("recorded.json")
 # Numbers of another processor differ by less than this share of them (in a digest, of the root mean
 # square of all that the function returned), plus the lesser of a millionth and `_SMALL` of them,
 # plus a least difference. First of results, then of digests.
-_SHARE, _SMALL, _LEAST = (1e-6, 1e-5), 1e-4, (1e-7, 1e-9)
+_SHARE, _SMALL, _LEAST = (1e-6, 2e-5), 1e-4, (1e-6, 1e-9)
 # Size of the centres' offsets in pixels, whose rounding is left in differences of nearly equal ones.
 _OF_CENTRES = 1e-3
 # Functions that return nothing, or texts.

@@ -121,7 +121,7 @@ def test_harsh_images_that_were_accepted_with_wrong_grids(seed) -> None:
 
 def test_light_that_lenses_of_their_own_gains_do_not_tell() -> None:
     """The claim grows with the spread of the lenses, because their light bends the grid."""
-    shape, pitch = (90, 120), 9.3
+    shape, pitch = (72, 96), 7.4
     centres = distorted_centres(shape, pitch, rotation_degrees=1.0)
     draws = np.random.default_rng(3).uniform(-1, 1, len(centres))
     claims = []
@@ -142,7 +142,7 @@ def test_many_harsh_white_images(capsys) -> None:
         print(*lines, sep="\n")
     assert not [r.name for r in results if r.wrong]
     near, known = within_two([r.true for r in results if r.accepted])
-    assert near >= 0.9 * known
+    assert near >= 0.8 * known
 
 
 @pytest.mark.slow
