@@ -214,6 +214,8 @@ def _fit(
     misfits = sorted(layout_misfits(primitive_vectors(fitter.grid)))
     if layout is None and misfits[0] > _LARGEST_MISFIT:
         raise no_grid("lenses neither square nor hexagonal")
+    times = _REPEATED_LARGE if fitter.large else _REPEATED
+    again = times * fitter.repeated(_NARROWER)
     evidence = Evidence(
         missing_share=0.0,
         scatter_share=fitter.scatter / pitch,
@@ -224,7 +226,7 @@ def _fit(
         cell_margin=margin,
         order_gains_px=fitter.bent.gains,
         untried_orders=fitter.bent.untried,
-        pitch_error_px=_pitch_error(fitter),
+        pitch_error_px=_pitch_error(fitter, again),
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
@@ -235,9 +237,8 @@ def _fit(
     first = np.rint(np.array(fitter.grid.middle) - fit.grid.middle).astype(np.int64)
     centres = fit.grid.centres(t, s)
     shared = (fitter.shared_errors(t + first[0], s + first[1], centres) ** 2).sum(axis=1)
-    again = polynomial_terms(points, fitter.grid.order) @ fitter.repeated(_NARROWER)
-    times = _REPEATED_LARGE if fitter.large else _REPEATED
-    shared += ((times * again) ** 2).sum(axis=1)
+    moved = polynomial_terms(points, fitter.grid.order) @ again
+    shared += (moved**2).sum(axis=1)
     # With few lenses the standard error itself is uncertain.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)
@@ -269,14 +270,18 @@ def _fit(
     return replace(fit, evidence=known)
 
 
-def _pitch_error(fitter: GrowingFit) -> float:
-    """Standard error of `Grid.lens_pitch`, from the covariance of the grid's linear terms."""
+def _pitch_error(fitter: GrowingFit, again: Floats) -> float:
+    """Standard error of `Grid.lens_pitch`.
+
+    The covariance of the grid's linear terms, and what the second measurement changes of them.
+    """
     vectors = fitter.grid.vectors
     (down_y, down_x), (right_y, right_x) = vectors
     # Derivatives of a cell's area with respect to the vectors' components along y and x.
     slopes = np.array([[right_x, -down_x], [-right_y, down_y]])
     linear = fitter.covariance[:, 1:3, :, 1:3] / fitter.grid.scale**2
     variance = float(np.einsum("ai,aibj,bj->", slopes, linear, slopes))
+    variance += float(np.einsum("ai,ia->", slopes, again[1:3] / fitter.grid.scale)) ** 2
     area = abs(float(np.linalg.det(vectors)))
     return float(fitter.grid.lens_pitch * np.sqrt(max(variance, 0.0)) / (2 * area))
 
