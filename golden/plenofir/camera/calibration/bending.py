@@ -50,7 +50,8 @@ _COMPARED = 4000
 _COMMON = (0.0001, 0.0000075, 0.00075)
 # Share of the scatter that centroids are taken to have in common when models are compared.
 _TOGETHER = 0.06
-# Logarithm of the prior odds of an even grid against another model.
+# Logarithm of the odds at which an even grid is taken for another model. The standard error does
+# without them: where lenses cannot tell, the grid may be bent.
 _EVEN_ODDS = 4.0
 # Terms of higher order below this many pixels are left out; largest tilt.
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
@@ -209,7 +210,8 @@ class Lenses:
         chances = np.exp(np.array([f.evidence for f in fits]) - max(f.evidence for f in fits))
         chances /= chances.sum()
         allowed = [n for n, m in enumerate(models) if given in (None, m)]
-        best = max(allowed, key=lambda n: chances[n])
+        odds = [_EVEN_ODDS if m is EVEN else 0.0 for m in models]
+        best = max(allowed, key=lambda n: fits[n].evidence + odds[n])
         model, chosen = models[best], fits[best]
         # Covariance over all models, weighted by their probability (total variance).
         away = np.stack([f.factors - chosen.factors for f in fits])
@@ -328,7 +330,7 @@ class _Compared:
             - np.linalg.slogdet(system)[1]
             + right @ np.linalg.solve(system, right) / noise**2
             - self.squares[model.perspective] / noise
-        ) + (_EVEN_ODDS if model is EVEN else 0.0)
+        )
         noise = self.noise + self.common
         inverse = np.linalg.inv(gram / noise + np.diag(known))
         factors, covariance = np.zeros(len(self.gram)), np.zeros_like(self.gram)

@@ -42,10 +42,9 @@ _ALIKE_PLACES = 0.3
 # little, which must not make them outliers.
 _LARGE_FLOOR = 1e-4
 # Shares of the shifts by the light's slope (of clipped images, too) and by changes of the pitch
-# that remain after correction. The first is proportional to the variance of a micro image in its
-# window (`_SPREAD`, in pitches). Large micro images are located by their borders, which shift less.
-_MATCHED = 0.1
-_UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _SPREAD = 0.001, 0.025, 0.002, 0.2
+# that remain after correction. Large micro images are located by their borders, which a slope moves
+# by this share of the square of the pitch.
+_UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _MATCHED = 0.001, 0.025, 0.002, 0.004
 # A correction of centres is accepted if it increases their scatter by no more than this factor plus
 # this many pixels.
 _WORSE, _NOTHING = 1.25, 0.002
@@ -242,8 +241,9 @@ class GrowingFit(WhiteImage):
             axis=-1,
         )
         share = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
+        spread = self.spread
         if self.large:
-            share *= _MATCHED
+            spread = _MATCHED * np.array(extents(self.grid)) ** 2
         order = order_of(self.shading)
         ends = [
             [unit_positions(centres + sign * step, self.shape) for sign in (1, -1)]
@@ -253,8 +253,7 @@ class GrowingFit(WhiteImage):
             [polynomial_terms(high, order) - polynomial_terms(low, order) for high, low in ends]
         )
         errors = np.sqrt(np.einsum("ani,ij,anj->na", terms, self.unsure_light, terms))
-        unsure = np.hypot(share * slopes, (_MATCHED if self.large else 1.0) * errors)
-        moved = unsure * (_SPREAD * np.array(extents(self.grid))) ** 2
+        moved = np.hypot(share * slopes, errors) * spread
         # Where the pitch changes, neighbours reach farther into the window from one side.
         lattice, bent = self.grid.lattice(t, s), np.zeros_like(centres)
         for step in np.eye(2):

@@ -20,21 +20,18 @@ from plenofir.camera.calibration.grid import (
     Floats,
     Grid,
     Indices,
-    polynomial_terms,
 )
 from plenofir.camera.calibration.lattice import no_grid, primitive_vectors
 from plenofir.camera.calibration.light import (
     constant,
     divide_by_light,
     fitted_light,
-    light_order,
 )
 from plenofir.camera.calibration.redrawn import redrawn
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
     indices_within,
-    order_of,
     outline,
     shading_at,
     unit_positions,
@@ -112,6 +109,8 @@ class WhiteImage:
         self.dark = 0.0
         # Whether micro images have an even middle with borders; None as long as it is not known.
         self.bordered: bool | None = None
+        # By how many pixels a slope of the light of 1 a pixel moves places of small ones.
+        self.spread: Floats = np.zeros(2)
         self._smooth: Image32 | None = None
         # Relative standard errors of the grid's scale along y and x, from the inner slopes.
         self.stretch: Floats = np.zeros(2)
@@ -180,6 +179,8 @@ class WhiteImage:
         if factors.min() < _WEAKEST_RESPONSE:
             raise no_grid("nothing that repeats like micro images")
         offsets = moments.offsets
+        if image is self.padded and share == 1.0:
+            self.spread = np.median(moments.variances, axis=0) / factors
         if self.shading is not None:
             slope, unsure = self.inner_slope(image, centres, moments, factors)
             offsets = offsets - slope * moments.variances
@@ -350,11 +351,10 @@ class WhiteImage:
         wider = float(np.median(more - found)) / np.log(_BRIGHTER)
         if len(centres) < _FEWEST_TOLD or wider < _LEAST_WIDER:
             return
-        order = min(light_order(len(centres)), order_of(self.shading))
-        terms = polynomial_terms(unit_positions(centres, self.shape), order)
-        more_light = robust_fit(terms, (found - drawn)[:, np.newaxis] / wider, 1e-3)[0][:, 0]
-        self.shading = self.shading.copy()
-        self.shading[: len(more_light)] += more_light
+        level = self.light(centres) * np.exp((found - drawn) / wider)
+        self.shading, self.unsure_light = fitted_light(
+            centres, level, np.zeros(len(centres)), self.shape
+        )
         self.divide(centres)
 
     def redraw(self) -> None:
