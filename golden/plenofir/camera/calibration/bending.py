@@ -190,8 +190,13 @@ class Lenses:
         spread = 1.4826 * float(np.median(np.abs(away)))
         return max(spread * sqrt(away.size / max(1.0, away.size - freedom)), self.floor)
 
-    def fit(self, models: tuple[Model, ...] = MODELS, order: int | None = None) -> BentFit:
-        """Fit the model with the most evidence, or the one with all terms of an order."""
+    def fit(
+        self, models: tuple[Model, ...] = MODELS, order: int | None = None, *, gained: bool = True
+    ) -> BentFit:
+        """Fit the model with the most evidence, or the one with all terms of an order.
+
+        `gained`: whether to tell what each order gains, which takes a third of the time.
+        """
         few = self
         drawn: Indices | slice = slice(None)
         if len(self.points) > _COMPARED:
@@ -256,7 +261,7 @@ class Lenses:
             covariance=whole,
             own=own,
             covariance_order=top,
-            gains=compared.gains(models, fits) if order is None else (),
+            gains=compared.gains(models, fits) if gained and order is None else (),
             untried=tuple(n for n in (2, 3) if n in FULL and not few.tried(n)),
         )
 
@@ -354,7 +359,7 @@ class _Compared:
             place = max(own, key=lambda n: fits[n].evidence)
             best = fits[place]
             design = self.rich.design
-            share = np.einsum("np,pq,nq->n", design, best.covariance, design) * self.weights
+            share = ((design @ best.covariance) * design).sum(axis=1) * self.weights
             share /= self.noise + self.common
             left = self.left(models[place], best) / np.maximum(1 - share, 0.05)
             squares = (left**2 * self.weights).reshape(-1, 2).sum(axis=1)

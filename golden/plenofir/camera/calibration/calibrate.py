@@ -15,7 +15,7 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 _PROFILE_SAMPLES = 31
-_PROFILE_LENSES = 1500
+_PROFILE_LENSES = 600
 _UNEVEN = 0.02
 _UNUSUAL = 4.0
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from plenofir.camera.calibration.grid import Floats
 
@@ -119,12 +118,29 @@ def response(
     return factors
 
 
+def matching_scale(pitch: tuple[float, float]) -> float:
+    """Standard deviation in pixels by which `matched_offsets` wants its image smoothed."""
+    # In steps, so that an image smoothed once serves grids that differ by little.
+    return 0.4 * max(1.0, round(min(pitch) / _MATCHED_SAMPLES, 1))
+
+
+def smoothed(image: Image32, scale: float) -> Image32:
+    """An image smoothed by a Gaussian of this standard deviation in pixels."""
+    from plenofir.camera.calibration.moments import smooth_into
+
+    reach = int(4 * scale + 0.5)
+    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / scale) ** 2)
+    result = np.zeros(image.shape, np.float32)
+    smooth_into(np.asarray(image, np.float32), (taps / taps.sum()).astype(np.float32), result)
+    return result
+
+
 def matched_offsets(
-    image: Image32, positions: Floats, pitch: tuple[float, float], share: float = 1.0
+    smooth: Image32, positions: Floats, pitch: tuple[float, float], share: float = 1.0
 ) -> Floats:
     """Offsets of micro images from positions, by matching each to the mean of all.
 
-    `share` of the usual window is looked at.
+    `smooth` is the image smoothed by `matching_scale`; `share` of the usual window is looked at.
 
     The borders of large micro images locate them with less noise than a centroid does.
     The mean is made symmetric about its middle, so that it is centred like a centroid.
@@ -132,7 +148,6 @@ def matched_offsets(
     step = max(1.0, min(pitch) / _MATCHED_SAMPLES)
     from plenofir.camera.calibration.moments import sample
 
-    smooth = ndimage.gaussian_filter(image, 0.4 * step)
     sides = [int(share * _NOTHING_FROM * p / step) for p in pitch]
     places = [np.asarray(np.arange(-n, n + 1) * step, np.float64) for n in sides]
     away = [np.abs(line) / (share * p) for line, p in zip(places, pitch, strict=True)]

@@ -237,8 +237,8 @@ def _fit(
     first = np.rint(np.array(fitter.grid.middle) - fit.grid.middle).astype(np.int64)
     centres = fit.grid.centres(t, s)
     shared = (fitter.shared_errors(t + first[0], s + first[1], centres) ** 2).sum(axis=1)
-    moved = polynomial_terms(points, fitter.grid.order) @ again
-    shared += (moved**2).sum(axis=1)
+    shifts = polynomial_terms(points, fitter.grid.order) @ again
+    shared += (shifts**2).sum(axis=1)
     # With few lenses the standard error itself is uncertain.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)

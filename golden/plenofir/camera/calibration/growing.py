@@ -127,7 +127,7 @@ class GrowingFit(WhiteImage):
                 pulled=self.shading is not None and not large,
                 scale=(scale, middle),
             )
-            self._fit = fit = lenses.fit(models, order)
+            self._fit = fit = lenses.fit(models, order, gained=every)
             self.weights, self.scatter = fit.weights, fit.scatter
             self.covariance, self.own = fit.covariance, fit.own
             if lenses.pulled:

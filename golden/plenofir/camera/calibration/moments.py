@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled loops over windows: weighted sums of pixels and of their distances, samples, spots."""
+"""Compiled loops: weighted sums of pixels and of their distances in windows, samples, spots."""
 
 import numpy as np
 import numpy.typing as npt
@@ -89,6 +89,30 @@ def add_windows(
 
 
 @compiled
+def smooth_into(
+    image: npt.NDArray[np.float32], taps: npt.NDArray[np.float32], result: npt.NDArray[np.float32]
+) -> None:
+    """Add an image, convolved with an odd number of `taps` along both axes, to `result`.
+
+    What lies outside of the image counts as the nearest pixel.
+    """
+    rows, columns = image.shape
+    reach = len(taps) // 2
+    line = np.empty(columns + 2 * reach, np.float32)
+    for y in range(rows):
+        line[:] = 0.0
+        for k in range(len(taps)):
+            above = image[min(max(y + k - reach, 0), rows - 1)]
+            for x in range(columns):
+                line[reach + x] += taps[k] * above[x]
+        line[:reach] = line[reach]
+        line[reach + columns :] = line[reach + columns - 1]
+        for k in range(len(taps)):
+            for x in range(columns):
+                result[y, x] += taps[k] * line[k + x]
+
+
+@compiled
 def sample(
     image: npt.NDArray[np.float32],
     positions: Floats,
@@ -145,3 +169,49 @@ def add_spots(
                     share = away - low
                     value = (1 - share) * spot[low] + share * spot[low + 1]
                     image[y, x] += levels[n] * value
+
+
+@compiled
+def add_spot_system(
+    places: Floats, levels: Floats, values: Floats, weights: Floats, system: Floats, right: Floats
+) -> None:
+    """Add to the normal equations of a round spot's profile, 0 at its end, from pixels.
+
+    Each pixel is a sum of spots: `places` are its distances from their centres in steps of the
+    profile, nearest first, infinite where there is none, and `levels` the spots' brightness, both
+    of shape (pixels, spots). `system` and `right`: the equations of the profile's samples.
+    """
+    count = len(right)
+    where, amounts = np.empty(2 * places.shape[1], np.int64), np.empty(2 * places.shape[1])
+    for n in range(len(values)):
+        used = 0
+        for k in range(places.shape[1]):
+            place = places[n, k]
+            if not place < count:
+                break
+            low = int(place)
+            where[used], amounts[used] = low, levels[n, k] * (low + 1 - place)
+            used += 1
+            if low + 1 < count:
+                where[used], amounts[used] = low + 1, levels[n, k] * (place - low)
+                used += 1
+        for i in range(used):
+            amount = weights[n] * amounts[i]
+            right[where[i]] += amount * values[n]
+            for j in range(used):
+                system[where[i], where[j]] += amount * amounts[j]
+
+
+@compiled
+def spot_values(places: Floats, levels: Floats, profile: Floats) -> Floats:
+    """Pixels that are sums of spots, see `add_spot_system`; `profile` ends with 0."""
+    result = np.zeros(len(places))
+    for n in range(len(places)):
+        for k in range(places.shape[1]):
+            place = places[n, k]
+            if not place < len(profile) - 1:
+                break
+            low = int(place)
+            share = place - low
+            result[n] += levels[n, k] * ((1 - share) * profile[low] + share * profile[low + 1])
+    return result

@@ -47,6 +47,8 @@ def usual_spot(
     """
     from scipy.spatial import cKDTree
 
+    from plenofir.camera.calibration.moments import add_spot_system, spot_values
+
     step = max(_FINEST, pitch / _PLACES)
     count = int(np.ceil(_RADIUS * pitch / step))
     few = chosen[np.random.default_rng(8).permutation(len(chosen))[:_LENSES]]
@@ -60,23 +62,17 @@ def usual_spot(
     tree = cKDTree(places[bright])
     nearest = list(range(1, min(_NEIGHBOURS, int(bright.sum())) + 1))
     distance, which = tree.query(pixels, nearest, distance_upper_bound=count * step)
-    columns = np.zeros((len(pixels), count + 1))
-    levels = np.append(levels[bright], 0.0)  # The last is no lens.
-    for away_from, lens in zip(distance.T, which.T, strict=True):
-        near = np.isfinite(away_from)
-        rows, place = np.nonzero(near)[0], away_from[near] / step
-        low = np.minimum(place.astype(np.int64), count - 1)
-        columns[rows, low] += levels[lens[near]] * (low + 1 - place)
-        columns[rows, low + 1] += levels[lens[near]] * (place - low)
-    columns = columns[:, :-1]  # Nothing at the end.
+    distance /= step
+    brightness = np.append(levels[bright], 0.0)[which]  # The last is no lens.
     ridge = _EVEN * len(pixels) / count * _bends(count)
     weights = np.ones(len(pixels))
     for _ in range(3):
-        weighted = columns * weights[:, np.newaxis]
-        found = np.linalg.lstsq(weighted.T @ columns + ridge, weighted.T @ values, rcond=None)[0]
-        left = np.abs(values - columns @ found)
+        system, right = ridge.copy(), np.zeros(count)
+        add_spot_system(distance, brightness, values, weights, system, right)
+        profile = np.append(np.linalg.lstsq(system, right, rcond=None)[0], 0.0)
+        left = np.abs(values - spot_values(distance, brightness, profile))
         weights = (left <= _OUTLIERS * np.percentile(left, 90)).astype(np.float64)
-    return np.append(found, 0.0), step
+    return profile, step
 
 
 def _bends(count: int) -> Floats:

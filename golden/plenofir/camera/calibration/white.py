@@ -11,8 +11,10 @@ from plenofir.camera.calibration.centroids import (
     Moments,
     core_brightness,
     matched_offsets,
+    matching_scale,
     reach,
     response,
+    smoothed,
     windowed_moments,
 )
 from plenofir.camera.calibration.grid import (
@@ -112,6 +114,7 @@ class WhiteImage:
         # By how many pixels a slope of the light of 1 a pixel moves places of small ones.
         self.spread: Floats = np.zeros(2)
         self._smooth: Image32 | None = None
+        self._kept: dict[tuple[bool, float], Image32] = {}  # See `_smoothed`.
         # Relative standard errors of the grid's scale along y and x, from the inner slopes.
         self.stretch: Floats = np.zeros(2)
         # By axis: places without and with the correction for inner slopes.
@@ -173,7 +176,8 @@ class WhiteImage:
         pitch = self.windows()
         places = centres + self.margin
         if self.large:
-            return centres + matched_offsets(image, places, pitch, share)
+            smooth = self._smoothed(image, matching_scale(pitch))
+            return centres + matched_offsets(smooth, places, pitch, share)
         moments = windowed_moments(image, places, pitch, share * HALF_WIDTH)
         factors = response(image, places, pitch, share * HALF_WIDTH)
         if factors.min() < _WEAKEST_RESPONSE:
@@ -187,6 +191,13 @@ class WhiteImage:
             self.stretch = unsure / (self.end / 2)
         largest = np.array(pitch) / 2
         return centres + np.clip(offsets / factors, -largest, largest)
+
+    def _smoothed(self, image: Image32, scale: float) -> Image32:
+        """The padded or the redrawn image smoothed, kept until the light changes."""
+        key = image is self.padded, scale
+        if key not in self._kept:
+            self._kept[key] = smoothed(image, scale)
+        return self._kept[key]
 
     @property
     def large(self) -> bool:
@@ -313,6 +324,7 @@ class WhiteImage:
         self.shading = self.shading - constant(np.log(self.light(places).max()), self.shading)
         if self.padded is self.raw:
             self.padded = np.empty_like(self.raw)
+        self._kept = {}
         inner = self.padded[self.margin : -self.margin, self.margin : -self.margin]
         divide_by_light(self.image, self.dark, self.shading, inner)
         if self.clipped is not None:
@@ -394,7 +406,7 @@ class WhiteImage:
     def smooth(self) -> Image32:
         """The image smoothed a little against noise."""
         if self._smooth is None:
-            self._smooth = ndimage.gaussian_filter(self.image, _SMOOTH * min(extents(self.grid)))
+            self._smooth = smoothed(self.image, _SMOOTH * min(extents(self.grid)))
         return self._smooth
 
     def base(self) -> float:
