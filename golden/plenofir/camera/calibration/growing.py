@@ -42,9 +42,9 @@ _ALIKE_PLACES = 0.3
 # little, which must not make them outliers.
 _LARGE_FLOOR = 1e-4
 # Shares of the shifts by the light's slope (of clipped images, too) and by changes of the pitch
-# that remain after correction. Large micro images are located by their borders, which a slope moves
-# by this share of the square of the pitch.
-_UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _MATCHED = 0.001, 0.025, 0.002, 0.004
+# that remain after correction. A slope moves micro images by these shares of their spread and, if
+# they are large and located by their borders, of the square of the pitch (from drawn images).
+_UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _MOVING, _MATCHED = 0.001, 0.025, 0.002, 0.75, 0.004
 # A correction of centres is accepted if it increases their scatter by no more than this factor plus
 # this many pixels.
 _WORSE, _NOTHING = 1.25, 0.002
@@ -241,7 +241,7 @@ class GrowingFit(WhiteImage):
             axis=-1,
         )
         share = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
-        spread = self.spread
+        spread = _MOVING * self.spread
         if self.large:
             spread = _MATCHED * np.array(extents(self.grid)) ** 2
         order = order_of(self.shading)

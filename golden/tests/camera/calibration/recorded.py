@@ -32,7 +32,7 @@ RECORD = Path(__file__).with_name("recorded.json")
 # square of all that the function returned), plus the lesser of a millionth and `_SMALL` of them,
 # plus a least difference. First of results, then of digests.
 _SHARE, _SMALL, _LEAST = (1e-6, 2e-5), 1e-4, (1e-6, 1e-9)
-# Size of the centres' offsets in pixels, whose rounding is left in differences of nearly equal ones.
+# Size of the centres' offsets in pixels, whose rounding remains in their differences.
 _OF_CENTRES = 1e-3
 # Functions that return nothing, or texts.
 _UNTAPPED = {

@@ -112,9 +112,12 @@ def test_drawn_distorted_white_images() -> None:
     assert near >= known - 1
 
 
-@pytest.mark.parametrize("seed", [7, 147])
+@pytest.mark.parametrize("seed", [7, 147, 60045, 60051])
 def test_harsh_images_that_were_accepted_with_wrong_grids(seed) -> None:
-    """Colour filters at a pitch of 4 pixels (0.44 px, 12 times the claim); gains of 30 %."""
+    """Colour filters at a pitch of 4 pixels; gains of 30 %; light told by clipped micro images.
+
+    Centres were 0.36 to 0.72 pixels off, 4 to 12 times the claim.
+    """
     tried = tried_distorted(harsh_white(seed, 60_000))
     assert not tried.accepted or (tried.worst < 0.3 and tried.once < 2), tried
 
