@@ -163,11 +163,11 @@ package body refocuser_pkg is
 
   begin
 
-    assert core.engine /= fir or not core.any_rows
+    assert core.engine = moving_sum or not core.any_rows
       report name & ": ANY_ROWS needs the ENGINE moving_sum"
       severity failure;
 
-    assert core.engine /= fir or core.pixels = 1
+    assert core.engine = moving_sum or core.engine = stack or core.pixels = 1
       report name & ": PIXELS_PER_CLOCK above 1 needs the ENGINE moving_sum"
       severity failure;
 
