@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled loops of `plenofir.refocus.pictures`."""
+"""Compiled loops of `plenofir.refocus.pictures`.
+
+Arrays are filled element by element, as in `plenofir.refocus.kernels`.
+"""
 
 from typing import Any
 
@@ -70,8 +73,8 @@ def sharpened_bytes(picture: Any, rows: Any, samples: Any, start: Any, out: Any)
         _corrected_bytes(before, near, picture[r], next_, after, np.int16(32), down)
         line = down
         if width > 2 * samples:
-            across[:samples] = down[:samples]
-            across[last:] = down[last:]
+            for k in range(samples):
+                across[k], across[last + k] = down[k], down[last + k]
             _corrected_bytes(
                 down[: last - samples],
                 down[samples - half : last - half],
@@ -124,7 +127,8 @@ def sharpened_lines(
                     value = np.float32(one[k])
                     line[k] = value + part * (np.float32(other[k]) - value)
         _corrected(lines[0], lines[1], lines[2], lines[3], lines[4], gain, down)
-        across[:] = down
+        for k in range(width):
+            across[k] = down[k]
         if width > 2 * samples:
             _corrected(
                 down[: last - samples],
@@ -183,7 +187,8 @@ def views_of_lines(
             x = left + k
             # From -1 to 1 over the picture.
             here = a + right * (2 * x + 1 - width) / width + down * (2 * y + 1 - height) / height
-            sums[:] = 0.0
+            for channel in range(channels):
+                sums[channel] = 0.0
             whole = 0.0
             for n in range(shares.size):
                 v, u = rows_of[n], columns_of[n]

@@ -4,6 +4,8 @@
 H. Hirschmüller, Stereo processing by semiglobal matching and mutual information, IEEE TPAMI 30(2),
 2008: costs of neighbouring pixels are joined along straight paths from eight sides, on which small
 changes of depth cost little, and large ones no more than a jump.
+
+Arrays are filled element by element, as in `plenofir.refocus.kernels`.
 """
 
 from functools import partial
@@ -59,8 +61,8 @@ def match_costs(
     for number in range(len(rows)):
         y = rows[number]
         for c in range(len(candidates)):
-            sums[:] = 0
-            outside[:] = len(views)
+            for x in range(width):
+                sums[x], outside[x] = 0, len(views)
             for k in range(len(views)):
                 # The point at x is at x - disparity gap in the other view.
                 down, right = -candidates[c] * gaps[k, 0], -candidates[c] * gaps[k, 1]
@@ -88,7 +90,8 @@ def match_costs(
                     ) - here[x]
                     off = off * off * scale[x]
                     part[x] += off if off < most else most
-                outside[first : first + length] -= 1
+                for x in range(first, first + length):
+                    outside[x] -= 1
             for x in range(width):
                 seeing = len(views) - outside[x]
                 mean = sums[x] / seeing if seeing else most
@@ -249,7 +252,9 @@ def joined(
     # With a margin that has no weight. Links lead to the right and down.
     now = np.zeros((height + 2, width + 2), np.float32)
     then, across, down = np.zeros_like(now), np.zeros_like(now), np.zeros_like(now)
-    now[1:-1, 1:-1] = values
+    for y in range(height):
+        for x in range(width):
+            now[y + 1, x + 1] = values[y, x]
     for turn in range(times):
         if turn % 4 == 0:
             for y in range(height):
