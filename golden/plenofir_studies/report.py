@@ -55,6 +55,10 @@ REPORTS = {
         "gpu_report",
         "Time of a frame on a GPU, share of its bandwidth, beside the CPU: Markdown.",
     ),
+    "peers": (
+        "peers",
+        "Pictures, depth, centres and times beside other open software: Markdown.",
+    ),
     "resampling": (
         "resampling_report",
         "The chip's resampler beside decode, over bits, pitch, rotation: Markdown.",
@@ -83,7 +87,7 @@ def _command(name: str) -> Callable[[str], None]:
 
 
 for _name, (_, _text) in REPORTS.items():
-    if _name not in ("calibration", "depth"):
+    if _name not in ("calibration", "depth", "peers"):
         app.command(_name, help=_text)(_command(_name))
 
 
@@ -107,3 +111,14 @@ def depth(
     ] = None,
 ) -> None:
     _write("depth", Path(out), hci)
+
+
+@app.command(help=REPORTS["peers"][1])
+def peers(
+    python: Annotated[
+        Path,
+        typer.Option(help="Interpreter with plenopticam, plenpy and pyolaf (docs/studies.md)."),
+    ],
+    out: OutFolder = "build/report-peers",
+) -> None:
+    _write("peers", Path(out), python)
