@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From a stream of raw pixels to the stream of the picture that is shown: refocused, all in focus, or depth.
 --
--- If only the refocused slice is shown, this is a raster_refocuser. With other outputs it is a focal_stack with its
--- depth_index, and each output frame shows one of these: the chosen slice, the sharpest slice of each micro image, or a
--- colour for that slice or for the depth between slices. The slice is chosen with a frame's first input pixel, the
--- output with its first output pixel. The stack does not push the rest of a frame out by itself; the next frame does.
--- Its frames have a multiple of M lines: black lines below the picture do not come out.
+-- If only the refocused slice is shown, this is the core of a raster_refocuser. With other outputs it is that of a
+-- focal_stack with its depth_index, and each output frame shows one of these: the chosen slice, the sharpest slice of
+-- each micro image, or a colour for that slice or for the depth between slices. The slice is chosen with a frame's
+-- first input pixel, the output with its first output pixel. The stack does not push the rest of a frame out by itself;
+-- the next frame does. Its frames have a multiple of M lines: black lines below the picture do not come out.
 --
 -- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
 -- Equation: that of raster_refocuser, focal_stack or sharpness_index; depth(k) = colour number index(k) of COLOURS,
@@ -21,6 +21,7 @@ use work.fault_pkg.all;
 use work.core_pkg.all;
 use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
+use work.token_pkg.all;
 use work.picture_pkg.all;
 use work.video_pkg.all;
 
@@ -84,11 +85,25 @@ architecture rtl of picture_core is
 
   constant SLICES : positive := slice_count(SHIFTS);
 
+  signal order   : frame_order_t;
+  signal s_marks : marks_t;
+
 begin
+
+  order   <=
+  (
+    columns      => columns,
+    rows         => rows,
+    slice        => choice.slice,
+    sweep        => choice.sweep,
+    sweep_frames => choice.sweep_frames
+  );
+  s_marks <= (s_axis.tvalid, s_axis.tuser, s_axis.tlast);
 
   one_slice : if not needs_stack(OUTPUTS) generate
 
-    signal refocused : std_logic_vector(8 * CHANNELS - 1 downto 0);
+    signal refocused : std_logic_vector(row_bits(CORE) - 1 downto 0);
+    signal m_marks   : marks_t;
 
   begin
 
@@ -100,42 +115,28 @@ begin
       m_axis.tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
     end generate all_channels;
 
-    refocuser : entity work.raster_refocuser
+    slice_core : entity work.refocuser
       generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        HOLD                => HOLD,
-        MAX_COLUMNS         => MAX_COLUMNS,
-        CHANNELS            => CHANNELS,
-        EXACT               => EXACT,
-        FRACTION_BITS       => FRACTION_BITS,
-        GUARD_BITS          => GUARD_BITS,
-        BROADCAST_TAPS      => BROADCAST_TAPS,
-        ENGINE              => ENGINE
+        CORE => CORE
       )
       port map (
         clk           => clk,
         reset         => reset,
-        columns       => columns,
-        rows          => rows,
-        slice         => choice.slice,
-        sweep         => choice.sweep,
-        sweep_frames  => choice.sweep_frames,
-        s_axis_tvalid => s_axis.tvalid,
+        order         => order,
+        s_axis_marks  => s_marks,
         s_axis_tready => s_axis_tready,
-        s_axis_tdata  => s_axis.tdata(8 * CHANNELS - 1 downto 0),
-        s_axis_tuser  => s_axis.tuser,
-        s_axis_tlast  => s_axis.tlast,
-        m_axis_tvalid => m_axis.tvalid,
+        s_axis_tdata  => s_axis.tdata(row_bits(CORE) - 1 downto 0),
+        m_axis_marks  => m_marks,
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => refocused,
-        m_axis_tuser  => m_axis.tuser,
         m_axis_tid    => m_axis_tid,
-        m_axis_tlast  => m_axis.tlast,
         error_flags   => error_flags,
         error_clear   => error_clear
       );
+
+    m_axis.tvalid <= m_marks.tvalid;
+    m_axis.tuser  <= m_marks.tuser;
+    m_axis.tlast  <= m_marks.tlast;
 
   end generate one_slice;
 
@@ -202,12 +203,10 @@ begin
     constant KINDS : kinds_t   := output_kinds(OUTPUTS);
 
     -- The stack of slices on its way to the depth index, the index's output, and faults of both.
-    signal stack_valid  : std_logic;
+    signal stack_marks  : marks_t;
     signal stack_ready  : std_logic;
     signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
-    signal stack_user   : std_logic_vector(0 downto 0);
     signal stack_id     : std_logic_vector(7 downto 0);
-    signal stack_last   : std_logic;
     signal found_valid  : std_logic;
     signal found_shade  : unsigned(COLOUR_BITS - 1 downto 0);
     signal found        : std_logic_vector(FOUND_BITS - 1 downto 0);
@@ -222,35 +221,23 @@ begin
   begin
 
     -- The input FIFO holds the pixels that arrive while lines that waited for this frame leave.
-    stack : entity work.focal_stack
+    stack_core : entity work.refocuser
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        MAX_COLUMNS      => MAX_COLUMNS,
-        CHANNELS         => 3,
-        INPUT_LINES      => MICRO_IMAGE_SIZE,
-        FLUSH            => false,
-        CHOSEN_TOO       => true
+        CORE        => CORE,
+        INPUT_LINES => MICRO_IMAGE_SIZE,
+        FLUSH       => false
       )
       port map (
         clk           => clk,
         reset         => reset,
-        columns       => columns,
-        rows          => rows,
-        slice         => choice.slice,
-        sweep         => choice.sweep,
-        sweep_frames  => choice.sweep_frames,
-        s_axis_tvalid => s_axis.tvalid,
+        order         => order,
+        s_axis_marks  => s_marks,
         s_axis_tready => s_axis_tready,
         s_axis_tdata  => s_axis.tdata,
-        s_axis_tuser  => s_axis.tuser,
-        s_axis_tlast  => s_axis.tlast,
-        m_axis_tvalid => stack_valid,
+        m_axis_marks  => stack_marks,
         m_axis_tready => stack_ready,
         m_axis_tdata  => stack_data,
-        m_axis_tuser  => stack_user,
         m_axis_tid    => stack_id,
-        m_axis_tlast  => stack_last,
         error_flags   => stack_errors,
         error_clear   => error_clear
       );
@@ -278,11 +265,11 @@ begin
         slice         => stack_id,
         sweep         => '0',
         sweep_frames  => x"00",
-        s_axis_tvalid => stack_valid,
+        s_axis_tvalid => stack_marks.tvalid,
         s_axis_tready => stack_ready,
         s_axis_tdata  => stack_data,
-        s_axis_tuser  => stack_user,
-        s_axis_tlast  => stack_last,
+        s_axis_tuser  => stack_marks.tuser,
+        s_axis_tlast  => stack_marks.tlast,
         m_axis_tvalid => found_valid,
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => found,
