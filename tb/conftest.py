@@ -15,6 +15,10 @@ from plenofir_tb.faults import STALE, stale_faults
 LONGEST = (
     "test_chain",
     "test_refocus_video",
+    "test_all_in_focus_and_depth",
+    "test_raw_aligned",
+    "test_capture_swept",
+    "test_index_and_picture",
     "test_figures",
     "test_netlist",
     "test_random",

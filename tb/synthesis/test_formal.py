@@ -46,6 +46,7 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
     proof.prove(tmp_path)
 
 
+@pytest.mark.drawn(8)
 @pytest.mark.parametrize(
     ("proof", "file", "old", "new"),
     [

@@ -189,7 +189,7 @@ async def slices_change_between_frames(dut: Any) -> None:
     mode = shrunken("mini")
     total = mode.h_total * mode.v_total
     slices, outputs = len(CASE["shifts"]), len(CASE["outputs"])
-    frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 9)
+    frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 7)
     signals = raster_signals(mode, frames)
     wanted, tags = [], []
     begin = 0
