@@ -18,6 +18,8 @@ _MANY_CLIPPED, _LOWEST_CLIPPED = 0.002, 5
 _SMALLEST = 12
 # Weights in which a mosaic cancels; contrasts of its kinds of pixels differ by at least this share.
 _AROUND_PIXEL, _LEAST_MOSAIC = (0.25, 0.5, 0.25), 0.05
+# Kinds of pixels below this share of the usual contrast see none of the light, or are clipped.
+_LEAST_CONTRAST = 0.05
 _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
 
@@ -37,7 +39,7 @@ def equalised(image: Image32) -> Image32:
     """The image without the pattern of a colour filter mosaic of 2 x 2 pixels, if it has one.
 
     The four kinds of pixels get the contrast and the level of their surroundings, in which all
-    kinds have the same weight.
+    kinds have the same weight. Kinds without contrast of their own become their surroundings.
     """
     around = image
     for axis in (0, 1):
@@ -54,7 +56,10 @@ def equalised(image: Image32) -> Image32:
         return image
     result = np.empty_like(image)
     for kind, gain, level in zip(kinds, gains, levels, strict=True):
-        result[kind] = (image[kind] - level) * (usual / gain) + levels.mean()
+        if gain < _LEAST_CONTRAST * usual:
+            result[kind] = around[kind] * usual + levels.mean()
+        else:
+            result[kind] = (image[kind] - level) * (usual / gain) + levels.mean()
     return result
 
 

@@ -122,6 +122,21 @@ def test_harsh_images_that_were_accepted_with_wrong_grids(seed) -> None:
     assert not tried.accepted or (tried.worst < 0.3 and tried.once < 2), tried
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("gains", [(0, 1, 1, 0), (0, 0, 0, 1), (0.003, 1, 1, 0.003)])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_colour_filters_that_pass_none_of_the_light(gains, bits) -> None:
+    """Light of one colour: some kinds of pixels are black, or show noise alone."""
+    white = ideal_white((120, 150), 11.3)
+    y, x = np.indices(white.image.shape)
+    light = white.image / white.image.max() * np.reshape(gains, (2, 2))[y % 2, x % 2]
+    image = np.rint(light * ((1 << bits) - 1)).astype(f"u{bits // 8}")
+    found = calibrate(image)
+    worst = white.errors(found.centres).max()
+    assert worst < 0.03
+    assert worst < 3 * found.evidence.centre_error_px + 0.002
+
+
 def test_light_that_lenses_of_their_own_gains_do_not_tell() -> None:
     """The claim grows with the spread of the lenses, because their light bends the grid."""
     shape, pitch = (72, 96), 7.4
