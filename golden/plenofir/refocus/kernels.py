@@ -26,7 +26,6 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus import machine_code
 from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
@@ -46,8 +45,11 @@ _PITCH = CHUNK + PAD
 # numba compiles a function anew for a literal argument.
 ZERO = cast("int", np.int64(0))
 
-# Modules whose functions are inlined into others.
-_SHARED = Path(__file__), Path(__file__).with_name("rows.py"), Path(machine_code.__file__)
+# Modules whose functions and numbers become part of others' code.
+_SHARED = tuple(
+    Path(__file__).with_name(f"{name}.py")
+    for name in ("kernels", "rows", "machine_code", "vector_code")
+)
 
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]

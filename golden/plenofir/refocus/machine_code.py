@@ -41,8 +41,8 @@ class Loop:
         self._write, self._parameters = write, signature(write).parameters.values()
         # Names of the arguments.
         self.names = [p.name for p in self._parameters if p.annotation is not int]
-        # Libraries, which keep their code in memory, and where it begins.
-        self._made: dict[tuple[int, ...], tuple[Any, int]] = {}
+        # By constants: a library, which keeps its code in memory, and where the code begins.
+        self._libraries: dict[tuple[int, ...], tuple[Any, int]] = {}
         self._lock = Lock()
 
     def address(self, *constants: int) -> int:
@@ -51,14 +51,15 @@ class Loop:
         `constants`: in the order of parameters the bits of each array, and each constant.
         """
         with self._lock:
-            if constants not in self._made:
-                self._made[constants] = self._compiled(constants)
-            return self._made[constants][1]
+            if constants not in self._libraries:
+                self._libraries[constants] = self._compiled(constants)
+            return self._libraries[constants][1]
 
     @global_compiler_lock  # type: ignore[untyped-decorator]
     def _compiled(self, constants: tuple[int, ...]) -> tuple[Any, int]:
-        # Names are unique: all code is in one table of symbols.
-        name = "_".join(("plenofir", self._write.__name__, *map(str, constants)))
+        # All code is in one table of symbols, so loops of two modules need two names.
+        names = self._write.__module__, self._write.__name__
+        name = ".".join((*names, *map(str, constants)))
         codegen = cpu_target.target_context.codegen()
         files, key = None, (codegen.magic_tuple(), constants)
         with suppress(RuntimeError, OSError):  # no writable folder
@@ -81,15 +82,15 @@ class Loop:
     def _fill(self, function: Any, constants: tuple[int, ...]) -> None:
         """Write the loop as a function."""
         builder = ir.IRBuilder(function.append_basic_block())
-        passed, fixed, given = iter(function.args), iter(constants), list[Any]()
+        arguments, fixed, operands = iter(function.args), iter(constants), list[Any]()
         for parameter in self._parameters:
             if parameter.annotation is int:
-                given.append(next(fixed))
+                operands.append(next(fixed))
             elif parameter.annotation is Array:
-                given.append(Array(builder, next(passed), next(fixed)))
+                operands.append(Array(builder, next(arguments), next(fixed)))
             else:
-                given.append(Value(builder, next(passed)))
-        self._write(*given)
+                operands.append(Value(builder, next(arguments)))
+        self._write(*operands)
         builder.ret_void()
 
 
@@ -101,20 +102,18 @@ def loop(write: Callable[..., None]) -> Any:
     written = Loop(write)
 
     def typing(_: Any, address: Any, *kinds: Any) -> Any:
-        def generate(context: Any, builder: Any, made: Any, given: Any) -> Any:
-            values = []
-            for kind, value in zip(made.args[1:], given[1:], strict=True):
+        def generate(context: Any, builder: Any, call: Any, arguments: Any) -> Any:
+            address, *values = arguments
+            for n, kind in enumerate(call.args[1:]):
                 if isinstance(kind, types.Array):
-                    array = context.make_array(kind)(context, builder, value)
-                    values.append(builder.ptrtoint(array.data, _NUMBER))
-                else:
-                    values.append(value)
-            pointer = builder.inttoptr(given[0], _kind(len(values)).as_pointer())
+                    array = context.make_array(kind)(context, builder, values[n])
+                    values[n] = builder.ptrtoint(array.data, _NUMBER)
+            pointer = builder.inttoptr(address, _kind(len(values)).as_pointer())
             builder.call(pointer, values)
             return context.get_dummy_value()
 
-        passed = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
-        return types.void(types.int64, *passed), generate
+        taking = [kind if isinstance(kind, types.Array) else types.int64 for kind in kinds]
+        return types.void(types.int64, *taking), generate
 
     typing.__name__ = write.__name__
     names = ["context", "address", *written.names]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged or stale compiled code on disk is compiled again, and never executed."""
 
+import ast
 import importlib.util
 import os
 import resource
@@ -8,11 +9,13 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import FunctionType, ModuleType
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
-from plenofir.refocus import kernels, machine_code
+from plenofir.refocus import blocks, kernels, machine_code, row_vectors, rows, vectors
 
 OF_NUMBA = """
 from plenofir.refocus.kernels import compiled, inner
@@ -132,3 +135,27 @@ def test_other_sources(tmp_path: Path, twice, monkeypatch) -> None:
         shared.write_text(text)
         assert twice() == [0, 2, 4, 6, 8]
         assert twice.loaded == loaded
+
+
+def of_code(value: object) -> bool:
+    """Whether compiled code takes in a value: a number, a function, a class of tuples."""
+    tuples = isinstance(value, type) and issubclass(value, tuple)
+    return tuples or isinstance(value, int | FunctionType | Dispatcher)
+
+
+@pytest.mark.parametrize(
+    ("module", "shared"),
+    [
+        *((module, kernels) for module in (blocks, kernels, rows)),
+        *((module, machine_code) for module in (row_vectors, vectors)),
+    ],
+)
+def test_code_depends_on_all_that_it_takes_in(module: ModuleType, shared: ModuleType) -> None:
+    origins = {
+        Path(importlib.util.find_spec(node.module).origin)
+        for node in ast.walk(ast.parse(Path(module.__file__).read_text()))
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("plenofir")
+        if any(of_code(getattr(module, alias.name)) for alias in node.names)
+    }
+    assert origins
+    assert origins <= set(shared._SHARED)
