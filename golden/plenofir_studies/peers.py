@@ -172,8 +172,8 @@ def depths(ask: Ask) -> Iterator[tuple[str, ...]]:
                     row.append(answer)
                     continue
                 depth, seconds = answer.result, answer.seconds
-            found = score(depth, truth, seconds)
-            row.append(f"{100 * found.bad[-1]:.1f} %, {found.mse:.2f}, {seconds:.2f} s")
+            errors = score(depth, truth, seconds)
+            row.append(f"{100 * errors.bad[-1]:.1f} %, {errors.mse:.2f}, {seconds:.2f} s")
         yield name, *row
 
 
@@ -189,9 +189,11 @@ def centres(ask: Ask) -> Iterator[tuple[str, ...]]:
     grid = regular_grid(_WHITE, _PITCH, rotation_degrees=_TURN)
     whites: list[Image] = [_spots(grid), white_image(_WHITE, grid, seed=1)]
 
-    def cell(found: Floats, seconds: float) -> str:
-        inner = ((found > _PITCH) & (found < np.array(_WHITE) - _PITCH)).all(axis=1)
-        error = np.linalg.norm(grid.nearest(found[inner])[2], axis=-1)
+    def cell(places: Floats, seconds: float) -> str:
+        inner = ((places > _PITCH) & (places < np.array(_WHITE) - _PITCH)).all(axis=1)
+        if not inner.any():
+            return "no centre in the picture"
+        error = np.linalg.norm(grid.nearest(places[inner])[2], axis=-1)
         return f"{error.mean():.4f}, {error.max():.4f}, {seconds:.1f} s"
 
     row = []
@@ -215,6 +217,7 @@ def write_report(folder: Path, python: Path, progress: Progress | None = None) -
     """
     ask = asked(python)
     report = Report(folder, "peers.md", 4, progress)
+    # An interpreter that cannot be run is refused before anything is measured.
     ask("plenpy depth", views=np.zeros((1, 1, 1, 1), np.uint8))
     report.say("# Beside other software", f"Measured on: {machine()}")
     report.say(
@@ -237,7 +240,8 @@ def write_report(folder: Path, python: Path, progress: Progress | None = None) -
     report.step()
     report.say(
         f"Centres in white images of {_WHITE[1]} x {_WHITE[0]} pixels, pitch {_PITCH}, rotated by "
-        f"{_TURN} degree: mean and largest error in pixels, processor time."
+        f"{_TURN} degree: mean and largest error in pixels, processor"
+        " time of the second run of plenofir, of the first of the others."
     )
     report.table(["software", "Gaussian spots, dark gaps", "discs, 1 % noise"], centres(ask))
     report.step()

@@ -33,7 +33,7 @@ def plenopticam_refocus(views: Array, shift: int, exact: bool) -> Work:
     m = len(views)
     config = PlenopticamConfig()
     config.default_values()
-    # It writes enlarged pictures beside the capture.
+    # plenopticam writes enlarged pictures beside the capture.
     config.params[config.lfp_path] = os.path.join(os.getcwd(), "capture")
     config.params[config.ptc_leng] = m
     config.params[config.opt_prnt] = False
@@ -124,9 +124,9 @@ def main() -> None:
     """Do the task of the command line."""
     warnings.simplefilter("ignore")
     task, source, target = sys.argv[1:]
-    given = dict(np.load(source))
-    runs = int(given.pop("runs"))
-    words = {name: value if value.ndim else value.item() for name, value in given.items()}
+    arrays = dict(np.load(source))
+    runs = int(arrays.pop("runs"))
+    words = {name: value if value.ndim else value.item() for name, value in arrays.items()}
     if task.endswith("refocus"):
         words["shift"], words["exact"] = int(words["shift"]), bool(words["exact"])
     seconds = []

@@ -64,6 +64,18 @@ def test_rows_of_the_tables() -> None:
     assert timed[0][2] == "55 x 55"
 
 
+def test_centres_that_lie_nowhere_in_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "_WHITE", (120, 130))
+    places = {"plenopticam centres": np.zeros((0, 2)), "pyolaf centres": np.full((9, 2), np.nan)}
+
+    def ask(task: str, **_: Any) -> peers.Answer:
+        return peers.Answer(places[task], 1.5, "0.9")
+
+    own, *others = peers.centres(ask)
+    assert max(float(cell.split(",")[0]) for cell in own[1:]) < 0.1
+    assert [cells[1:] for cells in others] == [("no centre in the picture",) * 2] * 2
+
+
 def test_an_interpreter_that_cannot_be_run_is_one_line(tmp_path: Path) -> None:
     done = plenofir(
         *("report", "peers", "--python", str(tmp_path / "none"), "--out", str(tmp_path / "out"))
