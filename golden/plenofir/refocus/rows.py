@@ -111,7 +111,7 @@ def whole_lines(plan: Plan, row: Row, steps: Steps) -> Integers:
     """
     words, margin, totals, other = row.words, row.margin, row.totals, row.other
     m, pixel, ranges = plan.micro_image_size, row.pixel, row.ranges
-    made = ranges[0, 1] - ranges[0, 0]
+    count = ranges[0, 1] - ranges[0, 0]
     box = m * pixel
     running_sum(
         steps.running_words,
@@ -120,7 +120,7 @@ def whole_lines(plan: Plan, row: Row, steps: Steps) -> Integers:
         row.ends,
         row.several,
         0,
-        made,
+        count,
         box,
         totals,
         margin,
@@ -128,19 +128,19 @@ def whole_lines(plan: Plan, row: Row, steps: Steps) -> Integers:
         row.carry,
         words,
     )
-    places = np.empty(made + 2 * m, np.int64)
+    places = np.empty(count + 2 * m, np.int64)
     for k in range(places.size):
         places[k] = k * pixel + margin
     for level in range(1, plan.order + 1):
         # The sums below are 0 outside of their range.
         fill(steps.fill_sums, totals, 0, margin, 0)
-        fill(steps.fill_sums, totals, made * pixel + margin, margin, 0)
+        fill(steps.fill_sums, totals, count * pixel + margin, margin, 0)
         fill(steps.fill_sums, row.carry, 0, pixel, 0)
         runs = ranges[level, 1] - ranges[level - 1, 0] + plan.box_offset
-        made = ranges[level, 1] - ranges[level, 0]
-        target = (made - runs) * pixel + margin
+        count = ranges[level, 1] - ranges[level, 0]
+        target = (count - runs) * pixel + margin
         last = level == plan.order
-        runs -= made * int(last)
+        runs -= count * int(last)
         running_sum(
             steps.running_sums,
             totals,

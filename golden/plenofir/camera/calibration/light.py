@@ -55,16 +55,16 @@ def fitted_light(
 
     _, weights, scatter = robust_fit(terms(light_order(int(lenses))), logs, 1e-3, prior)
     rich = terms(_ORDER)
-    known = np.zeros(rich.shape[1])
+    precisions = np.zeros(rich.shape[1])
     # Light changes less along a shorter side.
     y, x = np.array(shape) / max(shape)
     spreads = [_USUAL[m + n] * y**m * x**n for m, n in exponents(_ORDER)]
     size = len(spreads)
-    known[1:size] = np.array(spreads[1:]) ** -2
+    precisions[1:size] = np.array(spreads[1:]) ** -2
     weighted = rich * weights[:, np.newaxis] / scatter**2
-    covariance = np.asarray(np.linalg.pinv(weighted.T @ rich + np.diag(known)))
-    found = covariance @ weighted.T @ logs[:, 0]
-    return np.asarray(found[:size]), np.asarray(covariance[:size, :size], np.float64)
+    covariance = np.asarray(np.linalg.pinv(weighted.T @ rich + np.diag(precisions)))
+    coefficients = covariance @ weighted.T @ logs[:, 0]
+    return np.asarray(coefficients[:size]), np.asarray(covariance[:size, :size], np.float64)
 
 
 def divide_by_light(image: Image32, dark: float, coefficients: Floats, result: Image32) -> None:

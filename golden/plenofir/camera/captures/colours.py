@@ -163,7 +163,7 @@ def without_hot_pixels(
     near = np.minimum(near, 2 * end - near)
     values = pixels[near[..., 0], near[..., 1]].astype(np.float32)
     values[hot[near[..., 0], near[..., 1]]] = np.nan
-    # Those whose neighbours are all hot stay.
+    # Hot pixels whose neighbours are all hot stay.
     is_measured = ~np.isnan(values.reshape(len(values), len(moves), -1)).all((1, 2))
     rows, columns = places[is_measured].T
     result[rows, columns] = np.rint(np.nanmedian(values[is_measured], axis=1))
