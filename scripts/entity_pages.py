@@ -13,7 +13,7 @@ SECTIONS = ("Latency", "Throughput", "Equation")
 
 def header_of(text: str) -> tuple[str, dict[str, str]]:
     """Split the header comment into its description and its named sections."""
-    header = text[: text.index("\nlibrary ")]
+    header = text[: re.search(r"^[^-]", text, re.M).start()]  # type: ignore[union-attr]
     comments = [line for line in header.splitlines() if "SPDX-License" not in line]
     lines = [line[3:] if line.startswith("-- ") else line[2:] for line in comments]
     body = "\n".join(lines)

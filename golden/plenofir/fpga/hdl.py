@@ -36,7 +36,12 @@ def all_sources() -> list[Path]:
 
 
 def with_packages(sources: Sequence[Path], packages: Mapping[str, str], folder: Path) -> list[Path]:
-    """Write packages (name to text) into a folder; the sources with them in place of theirs."""
+    """Write packages (name to text) into a folder; the sources with them in place of theirs.
+
+    ValueError if there is no such source: the board would be built without the package.
+    """
+    if missing := packages.keys() - {source.stem for source in sources}:
+        raise ValueError(f"no source is named {' or '.join(sorted(missing))}")
     for name, text in packages.items():
         (folder / f"{name}.vhd").write_text(text)
     return [folder / s.name if s.stem in packages else s for s in sources]

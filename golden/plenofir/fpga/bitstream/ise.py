@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ise_reports import (
     Message,
     Timing,
@@ -35,7 +36,6 @@ from plenofir.fpga.bitstream.top_level import (
     configuration,
     default_generics,
     project_lines,
-    top_source,
     top_with_generics,
 )
 from plenofir.fpga.boards import BOARDS
@@ -215,14 +215,8 @@ def build(
     logs = [out / f"{tool}.log" for tool in TOOLS]
     remove_results([out / "plenofir.bit", out / "report.json", work, *logs])
     (work / "xst").mkdir(parents=True)
-    top = work / f"{TOP}.vhd"
-    top.write_text(source)
-    replaced = {top_source(): top}
-    for name, text in (packages or {}).items():
-        own = work / f"{name}.vhd"
-        own.write_text(text)
-        replaced[top_source().with_name(own.name)] = own
-    (work / f"{TOP}.prj").write_text("\n".join([*project_lines(replaced), ""]))
+    sources = hdl.with_packages(hdl.board_sources(), {**(packages or {}), TOP: source}, work)
+    (work / f"{TOP}.prj").write_text("\n".join([*project_lines(sources), ""]))
     (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
     constraints = constraints_file()
     seconds: dict[str, float] = {}

@@ -3,7 +3,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -31,14 +31,9 @@ def top_source(top: str = TOP) -> Path:
     return project.root() / "hdl" / "board" / f"{top}.vhd"
 
 
-def project_lines(replaced: Mapping[Path, Path] | None = None) -> list[str]:
-    """Lines of ISE's project file in the order of analysis, some sources replaced by others."""
-    paths = (path if replaced is None else replaced.get(path, path) for path in _sources())
-    return [f'vhdl work "{path}"' for path in paths]
-
-
-def _sources() -> list[Path]:
-    return hdl.board_sources()
+def project_lines(sources: Sequence[Path] | None = None) -> list[str]:
+    """Lines of ISE's project file in the order of analysis; None: the board's own sources."""
+    return [f'vhdl work "{path}"' for path in sources or hdl.board_sources()]
 
 
 def source_of_line(line: str) -> Path:

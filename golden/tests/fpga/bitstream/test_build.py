@@ -434,16 +434,20 @@ def test_own_edid(tools: Path, tmp_path: Path) -> None:
     (tmp_path / "own.bin").write_bytes(edid)
     file = tmp_path / "scene.toml"
     text = (project.root() / "scenes" / "rgb-480p.toml").read_text()
-    file.write_text(text.replace("[build]", '[build]\nedid = "own.bin"'))
+    file.write_text(
+        text.replace("[build]", '[screen]\noverlay = true\n\n[build]\nedid = "own.bin"')
+    )
     out = tmp_path / "out"
     command = ["bitstream", "build", "--scene", str(file), "--out", str(out)]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
     assert "1280 x 720 at 60.00 Hz preferred; no extension, so sources send DVI" in done.output
-    package = out / "work" / "edid_pkg.vhd"
-    assert edid[-16:].hex().upper() in package.read_text()
+    assert edid[-16:].hex().upper() in (out / "work" / "edid_pkg.vhd").read_text()
     lines = (out / "work" / f"{TOP}.prj").read_text().splitlines()
-    assert [line for line in lines if "edid_pkg" in line] == [f'vhdl work "{package}"']
+    # The scene's screen is in the room of the video path.
+    for name in ("edid_pkg", "screen_pkg"):
+        package = out / "work" / f"{name}.vhd"
+        assert [line for line in lines if f"/{name}." in line] == [f'vhdl work "{package}"']
 
 
 @pytest.mark.parametrize("place", ["report.json", "xst.log", "work/scene.toml"])

@@ -42,7 +42,9 @@ def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, A
 
 
 def build(out: Path) -> None:
-    gowin.build(BOARD, "gw2ar-18", {"MICRO_IMAGE_SIZE": 3}, out, lambda *_: None, {"a_pkg": "text"})
+    gowin.build(
+        BOARD, "gw2ar-18", {"MICRO_IMAGE_SIZE": 3}, out, lambda *_: None, {"stored_pkg": "text"}
+    )
 
 
 def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
@@ -53,7 +55,7 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     assert content["utilisation"]["BSRAM (18 Kbit)"] == [7, 100]
     assert content["tools"] == {"nextpnr": "1"}
     assert content["generics"] == {"MICRO_IMAGE_SIZE": 3}
-    assert (tmp_path / "work" / "a_pkg.vhd").read_text() == "text"
+    assert (tmp_path / "work" / "stored_pkg.vhd").read_text() == "text"
     clocks = (tmp_path / "work" / "clocks.sdc").read_text().splitlines()
     assert clocks[2] == "create_clock -name clk -period 39.683 [get_nets clk]"
 

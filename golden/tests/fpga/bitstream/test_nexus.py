@@ -47,7 +47,7 @@ def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, A
 
 def build(out: Path) -> None:
     generics = {"MICRO_IMAGE_SIZE": 5}
-    nexus.build(BOARD, "lifcl-40", generics, WANTED, out, lambda *_: None, {"a_pkg": "text"})
+    nexus.build(BOARD, "lifcl-40", generics, WANTED, out, lambda *_: None, {"camera_pkg": "text"})
 
 
 def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     assert content["timing"][1] == {"clock": "byte_clk", "wanted_mhz": 114.0, "reached_mhz": 120.0}
     assert content["utilisation"]["D-PHY"] == [7, 100]
     assert content["utilisation"]["pins"] == [7, 100]
-    assert (tmp_path / "work" / "a_pkg.vhd").read_text() == "text"
+    assert (tmp_path / "work" / "camera_pkg.vhd").read_text() == "text"
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ def test_nothing_needless_is_written() -> None:
 def test_supervisor_takes_what_the_constraints_cover() -> None:
     constraints = (project.root() / "constraints" / "atlys.ucf").read_text()
     period = float(re.findall(r'"TS_tmds" = PERIOD "tmds" ([\d.]+) ns', constraints)[0])
-    supervisor = (project.root() / "hdl" / "board" / "link_supervisor.vhd").read_text()
+    supervisor = (project.root() / "hdl" / "link" / "link_supervisor.vhd").read_text()
     fastest = int(re.findall(r"FASTEST : positive := (\d+)", supervisor)[0])
     # In units of 100 kHz, rounded up.
     assert fastest - 1 < 1e4 / period <= fastest
