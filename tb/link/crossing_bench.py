@@ -55,9 +55,10 @@ async def words_built_in_then_words_written(dut: Any) -> None:
     Clock(dut.pixel_clk, rng.choice([4, 14, 26]), "ns").start()
     for _ in range(4):
         # A word that came between two of them would be lost.
+        await FallingEdge(dut.clk)
         while len(arrived) < len(built_in):
-            await FallingEdge(dut.clk)
             assert int(dut.port_busy.value)
+            await FallingEdge(dut.clk)
         await idle()
         # The first one may be sent in the reset and after it.
         if arrived[:2] == [built_in[0]] * 2:
