@@ -200,8 +200,11 @@ async def a_clock_that_stays_low_is_told(dut: Any) -> None:
         assert STRETCH <= waited <= STRETCH + 2, waited
         await master.rest(2)
         assert master.is_free()
+        # The master has given up, so an edge of the device at any time belongs to no bit.
+        lines.strict = False
         lines.pull("scl", 1, False)
         await master.rest(4 * QUARTER)
+        lines.strict = True
         lines.gaps.clear()
     await master.order("start")
     for _ in range(3):
