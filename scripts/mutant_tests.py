@@ -101,6 +101,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("board/parallel*", (PARALLEL,)),
     ("board/hdmi_c*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
+    ("link/hot*", (f"{BOARD} -k {{}}", CONTROL, CHAIN)),
     ("link/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
     ("tmds/tmds_pkg*", (TMDS, CHAIN)),
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
