@@ -80,8 +80,8 @@ def with_engine(folder: Path) -> list[Path]:
     for number, (file, old, new) in enumerate(RECIPE):
         sources = plant(folder / str(number), sources, file, old, new)
     place = next(i for i, source in enumerate(sources) if source.name == "refocuser_pkg.vhd")
-    own = [HERE / f"direct_{part}.vhd" for part in ("pkg", "pass", "array")]
-    return [*sources[:place], *own, *sources[place:]]
+    files = [HERE / f"direct_{part}.vhd" for part in ("pkg", "pass", "array")]
+    return [*sources[:place], *files, *sources[place:]]
 
 
 def generics(core: CoreConfiguration, _index: None = None) -> Generics:

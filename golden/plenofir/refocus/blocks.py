@@ -134,9 +134,9 @@ def refocus_blocks(
         reached[line] = -1
     multiplier = aligned(lanes, steps.word_bytes)
     fill(steps.fill_words, multiplier, 0, lanes, taps.multiplier)
-    taken = np.empty(1, np.int64)
-    take_number(steps.take_number, counter, taken)
-    block = taken[0]
+    claimed = np.empty(1, np.int64)
+    take_number(steps.take_number, counter, claimed)
+    block = claimed[0]
     while block < blocks.shape[0]:
         column0, column1 = blocks[block, 2], blocks[block, 3]
         s0 = (column0 + columns.base) // columns.scale
@@ -323,5 +323,5 @@ def refocus_blocks(
                     for to in range(max(goal, row0), min(goal + rows.scale, row1)):
                         here = to * out_pitch + column0 * channels
                         copy_line(steps.copy_line, out, here, picture, line * pitch, width, past)
-            take_number(steps.take_number, counter, taken)
-            block = taken[0]
+            take_number(steps.take_number, counter, claimed)
+            block = claimed[0]

@@ -176,8 +176,8 @@ def _begin_sharpened(
         for k in range(m):
             starts[k] = k + t - m + plan.box_offset - row.ranges[plan.order - 1, 0]
     before, behind = taps.side * (flags & 1), taps.side * (flags >> 1)
-    own = taps.centre - 2 * taps.side + before + behind
-    bias = taps.zero * (own - before - behind) * count
+    middle = taps.centre - 2 * taps.side + before + behind
+    bias = taps.zero * (middle - before - behind) * count
     sharpened_start(
         steps.sharpened_start,
         sums,
@@ -187,7 +187,7 @@ def _begin_sharpened(
         m * pixel,
         pixel,
         row.carry,
-        own,
+        middle,
         before,
         behind,
         bias,
@@ -250,7 +250,7 @@ def sharpened_values(
             )
         else:
             before, behind = taps.side * (flags & 1), taps.side * (flags >> 1)
-            own = taps.centre - 2 * taps.side + before + behind
+            middle = taps.centre - 2 * taps.side + before + behind
             sharpened_sums(
                 steps.sharpened_sums,
                 sums,
@@ -262,7 +262,7 @@ def sharpened_values(
                 box,
                 pixel,
                 row.carry,
-                own,
+                middle,
                 before,
                 behind,
                 taps.bias,

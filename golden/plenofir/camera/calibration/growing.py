@@ -170,8 +170,8 @@ class GrowingFit(WhiteImage):
         stretch, grid = self.stretch, self.grid
         again = self.measure(self.padded, grid.positions(self.fitted), share)
         if not self.as_measured and self.drawn_grid is not None:
-            drawn = self.drawn_grid.positions(self.fitted)
-            again -= self.measure(self.redrawn, drawn, share) - drawn
+            places = self.drawn_grid.positions(self.fitted)
+            again -= self.measure(self.redrawn, places, share) - places
         self.stretch = stretch
         terms = polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order)
         design = np.einsum("nt,tap->nap", terms, self.bent.basis)

@@ -146,8 +146,8 @@ def test_small_micro_images_at_the_border() -> None:
 
 def test_vignetting_and_image_circle_of_few_lenses() -> None:
     """Few large lenses: their light's slope matters; light and centres are fitted in turn."""
-    drawn = drawn_white(415, 500_000)
-    assert drawn.errors(calibrate(drawn.image).centres).max() < 0.3
+    white = drawn_white(415, 500_000)
+    assert white.errors(calibrate(white.image).centres).max() < 0.3
     with pytest.raises(InputError, match="centres uncertain by"):
         calibrate(drawn_white(196, 500_000).image)
 
