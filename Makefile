@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # plenofir: see README.md. `make sim` and `make test` set up everything they need.
 
-# The other variables (docs/simulation.md, docs/boards.md) go to the command as they are set, which has their
+# The other variables (docs/simulation.md, docs/boards/) go to the command as they are set, which has their
 # defaults: golden/plenofir/commands/make_variables.py.
 JOBS ?= $(shell nproc)
 
@@ -80,7 +80,7 @@ lint: venv # Style of Python and VHDL, Python types
 	$(PYTHON) scripts/build_hdl.py --check; \
 	others=$$?; wait $$types && exit $$others
 
-bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT=, more in docs/boards.md
+bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT=, more in docs/boards/
 	@$(if $(filter-out atlys,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 

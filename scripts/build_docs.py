@@ -175,7 +175,7 @@ def measured_tables() -> str:
         measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
         measured(
             "Boards",
-            "boards.md",
+            "boards/README.md",
             ("Builds", [BUILDS, "", *board_builds()]),
             ("Sensors", [SENSORS, "", *sensors_table()]),
         ),
@@ -275,7 +275,8 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "files.md": lambda text: between_marks(
             text, "kinds", "\n".join(kinds_by_commands())
         ),
-        DOCS / "boards.md": lambda text: lens_pitches(status_table(text)),
+        DOCS / "boards" / "controls.md": status_table,
+        DOCS / "boards" / "cameras.md": lens_pitches,
         DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": ray_model,
         DOCS / "studies.md": energy_and_growth,

@@ -42,14 +42,15 @@ PACKAGES = {
     "plenofir.ground.errors": "Errors",
 }
 
-# Four groups of pages; pages of docs/ in none of them come after the first.
+# Four groups of pages; pages of docs/ in none of them come after the first. A folder's page comes
+# before the others in it.
 WAYS: dict[str, tuple[str, ...]] = {
     "Use it": ("files", "light-field", "viewer", "golden-model", "ray-model"),
     "Build it": (
         *("core", "flows", "scenes", "simulation", "boards", "architecture", "decisions"),
         *("fir-array", "moving-sum", "stack", "resampling", "hdmi", "resources"),
     ),
-    "Trust it": ("verification", "studies"),
+    "Trust it": ("verification", "studies", "measured"),
     "Beside the thesis": ("thesis",),
 }
 
@@ -182,17 +183,23 @@ def navigation(pages: Path) -> str:
     placed = {name for way in WAYS.values() for name in way}
     others = sorted({p.stem for p in (pages / "docs").glob("*.md")} - placed - {"README"})
 
-    def lines(title: str, places: list[str]) -> str:
-        rows = [f'      - "{heading(pages / place)}": {place}' for place in places]
-        return "\n".join([f"  - {title}:", *rows])
+    def row(place: str) -> str:
+        return f'- "{heading(pages / place)}": {place}'
 
-    measured = [f"docs/{p.parent.name}/{p.name}" for p in sorted((pages / "docs").glob("*/*.md"))]
+    def lines(title: str, places: list[str]) -> str:
+        return "\n".join([f"  - {title}:", *(f"      {row(place)}" for place in places)])
+
     parts = ["  - README.md"]
     for way, names in WAYS.items():
-        more = measured if way == "Trust it" else []
-        if way == "Use it":
-            more = [f"docs/{name}.md" for name in others]
-        parts.append(lines(way, [f"docs/{name}.md" for name in names] + more))
+        parts.append(f"  - {way}:")
+        for name in (*names, *(others if way == "Use it" else ())):
+            folder = pages / "docs" / name
+            if not folder.is_dir():
+                parts.append(f"      {row(f'docs/{name}.md')}")
+                continue
+            inside = sorted(folder.glob("*.md"), key=lambda page: (page.stem != "README", page))
+            parts.append(f"      - {name.capitalize()}:")
+            parts += [f"          {row(f'docs/{name}/{page.name}')}" for page in inside]
     entities = [f"hdl/entities/{p.name}" for p in sorted((pages / "hdl/entities").glob("*.md"))]
     parts.append(lines("VHDL", ["hdl/README.md", *entities]))
     parts.append(lines("Python", [f"reference/{package}.md" for package in PACKAGES]))

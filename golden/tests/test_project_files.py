@@ -88,8 +88,8 @@ def test_sources_have_their_licence_at_the_head() -> None:
 
 
 def test_form_of_a_first_run_is_that_of_the_page() -> None:
-    page = (ROOT / "docs" / "boards.md").read_text()
-    lines = re.search(r"^### The report.*?```text\n(.*?)```", page, re.S | re.M)[1].splitlines()
+    page = (ROOT / "docs" / "boards" / "first-run.md").read_text()
+    lines = re.search(r"^## The report.*?```text\n(.*?)```", page, re.S | re.M)[1].splitlines()
     form = read_yaml(GITHUB / "ISSUE_TEMPLATE" / "first-run.yml")
     labels = [part["attributes"].get("label") for part in form["body"] if "id" in part]
     assert labels == [line.split(":")[0] for line in lines]

@@ -2,7 +2,7 @@
 """The board's status line: its fields, the VHDL package made of them, and a parser.
 
 ``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` from this list of fields,
-``scripts/build_docs.py`` the table of ``docs/boards.md``.
+``scripts/build_docs.py`` the table of ``docs/boards/controls.md``.
 """
 
 import re
