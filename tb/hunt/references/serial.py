@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The serial port, from docs/boards/controls.md and the header of `command_line`: 8N1, a line a command."""
+"""The serial port, from docs/boards/controls.md and the header of `command_line`: 8N1."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
