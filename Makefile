@@ -72,8 +72,8 @@ golden: venv ## Run the tests of the Python package (no simulator needed)
 
 lint: venv # Style of Python and VHDL, Python types
 	@$(PYTHON) -m mypy --no-error-summary & types=$$!; \
-	$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples && \
-	$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples && \
+	$(PYTHON) -m ruff check --quiet conftest.py golden studies tb scripts examples && \
+	$(PYTHON) -m ruff format --quiet --check conftest.py golden studies tb scripts examples && \
 	$(PYTHON) scripts/lint_vhdl.py && \
 	$(PYTHON) scripts/lint_xst.py && \
 	$(PYTHON) scripts/build_docs.py --check && \

@@ -16,9 +16,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# Helpers of all tests, and the packages of the testbenches.
+# Helpers of all tests, the packages of the testbenches, the studies, and behind all others what
+# scripts share.
 _ROOT = Path(__file__).parent
-sys.path[:0] = [str(_ROOT / "golden" / "tests"), str(_ROOT / "tb")]
+sys.path[:0] = [str(_ROOT / folder) for folder in ("golden/tests", "tb", "studies")]
+sys.path.append(str(_ROOT / "scripts"))
 
 # What Verilator's makefiles put before the compiler.
 _CACHE = _ROOT / "tb" / "plenofir_tb" / "object_cache.py"

@@ -17,19 +17,18 @@ from pathlib import Path
 from camera_tables import lens_pitches, sensors_table
 from device_tables import device_shares, device_sources, scenes_on
 from entity_pages import declaration_table, entity_pages, instance_tree
+from kinds_by_commands import table as kinds_by_commands
 from marks import between_marks
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.recognise.uses import table as kinds_by_commands
 from plenofir.fpga import hdl
 from plenofir.fpga.constraints import Constraints, Language, crossings_of
-from plenofir.fpga.core import clock_counts
-from plenofir.fpga.hdmi import status
 from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.plan.configure import needed_sources
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
 from plenofir_studies import (
+    clock_counts,
     energy,
     growth,
     growth_measured,
@@ -57,6 +56,10 @@ from resource_tables import (
     sensor_table,
     stack_tables,
 )
+
+sys.path.insert(0, str(project.root() / "tb"))
+
+from plenofir_tb.hdmi import status
 
 DOCS = project.root() / "docs"
 HDL = project.root() / "hdl"

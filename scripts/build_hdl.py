@@ -11,16 +11,19 @@ import sys
 from pathlib import Path
 
 from core_files import core_files
-from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.marks import MARKS_PACKAGE, marks_package
-from plenofir.fpga.hdmi.pll import settings_package
-from plenofir.fpga.hdmi.status import status_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
 from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground import project
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, sensor_package
+
+sys.path.insert(0, str(project.root() / "tb"))
+
+from plenofir_tb.hdmi.colour import colour_package
+from plenofir_tb.hdmi.pll import settings_package
+from plenofir_tb.hdmi.status import status_package
 
 HDL = project.root() / "hdl"
 MODELS = HDL / "sim"

@@ -298,7 +298,7 @@ def core_files() -> dict[Path, str]:
     With them come the constraints that they name.
     """
     from plenofir.fpga.core.configuration import CoreConfiguration
-    from plenofir.fpga.synthesis.self_test import self_test_generics
+    from self_test import self_test_generics
 
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     core = _needed("raster_refocuser", "focal_stack", "depth_index")

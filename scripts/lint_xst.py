@@ -12,8 +12,8 @@ import tempfile
 
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.fpga.xst_lint import lint
 from plenofir.ground.errors import InputError
+from xst_lint import lint
 
 
 def refused_by_nvc() -> str:

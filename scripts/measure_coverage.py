@@ -36,7 +36,7 @@ PAGE = ROOT / "docs" / "measured" / "coverage.md"
 EXPLAINED = ROOT / "docs" / "verification.md"
 STATEMENT = "statement"
 STATEMENT_GOAL, LINE_GOAL = 99, 95
-STUDIES = "golden/plenofir_studies/"
+STUDIES = "studies/plenofir_studies/"
 FOLDER = ROOT / "build" / "coverage"
 # Tests of sources, pages and installed copies, or of changed VHDL.
 LEFT_OUT = (

@@ -25,10 +25,10 @@ from unittest import mock
 
 import pytest
 
+from formal import abc_program
 from mutant_tests import is_apart, rounds_of
 from mutants import Mutant, write_mutant
 from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.formal import abc_program
 from plenofir.fpga.tools.synthesis import run_yosys, write_verilog
 from plenofir.ground import project
 from plenofir.ground.errors import ToolError

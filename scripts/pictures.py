@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 from skimage import data
 
+from module_waves import RowBench, timing_diagrams
 from page_pictures import designed, developed, viewer
 from picture_files import IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
 from plenofir.camera.calibration import calibrate, decode
@@ -44,7 +45,6 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.screen.shown import ShownFrame, golden_frame
 from plenofir.fpga.simulate.chain import check_chain, run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
 from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.tools.simulators import find_simulator

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from plenofir.fpga.synthesis.formal import LONG_PROOFS, PROOFS, Proof
+from formal import LONG_PROOFS, PROOFS, Proof
 from plenofir.ground import project
 from plenofir.ground.errors import ToolError
 

@@ -67,8 +67,6 @@ from plenofir.fpga.synthesis.ecp5 import (
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, save_placed_cores
 from plenofir.fpga.synthesis.placers import place_core as place_on
-from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
-from plenofir.fpga.synthesis.self_test import self_test_generics
 from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground import project
@@ -98,6 +96,8 @@ from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
 from plenofir_studies import energy, many_pixels, systolic
+from self_test import TOP as SELF_TEST
+from self_test import self_test_generics
 
 FULL_DEVICE = "lfe5u-45f"
 BITSTREAMS = project.root() / "build" / "pnr"

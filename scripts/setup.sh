@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | registers | tests
 #
-#   venv         creates .venv with the pinned Python packages and the command plenofir
+#   venv         creates .venv with the pinned Python packages, the command plenofir and the studies behind it
 #   ghdl         makes sure that a GHDL simulator is installed
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
 #   pnr          installs place and route for ECP5, Nexus, Gowin and GateMate
@@ -50,7 +50,7 @@ install_packages() {
 }
 
 setup_venv() {
-    stamp=.venv/plenofir-$(cat scripts/requirements.txt pyproject.toml scripts/setup.sh | sha256sum | cut -c1-16)
+    stamp=.venv/plenofir-$(cat scripts/requirements.txt pyproject.toml studies/pyproject.toml scripts/setup.sh | sha256sum | cut -c1-16)
     [ -e "$stamp" ] && return
     command -v python3 >/dev/null 2>&1 || install_packages "Python 3.11 or newer" python3 python3-venv
     python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
@@ -63,8 +63,8 @@ setup_venv() {
     export PIP_DISABLE_PIP_VERSION_CHECK
     .venv/bin/python -m pip install -qq --use-pep517 --requirement scripts/requirements.txt ||
         fail "Python packages could not be installed; try: .venv/bin/pip install -r scripts/requirements.txt"
-    .venv/bin/python -m pip install -qq --no-deps --no-build-isolation --editable . ||
-        fail "plenofir could not be installed; try: .venv/bin/pip install --no-deps -e ."
+    .venv/bin/python -m pip install -qq --no-deps --no-build-isolation --editable . --editable studies ||
+        fail "plenofir could not be installed; try: .venv/bin/pip install --no-deps -e . -e studies"
     touch "$stamp"
 }
 

@@ -24,7 +24,7 @@ rm -rf "$folder"
 python3 -m venv "$folder"
 python=$folder/bin/python
 $python -m pip install -qq --disable-pip-version-check uv
-$python -m uv pip install -q --python "$python" --resolution "$resolution" --editable .
+$python -m uv pip install -q --python "$python" --resolution "$resolution" --editable . --editable studies
 # The tests' own packages, the newest ones that go with these.
 $python -m uv pip install -q --python "$python" pytest hypothesis imageio array-api-strict
 $python -m uv pip list --python "$python"

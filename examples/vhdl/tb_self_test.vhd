@@ -8,7 +8,7 @@ use ieee.std_logic_1164.all;
 
 entity tb_self_test is
   generic (
-    -- What plenofir.fpga.synthesis.self_test computes for these sizes.
+    -- What self_test computes for these sizes.
     EXPECTED_HIGH : natural := 28339;
     EXPECTED_LOW  : natural := 45336
   );

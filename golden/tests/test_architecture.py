@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import plenofir
+from build_site import PACKAGES
 
 pytestmark = pytest.mark.quick
 
@@ -75,6 +76,20 @@ def test_few_arrows_between_rooms() -> None:
         for other in imported(name)
     }
     assert len({(room, there) for room, there in arrows if room != there}) <= 25
+
+
+def test_every_module_is_reached() -> None:
+    """From commands, driver or a documented name: the package is what people use."""
+    driver = {name for name in MODULES if name.startswith("plenofir.driver")}
+    reached: set[str] = set()
+    ahead = {"plenofir.__main__", *(f"plenofir.{name}" for name in ALIASES), *PACKAGES, *driver}
+    while ahead:
+        name = ahead.pop()
+        # A module's folders are imported with it.
+        folder = name.rpartition(".")[0]
+        reached.add(name)
+        ahead |= ({folder, *imported(name)} if folder else imported(name)) - reached
+    assert sorted(MODULES.keys() - reached) == []
 
 
 def test_no_module_imports_itself_by_way_of_others() -> None:

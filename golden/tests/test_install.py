@@ -45,7 +45,8 @@ def bin_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     packages = sysconfig.get_path("purelib")
     (own / "others.pth").write_text(f"{packages}\n")
     pip = [sys.executable, "-m", "pip", "-q", "--python", str(python), "install", "--no-index"]
-    subprocess.run([*pip, "--no-deps", "--no-build-isolation", str(source)], check=True)
+    studies = project.root() / "studies"
+    subprocess.run([*pip, "--no-deps", "--no-build-isolation", source, studies], check=True)
     audit = NO_CHECKOUT.format(checkout=f"{project.root()}{os.sep}", packages=packages)
     (own / "sitecustomize.py").write_text(audit)
     return python.parent
@@ -124,7 +125,7 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
     ]
     for file in needed:
         assert f"plenofir/_project/{file.relative_to(root)}" in names, file
-    packages = [root / "golden" / "plenofir", root / "golden" / "plenofir_studies"]
+    packages = [root / "golden" / "plenofir"]
     for file in (path for package in packages for path in package.rglob("*")):
         if file.is_file() and "__pycache__" not in file.parts:
             assert str(file.relative_to(root / "golden")) in names, file

@@ -25,6 +25,9 @@ def read_yaml(path: Path) -> dict:
 
 
 def test_one_version() -> None:
+    studies = tomllib.loads((ROOT / "studies" / "pyproject.toml").read_text())["project"]
+    assert studies["version"] == VERSION
+    assert f"plenofir=={VERSION}" in studies["dependencies"]
     releases = re.findall(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), re.M)
     newest = next(name.strip("[]") for name in releases if "Unreleased" not in name)
     assert newest == VERSION

@@ -1,5 +1,5 @@
 -- The status line of the serial port; built by scripts/build_hdl.py from the list of its fields in
--- plenofir.fpga.hdmi.status.
+-- plenofir_tb.hdmi.status.
 
 library ieee;
 use ieee.std_logic_1164.all;

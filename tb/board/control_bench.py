@@ -9,8 +9,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer, ValueChange
 
 from board.unit_bench import I2cMaster
-from plenofir.fpga.hdmi.status import parse_status
 from plenofir_tb.case import read_case
+from plenofir_tb.hdmi.status import parse_status
 
 CASE = read_case()
 CHANNELS = 3

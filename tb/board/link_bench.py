@@ -8,10 +8,10 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
-from plenofir.fpga.hdmi.pll import HIGH, LOW
-from plenofir.fpga.hdmi.pll import registers as registers_of
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
+from plenofir_tb.hdmi.pll import HIGH, LOW
+from plenofir_tb.hdmi.pll import registers as registers_of
 
 CASE = read_case()
 

@@ -9,10 +9,10 @@ from plenofir.commands.bitstream import scene_plan
 from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.fpga.xst_lint import lint
 from plenofir.ground import project
 from plenofir.plan.configure import configure
 from plenofir_tb.tools import or_skip
+from xst_lint import lint
 
 
 @pytest.fixture

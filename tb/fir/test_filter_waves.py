@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from plenofir.fpga.simulate.module_waves import (
+from module_waves import (
     MARKED_OUTPUT,
     MICRO_IMAGE_SIZE,
     PIXELS,

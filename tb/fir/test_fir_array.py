@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The filter array by itself: exact, with the clock counts of the formulas."""
 
-from plenofir.fpga.core.clock_counts import SIMULATED
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus import StoredProductArithmetic
+from plenofir_studies.clock_counts import SIMULATED
 from plenofir_tb.runner import Case, run_cases
 
 

@@ -9,10 +9,10 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdl_text import declarations
-from plenofir.fpga.synthesis.self_test import self_test_generics
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import needed_sources
+from self_test import self_test_generics
 
 ROOT = project.root()
 VHDL = ROOT / "examples" / "vhdl"

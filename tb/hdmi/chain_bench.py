@@ -16,12 +16,12 @@ from hdmi.panel_bench import (  # noqa: F401
 )
 from plenofir.fpga.hdmi.link import Packed, decode_signals, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
-from plenofir.fpga.hdmi.status import parse_status
 from plenofir_tb import sources, video
 from plenofir_tb.board import Board, ask, fast, signal
 from plenofir_tb.case import read_case
+from plenofir_tb.hdmi.packets import AviInfo, ColourSpace
+from plenofir_tb.hdmi.status import parse_status
 from plenofir_tb.serial import SKEWS, last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, RGB, hdmi_source
 

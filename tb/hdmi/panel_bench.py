@@ -12,12 +12,12 @@ from cocotb.triggers import Timer
 
 from plenofir.fpga.hdmi.link import encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
-from plenofir.fpga.hdmi.status import parse_status
 from plenofir_tb import sources, video
 from plenofir_tb.board import Board, ask, fast, signal
 from plenofir_tb.case import read_case
+from plenofir_tb.hdmi.packets import ColourSpace
+from plenofir_tb.hdmi.status import parse_status
 from plenofir_tb.serial import last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, hdmi_source
 from plenofir_tb.video import in_the_middle, light_field

@@ -12,10 +12,10 @@ from cocotb.utils import get_sim_time
 from link.edid_device import EdidDevice
 from plenofir.fpga.hdmi.edid import DESCRIPTORS, make_edid
 from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA
-from plenofir.fpga.hdmi.monitor import Mode, rate_of, read_monitor
 from plenofir_tb.case import read_case
 from plenofir_tb.drawn import drawn
 from plenofir_tb.entities import for_entity
+from plenofir_tb.hdmi.monitor import Mode, rate_of, read_monitor
 
 CASE = read_case()
 PERIOD_NS = 10

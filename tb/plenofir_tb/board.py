@@ -8,13 +8,13 @@ import cocotb
 import numpy as np
 from cocotb.triggers import FallingEdge, First, Timer
 
-from plenofir.fpga.hdmi.colour import to_full_range_rgb, way_of
 from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import AviInfo
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
+from plenofir_tb.hdmi.colour import to_full_range_rgb, way_of
+from plenofir_tb.hdmi.packets import AviInfo
 from plenofir_tb.serial import SerialLink, last_frames
 from plenofir_tb.sources import RGB, hdmi_source
 

@@ -4,11 +4,11 @@
 import itertools
 from collections.abc import Callable, Sequence
 
-from plenofir.fpga.hdmi import packets
-from plenofir.fpga.hdmi.islands import encode_hdmi
 from plenofir.fpga.hdmi.link import Frame, Packed
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
+from plenofir_tb.hdmi import packets
+from plenofir_tb.hdmi.islands import encode_hdmi
+from plenofir_tb.hdmi.packets import AviInfo, ColourSpace
 from plenofir_tb.video import MODE_720
 
 # Room for an island between the lines.

@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make coverage` of a small entity: each way in which a statement can be missed."""
 
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.ground import project
 from plenofir_tb.tools import or_skip
-
-sys.path.append(str(project.root() / "scripts"))
 
 measure = pytest.importorskip("measure_coverage", exc_type=ImportError)
 

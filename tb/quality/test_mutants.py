@@ -9,14 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga import hdl
-from plenofir.ground import project
-
-sys.path.insert(0, str(project.root() / "scripts"))
-
 import mutant_proof
 import mutant_tests
 import mutants
+from plenofir.fpga import hdl
+from plenofir.ground import project
 
 SCRIPT = project.root() / "scripts" / "mutate.py"
 

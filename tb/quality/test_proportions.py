@@ -3,19 +3,17 @@
 
 import ast
 import re
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from lint_vhdl import positional_aggregates, unclear_comments
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations
 from plenofir.ground import project
 
 ROOT = project.root()
-sys.path.append(str(ROOT / "scripts"))
-from lint_vhdl import positional_aggregates, unclear_comments  # noqa: E402
 
 # In the synthesised VHDL: share of the code that is associations in port or generic maps.
 MOST_WIRING = 0.12

@@ -4,9 +4,9 @@
 from itertools import product
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, run_cases
+from self_test import TOP, self_test_generics
 
 COLUMNS, ROWS = 20, 12
 

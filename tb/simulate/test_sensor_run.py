@@ -18,7 +18,6 @@ from plenofir.camera.resampling import (
 )
 from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
@@ -26,6 +25,7 @@ from plenofir.ground.images import read_image, write_png
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.refocus import refocus
+from plenofir_studies.block_rams import block_ram_models
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.tools import or_skip

@@ -9,10 +9,10 @@ import pytest
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.simulate.toggles import simulate_activity
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
 from plenofir.refocus import StoredProductArithmetic
+from plenofir_studies.toggles import simulate_activity
 from plenofir_tb.tools import or_skip
 
 STORED = StoredProductArithmetic(fraction_bits=0, guard_bits=0)

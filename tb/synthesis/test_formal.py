@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.formal import (
+from formal import (
     LONG_PROOFS,
     PROOFS,
     TRACE,
@@ -23,6 +22,7 @@ from plenofir.fpga.synthesis.formal import (
     RingProof,
     RoundProof,
 )
+from plenofir.fpga import hdl
 from plenofir.fpga.tools.dumps import Dump
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground.errors import ToolError

@@ -11,12 +11,12 @@ from plenofir.fpga.bitstream.trellis_config import check_configuration, read_con
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
-from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import is_nextpnr_board, is_stack_core
 from plenofir.plan.scene import scene_files
 from plenofir_tb.tools import or_skip
+from self_test import TOP, self_test_generics
 
 RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
 BUILDS = json.loads((project.DATA / "boards.json").read_text())

@@ -11,11 +11,11 @@ import numpy as np
 from cocotb.triggers import Timer
 
 from hunt.video_sources import EDGES, Source
-from plenofir.fpga.hdmi import packets
-from plenofir.fpga.hdmi.islands import encode_hdmi, receive
 from plenofir.fpga.hdmi.link import Packed, encode_frames
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet
 from plenofir.fpga.hdmi.tmds import TOKENS
+from plenofir_tb.hdmi import packets
+from plenofir_tb.hdmi.islands import encode_hdmi, receive
+from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet
 from plenofir_tb.video import shrunken
 
 # Room for an island between lines, and for many in the vertical blanking.

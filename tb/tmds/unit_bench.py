@@ -10,9 +10,9 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 
 from plenofir.fpga.hdmi import tmds
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet, audio_info_packet
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
+from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet, audio_info_packet
 from plenofir_tb.resets import reset_is_whole
 
 CASE = read_case()

@@ -9,8 +9,8 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from plenofir.fpga.hdmi.colour import to_full_range_rgb, way_of
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace
+from plenofir_tb.hdmi.colour import to_full_range_rgb, way_of
+from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace
 
 LATENCY = 3
 

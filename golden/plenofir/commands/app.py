@@ -45,6 +45,8 @@ app = typer.Typer(
 
 GROUPS = "plenofir.commands"
 """Entry points that are Typer applications: groups of commands by their names."""
+STUDIES = ("report", "reproduce")
+"""Commands of plenofir-studies, a distribution of its own."""
 
 
 class UsageError(ValueError):
@@ -139,6 +141,11 @@ def run(arguments: Sequence[str]) -> int:
     by_make = arguments[:1] == ["--make"]
     words = list(arguments[by_make:])
     command = command_line(words)
+    if words[:1] and words[0] in STUDIES and words[0] not in command.commands:
+        raise InputError(
+            "plenofir-studies is not installed; in a clone of plenofir: pip install ./studies",
+            where=f"plenofir {words[0]}",
+        )
     parameters = _parameters(command, words)
     # Errors about make's variables name these already.
     options: Mapping[str, Any] = {} if by_make else parameters

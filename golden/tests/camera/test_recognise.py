@@ -11,6 +11,7 @@ import pytest
 from PIL import Image as PillowImage
 from skimage import data
 
+from kinds_by_commands import USES, table
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.calibration.grid import Layout
 from plenofir.camera.lightfield import views
@@ -19,7 +20,6 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.picture import recognise_picture
 from plenofir.camera.recognise.source import Kind
-from plenofir.camera.recognise.uses import USES, table
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir.camera.synthetic.render import with_pitch
 from plenofir.ground.errors import InputError

@@ -71,6 +71,17 @@ def test_what_is_not_loaded(words: list[str], numerics: list[str], tmp_path: Pat
     assert sorted(heavy & set(done.stdout.splitlines()[-1].split())) == numerics
 
 
+@pytest.mark.parametrize("words", [["report", "rays"], ["reproduce"]])
+def test_the_studies_may_be_missing(words: list[str]) -> None:
+    code = (
+        "import importlib.metadata as m, sys; m.entry_points = lambda **_: (); "
+        f"sys.argv = ['plenofir', *{words}]; from plenofir.__main__ import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "pip install ./studies" in done.stderr
+
+
 def test_options_agree_with_what_they_choose() -> None:
     from plenofir.fpga.boards import BOARDS
     from plenofir.fpga.core.configuration import SLICE_ENGINES

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.xst_lint import lint
-from plenofir.fpga.xst_lint.intervals import ANY, INFINITE, Interval, Names, interval
-from plenofir.fpga.xst_lint.rules import RULES, loop_limit
+from xst_lint import lint
+from xst_lint.intervals import ANY, INFINITE, Interval, Names, interval
+from xst_lint.rules import RULES, loop_limit
 
 
 def found(folder: Path, text: str, package: str = "") -> list[str]:

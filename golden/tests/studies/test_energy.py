@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.fpga.simulate.toggles import count_activity, read_toggles
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir_studies import energy
+from plenofir_studies.toggles import count_activity, read_toggles
 
 FIGURES = Figures(lut=10, flip_flops=100, ramb16=2, ramb8=1, dsp=1, carry=0, path=1)
 

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.refocus import refocus
 from plenofir_studies import thesis_benchmark as benchmark
+from plenofir_studies.clock_counts import ClockCase
 
 
 def test_numbers_of_the_thesis_follow_from_each_other() -> None:

@@ -14,6 +14,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+from plenofir.fpga.tools import yosys_process
 from plenofir.fpga.tools.primitives import component_package, with_primitives
 from plenofir.fpga.tools.simulators import find_simulator, generic_text
 from plenofir.ground import project
@@ -295,7 +296,7 @@ def run_yosys(
     always runs.
     """
     version = yosys_version()
-    command = [sys.executable, "-m", "plenofir.fpga.tools.run_yosys", *commands]
+    command = [sys.executable, "-m", yosys_process.__name__, *commands]
     if not writes or not (project.in_checkout() and os.access(project.root(), os.W_OK)):
         run_tool(command, log)
         return

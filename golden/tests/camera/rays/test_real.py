@@ -10,14 +10,14 @@ import pytest
 from plenofir.camera.optics.paraxial import cardinal_points, entrance_pupil
 from plenofir.camera.optics.prescription import load_prescription, shipped_lenses
 from plenofir.camera.rays import Camera, RayModel, load_camera
-from plenofir.camera.rays.real import (
+from plenofir.ground.errors import InputError
+from plenofir.ground.project import DATA
+from plenofir_studies.real_rays import (
     compare_distances,
     compare_virtual_cameras,
     real_camera,
     real_micro_image_centres,
 )
-from plenofir.ground.errors import InputError
-from plenofir.ground.project import DATA
 from plenofir_studies.thesis_tables import load_table
 
 SETTINGS = np.array([0.5, 1.0, 2.0, 3.0, 4.0])

@@ -6,8 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
-from plenofir.fpga.hdmi import colour
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace
+from plenofir_tb.hdmi import colour
+from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace
 
 # Coefficients as BT.601 and BT.709 print them, for Y from 0 to 1 and chroma from -0.5 to 0.5.
 PRINTED = {

@@ -13,9 +13,10 @@ import random
 import numpy as np
 import pytest
 
-from plenofir.fpga.hdmi import islands, link, packets, tmds
+from plenofir.fpga.hdmi import link, tmds
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace
+from plenofir_tb.hdmi import islands, packets
+from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace
 
 MODE = VideoMode(
     name="hdmi",

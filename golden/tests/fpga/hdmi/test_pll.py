@@ -6,7 +6,8 @@ import re
 import pytest
 
 from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA
-from plenofir.fpga.hdmi.pll import (
+from plenofir.ground import project
+from plenofir_tb.hdmi.pll import (
     HIGH,
     LOW,
     SETTINGS,
@@ -17,7 +18,6 @@ from plenofir.fpga.hdmi.pll import (
     lock_bits,
     registers,
 )
-from plenofir.ground import project
 
 
 @pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: s.name)

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from plenofir.fpga.hdmi.status import FIELDS, example_line, parse_status, status_package
 from plenofir.ground.errors import InputError
+from plenofir_tb.hdmi.status import FIELDS, example_line, parse_status, status_package
 
 
 def test_example_is_read() -> None:

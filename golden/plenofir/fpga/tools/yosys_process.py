@@ -3,11 +3,11 @@
 
 import sys
 
-from pyosys import libyosys
-
 
 def main() -> None:
     """Run the commands on an empty design."""
+    from pyosys import libyosys
+
     design = libyosys.Design()
     for command in sys.argv[1:]:
         libyosys.run_pass(command, design)

@@ -23,12 +23,6 @@ from plenofir.camera.rays.intersections import (
     object_side_distance,
 )
 from plenofir.camera.rays.model import RayModel
-from plenofir.camera.rays.real import (
-    compare_distances,
-    compare_virtual_cameras,
-    real_camera,
-    real_micro_image_centres,
-)
 from plenofir_studies import real_tables
 from plenofir_studies.errata import ERRATA
 from plenofir_studies.ray_pictures import (
@@ -45,6 +39,12 @@ from plenofir_studies.ray_stability import (
     oracle_extension,
 )
 from plenofir_studies.ray_validation import Check, all_checks, rounding_sentences
+from plenofir_studies.real_rays import (
+    compare_distances,
+    compare_virtual_cameras,
+    real_camera,
+    real_micro_image_centres,
+)
 from plenofir_studies.report_parts import Report
 from plenofir_studies.thesis_tables import load_table
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from plenofir.fpga.bitstream.ise import option_folder, read_options
-from plenofir.fpga.xst_lint.intervals import SCALAR, Interval, Names, interval
+from xst_lint.intervals import SCALAR, Interval, Names, interval
 
 MAX_TEXT_LOOPS = 4
 """Loops around and in the parsing of a text: slices and phases, and slices and characters."""

@@ -14,11 +14,11 @@ import numpy as np
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources, run_bench
-from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import Figures, cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.refocus.operator import Image
+from plenofir_studies.block_rams import block_ram_models
 
 _CHANGE = re.compile(rb"\x01o\x02([^\x01]+):(?:0->1|1->0)\x01[^']*' (\d+)$")
 _CARRY = "CARRY4"

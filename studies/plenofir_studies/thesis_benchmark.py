@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -29,6 +28,7 @@ from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA
+from plenofir_studies.clock_counts import ClockCase
 from plenofir_studies.many_pixels import GRADE, SCENE, load_placed
 from plenofir_studies.methods import running_sums
 from plenofir_studies.report_parts import machine, table

@@ -16,7 +16,7 @@ from plenofir.camera.optics.prescription import shipped_lenses
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.camera import MicroLensArray
 from plenofir.camera.rays.precise import Values
-from plenofir.camera.rays.real import (
+from plenofir_studies.real_rays import (
     Comparison,
     VirtualComparison,
     compare_distances,

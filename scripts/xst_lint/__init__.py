@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plenofir.fpga.xst_lint.intervals import Names
-from plenofir.fpga.xst_lint.rules import RULES, Design, Source
+from xst_lint.intervals import Names
+from xst_lint.rules import RULES, Design, Source
 
 __all__ = ["Finding", "lint"]
 

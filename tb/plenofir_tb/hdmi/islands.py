@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from plenofir.fpga.hdmi.link import Frame, Packed, RasterSignals, encode_signals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import PACKET_WORDS, Packet, check_byte
 from plenofir.fpga.hdmi.tmds import (
     ISLAND_GUARD,
     TERC4,
@@ -28,6 +27,7 @@ from plenofir.fpga.hdmi.tmds import (
     decode_word,
     is_data_word,
 )
+from plenofir_tb.hdmi.packets import PACKET_WORDS, Packet, check_byte
 
 PREAMBLE = 8
 GUARD = 2

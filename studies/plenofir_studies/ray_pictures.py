@@ -16,9 +16,9 @@ from plenofir.camera.optics.dispersion import (
 )
 from plenofir.camera.optics.tracing import trace_to_object
 from plenofir.camera.plots import figure_pixels
-from plenofir.camera.rays.real import MICRO_LENSES, compare_distances, real_camera
 from plenofir.refocus.operator import Image
 from plenofir_studies.ray_validation import table_model
+from plenofir_studies.real_rays import MICRO_LENSES, compare_distances, real_camera
 from plenofir_studies.thesis_tables import load_table
 
 _WAVELENGTHS_NM = np.linspace(400, 700, 301)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
+from plenofir_tb.hdmi.packets import AviInfo, ColourSpace
 
 Pixels = npt.NDArray[np.uint8]
 

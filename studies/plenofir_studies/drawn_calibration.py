@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from plenofir.camera.calibration import calibrate
-from plenofir.camera.synthetic.drawn import DrawnWhite, drawn_white
 from plenofir.ground.errors import InputError
+from plenofir_studies.drawn_micro_images import DrawnWhite, drawn_white
 from plenofir_studies.report_parts import Report
 
 DRAWS = 200

@@ -6,9 +6,9 @@ from math import inf, isnan
 import numpy as np
 
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.rays.real import real_camera
 from plenofir_studies.errata.entry import Erratum, Shown
 from plenofir_studies.ray_validation import table_model
+from plenofir_studies.real_rays import real_camera
 from plenofir_studies.thesis_tables import Cells, load_table
 
 _BORDERS = ("near", "plane", "far")

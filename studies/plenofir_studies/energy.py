@@ -40,7 +40,6 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.simulate.toggles import simulate_activity
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
@@ -53,6 +52,7 @@ from plenofir_studies import DATA
 from plenofir_studies.experiments import textures
 from plenofir_studies.report_parts import Progress, Report, table
 from plenofir_studies.resolution import capture
+from plenofir_studies.toggles import simulate_activity
 
 FILE = DATA / "energy.json"
 UNCERTAINTY = 2.0
