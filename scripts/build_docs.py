@@ -153,6 +153,7 @@ def measured(title: str, explained_in: str, *tables: tuple[str, list[str]]) -> s
 def measured_tables() -> str:
     """The page of the long tables."""
     of_stacks, of_indices = stack_tables()
+    laws = growth.laws(growth_measured.load_recorded(), energy.load_measured())
     clocks = clock_counts.table(clock_counts.SIMULATED).splitlines()
     formulas = "Small arrays: formulas, which a simulation of each row confirms"
     pages = (
@@ -176,6 +177,7 @@ def measured_tables() -> str:
         ),
         measured("Clocks of cores and arrays", "resources.md", ("Clocks on an ECP5", ecp5_table())),
         measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
+        measured("Growth", "studies.md", ("Laws", laws)),
         measured(
             "Boards",
             "boards/README.md",
@@ -250,11 +252,11 @@ def benchmark_and_errata(text: str) -> str:
 
 
 def energy_and_growth(text: str) -> str:
-    """Put what was recorded of energy and growth between their marks in a page."""
+    """Put what was recorded of energy, and plans by the laws of growth, between their marks."""
     found = energy.load_measured()
     text = between_marks(text, "energy", "\n".join(energy.page(found, None)).rstrip())
-    growths = growth.page(growth_measured.load_recorded(), found)
-    return between_marks(text, "growth", "\n".join(growths).rstrip())
+    plans = growth.planned(growth_measured.load_recorded(), found)
+    return between_marks(text, "growth", "\n".join(plans))
 
 
 def ray_model(text: str) -> str:

@@ -268,8 +268,8 @@ def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[st
     return lines
 
 
-def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
-    """The section: every law with its points, and plans for large tasks."""
+def laws(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
+    """How it was measured, and a table of every law with its points."""
     rows = [
         [
             g.quantity,
@@ -286,9 +286,8 @@ def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
         f"grey, {SIDE} x {SIDE}, M = {M}, a' = 1, the least of {ROUNDS} times: processor time, "
         "wall time where threads vary. Dask: whole runs of `plenofir batch`, start and all; more "
         "workers than processors stand for more machines, as these share the scheduler, which is "
-        "what ends the law. Cores: [both engines on Spartan-6](measured/tables.md), 1280 columns; "
-        "P placed on an ECP5, M = 11; stacks of 640 columns; energy of [that section]"
-        "(#energy-of-a-pixel). Clocks follow from formulas that benches confirm, block RAM over "
+        "what ends the law. Cores: both engines on Spartan-6, 1280 columns; P placed on an ECP5, "
+        "M = 11; stacks of 640 columns; energy as `plenofir report energy` estimates it. Clocks follow from formulas that benches confirm, block RAM over "
         "columns from the estimate, which is exact.",
         "",
         *(
@@ -297,7 +296,6 @@ def page(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
             else ["Threads were not measured: other work kept the processors busy.", ""]
         ),
         *table(["quantity", "against x", "measured", "law", "off by up to", "ends"], rows),
-        *planned(recorded, found),
     ]
 
 
@@ -327,7 +325,7 @@ def picture(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Figure:
 
 def add_section(report: Report, recorded: Recorded, found: Mapping[str, energy.Measured]) -> None:
     report.picture("growth", picture(recorded, found), "Measured points and fitted laws")
-    report.add(page(recorded, found))
+    report.add([*laws(recorded, found), *planned(recorded, found)])
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:

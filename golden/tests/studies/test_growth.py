@@ -30,7 +30,7 @@ def test_every_law_of_the_page_has_four_points():
         assert len(g.points) >= 4, (g.quantity, g.against)
         assert np.isfinite(g.law.off)
         assert g.end
-    text = "\n".join(growth.page(recorded, found))
+    text = "\n".join([*growth.laws(recorded, found), *growth.planned(recorded, found)])
     assert "10^6 frames" in text
 
 
