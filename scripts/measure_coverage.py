@@ -6,7 +6,7 @@ Usage: python scripts/measure_coverage.py [--full] [--tests FILE ... | --folder 
 Runs the tests with NVC, without the slow ones unless --full, and writes docs/measured/coverage.md.
 With --tests it runs only these and adds to the data of an earlier run; with --folder it only reads
 such data. Exit code 1 below the goals of docs/verification.md, or if something is unreached that
-this page does not explain.
+scripts/unreached.toml does not explain.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -33,7 +34,7 @@ from plenofir.ground.errors import InputError
 
 ROOT = project.root()
 PAGE = ROOT / "docs" / "measured" / "coverage.md"
-EXPLAINED = ROOT / "docs" / "verification.md"
+EXPLAINED = ROOT / "scripts" / "unreached.toml"
 STATEMENT = "statement"
 STATEMENT_GOAL, LINE_GOAL = 99, 95
 STUDIES = "studies/plenofir_studies/"
@@ -177,9 +178,9 @@ def python_files(folder: Path) -> dict[str, tuple[int, list[int]]]:
 
 
 def explained(kind: str) -> dict[tuple[str, str], str]:
-    """Why something is not reached: the table in docs/verification.md, of ``vhd`` or ``py``."""
-    rows = re.findall(r"^\| `([^`]+)` \| `(.+?)` \| (.+) \|$", EXPLAINED.read_text(), re.M)
-    return {(file, what): why for file, what, why in rows if file.endswith(kind)}
+    """Why something is not reached, in ``vhd`` or ``py``: file, line, reason."""
+    rows = tomllib.loads(EXPLAINED.read_text())["unreached"]
+    return {(row["file"], row["line"]): row["why"] for row in rows if row["file"].endswith(kind)}
 
 
 def share(reached: int, of: int) -> str:

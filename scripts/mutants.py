@@ -7,6 +7,7 @@ Two kinds of changes that no input can show are never made, see `is_idle`.
 import hashlib
 import re
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -54,7 +55,10 @@ ELEMENTS = re.compile(
 LONGER = re.compile(r"(\+|- 0)(?= ?1?(?: downto|\)))")
 # Nothing in here is logic: text, declarations of ports, checks of generics.
 SKIPPED = re.compile(r"--|assert|report|severity|: +in |: +out |library|use |generic|range")
-EXPLAINED = project.root() / "docs" / "verification.md"
+# Changes that no test can notice, with the reason of each.
+EXPLAINED = tuple(
+    project.root() / "scripts" / f"survivors_{language}.toml" for language in ("vhdl", "python")
+)
 
 Key = tuple[str, str, str, int]
 """Source, line before and after, number of the line among those with its text."""
@@ -180,14 +184,9 @@ def is_explained(mutant: Mutant, known: set[Key]) -> bool:
 
 
 def explained() -> set[Key]:
-    """Keys of the mutants in the tables of docs/verification.md."""
-    found = set()
-    for line in EXPLAINED.read_text().splitlines():
-        row = re.fullmatch(r"\| `(.+?)` \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|", line)
-        if row:
-            old, new = (text.replace("\\|", "|") for text in row.group(2, 3))
-            found.add((row.group(1), old, "" if new == "dropped" else new, int(row.group(4))))
-    return found
+    """Keys of the mutants in the lists of survivors."""
+    rows = [row for path in EXPLAINED for row in tomllib.loads(path.read_text())["survivor"]]
+    return {(row["file"], row["line"], row["becomes"], row.get("number", 1)) for row in rows}
 
 
 def write_mutant(mutant: Mutant | None, sources: Sequence[Path], folder: Path) -> list[Path]:

@@ -12,7 +12,7 @@ Which mutants are taken depends on a hash of their text, so that a change of the
 of them as they were. mutants.py makes them, mutant_tests.py says which testbenches reach a source,
 mutant_proof.py proves that circuits are equal.
 
-Survivors must be explained in docs/verification.md; exit code 1 if one is not.
+Survivors must be explained in scripts/survivors_vhdl.toml; exit code 1 if one is not.
 """
 
 import argparse
@@ -257,7 +257,7 @@ def main() -> int:
         print(
             f"{name}: {killed} of {killed + unknown} mutants killed ({share:.1f} %); besides "
             f"{equal} equal by proof, {len(survivors) - unknown} explained in "
-            f"docs/verification.md, {invalid} that are not valid VHDL"
+            f"scripts/survivors_vhdl.toml, {invalid} that are not valid VHDL"
         )
     print(f"{len(every)} possible; {time.perf_counter() - started:.0f} s")
     return 1 if unexplained else 0

@@ -7,7 +7,7 @@ Usage: python scripts/mutate_python.py [--room NAME ...] [--seed N ...] [--count
 A mutant is one change of one operator, number or loop, made by cosmic-ray
 (scripts/requirements-mutants.txt) in a copy of the package. The room's quick tests run until one
 fails: first those that reach the changed line, short ones first. Which mutants are taken depends
-on a hash of their text and the seed. Survivors must stand in docs/verification.md; exit code 1 if
+on a hash of their text and the seed. Survivors must stand in survivors_python.toml; exit code 1 if
 one does not.
 """
 
@@ -99,7 +99,7 @@ class PythonMutant:
 
     @property
     def key(self) -> Key:
-        """As it stands in docs/verification.md."""
+        """As it stands in survivors_python.toml."""
         return self.file, self.before, self.after, self.number
 
 
