@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
+from scipy.interpolate import make_interp_spline
 
 from plenofir.camera.calibration import (
     Calibration,
@@ -14,7 +16,13 @@ from plenofir.camera.calibration import (
     decode,
     hexagonal_to_rectangular,
 )
-from plenofir.camera.calibration.resample import raster_window
+from plenofir.camera.calibration.resample import (
+    check_micro_image_size,
+    largest_odd_size,
+    odd_size_within,
+    profile_at,
+    raster_window,
+)
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.ground.errors import InputError
 
@@ -89,8 +97,6 @@ def test_centre_of_a_micro_image(m) -> None:
 
 def test_one_pass_beats_two() -> None:
     """Rotation followed by a second interpolation blurs more than a single one."""
-    from scipy import ndimage
-
     rng = np.random.default_rng(1)
     raw = np.rint(ndimage.gaussian_filter(rng.normal(0, 1, SHAPE), 1.0) * 40000 + 30000)
     grid = regular_grid(SHAPE, 11.3, rotation_degrees=4)
@@ -235,3 +241,137 @@ def test_nearest_takes_pixels_of_the_capture(layout) -> None:
         + steps[:, None] * right
     )
     assert np.abs(found - places.reshape(35, 35, 2)).max() <= 0.501
+
+
+def sharp_edged(calibration: Calibration) -> Calibration:
+    """With a profile, vignetting, uneven lenses and a dark level."""
+    side = 1 - 0.8 * np.abs(np.linspace(-1, 1, 13)) ** 3
+    return calibration.model_copy(
+        update={
+            "profile": tuple(map(tuple, np.outer(side, side).tolist())),
+            "shading": (0.0, 0.1, -0.3), "uneven": ((2, 3, 0.8), (4, 4, 1.1)), "dark_level": 200.0,
+        }
+    )  # fmt: skip
+
+
+def by_definition(raw, calibration, m, order, scale, dark, white=None) -> np.ndarray:
+    """Each pixel of each lens from SciPy's interpolation at its place; then rows made straight."""
+    grid, (rows, columns) = calibration.grid, raster_window(calibration)
+    t, s = np.mgrid[rows, columns]
+    down, right = grid.vectors
+    units = [v / np.linalg.norm(v) for v in (down, right)]
+    lengths = [1.0, 1.0]
+    if scale == "fit":
+        lengths = [np.linalg.norm(v) / m for v in (down, right)]
+        if grid.layout != "rectangular":
+            lengths = [max(lengths)] * 2
+    steps = np.arange(m) - (m - 1) / 2
+    v, u = np.meshgrid(steps * lengths[0], steps * lengths[1], indexing="ij")
+    places = (
+        grid.centres(t, s)[:, :, None, None] + v[..., None] * units[0] + u[..., None] * units[1]
+    )
+    at = np.moveaxis(places, -1, 0)
+    image = np.asarray(raw, float) - dark
+    values = ndimage.map_coordinates(image, at, order=order, mode="mirror")
+    if white is None:
+        light = (
+            profile_at(calibration, m, scale)
+            * calibration.lens_brightness[rows, columns][:, :, None, None]
+        )
+    else:
+        above = np.asarray(white, float) - dark
+        light = ndimage.map_coordinates(above, at, order=order, mode="mirror")
+        light /= np.percentile(above, 99.5)
+    values = values / np.maximum(light, 0.1)
+    if grid.layout == "hexagonal-columns":
+        values = values.swapaxes(0, 1)
+    if grid.layout != "rectangular":
+        lens = values.shape[1]
+        step = min(grid.pitch) / max(grid.pitch)
+        where = 0.5 + step * np.arange(int((lens - 1.5) / step) + 1)
+        begin = rows.start if grid.layout == "hexagonal-rows" else columns.start
+        moved = [0.5 * ((n + begin + grid.stagger) % 2) for n in range(len(values))]
+        values = np.stack([
+            part[np.floor(where - by + 0.5).astype(int)] if order == 0
+            else make_interp_spline(np.arange(lens), part, order)(where - by)
+            for part, by in zip(values, moved, strict=True)
+        ])  # fmt: skip
+    if grid.layout == "hexagonal-columns":
+        values = values.swapaxes(0, 1)
+    height, width = values.shape[:2]
+    return values.transpose(0, 2, 1, 3).reshape(height * m, width * m)
+
+
+@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows", "hexagonal-columns"])
+@pytest.mark.parametrize("stagger", [0, 1])
+def test_decoding_is_interpolation_at_each_pixels_place(layout, stagger) -> None:
+    rng, shape = np.random.default_rng(6), (70, 84)
+    y, x = np.indices(shape)
+    raw = 20000 + 9000 * np.sin(y / 3) * np.cos(x / 4) + rng.uniform(0, 900, shape)
+    raw = raw.astype(np.uint16)
+    white = (45000 - 9 * ((y - 30) ** 2 + (x - 40) ** 2)).astype(np.uint16)
+    grid = regular_grid(shape, 9.3, rotation_degrees=2, layout=layout)
+    known = sharp_edged(calibration_of_grid(grid.model_copy(update={"stagger": stagger}), shape))
+    for m, how, scale in (
+        (1, "nearest", "native"), (5, "bilinear", "native"), (6, "cubic", "fit"),
+        (8, "nearest", "fit"), (4, "cubic", "native"),
+    ):  # fmt: skip
+        order = {"nearest": 0, "bilinear": 1, "cubic": 3}[how]
+        found = decode(raw, known, m, interpolation=how, scale=scale)
+        expected = np.clip(by_definition(raw, known, m, order, scale, 200.0), 0, 65535)
+        assert np.abs(found - expected).max() < 1.0
+    dark = (raw // 90).astype(np.uint16)
+    found = decode(raw, known, 5, white=white, dark=dark, full_scale=30000)
+    expected = np.clip(by_definition(raw, known, 5, 1, "native", dark, white), 0, 30000)
+    assert np.abs(found - expected).max() < 1.0
+    # Channels alike, with factors of their own.
+    colour = np.stack([raw, raw // 2, raw // 3], axis=2)
+    found = decode(colour, known, 5, gains=(1.0, 0.5, 2.0))
+    for k, gain in enumerate((1.0, 0.5, 2.0)):
+        expected = gain * by_definition(colour[..., k], known, 5, 1, "native", 200.0)
+        assert np.abs(found[..., k] - np.clip(expected, 0, 65535)).max() < 1.5
+
+
+@pytest.mark.parametrize(("lenses", "order"), [(1, 0), (1, 1), (3, 3)])
+def test_rows_of_too_few_lenses(lenses, order) -> None:
+    samples = np.random.default_rng(0).uniform(0, 1, (5, lenses + 1))
+    fewest = max(2, order + 1)
+    with pytest.raises(InputError, match=f"at least {fewest} lenses .* has {lenses}"):
+        hexagonal_to_rectangular(samples[:, :lenses], 0, order=order)
+    assert len(hexagonal_to_rectangular(samples, 0, order=order)) == 5
+
+
+def test_profile_of_a_micro_image() -> None:
+    """Stored from -0.6 to 0.6 pitches; constant beyond."""
+    known = calibration_of(regular_grid(SHAPE, 10.0), (3, 3), (-1, -1))
+    ramp = np.linspace(0, 1.2, 7)
+    known = known.model_copy(
+        update={"profile": tuple(map(tuple, (ramp[:, None] + 0 * ramp).tolist()))}
+    )
+    for m, scale, step in ((5, "native", 0.1), (4, "fit", 0.25), (17, "native", 0.1)):
+        offsets = (np.arange(m) - (m - 1) / 2) * step
+        expected = np.clip(offsets + 0.6, 0, 1.2)[:, np.newaxis] + np.zeros(m)
+        assert profile_at(known, m, scale) == pytest.approx(expected)
+
+
+def test_sizes_of_micro_images() -> None:
+    """The largest odd one leaves out the mixed border, and is half as bright at its ends."""
+    assert [odd_size_within(p) for p in (1.0, 2.69, 4.69, 4.71, 6.71, 8.69, 8.71, 11.0)] == [
+        1, 1, 3, 3, 5, 7, 7, 9,
+    ]  # fmt: skip
+    grid = regular_grid(SHAPE, 11.0)
+    known = calibration_of(grid, (3, 3), (-1, -1))
+    assert largest_odd_size(known) == 9
+    line = 1 - np.abs(np.linspace(-0.6, 0.6, 13))
+    for reach_y, reach_x, size in ((1, 1.2, 9), (1.6, 1, 7), (1, 1.6, 7), (1, 9, 1), (9, 1, 1)):
+        y, x = (np.clip(1 - (1 - line) * n, 0, 1) for n in (reach_y, reach_x))
+        profile = tuple(map(tuple, np.outer(y, x).tolist()))
+        assert largest_odd_size(known.model_copy(update={"profile": profile})) == size
+    for m, scale in ((11, "native"), (44, "fit"), (1, "native")):
+        check_micro_image_size(known, m, scale)
+    for m, scale, message in (
+        (12, "native", "use at most 11, or scale fit"), (45, "fit", "use at most 44"),
+        (0, "fit", "at least 1 pixel"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            check_micro_image_size(known, m, scale)
