@@ -21,12 +21,14 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
@@ -73,9 +75,8 @@ OPERATORS = (
 )
 # Lines of text and types, and texts for people.
 SKIPPED = re.compile(r'^\s*(#|"""|@|from |import |class |def |raise |where=)|Literal\[')
-# After a line that is not changed, nor what is indented below it: sizes of blocks, what is fetched
-# ahead, which of two ways to the same numbers is taken. No result tells of it.
-UNSEEN = re.compile(r"^( *).*  # unseen\n(?:\1 .*\n)*", re.M)
+# Lines that are not changed, nor what is indented below them, by file: no result tells of them.
+UNSEEN = tomllib.loads((ROOT / "scripts" / "unseen_python.toml").read_text())
 # How a picture looks: its size, its letters, lines and room.
 LOOKS = re.compile(
     r"\b(alpha|constrained_layout|figsize|fontsize|height_ratios|linewidth|rotation)"
@@ -103,20 +104,32 @@ class PythonMutant:
         return self.file, self.before, self.after, self.number
 
 
+def unseen_lines(lines: Sequence[str], listed: Sequence[str | list[Any]]) -> set[int]:
+    """Numbers, from 0, of listed lines and of those indented below them."""
+    unseen: set[int] = set()
+    for one in listed:
+        text, place = (one, 0) if isinstance(one, str) else one
+        alike = [n for n, line in enumerate(lines) if line.strip() == text]
+        for n in alike[place - 1 : place] if place else alike:
+            depth = len(lines[n]) - len(lines[n].lstrip())
+            end = n + 1
+            while end < len(lines) and lines[end].startswith(" " * (depth + 1)):
+                end += 1
+            unseen.update(range(n, end))
+    return unseen
+
+
 def places_of(path: Path) -> Iterator[tuple[Path, str, int, int, str]]:
     """All that may be changed in a module: file, operator, which of its places, line, its text."""
     text = path.read_text()
     lines = text.splitlines()
-    unseen = [
-        range(text.count("\n", 0, part.start()), text.count("\n", 0, part.end()))
-        for part in UNSEEN.finditer(text)
-    ]
+    unseen = unseen_lines(lines, UNSEEN.get(path.relative_to(PACKAGE).as_posix(), ()))
     tree = list(ast_nodes(get_ast(text)))
     for name in OPERATORS:
         operator = get_operator(f"core/{name}")()
         places = [place for node in tree for place in operator.mutation_positions(node)]
         for occurrence, ((number, _), _) in enumerate(places):
-            if not SKIPPED.search(lines[number - 1]) and all(number - 1 not in r for r in unseen):
+            if not SKIPPED.search(lines[number - 1]) and number - 1 not in unseen:
                 yield path, name, occurrence, number - 1, lines[number - 1].strip()
 
 

@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,15 @@ def test_explained_mutants_exist() -> None:
     for file, old, _, place in of_python:
         lines = (project.root() / "golden" / "plenofir" / file).read_text().splitlines()
         assert [line.strip() for line in lines].count(old) >= place, (file, old)
+
+
+def test_lines_that_are_not_changed_exist() -> None:
+    listed = tomllib.loads((SCRIPT.parent / "unseen_python.toml").read_text())
+    for file, entries in listed.items():
+        lines = (project.root() / "golden" / "plenofir" / file).read_text().splitlines()
+        for entry in entries:
+            text, place = (entry, 1) if isinstance(entry, str) else entry
+            assert [line.strip() for line in lines].count(text) >= place, (file, text)
 
 
 def test_what_simulation_leaves_out_is_not_changed() -> None:

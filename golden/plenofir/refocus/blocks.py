@@ -33,7 +33,7 @@ from plenofir.refocus.rows import row_of, sharpened_values, whole_lines
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import fill, narrow, sum_lines
 
-PIECE = 512  # unseen
+PIECE = 512
 """Samples of a line that are summed, divided and written in one go."""
 
 
@@ -124,7 +124,7 @@ def refocus_blocks(
     pixel, out_pitch = channels * lanes, columns.outputs * channels
     plain = plan.positions == 1
     sharpened = taps.side > 0
-    piece = max(1, PIECE // channels // columns.scale)  # unseen
+    piece = max(1, PIECE // channels // columns.scale)
     piece -= piece % PAD if piece > PAD else 0
     values = aligned((piece * channels + PAD) * lanes, steps.word_bytes)
     room = aligned(int(sharpened) * (piece * channels + PAD) * lanes, steps.sum_bytes)

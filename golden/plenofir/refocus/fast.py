@@ -22,15 +22,15 @@ from plenofir.refocus.sharpening import neighbours, taps
 from plenofir.refocus.threads import in_threads, processors
 
 # Bytes of a block's transposed sums, which fit into the second-level cache, with room for lines.
-_BLOCK_BYTES = 400_000  # unseen
+_BLOCK_BYTES = 400_000
 # Fewer samples are not worth the start of a second thread.
-_SAMPLES_FOR_A_THREAD = 1 << 19  # unseen
+_SAMPLES_FOR_A_THREAD = 1 << 19
 # So many blocks for each thread: one that begins late, or is held up, takes fewer.
-_BLOCKS_OF_A_THREAD = 8  # unseen
+_BLOCKS_OF_A_THREAD = 8
 # Height of a block in micro images: its first line of sums costs M additions of lines.
-_BLOCK_LENSES = 4  # unseen
+_BLOCK_LENSES = 4
 # Larger pictures, in bytes, bypass the caches when written: the next frame would evict them.
-_PAST_CACHES = 4 << 20  # unseen
+_PAST_CACHES = 4 << 20
 _NONE = np.empty(0, np.int64)
 
 
@@ -129,7 +129,7 @@ def plan(
         weight[::each][part.start : part.stop] for weight, part in zip(reached, region, strict=True)
     )
     different, places = across[:1], np.zeros(across.size, np.int64)
-    if normalise:  # unseen
+    if normalise:
         different, places = np.unique(across, return_inverse=True)
     weights = Weights(
         down.copy(), places.reshape(-1), different, divisor // full**2, most.bit_length()
@@ -226,7 +226,7 @@ def _first_pixels(micro_image_size: int, shift: int) -> npt.NDArray[np.int64]:
     return first
 
 
-def _block_size(work: Plan, word_bytes: int, threads: int) -> tuple[int, int]:  # unseen
+def _block_size(work: Plan, word_bytes: int, threads: int) -> tuple[int, int]:
     """Rows and columns of a block."""
     m, rows, columns = work.micro_image_size, work.rows, work.columns
     beside = (m - 1) * (abs(work.shift - 1) + 1 + work.order)
@@ -293,12 +293,12 @@ def fast_refocus(
     )
     x = np.ascontiguousarray(raw).reshape(-1).view(np.uint8)
     # One variant, whether the caller may write there or not.
-    x.flags.writeable = False  # unseen
+    x.flags.writeable = False
     flat = image.reshape(-1).view(np.uint8)
     count = processors() if threads is None else threads
-    samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2  # unseen
-    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))  # unseen
-    past = int(flat.nbytes > _PAST_CACHES)  # unseen
+    samples = image.size * (work.plan.step // work.plan.rows.scale) ** 2
+    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
+    past = int(flat.nbytes > _PAST_CACHES)
     blocks = _blocks(work.plan, work.line_bits // 8, count)
     number, first = np.zeros(1, np.int64), _first_pixels(m, shift)
     bits = 8 * raw.dtype.itemsize, work.line_bits, work.sum_bits

@@ -37,7 +37,7 @@ from plenofir.refocus.vectors import (
     transpose,
 )
 
-CHUNK = 512  # unseen
+CHUNK = 512
 """Samples of a line whose sums are made and transposed in one go, in the nearest cache."""
 PAD = 32
 """Samples behind a line that may be read, and written over."""
@@ -265,7 +265,7 @@ def column_sums(
     sharpened, positions = int(taps.side > 0), plan.positions
     plain = positions == 1
     # All pixels of S anew where those that enter and leave are as many.
-    few = 2 * plan.step >= m and plan.step > 1  # unseen
+    few = 2 * plan.step >= m and plan.step > 1
     anew = plain and few
     n = ZERO
     for position in range(positions):
@@ -289,7 +289,7 @@ def column_sums(
             ends[here + 2] = n
     # Prefetch what the next lines will need.
     coming = np.empty(lanes, np.int64)
-    for line in range(0 if anew else count):  # unseen
+    for line in range(0 if anew else count):
         coming[line] = found[ends[2 * line]]
         at = t + lanes + line + sharpened * m + order * box
         if entering(plan, first, plan.step * at, ZERO, height, found, n) > n:
@@ -339,7 +339,7 @@ def column_sums(
                     base = 0
                 if middle - begin == 1 and end - middle == 1:
                     at = lines.left + done
-                    ahead = (coming[line] if position == 0 else found[begin]) + at  # unseen
+                    ahead = (coming[line] if position == 0 else found[begin]) + at
                     enters, leaves = found[begin] + at, found[middle] + at
                     next_line(steps.next_line, x, enters, leaves, ahead, sums, base, goal, samples)
                 elif plain or end > begin:

@@ -20,7 +20,7 @@ from plenofir.refocus.operator import Image
 Integers = npt.NDArray[np.int64]
 
 # Lines that are composed at once.
-_BAND = 128  # unseen
+_BAND = 128
 
 MAX_SHARPNESS_RADIUS = 8
 MAX_VOTE_RADIUS = 4

@@ -218,7 +218,7 @@ class Array:
         before = self.builder.neg(address.llvm)
         return Value(self.builder, before).lowest(LINE_BYTES) // int(self.bits // 8)
 
-    def prefetch(self, place: Value) -> None:  # unseen
+    def prefetch(self, place: Value) -> None:
         """Prefetch the cache line of an index."""
         byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])

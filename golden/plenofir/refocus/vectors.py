@@ -19,10 +19,10 @@ from plenofir.refocus.vector_code import (
     transposed_pieces,
 )
 
-AHEAD_BYTES = 1024  # unseen
+AHEAD_BYTES = 1024
 """How far ahead in its line a pixel is asked for."""
 # Samples that are summed together where a line has no whole vector left.
-_FEW = 8  # unseen
+_FEW = 8
 
 
 @loop
@@ -48,7 +48,7 @@ def sum_lines(
             total = Variable(sums.load(base + k, lanes))
             with (middle - begin).times() as i:
                 place = lines.load(begin + i) + left + k
-                if lanes == most:  # unseen
+                if lanes == most:
                     x.prefetch(place + 8 * AHEAD_BYTES // x.bits)
                 total.set(total.get() + x.load(place, lanes).as_wide_as(sums.bits))
             with (end - middle).times() as i:
@@ -75,7 +75,7 @@ def next_line(
     for lanes in (most, _FEW, 1):
         with ((count - done) // lanes).times() as n:
             k = done + n * lanes
-            if lanes == most:  # unseen
+            if lanes == most:
                 x.prefetch(ahead + k)
             change = x.load(enters + k, lanes).as_wide_as(sums.bits)
             change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
@@ -121,7 +121,7 @@ def next_words(
                     rows = []
                     for line in range(size):
                         number = group * size + line
-                        if half == 0:  # unseen
+                        if half == 0:
                             x.prefetch(coming.load(number) + left + k)
                         own = number * 2
                         places = [own, *(own + (2 * lanes * p + 1) for p in range(positions))]

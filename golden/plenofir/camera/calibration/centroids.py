@@ -21,7 +21,7 @@ HALF_WIDTH = 0.6
 """Half width of the window in pitches."""
 CORE_HALF_WIDTH = 0.35
 """Half width of the window over the middle of a micro image, in pitches."""
-_BLOCK_PIXELS = 1 << 21  # unseen
+_BLOCK_PIXELS = 1 << 21
 # Window for matching micro images, in pitches: 1 up to the first radius, 0 beyond the second.
 _EVEN_TO, _NOTHING_FROM = 0.42, 0.58
 _MATCHED_SAMPLES = 28
@@ -176,7 +176,7 @@ def matched_offsets(
     basis = np.stack(columns, axis=-1) * window[:, np.newaxis]
     solve = np.linalg.pinv(basis)[:3] * window
     offsets = np.empty((len(positions), 2))
-    block = max(1, _BLOCK_PIXELS // len(flat))  # unseen
+    block = max(1, _BLOCK_PIXELS // len(flat))
     for start in range(0, len(positions), block):
         part = slice(start, start + block)
         level, *moves = solve @ patches(positions[part]).T.astype(np.float64)

@@ -15,7 +15,7 @@ _DARKEST = 0.03
 _HALF_WEIGHT = 0.15
 # Usual size of the terms of each order.
 _USUAL = (0.0, 0.5, 0.7, 0.2, 0.3)
-_BAND = 32  # unseen
+_BAND = 32
 
 
 def light_order(lenses: int) -> int:

@@ -34,7 +34,7 @@ _USUAL = 0.5
 _LIGHT_ORDER = 4
 _STEPS = 6
 _SMALL_STEP = 1e-4
-_ROWS = 1 << 11  # unseen
+_ROWS = 1 << 11
 _MOST_ROWS = 30_000
 
 
@@ -117,7 +117,7 @@ def pixel_fit(
     found = np.zeros(ends[-1])
     found[grid] = factors
     known = np.zeros(len(found))
-    block = max(1, _ROWS // len(steps) ** 2)  # unseen
+    block = max(1, _ROWS // len(steps) ** 2)
     for n in range(_STEPS + 1):
         matrix = np.zeros((len(found), len(found)))
         scores = np.zeros((len(lenses), len(found)))

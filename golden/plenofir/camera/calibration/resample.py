@@ -34,7 +34,7 @@ _ORDERS = {"nearest": 0, "bilinear": 1, "cubic": 3}
 DARKEST = 0.1
 """Darker parts of micro images than this share of the brightest are not brightened further."""
 
-_BLOCK_PIXELS = 1 << 21  # unseen
+_BLOCK_PIXELS = 1 << 21
 _LIT = 0.5
 # Width in pixels of the border between micro images where the light of two lenses mixes.
 _BETWEEN = 0.7
@@ -211,7 +211,7 @@ def decode(
     result = np.empty((height, m, width, m, len(sources[0])), dtype=np.float32)
     profile = profile_at(calibration, m, scale)[:, np.newaxis]
     brightness = calibration.lens_brightness[rows, columns]
-    block = max(1, _BLOCK_PIXELS // (m * m * width))  # unseen
+    block = max(1, _BLOCK_PIXELS // (m * m * width))
     for start in range(0, height, block):
         part = slice(start, min(start + block, height))
         lens_rows = slice(rows.start + part.start, rows.start + part.stop)

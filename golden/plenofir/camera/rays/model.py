@@ -41,7 +41,7 @@ _BORDERS: Mapping[Border, int] = {"centre": 0, "near": 1, "far": -1}
 # Beyond this the products with the coefficients would overflow.
 _LARGEST = 1e100
 # Planes are evaluated in blocks that stay in the processor's cache.
-_BLOCK = 8192  # unseen
+_BLOCK = 8192
 
 
 Coefficients = tuple[Decimal, Decimal]
