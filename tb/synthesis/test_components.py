@@ -18,7 +18,7 @@ from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.ip.components import registers
 from plenofir.plan.ip.files import write_components
-from plenofir.plan.ip.vivado import word
+from plenofir.plan.ip.vivado import tcl
 
 STUBS = Path(__file__).with_name("vivado_stubs.tcl")
 NAMES = {"i": "http://www.accellera.org/XMLSchema/IPXACT/1685-2014"}
@@ -159,13 +159,13 @@ def test_components_elaborate(scene: str, folders: dict[str, Path], tmp_path: Pa
         run("ghdl", "--elab-run", *options, module, "--no-run")
 
 
-def calls(script: Path) -> list[list[str]]:
+def calls(script: Path, *arguments: str) -> list[list[str]]:
     """Commands of a script to Vivado."""
     tclsh = shutil.which("tclsh")
     if tclsh is None:
         pytest.skip("tclsh is not installed (scripts/setup.sh tests)")
     done = subprocess.run(
-        [tclsh, str(STUBS), str(script)], capture_output=True, text=True, check=False
+        [tclsh, str(STUBS), str(script), *arguments], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return [line.split("\t")[1:] for line in done.stdout.splitlines() if line.startswith("CALL")]
@@ -174,7 +174,7 @@ def calls(script: Path) -> list[list[str]]:
 @pytest.mark.parametrize("scene", SCENES)
 def test_package_script_says_what_the_xml_says(scene: str, folders: dict[str, Path]) -> None:
     script = folders[scene] / "package_ip.tcl"
-    assert "never run in it" in script.read_text().splitlines()[0]
+    assert "never run in Vivado" in script.read_text().partition("\n\n")[0]
     made: dict[str, list[list[str]]] = {}
     for call in calls(script):
         if call[0] == "create_project":
@@ -230,9 +230,9 @@ def own_pins(folder: Path, name: str) -> tuple[str, str, str, str]:
 def test_block_designs_connect_what_there_is(
     scene: str, kind: str, folders: dict[str, Path]
 ) -> None:
-    script = folders[scene] / f"block_design_{kind}.tcl"
-    assert "never run in it" in script.read_text().splitlines()[0]
-    done = calls(script)
+    script = folders[scene] / "block_design.tcl"
+    assert "never run in Vivado" in script.read_text().partition("\n\n")[0]
+    done = calls(script, kind)
     cells = {}
     for _, name, vlnv in (call for call in done if call[0] == "create_bd_cell"):
         vendor, _, core, version = vlnv.split(":")
@@ -275,7 +275,10 @@ def test_block_designs_connect_what_there_is(
 
 def test_where_there_is_no_block_design(folders: dict[str, Path]) -> None:
     """Several pixels a clock come from no CSI-2 receiver; an Artix-7 has no processing system."""
-    assert not (folders["video-m11"] / "block_design_camera.tcl").exists()
+    with pytest.raises(AssertionError, match="no CSI-2 receiver gives the pixels of this scene"):
+        calls(folders["video-m11"] / "block_design.tcl", "camera")
+    with pytest.raises(AssertionError, match="memory or camera, not monitor"):
+        calls(folders["video-m11"] / "block_design.tcl", "monitor")
     assert not list(folders["lytro1-raw"].glob("block_design*"))
     assert "sensor_axi.xml" in {path.name for path in folders["lytro1-raw"].iterdir()}
 
@@ -293,8 +296,16 @@ def test_stubs_refuse(tmp_path: Path) -> None:
             calls(tmp_path / "script.tcl")
 
 
-def test_words_of_tcl() -> None:
-    assert word('a [b] $c "d" {e} \\') == '"a \\[b\\] \\$c \\"d\\" \\{e\\} \\\\"'
+def test_values_of_tcl(tmp_path: Path) -> None:
+    """Tcl reads texts back as they are, also those in lists and pairs."""
+    text = 'a [b] $c "d" {e} \\ }'
+    script = tmp_path / "script.tcl"
+    script.write_text(
+        f"set values {tcl({'x': [text, 1.5, ''], 'a b': text})}\n"
+        "say [lindex [dict get $values x] 0] [lrange [dict get $values x] 1 end]\n"
+        f"say [dict get $values {{a b}}] {tcl(text)}\n"
+    )
+    assert calls(script) == [[text, "1.5 {}"], [text, text]]
 
 
 def test_components_of_other_devices(tmp_path: Path) -> None:

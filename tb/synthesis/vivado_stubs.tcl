@@ -141,4 +141,6 @@ proc get_bd_pins {name} {
 
 proc get_bd_intf_pins {name} { return [get_bd_pins $name] }
 
-source [lindex $argv 0]
+# The rest are arguments of the script.
+set argv [lassign $argv script]
+source $script

@@ -8,13 +8,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from plenofir.fpga import hdl
-from plenofir.fpga.devices import DEVICES
 from plenofir.ground.files import publish_files
 from plenofir.plan.configure import configure, needed_sources
-from plenofir.plan.ip.block_design import camera_design, memory_design
 from plenofir.plan.ip.components import Component, components, entity_text
 from plenofir.plan.ip.ipxact import component_xml
-from plenofir.plan.ip.vivado import package_script
+from plenofir.plan.ip.vivado import scripts
 from plenofir.plan.planned import Plan
 from plenofir.plan.project_files import refuse_board
 from plenofir.plan.scene_top import TOP
@@ -23,7 +21,7 @@ from plenofir.plan.scene_top import TOP
 def write_components(plan: Plan, out: Path) -> list[str]:
     """Write the components of a scene, all or nothing; returns the files' names, VHDL left out."""
     refuse_board(plan)
-    found, device = components(plan), DEVICES[plan.device]
+    found = components(plan)
     release = version("plenofir")
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
@@ -41,22 +39,14 @@ def write_components(plan: Plan, out: Path) -> list[str]:
             files[component.name] = names
             xml = component_xml(component, release, names)
             (folder / f"{component.name}.xml").write_text(xml)
-        scripts: dict[str, str | None] = {}
-        if device.family == "series7":
-            scripts["package_ip.tcl"] = package_script(found, files, device.part, release)
-        if device.name.startswith("xc7z") and not plan.screen.needs_stack:
-            by_name = {component.name: component for component in found}
-            scripts["block_design_memory.tcl"] = memory_design(plan, by_name, device.part)
-            scripts["block_design_camera.tcl"] = camera_design(plan, by_name, device.part)
-        for name, script in scripts.items():
-            if script is not None:
-                (folder / name).write_text(script)
-        (folder / "README").write_text(_readme(plan, found, scripts))
+        of_vivado = scripts(plan, found, files, release)
+        for name, text in {**of_vivado, "README": _readme(plan, found, of_vivado)}.items():
+            (folder / name).write_text(text)
         publish_files(folder, out)
         return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
 
 
-def _readme(plan: Plan, found: Sequence[Component], scripts: Mapping[str, str | None]) -> str:
+def _readme(plan: Plan, found: Sequence[Component], of_vivado: Mapping[str, str]) -> str:
     listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in found)
     text = (
         f"The cores of {plan.scene} as components, IP-XACT of IEEE 1685-2014.\n\n{listed}\n"
@@ -66,21 +56,20 @@ def _readme(plan: Plan, found: Sequence[Component], scripts: Mapping[str, str | 
         "interrupt.\n\n"
         "Checked: the XML by the schema of the standard, the ports by elaboration in GHDL.\n"
     )
-    if "package_ip.tcl" not in scripts:
+    if not of_vivado:
         return f"{text}Vivado's scripts come with a device of the 7 series.\n"
     text += (
         "\nVivado reads IP-XACT of 2009 with additions of its own, so it packages by itself:\n"
         "  vivado -mode batch -source package_ip.tcl\n"
     )
-    if "block_design_memory.tcl" not in scripts:
+    if "block_design.tcl" not in of_vivado:
         return (
             f"{text}Block designs come with a Zynq, such as --device xc7z020, and one slice at a "
             "time.\n"
         )
-    text += "and then makes a block design, whose first lines say what it is:\n"
-    text += "".join(
-        f"  vivado -source {name}\n"
-        for name, script in scripts.items()
-        if script is not None and name.startswith("block")
+    return (
+        f"{text}and then makes a block design, an example to start from; its first lines say what\n"
+        "it has and needs, -tclargs camera gives it a camera:\n"
+        "  vivado -source block_design.tcl\n"
+        "None of the scripts was ever run in Vivado.\n"
     )
-    return f"{text}None of the scripts was ever run in Vivado.\n"

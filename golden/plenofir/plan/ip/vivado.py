@@ -1,136 +1,141 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tcl for Vivado that packages the components of a scene."""
+"""What the scripts for Vivado, ``package_ip.tcl`` and ``block_design.tcl``, know of a scene."""
 
+import re
+import textwrap
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
-from plenofir.plan.ip.components import (
-    LIBRARY,
-    REGISTERS,
-    REGISTERS_BYTES,
-    VENDOR,
-    Component,
-    registers,
-)
-from plenofir.plan.ip.ipxact import BUS_VENDOR, BUS_VERSION, BUSES
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdmi.modes import VideoMode, find_mode
+from plenofir.plan.configure import clock_mhz
+from plenofir.plan.ip.components import REGISTERS_BYTES, Component, registers
+from plenofir.plan.ip.ipxact import BUS_VENDOR, BUSES
+from plenofir.plan.planned import Plan
 
-NEVER_RUN = (
-    "# Written by plenofir project without Vivado, and never run in it. Checked with stubs of its\n"
-    "# commands: syntax, commands and their options, every name of the cores' ports.\n"
-)
-_HEAD = """
-set here [file dirname [file normalize [info script]]]
-
-proc interface {core name bus mode ports parameters} {
-  set found [ipx::add_bus_interface $name $core]
-  set_property bus_type_vlnv $bus:%(version)s $found
-  set_property abstraction_type_vlnv ${bus}_rtl:%(version)s $found
-  set_property interface_mode $mode $found
-  foreach {logical physical} $ports {
-    set_property physical_name $physical [ipx::add_port_map $logical $found]
-  }
-  foreach {parameter value} $parameters {
-    set_property value $value [ipx::add_bus_parameter $parameter $found]
-  }
-}
-
-proc register {core memory name address description} {
-  set map [ipx::get_memory_maps $memory -of_objects $core]
-  set found [ipx::add_register $name [ipx::get_address_blocks %(block)s -of_objects $map]]
-  set_property address_offset $address $found
-  set_property size 32 $found
-  set_property description $description $found
-}
-
-proc memory {core name} {
-  set map [ipx::add_memory_map $name $core]
-  set_property slave_memory_map_ref $name [ipx::get_bus_interfaces $name -of_objects $core]
-  set block [ipx::add_address_block %(block)s $map]
-  set_property usage register $block
-  set_property base_address 0 $block
-  set_property range %(range)s $block
-  set_property width 32 $block
-}
-
-proc begin {name entity title version files} {
-  global here
-  create_project -force $name $here/build/$name -part %(part)s
-  foreach file $files {
-    add_files -norecurse $here/$file
-  }
-  set_property top $entity [current_fileset]
-  ipx::package_project -root_dir $here/%(out)s/$name -vendor %(vendor)s -library %(library)s \\
-    -taxonomy /UserIP -import_files -force
-  set core [ipx::current_core]
-  set_property name $name $core
-  set_property version $version $core
-  set_property display_name $title $core
-  set_property description $title $core
-  # What Vivado made of the names by itself; it is said below.
-  foreach found [ipx::get_bus_interfaces -of_objects $core] {
-    ipx::remove_bus_interface [get_property name $found] $core
-  }
-  foreach found [ipx::get_memory_maps -of_objects $core] {
-    ipx::remove_memory_map [get_property name $found] $core
-  }
-  return $core
-}
-
-proc finish {core} {
-  ipx::create_xgui_files $core
-  ipx::update_checksums $core
-  ipx::check_integrity $core
-  ipx::save_core $core
-  close_project
-}
-"""
-CATALOG = "ip"
-"""Folder of the packaged components, beside the script."""
+SCENE = "scene.tcl"
+_RAW_BITS = (8, 10, 12, 14)
+"""Bits of a pixel that the CSI-2 receiver and the script know; 14 not behind its demosaic."""
 
 
-def word(text: object) -> str:
-    """A word of Tcl, whatever is in it."""
-    escaped = "".join(f"\\{c}" if c in '\\"$[]{}' else c for c in str(text))
+def scripts(
+    plan: Plan, components: Sequence[Component], files: Mapping[str, Sequence[str]], version: str
+) -> dict[str, str]:
+    """Tcl for a scene's components by file names; `files` are the VHDL of each, in order."""
+    device = DEVICES[plan.device]
+    if device.family != "series7":
+        return {}
+    names = ["package_ip.tcl"]
+    # A block design shows one slice at a time, beside the processing system of a Zynq.
+    if device.name.startswith("xc7z") and not plan.screen.needs_stack:
+        names.append("block_design.tcl")
+    facts = {
+        # Vivado's versions have two numbers, and a revision.
+        "version": ".".join(version.split(".")[:2]),
+        "part": device.part,
+        "components": {c.name: _component(c, files[c.name]) for c in components},
+        "registers_bytes": REGISTERS_BYTES,
+        "registers": {r.name: (r.address, r.description) for r in registers()},
+        **(_block_design(plan, components) if "block_design.tcl" in names else {}),
+    }
+    lines = [f"# The scene {plan.scene} for the scripts beside this file.", ""]
+    lines += [f"set {name} {tcl(value)}" for name, value in facts.items()]
+    texts = {name: Path(__file__).with_name(name).read_text() for name in names}
+    return {SCENE: "\n".join([*lines, ""]), **texts}
+
+
+def tcl(value: object) -> str:
+    """A value as a word of Tcl: a text or number, a list, or a mapping as a list of pairs."""
+    if isinstance(value, Mapping):
+        pairs = "".join(f"{tcl(key)} {tcl(part)}\n" for key, part in value.items())
+        return f"{{\n{textwrap.indent(pairs, '  ')}}}"
+    if isinstance(value, (list, tuple)):
+        return f"{{{' '.join(tcl(part) for part in value)}}}"
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    if re.fullmatch(r"[\w./:+-]+", text):
+        return text
+    escaped = "".join(f"\\{c}" if c in '\\"$[]{}' else c for c in text)
     return f'"{escaped}"'
 
 
-def package_script(
-    components: Sequence[Component], files: Mapping[str, Sequence[str]], part: str, version: str
-) -> str:
-    """Script that packages components; `files` are the VHDL of each, in order of analysis."""
-    values = {
-        "version": BUS_VERSION,
-        "block": REGISTERS,
-        "range": REGISTERS_BYTES,
-        "part": part,
-        "out": CATALOG,
-        "vendor": VENDOR,
-        "library": LIBRARY,
+def _component(component: Component, files: Sequence[str]) -> dict[str, object]:
+    interfaces = {}
+    for interface in component.interfaces:
+        library, name = BUSES[interface.bus]
+        bus = f"{BUS_VENDOR}:{library}:{name}"
+        ports = [word for logical, port in interface.ports.items() for word in (logical, port.name)]
+        parameters = [word for pair in interface.parameters.items() for word in pair]
+        interfaces[interface.name] = (interface.mode, bus, ports, parameters)
+    return {
+        "entity": component.entity,
+        "title": component.title,
+        "files": list(files),
+        "interfaces": interfaces,
     }
-    lines = [
-        f"{NEVER_RUN}#\n# vivado -mode batch -source package_ip.tcl packages the components into "
-        f"the folder {CATALOG}.\n{_HEAD % values}"
-    ]
-    # Vivado's versions have two numbers, and a revision.
-    short = ".".join(version.split(".")[:2])
-    for component in components:
-        listed = " \\\n  ".join(files[component.name])
-        lines += [
-            f"set core [begin {component.name} {component.entity} {word(component.title)} {short} "
-            f"[list \\\n  {listed}]]"
-        ]
-        for interface in component.interfaces:
-            library, name = BUSES[interface.bus]
-            ports = " ".join(f"{logical} {port.name}" for logical, port in interface.ports.items())
-            parameters = " ".join(f"{k} {v}" for k, v in interface.parameters.items())
-            lines.append(
-                f"interface $core {interface.name} {BUS_VENDOR}:{library}:{name} {interface.mode} "
-                f"{{{ports}}} {{{parameters}}}"
-            )
-            if interface.bus == "aximm":
-                lines.append(f"memory $core {interface.name}")
-                lines += [
-                    f"register $core {interface.name} {r.name} {r.address} {word(r.description)}"
-                    for r in registers()
-                ]
-        lines += ["finish $core", ""]
-    return "\n".join(lines)
+
+
+def _block_design(plan: Plan, components: Sequence[Component]) -> dict[str, object]:
+    """Clock in MHz, cores with registers in the order of the stream, its ends, camera, monitor."""
+    by_name = {component.name: component for component in components}
+    chain = [name for name in ("sensor_axi", "refocuser_axi") if name in by_name]
+    # The processing system's usual clock, or what the scene needs.
+    clock = max(100.0, clock_mhz(plan))
+    return {
+        "clock_mhz": clock,
+        "chain": chain,
+        "bits_in": by_name[chain[0]].interface("s_axis").ports["TDATA"].bits,
+        "bits_out": by_name[chain[-1]].interface("m_axis").ports["TDATA"].bits,
+        "camera": _camera(plan),
+        "monitor": _monitor(plan),
+    }
+
+
+def _camera(plan: Plan) -> dict[str, object] | str:
+    """What a CSI-2 receiver has to deliver; empty if none delivers the pixels of the scene."""
+    core, sensor = plan.core, plan.sensor
+    mosaic = sensor is not None and sensor.mosaic is not None
+    demosaic = core.channels == 3 and not mosaic
+    if core.pixels_per_clock > 1 or core.pixel_bits not in _RAW_BITS[: 3 if demosaic else 4]:
+        return ""
+    if demosaic and sensor is not None:
+        return ""
+    return {
+        "raw_bits": core.pixel_bits,
+        "demosaic": int(demosaic),
+        "columns": plan.columns,
+        "rows": plan.rows,
+    }
+
+
+def _monitor(plan: Plan) -> dict[str, object] | str:
+    """Video mode of a monitor that shows a scene's frames as they are; empty if there is none."""
+    rate = 60.0 if plan.clock_mhz is None else 1e6 * plan.clock_mhz / plan.frame_clocks
+    mode = find_mode(plan.columns, plan.rows, rate)
+    if mode is None or plan.core.pixel_bits != 8:
+        return ""
+    return {
+        "grey": int(plan.core.channels == 1),
+        "pixel_mhz": mode.pixel_clock / 1000,
+        "timing": _timing(mode),
+    }
+
+
+def _timing(mode: VideoMode) -> dict[str, object]:
+    """Timing of a mode for the timing controller, which counts lines from the last active one."""
+    polarity = {True: "High", False: "Low"}
+    last = mode.v_active + mode.v_front - 1
+    places = ("F0_VBLANK_HSTART", "F0_VBLANK_HEND", "F0_VSYNC_HSTART", "F0_VSYNC_HEND")
+    values: dict[str, object] = {
+        "HACTIVE_SIZE": mode.h_active,
+        "HSYNC_START": mode.h_active + mode.h_front,
+        "HSYNC_END": mode.h_active + mode.h_front + mode.h_sync,
+        "HFRAME_SIZE": mode.h_total,
+        "VACTIVE_SIZE": mode.v_active,
+        "F0_VSYNC_VSTART": last,
+        "F0_VSYNC_VEND": last + mode.v_sync,
+        "F0_VFRAME_SIZE": mode.v_total,
+        **dict.fromkeys(places, mode.h_active),
+        "HSYNC_POLARITY": polarity[mode.h_positive],
+        "VSYNC_POLARITY": polarity[mode.v_positive],
+    }
+    return {f"GEN_{name}": value for name, value in values.items()}
