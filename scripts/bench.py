@@ -128,7 +128,7 @@ def first_call() -> tuple[float, float]:
     return float(seconds[0]), float(seconds[1])
 
 
-# Of 8 bit, grey: larger together than any cache. Wider pixels have as many bytes.
+# 24 frames of 8 bit, grey, are larger together than any cache. Wider pixels have as many bytes.
 _RING_FRAMES = 24
 _SIZE = 3201
 _KINDS: tuple[tuple[str, tuple[int, ...], type[np.unsignedinteger[Any]]], ...] = (

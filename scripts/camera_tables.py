@@ -13,9 +13,9 @@ from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from table_text import put, table
 
-# Of the sensors' scenes: M, with slices a fifth apart. Of the lenses: M and pixels in um, behind
-# a main lens of 25 mm.
+# M of the sensors' scenes, with slices a fifth apart.
 _M = 5
+# M and pixels in um of the lenses, behind a main lens of 25 mm.
 _PITCHES = ((5, 2.24), (9, 2.24), (13, 1.12), (5, 3.0), (7, 3.0), (11, 3.0))
 _F_NUMBER = 5.6
 _CORE_MHZ = 100.0

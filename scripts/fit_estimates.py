@@ -139,6 +139,6 @@ def fit(names: Sequence[str]) -> None:
         factors = [round(float(np.median(t)), 2) for t in times]
         for part in ("sharpener", "sensor"):
             weights[part][family] = factors
-        # Of stacks those that were compared with boards stay.
+        # Weights of stacks stay, which were compared with boards.
         weights["picture"].setdefault(family, factors)
     save_records(WEIGHTS, weights, levels=2)

@@ -59,7 +59,7 @@ def reserved_names(text: str) -> Iterator[tuple[int, str]]:
 
 
 # A comment is read without its neighbours, so it does not begin with one of these.
-_NO_SUBJECT = re.compile(r"-- *(It|They|Those|That of|Of|The same)\b")
+NO_SUBJECT = re.compile(r"(It|They|Those|That of|Of|The same)\b")
 # Lines of a header that say nothing.
 _RITUAL = re.compile(
     r"\b(Latency|Throughput|Equation): *(?:[Nn]one|not applicable|see the map|as its parts)\b"
@@ -80,7 +80,7 @@ def unclear_comments(text: str) -> Iterator[tuple[int, str]]:
     for number, (code, mark, comment) in enumerate(lines, 1):
         alone = bool(mark) and not code.strip()
         ends = number == len(lines) or not lines[number][1] or bool(lines[number][0].strip())
-        if not (alone and goes_on) and _NO_SUBJECT.match(mark + comment):
+        if not (alone and goes_on) and NO_SUBJECT.match(comment.lstrip()):
             yield number, comment.strip()
         elif ritual := _RITUAL.search(comment):
             yield number, ritual[0]
@@ -99,7 +99,7 @@ def positional_aggregates(text: str) -> Iterator[tuple[int, str]]:
     """
     literal = re.compile(r"""[-+]?[\d_.]+(#\w+#)?|\w?"[^"]*"|'.'|true|false|\(.*""", re.S | re.I)
     plain = re.sub(r"--[^\n]*", "", text)
-    # Of each open bracket: its place, whether it opens an aggregate, where its values begin.
+    # Each open bracket's place, whether it opens an aggregate, where its values begin.
     opened: list[tuple[int, bool, list[int]]] = []
     for token in re.finditer(r"""\w?"[^"\n]*"|'[^'\n]'(?!\()|[(),]""", plain):
         if token[0] == "(":

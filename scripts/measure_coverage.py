@@ -98,7 +98,7 @@ def exported(database: Path) -> ElementTree.Element:
         file = Path(folder) / "exported.xml"
         command = ["nvc", "--cover-export", "--format=xml"]
         command += ["-o", str(file), str(database.resolve())]
-        # It makes a library where it runs.
+        # NVC makes a library where it runs.
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         return ElementTree.parse(file).getroot()
 

@@ -235,7 +235,7 @@ def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, ob
             netlist = make_netlist(sources, TOP, {}, folder, behind_few_pins=wide)
             device = NAMES.get(design.plan.device)
             if wide:
-                # They fill a device, and nextpnr would route for an hour.
+                # Wide cores fill a device, and nextpnr would route for an hour.
                 goal_mhz, route, grades = _WIDE_GOAL_MHZ, False, grades[:1]
         else:
             generics, device = design.core.generics(), None

@@ -287,8 +287,9 @@ def laws(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
         "wall time where threads vary. Dask: whole runs of `plenofir batch`, start and all; more "
         "workers than processors stand for more machines, as these share the scheduler, which is "
         "what ends the law. Cores: both engines on Spartan-6, 1280 columns; P placed on an ECP5, "
-        "M = 11; stacks of 640 columns; energy as `plenofir report energy` estimates it. Clocks follow from formulas that benches confirm, block RAM over "
-        "columns from the estimate, which is exact.",
+        "M = 11; stacks of 640 columns; energy as `plenofir report energy` estimates it. Clocks "
+        "follow from formulas that benches confirm, block RAM over columns from the estimate, "
+        "which is exact.",
         "",
         *(
             []

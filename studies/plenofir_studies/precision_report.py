@@ -160,7 +160,7 @@ def measure(field: Field, method: Method) -> Result:
     if field.truth is not None:
         border = m * (int(np.ceil(abs(shift) / m * (m - 1) / 2)) + 4)
         inside = slice(border, rows * m - border), slice(border, columns * m - border)
-        # Of a value for each micro lens people see what splines make of it.
+        # People see what splines make of a value for each micro lens.
         whole = enlarged(image.astype(np.float64), m, 3) if method.lenses else image
         got, want = whole[inside].astype(np.float64), field.truth[inside]
         truth_db = 20 * log10(255 / float(np.sqrt(np.mean((got - want) ** 2))))

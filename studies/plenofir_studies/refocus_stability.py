@@ -61,7 +61,7 @@ def _errors(raw: Image, m: int, shift: int) -> dict[str, float]:
     exact = exact_sums(raw, m, shift)
     errors = {}
     for name, work in METHODS.items():
-        # It takes M^2 passes over the frame, which are slow on long lines.
+        # Shifting takes M^2 passes over the frame, which are slow on long lines.
         if name.startswith("shift") and m * m * raw.size > 1e8:
             continue
         image = work(raw, m, shift)

@@ -4,11 +4,12 @@
 import ast
 import re
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from lint_vhdl import positional_aggregates, unclear_comments
+from lint_vhdl import NO_SUBJECT, positional_aggregates, unclear_comments
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations
 from plenofir.ground import project
@@ -107,6 +108,27 @@ def test_the_vhdl_is_read_once() -> None:
         assert not list(positional_aggregates(path.read_text())), path
     for path in (ROOT / "hdl").rglob("*.vhd"):
         assert not list(unclear_comments(path.read_text())), path
+
+
+def without_subject(text: str) -> list[str]:
+    """Comments of a Python source that name no subject; one in several lines is one."""
+    unclear = []
+    for before, line in pairwise(["", *text.splitlines()]):
+        code, _, comment = line.partition("# ")
+        goes_on = not code.strip() and before.lstrip().startswith("#")
+        if not goes_on and NO_SUBJECT.match(comment):
+            unclear.append(comment)
+    return unclear
+
+
+def test_comments_of_the_python_have_a_subject() -> None:
+    assert without_subject("# A list.\n# It is long.\nx = 1  # Of it.\n\n# They\n") == [
+        "Of it.",
+        "They",
+    ]
+    rooms = ("golden/plenofir", "studies", "scripts")
+    for path in (path for room in rooms for path in (ROOT / room).rglob("*.py")):
+        assert without_subject(path.read_text()) == [], path
 
 
 def test_processes_are_read_at_once() -> None:

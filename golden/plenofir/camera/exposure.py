@@ -202,7 +202,7 @@ def to_srgb(picture: Picture, where: str) -> Picture:
             # Views below each other.
             tall = picture.pixels.reshape(-1, *shape[3:]) if len(shape) > 3 else picture.pixels
             pixels = cms_transform(tall, picture.profile, to, **options).reshape(shape)
-    except Exception as error:  # It raises whatever a damaged profile leads it to.
+    except Exception as error:  # the library raises anything at a damaged profile
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
             f"its colour profile cannot be used ({reason}); save the picture in sRGB or "

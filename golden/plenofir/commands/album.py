@@ -62,7 +62,7 @@ class Album:
         self.earlier, self.mark = earlier, mark
         self.disparity: Disparity | None = None  # once it was searched
         self.in_focus: Image | None = None  # values of the field, once it was made
-        # Of each picture its name, its caption, and what the page shows.
+        # Each picture's name, its caption, and what the page shows.
         self.shown: list[tuple[str, str, str]] = []
         self.films: set[str] = set()
 

@@ -154,7 +154,7 @@ def _field(
         save(results, "aligned.png", picture)
         earlier.keys["aligned.png"] = marks.field
     if field.calibration is None:
-        # Of a Lytro's white image no calibration is made, and one of --calib is not new.
+        # A Lytro's white image gives no calibration, and one of --calib is not new.
         earlier.made_without("calib.json", results)
     elif not calibrated:
         results.write("calib.json", field.calibration)

@@ -8,7 +8,7 @@ from typing import Any
 from plenofir.commands.options import VARIABLES
 from plenofir.ground.errors import InputError
 
-# Of make itself or of other targets; harmless everywhere.
+# Variables of make itself or of other targets; harmless everywhere.
 _IGNORED = {"JOBS", "SHELL", "MAKE"}
 _EXCLUSIVE = ("A", "SWEEP", "STACK", "SCENE")
 

@@ -454,7 +454,7 @@ Tilt = Annotated[
     ),
 ]
 
-# Of a command that has a default of its own, or can do without.
+# Options of a command that has defaults of its own, or can do without.
 SharpenIfGiven = Annotated[str | None, _SHARPEN]
 BorderIfGiven = Annotated[Literal["normalise", "zero"] | None, _BORDER]
 CameraIfGiven = Annotated[str | None, _CAMERA]

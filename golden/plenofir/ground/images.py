@@ -33,7 +33,7 @@ from plenofir.ground.levels import levels
 from plenofir.ground.png import SIGNATURE as PNG_SIGNATURE
 from plenofir.ground.png import png_chunk, png_file
 
-# Their log messages about files are not printed.
+# Log messages of these libraries about files are not printed.
 for _library in ("imagecodecs", "netpbmfile", "tifffile"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
@@ -333,7 +333,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
     """
     where = str(path)
     try:
-        if path.is_char_device():  # It may have no end.
+        if path.is_char_device():  # a device may have no end
             raise InputError(f"is a device; {_ADVICE}", where=where)
         data = input_file(path).read_bytes()
     except FileNotFoundError:

@@ -58,7 +58,10 @@ def _left_out(
     device: Device,
     reason: str = _NOT_ASKED,
 ) -> LeftOut:
-    """Something left out, of which there would be `more`; the reason is for what costs more."""
+    """Compare resources with (`more`) and without (`less`) a feature that a plan left out.
+
+    The reason is told where leaving it out costs more than it saves.
+    """
     saves = {name: n - less[name] for name, n in more.items() if n > less[name]}
     costs = {name: less[name] - n for name, n in more.items() if n < less[name]}
     if not costs:

@@ -145,7 +145,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado
 
-    # It warns that the tool is not installed, which is not needed here.
+    # edalize warns that the tool is not installed, which is not needed here.
     logging.getLogger("edalize").setLevel(logging.CRITICAL)
     tool, device = TOOLS[name], DEVICES[plan.device]
     top = PARALLEL if parallel else top_of(plan)

@@ -108,7 +108,7 @@ class SceneBuild(_Part):
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
     fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8  # of stored products, as `guard_bits`
     guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
-    # Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
+    # Interpolation between micro images: nearest neighbour, linear, or B-splines of higher order.
     interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
     # "off", "auto" or the weight b, such as "1/16", of taps a lens apart that sharpen what
     # refocusing between integer a blurs; with exact arithmetic, one row at a time, path "core".

@@ -36,7 +36,7 @@ def sizes_header(plan: Plan, top: str) -> str:
         "INTERPOLATION_ORDER": core.order,
     }
     if shown.needs_stack:
-        # Of a pixel that comes out.
+        # Bits of a pixel that comes out.
         values["OUT_BITS"] = shown.stack_pixel_bits(core)
     guard = f"{top.upper()}_VH"
     return "\n".join(

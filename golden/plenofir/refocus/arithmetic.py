@@ -198,7 +198,7 @@ class StoredProductArithmetic(BaseModel):
 
         Parameters and result as `ExactArithmetic.largest_sum`.
         """
-        # Those of the columns: with guard bits white is larger.
+        # The columns' products: with guard bits white is larger.
         products = self._products(
             micro_image_size,
             pixel_bits + self.guard_bits,

@@ -233,7 +233,7 @@ def column_lines(
     positions = plan.positions
     sums = _PITCH * (1 + lanes) + positions * (positions + 1) // 2 * _span(width)
     return Lines(
-        # Of plain sums one more, from which the first that is wanted follows.
+        # Plain sums need one line more, from which the first that is wanted follows.
         ranges_of(plan, plan.rows, taps, t0 - int(positions == 1), t1),
         low * plan.channels,
         width,
@@ -264,7 +264,7 @@ def column_sums(
     width, span, made = lines.width, _span(lines.width), into >= 0
     sharpened, positions = int(taps.side > 0), plan.positions
     plain = positions == 1
-    # All pixels of S anew where those that enter and leave are as many.
+    # If a step replaces half of the M pixels or more, S is summed anew instead of updated.
     few = 2 * plan.step >= m and plan.step > 1
     anew = plain and few
     n = ZERO

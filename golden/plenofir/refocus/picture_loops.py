@@ -192,7 +192,7 @@ def views_of_lines(
             whole = 0.0
             for n in range(shares.size):
                 v, u = rows_of[n], columns_of[n]
-                # Of the object at a pixel, the lens that view (v, u) sees it through.
+                # The lens through which view (v, u) sees the object at this pixel.
                 t = (y - c) / m - here * (v - c)
                 s = (x - c) / m - here * (u - c)
                 t_first, s_first = int(np.floor(t)), int(np.floor(s))

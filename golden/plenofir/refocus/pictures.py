@@ -135,7 +135,7 @@ def best_picture(
     if not (plain or normalise):
         raise InputError("'zero' takes neither an aperture nor a tilt", where="border")
     channels = raw.shape[2] if raw.ndim > 2 else 1
-    # Of lines, and along one.
+    # Steps from line to line, and along one.
     lens = m, m * channels
     # Farther out no view reaches the picture.
     far = sum(raw.shape[:2])

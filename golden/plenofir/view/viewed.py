@@ -61,7 +61,7 @@ class LightField:
         self.first = tuple((m - count) // 2 for count in self.counts)
         self.lens_rows, self.lens_columns = self._views.shape[2:4]
         self.channels = self._views.shape[4] if self._views.ndim == 5 else 1
-        # Of the picture, in pixels.
+        # Size of the picture in pixels.
         self.size = pixels.shape[:2]
         if self.is_rectangle:
             self.size = self.lens_rows * m, self.lens_columns * m

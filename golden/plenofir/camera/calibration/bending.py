@@ -75,17 +75,17 @@ class _Robust:
 class BentFit:
     """The model with the most evidence."""
 
-    order: int  # Of the polynomial in `Lenses.points`.
+    order: int  # order of the polynomial in `Lenses.points`
     # What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
     basis: Floats
-    factors: Floats  # Of the model's terms, in pixels.
+    factors: Floats  # factors of the model's terms, in pixels
     fixed: Floats  # The coefficients if all factors are 0.
     weights: Floats  # Robust weights of the lenses; 0 for lenses that were not drawn.
     scatter: float  # Robust standard deviation of the lenses from the model in pixels.
-    # Of the coefficients of a polynomial of order `covariance_order`, for y and x: shape (2,
-    # coefficients, 2, coefficients). Includes the uncertainty of the choice of the model.
+    # Covariance of the coefficients of a polynomial of order `covariance_order`, for y and x: shape
+    # (2, coefficients, 2, coefficients). Includes the uncertainty of the choice of the model.
     covariance: Floats
-    own: Floats  # The same if this model is the true one.
+    own: Floats  # covariance if this model is the true one
     covariance_order: int
     # For the orders 2 and 3, by how many pixels (root mean square) they predict lenses left out of
     # the fit better than the best lower order, negative if worse.

@@ -30,8 +30,8 @@ _MOST_SAMPLES = 241
 _MEAN_LENSES = 400
 # Micro images touch if half way to the neighbours they are brighter than this share of the middle.
 _TOUCHING = 0.5
-# They overlap if half way it is brighter than the middle by the first factor, or nowhere darker
-# than a share of it. Gaps between touching discs are smaller in hexagonal arrays and for few
+# Micro images overlap if half way is brighter than the middle by the first factor, or nowhere
+# darker than a share of it. Gaps between touching discs are smaller in hexagonal arrays and for few
 # pixels.
 _BRIGHTER = 1.15
 _NOWHERE_DARK = {"rectangular": 0.22, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}

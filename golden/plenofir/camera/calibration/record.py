@@ -168,7 +168,7 @@ def load_calibration(path: str | Path) -> Calibration:
     """
     advice = "give a file that plenofir calibrate wrote"
     try:
-        if Path(path).is_char_device():  # It may have no end.
+        if Path(path).is_char_device():  # a device may have no end
             raise OSError
         size = Path(path).stat().st_size
         content = (

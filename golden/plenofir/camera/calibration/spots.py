@@ -54,7 +54,7 @@ class Best:
     """Position at which spots are smallest."""
 
     position: float  # In the units of the positions.
-    # Its standard error; None for three positions, which a parabola always fits.
+    # Standard error of the place; None for three positions, which a parabola always fits.
     error: float | None
     bracketed: bool  # Whether there are positions on both sides of it.
 

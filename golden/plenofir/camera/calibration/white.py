@@ -208,7 +208,7 @@ class WhiteImage:
         """Whether micro images have borders, which a small window over their middle misses."""
         few = np.random.default_rng(2).permutation(len(centres))[:_BORDERS_OF]
         places, pitch = centres[few] + self.margin, self.windows()
-        # Of spots, both windows see the same share of a shift; of discs, the small one sees little.
+        # Both windows see the same share of a spot's shift; the small one sees little of a disc's.
         spreads, factors = [], []
         for width in (HALF_WIDTH, CORE_HALF_WIDTH):
             moments = windowed_moments(self.padded, places, pitch, width)
@@ -235,7 +235,7 @@ class WhiteImage:
         places = centres[few] + self.margin
         core = windowed_moments(image, places, pitch, CORE_HALF_WIDTH)
         core_factors = response(image, places, pitch, CORE_HALF_WIDTH)
-        # Both windows see the place d and the slope g: offset = factor d + variance g.
+        # The place d and the slope g show in both windows: offset = factor d + variance g.
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
         known = factors * core_spread - core_factors * spread
         result, errors = np.zeros_like(centres), self.stretch * self.end / 2
@@ -252,7 +252,7 @@ class WhiteImage:
             slope = (slope / known[axis])[:, np.newaxis]
             terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
             coefficients, weights, _ = robust_fit(terms, slope, 1e-9)
-            # Without the constant, which is an effect of sampling: the axis is in the middle.
+            # Drop the constant term: on the axis the slope is 0; a constant is a sampling artefact.
             result[:, axis] = far[:, axis] * coefficients[0, 0]
             # The correction is measured on noisy pixels, so it adds to the scatter of centroids.
             place = moments.offsets[few, axis, np.newaxis] / factors[axis]
@@ -381,7 +381,7 @@ class WhiteImage:
         level = self.core(centres[inside])
         level = level / float(np.median(level[level > DIMMEST * np.percentile(level, 80)]))
         level = np.where(level > _UNLIT, np.minimum(level, _BRIGHTEST), 0.0)
-        if self.clipped is not None:  # Their brightness is unknown.
+        if self.clipped is not None:  # the brightness of clipped pixels is unknown
             level = np.where(level > _CLIPPED_ALIKE, 1.0, level)
         # Lenses beyond the border get the brightness of the nearest.
         level = level[cKDTree(centres[inside]).query(centres)[1]]
@@ -432,6 +432,6 @@ class WhiteImage:
         known = np.diag([0.0, 0.0, (scatter / (_WIDER * float(high))) ** 2])
         weighted = terms * weights[:, np.newaxis]
         level = np.linalg.lstsq(weighted.T @ terms + known, weighted.T @ gap, rcond=None)[0]
-        # It is not brighter than an unlit lens.
+        # The gap between lenses is at most as bright as an unlit lens.
         darkest = min(float(np.percentile(gap, 5)), float(core.min()))
         return float(np.clip(level[0], 0.0, max(0.0, darkest)))

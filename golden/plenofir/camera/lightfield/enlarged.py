@@ -91,7 +91,7 @@ def _between(disparity: Floats, seen: Floats, large: Floats, places: Floats) -> 
         value, share = disparity[y, x], shares[0] * shares[1]
         mean += share * value
         low, high = np.minimum(low, value), np.maximum(high, value)
-        # Of lenses that are equally like it, the nearest.
+        # The nearest of the lenses that are equally like the pixel.
         unlike = np.abs(seen[y, x] - large) + 1 - share
         better = unlike < least
         least, likest = np.where(better, unlike, least), np.where(better, value, likest)

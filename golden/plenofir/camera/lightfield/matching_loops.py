@@ -197,8 +197,8 @@ def add_paths(
     height, width, count = costs.shape
     for back in range(2):
         step = 1 - 2 * back
-        # Of the ways from above (left, straight, right) the line before and this one; of the way
-        # along the line the pixel before and this one.
+        # The ways from above (left, straight, right) keep the line before and this one, the way
+        # along the line keeps the pixel before and this one.
         lines = np.full((2, _WAYS, width, count + 2), _BIG, np.float32)
         least = np.zeros((2, _WAYS, width), np.float32)
         for i in range(height):

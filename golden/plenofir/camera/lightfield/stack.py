@@ -155,7 +155,7 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
             f"take at least {4 * m} x {4 * m}"
         )
     ends = [-(-n // (2 * m)) for n in region.shape[:2]]
-    # Of the spectrum along the lines only what counts is kept.
+    # Only the part of the spectrum along the lines that counts is kept.
     lines = [
         np.fft.rfft(grey(region[k : k + _LINES]).astype(np.float64))[:, : ends[1]].copy()
         for k in range(0, region.shape[0], _LINES)
@@ -312,7 +312,7 @@ class _CentralView:
                 for k in (-1, 1)
             )
             view = view + _VIEW_SHARPENING * (2 * view - before - after)
-        # Of the four lenses around each place between lenses.
+        # Values of the four lenses around each place between lenses.
         sizes = (2, 2, 1)[: view.ndim]
         padded = np.pad(self.seen, ((1, 1), (1, 1), (0, 0))[: view.ndim], mode="edge")
         self.limits = [

@@ -35,7 +35,7 @@ class LytroCapture:
     """A capture ready to be decoded."""
 
     image: Image  # RGB in linear light, uint16, 0 to 65535.
-    calibration: Calibration  # Its grid; vignetting only if it came from a white image.
+    calibration: Calibration  # grid of the capture; vignetting only if it came from a white image.
     white: Image | None  # White image to divide by, RGB, where one was given.
     metadata: FrameMetadata
     lines: tuple[tuple[str, str], ...]  # What was done, headings and texts for people.

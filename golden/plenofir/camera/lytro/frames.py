@@ -170,7 +170,7 @@ class White:
     """A white image that was chosen."""
 
     frame: Frame
-    count: int  # Of how many that fit it was taken.
+    count: int  # number of the frames that fit, of which this one was taken
     apart: tuple[float, float]  # How far its zoom and focus steps are from the capture's.
 
     def described(self) -> str:

@@ -99,7 +99,7 @@ class FrameMetadata(Numbers):
     """A frame's metadata."""
 
     model: str  # Camera, such as F01 or ILLUM.
-    serial: str | None = None  # Its number, where the file tells.
+    serial: str | None = None  # number of the camera, where the file tells
     # Pixels of the raw picture.
     width: int = Field(ge=16, le=_LARGEST_SIDE, multiple_of=4)
     height: int = Field(ge=16, le=_LARGEST_SIDE, multiple_of=2)

@@ -20,7 +20,7 @@ _FEWEST, _MOST = 3, 100
 _SMALLEST, _SMALLEST_SHARE = 24, 0.08
 # Largest ratio of the areas, of the sides of what surrounds one, and least share that is filled.
 _AREAS, _SIDES, _FILLED = 1.3, 1.12, 0.7
-# Of the usual level: the dark between them, and the rim that counts.
+# Shares of the usual level: the dark between them, and the rim that counts.
 _DARK, _RIM = 0.15, 0.4
 # Details of a picture, as a share of its level: what is smooth is a white image.
 _DETAILED = 0.05
@@ -41,7 +41,7 @@ def find_elemental(image: Image) -> Elemental | None:
 
     Of a hexagonal arrangement the fullest row is taken, which is a line of views.
     """
-    # They are large: of a large picture every k-th pixel shows them.
+    # Elemental pictures are large: every k-th pixel of a large picture shows them.
     k = max(1, min(image.shape[:2]) // (_SAMPLES * _SIDE))
     if k > 1:
         elemental = find_elemental(image[::k, ::k])

@@ -38,7 +38,7 @@ class Match:
 
     grid: Grid  # moved to where the pixels have it
     seen: bool  # micro images were found at its pitch and rotation
-    # Of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
+    # Agreement of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
     agreement: float
     # 1 if phases of neighbouring blocks change smoothly, which distorted grids' do, too.
     smoothness: float

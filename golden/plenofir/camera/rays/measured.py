@@ -19,7 +19,7 @@ from plenofir.ground.errors import InputError
 
 # Largest relative difference of the pitches; beyond it the white image is another camera's.
 _SAME_CAMERA = 0.2
-# They agree within this many standard errors plus this share of the distance, the error that a
+# Distances agree within this many standard errors plus this share of them, the error that a
 # slightly misaligned micro lens array caused in the thesis's measurement.
 _ERRORS, _SHARE = 3.0, 0.025
 

@@ -26,7 +26,7 @@ def read_archive(
     The temporary folder goes with the pixels. Raises `InputError` for archives that are damaged,
     encrypted, or unpack to more than 4 GiB.
     """
-    # Its folder is removed with this object, which the pixels refer to.
+    # The folder is removed with this object, which the pixels refer to.
     temporary = TemporaryDirectory(prefix="plenofir-")
     folder = Path(temporary.name)
     try:

@@ -141,5 +141,5 @@ def read_pfm(path: Path) -> Floats32:
         raise InputError(
             f"has shape {image.shape}; it must be a .pfm file with one channel", where=where
         )
-    # Its lines come from the bottom up, and netpbmfile leaves them so.
+    # Lines of a PFM come from the bottom up, and netpbmfile leaves them so.
     return np.asarray(image[::-1], np.float32)

@@ -48,7 +48,7 @@ from plenofir.refocus import check_raw
 ESLF = 14
 # A quilt's aspect has few digits in its name.
 _ASPECT = 0.02
-# Of a round picture's radius: what its rim does not reach.
+# Share of a round picture's radius that its rim does not reach.
 _WITHIN = 0.95
 
 Classifier = Callable[[Stored, Hints], LightFieldSource | None]

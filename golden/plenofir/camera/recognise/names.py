@@ -31,7 +31,7 @@ _NOT_VIEWS = re.compile(
 )
 _NOT_FOLDERS = {"__MACOSX", "@eaDir"}
 _DEEPEST = 3
-# Of a grid with fewer of its views than this share nothing can be said.
+# A grid with fewer of its views than this share tells nothing.
 _SHARE = 0.75
 _NAMED = 3
 

@@ -114,7 +114,7 @@ def global_buffers(
         for net, (_, name) in drivers.items()
         if name == IMPLIED
     ]
-    # Those with the fewest choices first; of equals those that take two lines.
+    # Buffers with the fewest choices come first; of equals, those that take two lines.
     return sorted(
         found, key=lambda b: (min(len(lines) for _, lines in b.inputs), -len(b.inputs), b.name)
     )
@@ -162,6 +162,6 @@ def can_place(
             if can_place(rest, taken | {site}, used):
                 return True
             if buffer.is_free:
-                # Those behind it are free too, and another place would be no better for them.
+                # The buffers behind it are free too; no other place would be better for them.
                 return False
     return False

@@ -18,7 +18,7 @@ _CLOCK_NETS = {
     FAST: ("pixel_clocks_of_both.pll", "CLKOS"),
     "control_clk": ("oscillator.pll", "CLKOP"),
     "own_clk": ("oscillator.pll", "CLKOS"),
-    # Of a camera's lanes.
+    # The divided clock of a camera's lanes.
     "bits_clk": ("lanes.bits_clock", "CDIVX"),
 }
 PLL_WORDS = {

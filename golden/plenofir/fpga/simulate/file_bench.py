@@ -98,7 +98,7 @@ class BenchResult:
     stacks: Image | None = None
     # Only for a stack: slice of each pixel of `frames`, shape (frames, rows, columns).
     index: npt.NDArray[np.uint8] | None = None
-    # The same for depth between slices: fraction in the low byte, confidence above.
+    # Words of depth between slices: fraction in the low byte, confidence above.
     depth: npt.NDArray[np.uint16] | None = None
     # For a sensor's raw frames: clocks in which the source had to wait.
     refused_clocks: int = 0

@@ -89,7 +89,7 @@ def waves_in(
         return None
     if what.waves == "1":
         return named_waves(path.with_suffix(".fst"), signals)
-    # Of GHDL's files only these hold records, arrays, and integers of more than a bit.
+    # GHDL's GHW files alone hold records, arrays, and integers of more than a bit.
     suffix = ".ghw" if simulator.name == "ghdl" else ".fst"
     return Waves(path.with_suffix(suffix), depth=what.waves_depth)
 

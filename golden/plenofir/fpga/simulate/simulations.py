@@ -72,7 +72,7 @@ class Simulation(ABC):
 
     # How progress calls it.
     name = "core"
-    # Of a waveform.
+    # Signals of the waveform.
     wave_signals: tuple[WaveSignal, ...] = ()
 
     def __init__(self, what: Run, raw: Picture) -> None:

@@ -132,7 +132,7 @@ class Dump:
             pairs = stored[0 : len(stored)] if len(stored) else []
         names = signal.variable.enum_type
         literals = {} if names is None else {int(bits, 2): text for bits, text in names[1]}
-        # Of several values at one instant the last holds: a dictionary keeps that one.
+        # The last of several values at one instant holds: a dictionary keeps that one.
         by_time: dict[int, Value] = dict(pairs)
         values = [_plain(value, literals) for value in by_time.values()]
         return Changes(np.array(list(by_time), dtype=np.int64), values)

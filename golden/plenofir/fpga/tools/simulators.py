@@ -42,8 +42,8 @@ class Waves:
 
     path: Path  # its name ends in .fst, .vcd, or for GHDL .ghw
     signals: tuple[str, ...] = ()  # hierarchical names (``/top/instance/signal``); none: all
-    # Of all signals, those of so many levels of instances and generate regions, the top-level
-    # entity's own being the first; 0: of all levels.
+    # Levels of instances and generate regions whose signals are written, those of the top-level
+    # entity being the first; 0: all levels.
     depth: int = 0
 
 

@@ -19,7 +19,8 @@ from plenofir.plan.ip.components import (
 )
 
 NAMESPACE = "http://www.accellera.org/XMLSchema/IPXACT/1685-2014"
-# Those of Vivado's catalog; other tools map the same names of signals to definitions of their own.
+# Bus definitions of Vivado's catalog; other tools map the same names of signals to definitions of
+# their own.
 BUSES: dict[Bus, tuple[str, str]] = {
     "axis": ("interface", "axis"),
     "aximm": ("interface", "aximm"),
