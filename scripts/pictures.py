@@ -28,6 +28,7 @@ from module_waves import RowBench, timing_diagrams
 from page_pictures import designed, developed, viewer
 from picture_files import IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
 from plenofir.camera.calibration import calibrate, decode
+from plenofir.camera.depth_picture import depth_picture
 from plenofir.camera.exposure import Exposure
 from plenofir.camera.lightfield import (
     FocalStack,
@@ -37,7 +38,6 @@ from plenofir.camera.lightfield import (
     sub_aperture,
 )
 from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, search_disparity
-from plenofir.camera.plots import depth_picture
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -351,7 +351,7 @@ def depth() -> None:
     for axis, (title, image) in zip(axes.ravel(), shown, strict=False):
         axis.imshow(image, interpolation="nearest" if "raw" in title else "bicubic")
         axis.set_title(title)
-    axes[1, 1].imshow(depth_picture(found.distance_mm, in_mm=True))
+    axes[1, 1].imshow(depth_picture(found.distance_mm, "mm"))
     axes[1, 1].set_title("distance from the micro lenses")
     for axis in axes.ravel():
         axis.set_axis_off()

@@ -16,15 +16,11 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
-
-# Grey of pixels without a value.
-_UNKNOWN = "0.6"
 
 
 def figure_pixels(figure: Figure) -> Image:
@@ -135,59 +131,6 @@ def sharpness_picture(
     if any(curves):
         axes.legend(fontsize=8)
     return figure_pixels(figure)
-
-
-def depth_picture(depth: Floats, *, in_mm: bool) -> Image:
-    """Map of distances in mm, or of disparities a, in colours with a scale; grey where unknown.
-
-    Colours are linear in 1/distance, which resolves near and far equally well.
-    """
-    rows, columns = depth.shape
-    if in_mm:
-        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            nearness = np.where(depth > 0, 1 / depth, np.nan)
-    else:
-        nearness = depth
-    known = nearness[np.isfinite(nearness)]
-    low, high = np.percentile(known, [2, 98]) if known.size else (0.001, 0.01)
-    high = max(high, low + 0.01 * (low if in_mm else 1))
-    width = 8.0
-    height = min(max(width * rows / columns * 0.85 + 0.3, 2.0), 16.0)
-    figure, axes = plt.subplots(figsize=(width, height), constrained_layout=True)
-    colours = plt.get_cmap("viridis").with_extremes(bad=_UNKNOWN)
-    shown = axes.imshow(nearness, cmap=colours, vmin=low, vmax=high)
-    axes.set_axis_off()
-    bar = figure.colorbar(shown, ax=axes, extend="both")
-    if in_mm:
-        ticks = _distance_ticks(1 / high, 1 / low)
-        unit, name = (1000, "m") if 1 / low >= 10_000 else (1, "mm")
-        bar.set_ticks([1 / tick for tick in ticks], labels=[f"{tick / unit:g}" for tick in ticks])
-        bar.set_label(f"{name} from the micro lenses")
-        reason = "no distance: no sure match, or not in front of the camera"
-    else:
-        bar.set_label("a, pixels per view; larger is nearer")
-        reason = "unknown: no sure match"
-    if known.size < depth.size:
-        patch = Patch(color=_UNKNOWN, label=reason)
-        figure.legend(handles=[patch], loc="outside lower left", fontsize=8, frameon=False)
-    return figure_pixels(figure)
-
-
-def _distance_ticks(near: float, far: float) -> list[float]:
-    """Round distances for a scale that is linear in 1/distance."""
-    decades = 10.0 ** np.arange(np.floor(np.log10(near)), np.ceil(np.log10(far)))
-    round_ones = np.outer(decades, [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8]).ravel()
-    inside = round_ones[(near <= round_ones) & (round_ones <= far)]
-    if inside.size < 4:
-        round_ones = np.asarray(MaxNLocator(6).tick_values(near, far))
-        inside = round_ones[(near <= round_ones) & (round_ones <= far)]
-    # Far ones lie close together.
-    apart = (1 / near - 1 / far) / 15
-    ticks: list[float] = []
-    for tick in inside.tolist():
-        if not ticks or 1 / ticks[-1] - 1 / tick > apart:
-            ticks.append(tick)
-    return ticks
 
 
 def disparity_picture(view: Floats, maps: Mapping[str, Floats]) -> Image:

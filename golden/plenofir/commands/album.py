@@ -142,8 +142,8 @@ class Album:
         """The map of depths, in mm where the camera is known; lines for the summary."""
         import numpy as np
 
+        from plenofir.camera.depth_picture import depth_picture
         from plenofir.camera.lightfield.disparity import sure_distances
-        from plenofir.camera.plots import depth_picture
 
         save(self.results, "disparity.npy", disparity.pixels_per_view)
         sure = disparity.confidence >= _SURE
@@ -154,7 +154,7 @@ class Album:
             values = sure_distances(disparity, self.model, _SURE)
             save(self.results, "distance_mm.npy", values)
             caption = "Distance from the micro lenses"
-        self.add("depth.png", lambda: depth_picture(values, in_mm=self.model is not None), caption)
+        self.add("depth.png", lambda: depth_picture(values, "mm" if self.model else "a"), caption)
         share = float(sure.mean())
         text = f"depth: known of {100 * share:.0f} % of the micro lenses"
         return [line for line in (text, doubt_of_depth(share, self.field)) if line]

@@ -13,6 +13,8 @@ from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from plenofir.camera.design import Design
     from plenofir.camera.rays import Camera
 
@@ -142,7 +144,6 @@ def design(
     Lengths that are given take the place of the camera's.
     """
     from plenofir.camera.design import design as designed
-    from plenofir.camera.design import design_plot
 
     lengths = {
         "focal_length": focal_length,
@@ -169,9 +170,13 @@ def design(
 
         serve_page(design_page(found, focus), port, browser)
         return
-    write_plot_and_csv(
-        plot, lambda: design_plot(found), csv_file, [plane.row() for plane in found.planes]
-    )
+
+    def drawn() -> "Figure":
+        from plenofir.camera.design.plots import design_plot
+
+        return design_plot(found)
+
+    write_plot_and_csv(plot, drawn, csv_file, [plane.row() for plane in found.planes])
     if as_json:
         print_json(found.content())
         return

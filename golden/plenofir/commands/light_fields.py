@@ -217,12 +217,12 @@ def depth_map(
     """
     import numpy as np
 
+    from plenofir.camera.depth_picture import depth_picture
     from plenofir.camera.exposure import exposure
     from plenofir.camera.lightfield import exports
     from plenofir.camera.lightfield.any_field import central_view, is_rectangle, search_depth
     from plenofir.camera.lightfield.disparity import MANY, sure_distances
     from plenofir.camera.lightfield.enlarged import at_sensor
-    from plenofir.camera.plots import depth_picture
 
     options.require("ply", "camera", ply and camera is None)
     options.require("focus", "camera", focus != inf and camera is None)
@@ -260,7 +260,7 @@ def depth_map(
         files["distance_mm.npy"] = depth = sure_distances(disparity, model, confidence)
         tenths = np.clip(np.nan_to_num(np.rint(10 * depth), nan=0.0), 0, 65535)
         files["distance_tenth_mm.png"] = tenths.astype(np.uint16)
-    files["depth.png"] = depth_picture(depth, in_mm=model is not None)
+    files["depth.png"] = depth_picture(depth, "mm" if model else "a")
     with Results(Path(out)) as results:
         for name, values in files.items():
             save(results, name, values)

@@ -205,6 +205,7 @@ def stack(
     """
     import numpy as np
 
+    from plenofir.camera.depth_picture import depth_picture
     from plenofir.camera.described import described
     from plenofir.camera.lightfield.any_field import (
         is_rectangle,
@@ -214,7 +215,7 @@ def stack(
         slices_of,
     )
     from plenofir.camera.lightfield.stack import sharpness_curve
-    from plenofir.camera.plots import depth_picture, sharpness_picture
+    from plenofir.camera.plots import sharpness_picture
     from plenofir.refocus import setting_names
     from plenofir.refocus.sharpness import (
         MAX_STACK,
@@ -307,7 +308,7 @@ def stack(
                 depth = sharpest.focus(shifts, m)
                 sure = np.where(sharpest.confidence < SURE, np.nan, depth)
                 save(results, "depth.npy", depth)
-                save(results, "depth.png", depth_picture(sure, in_mm=False))
+                save(results, "depth.png", depth_picture(sure))
                 save(results, "confidence.png", sharpest.confidence)
             save(results, "all_in_focus.png", look.of_field(sharpest.image))
             of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]

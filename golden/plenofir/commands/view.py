@@ -125,7 +125,7 @@ def view(
 
 def serve_page(page: "Page", port: int, browser: bool) -> None:
     """Serve a page until Ctrl-C, in the browser if wanted."""
-    from plenofir.view import serve
+    from plenofir.view.server import serve
 
     def ready(address: str) -> None:
         typer.echo(f"{address} (Ctrl-C ends it)")

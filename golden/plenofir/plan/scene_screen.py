@@ -14,6 +14,7 @@ from plenofir.camera.rays.distances import Distances, State
 from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.overlay import Overlay
 from plenofir.ground.errors import InputError
+from plenofir.ground.viridis import VIRIDIS
 from plenofir.plan.scene_stack import Judging, judged
 from plenofir.refocus.shifts import shift_to_text
 
@@ -120,9 +121,6 @@ def slice_colours(shifts: tuple[int, ...], shades: int = 1) -> tuple[tuple[int, 
     With several shades of each slice, colours for depth between slices in ascending or descending
     order.
     """
-    # The table is matplotlib's, CC0 by its authors.
-    from matplotlib import colormaps
-
     order = np.argsort(np.argsort(shifts))
     places = order / max(len(shifts) - 1, 1)
     if shades > 1:
@@ -130,7 +128,7 @@ def slice_colours(shifts: tuple[int, ...], shades: int = 1) -> tuple[tuple[int, 
         # next.
         off = ((np.arange(shades) + 0.5) / shades - 0.5) * (places[-1] - places[0])
         places = np.add.outer(places, off / (len(shifts) - 1)).ravel().clip(0, 1)
-    table = np.round(255 * colormaps["viridis"](places)[:, :3]).astype(int)
+    table = VIRIDIS[np.minimum(256 * places, 255).astype(int)]
     return tuple((int(r), int(g), int(b)) for r, g, b in table)
 
 

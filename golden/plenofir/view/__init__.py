@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """See a light field in the browser: a page that refocuses it on the GPU.
 
-`light_field_page`, `live_page` and `pictures_page` make what the page shows; `serve` shows it on
-this machine, `export` puts it into one file. The page itself is in ``assets``: plain JavaScript
-without libraries.
+`light_field_page`, `live_page` and `pictures_page` make what the page shows; `server.serve` shows
+it on this machine, `export` puts it into one file. The page itself is in ``assets``: plain
+JavaScript without libraries.
 """
 
 from plenofir.view.export import export
@@ -11,7 +11,6 @@ from plenofir.view.light_field import light_field_page, live_page
 from plenofir.view.live import Live, film_file_frames, folder_frames, video_frames
 from plenofir.view.page import Page
 from plenofir.view.picture_folder import pictures_page
-from plenofir.view.server import serve
 
 __all__ = [
     "Live",
@@ -22,6 +21,5 @@ __all__ = [
     "light_field_page",
     "live_page",
     "pictures_page",
-    "serve",
     "video_frames",
 ]

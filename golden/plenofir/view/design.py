@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from typing import Any
 
-from plenofir.camera.design import Design, design, design_plot
-from plenofir.camera.plots import encode_figure
+from plenofir.camera.design import Design, design
 from plenofir.camera.rays import FIELDS, RayModel, camera_of
 from plenofir.ground.errors import InputError
 from plenofir.view.page import Page, Part, Wanted
@@ -108,6 +107,9 @@ def design_page(found: Design, focus_mm: float) -> Page:
         return Part(json.dumps(content, allow_nan=False).encode(), "application/json")
 
     def plot(wanted: Wanted) -> Part:
+        from plenofir.camera.design.plots import design_plot
+        from plenofir.camera.plots import encode_figure
+
         drawing = design_plot(_changed(found, focus_mm, wanted.query))
         return Part(encode_figure(drawing, ".svg"), "image/svg+xml")
 

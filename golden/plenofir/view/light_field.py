@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a light field: its views, depth and distances for the browser."""
 
-import base64
 import json
 import zlib
 from collections.abc import Callable, Mapping
@@ -17,6 +16,7 @@ import numpy.typing as npt
 from plenofir.camera.exposure import Exposure, exposure
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
+from plenofir.ground.viridis import VIRIDIS_BASE64
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Page, Part, Wanted
 from plenofir.view.viewed import LEAST_GPU_LAYERS, LEAST_GPU_TEXTURE, Depth, LightField, reduced
@@ -176,14 +176,6 @@ class _Content:
         return Part(content, "application/octet-stream", {"size": size})
 
 
-def _colours() -> str:
-    """The perceptually uniform colour map of depths: 256 RGB values in base64."""
-    from matplotlib import colormaps
-
-    rgba = colormaps["viridis"](np.arange(256), bytes=True)
-    return base64.b64encode(np.ascontiguousarray(rgba[:, :3]).tobytes()).decode()
-
-
 def _described(
     field: LightField,
     picture: Picture,
@@ -226,7 +218,7 @@ def _described(
         "scale": least,
         "range": [low, high],
         "has_depth": max(field.counts) > 1,
-        "colours": _colours(),
+        "colours": VIRIDIS_BASE64,
         "planes": None,
         "notes": notes,
     }

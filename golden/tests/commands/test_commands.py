@@ -55,7 +55,13 @@ def test_help(plenofir, words: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(
     ("words", "numerics"),
-    [(["--version"], []), (["--help"], []), (["inspect", "raster.png"], ["numpy", "scipy"])],
+    [
+        (["--version"], []),
+        (["--help"], []),
+        (["inspect", "raster.png"], ["numpy", "scipy"]),
+        (["design", "--camera", "f197-mla2"], ["numpy"]),
+        (["develop", "raster.png", "-M", "3"], ["cv2", "numba", "numpy", "scipy"]),
+    ],
 )
 def test_what_is_not_loaded(words: list[str], numerics: list[str], tmp_path: Path) -> None:
     """Commands start with what they need; pydantic is Typer's."""
@@ -68,6 +74,7 @@ def test_what_is_not_loaded(words: list[str], numerics: list[str], tmp_path: Pat
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     heavy = {"numpy", "scipy", "numba", "cv2", "matplotlib", "h5py", "distributed", "skimage"}
+    heavy |= {"tornado", "pywellen", "mpmath"}
     assert sorted(heavy & set(done.stdout.splitlines()[-1].split())) == numerics
 
 

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Design a plenoptic camera: every figure that follows from lens, micro lenses, sensor and focus.
 
-`design` computes them, `design_plot` draws them. All lengths are in mm, angles in degrees;
+`design` computes them, `plots.design_plot` draws them. All lengths are in mm, angles in degrees;
 distances count from the micro lenses.
 """
 
 from plenofir.camera.design.figures import Design, Figure, PlaneFigures, design
-from plenofir.camera.design.plots import design_plot
 
 __all__ = [
     "Design",
     "Figure",
     "PlaneFigures",
     "design",
-    "design_plot",
 ]

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pywellen
 
 from plenofir.ground.errors import InputError
 
@@ -99,6 +98,8 @@ class Dump:
         self.path = path
         if not path.is_file():
             raise InputError("no such file; give a VCD, FST or GHW file", where=str(path))
+        import pywellen
+
         with self._reading():
             waveform = pywellen.Waveform(str(path))
             timescale = waveform.timescale
