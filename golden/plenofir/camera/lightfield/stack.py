@@ -3,7 +3,6 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -49,8 +48,9 @@ _MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
 # brightness: its factor, groups at most, lenses in each at least; energy of rounding.
 _USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
-# Micro lenses beyond the border that a spline of the third order can tell from its end.
-_BESIDE = 12
+# Micro lenses beyond the border that a spline of the third order can tell from its end, and so many
+# apart that no place sees two of them.
+_BESIDE, _APART = 12, 8
 
 
 class FocalStack:
@@ -353,17 +353,24 @@ class _CentralView:
 
     def enlarged(self, part: slice) -> Floats:
         """Lines of the view, in the range of the four lenses around; shape of the picture's."""
-        places = self.places(part)
+        places: Sequence[Floats] | Floats
+        if self.m % 2:
+            # Places are a grid.
+            c = (self.m - 1) / 2
+            lines = np.arange(part.start, part.stop), np.arange(self.shape[1])
+            places = [(line - c) / self.m for line in lines]
+        else:
+            places = self.places(part)
         cells = [
             np.clip(np.floor(axis).astype(int) + 1, 0, n - 1)
             for axis, n in zip(places, self.limits[0].shape, strict=False)
         ]
-        low, high = (limit[cells[0], cells[1]] for limit in self.limits)
         if self.m % 2:
-            # Places are a grid.
+            low, high = (limit[cells[0]][:, cells[1]] for limit in self.limits)
             lenses = len(self.enlarged_lines)
             colours = self.rows[1][part] @ self.enlarged_lines.reshape(lenses, -1)
         else:
+            low, high = (limit[cells[0], cells[1]] for limit in self.limits)
             colours = np.stack(
                 [
                     ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
@@ -372,7 +379,7 @@ class _CentralView:
                 axis=-1,
             )
         limited = np.clip(colours.reshape(low.shape), low, high)
-        return np.asarray(limited.reshape(*places.shape[1:], *self.shape[2:]))
+        return np.asarray(limited.reshape(*limited.shape[:2], *self.shape[2:]))
 
 
 def enlarged_view(view: Image, times: int) -> Image:
@@ -396,16 +403,20 @@ def enlarged_view(view: Image, times: int) -> Image:
 def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
     """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
     places = (np.arange(pixels) - (m - 1) / 2) / m
-    lens, shares = np.zeros(lenses), []
-    for k in range(lenses):
-        lens[:] = 0
-        lens[k] = 1
-        # Sparse at once: few pixels have a share of it.
-        share = ndimage.map_coordinates(
-            lens, [places], order=order, mode="nearest", prefilter=False
+    parts = []
+    for first in range(min(_APART, lenses)):
+        # Of several lenses at once, so far apart that each pixel sees one of them at most.
+        comb = np.zeros(lenses)
+        comb[first::_APART] = 1
+        shares = ndimage.map_coordinates(
+            comb, [places], order=order, mode="nearest", prefilter=False
         )
-        shares.append(sparse.csc_array(share[:, np.newaxis]))
-    return sparse.csr_array(sparse.hstack(shares))
+        last = (lenses - 1 - first) // _APART
+        seen = first + _APART * np.clip(np.rint((places - first) / _APART), 0, last)
+        there = np.flatnonzero(shares)
+        parts.append((shares[there], there, seen[there].astype(np.int64)))
+    values, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return sparse.csr_array((values, (rows, columns)), (pixels, lenses))
 
 
 def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
@@ -413,35 +424,37 @@ def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Fl
 
     Without that limit a bright object has a dark ring.
     """
+    # Compiled code is loaded only when needed.
+    from plenofir.camera.lightfield.focus_loops import sharpened_in_range
+
     lines = slice(max(0, part.start - m), min(len(raw), part.stop + m))
     soft = _blended_slices(raw, m, view.focus(lines), lines)
-    places = np.arange(part.start, part.stop) - lines.start
-    here, *around = (np.take(soft, np.clip(places + by, 0, len(soft) - 1), 0) for by in (0, -m, m))
-    weight = float(PICTURE["sharpen"])
-    sharp = here + weight * (2 * here - around[0] - around[1])
-    columns = [np.clip(np.arange(raw.shape[1]) + by, 0, raw.shape[1] - 1) for by in (-m, m)]
-    sharp = sharp + weight * (2 * sharp - sharp[:, columns[0]] - sharp[:, columns[1]])
-    around += [here[:, beside] for beside in columns]
-    taps = here, *around, enlarged
-    low, high = (reduce(choose, taps) for choose in (np.minimum, np.maximum))
-    return np.asarray(np.clip(sharp, low, high))
+    sharp = np.empty(enlarged.shape)
+    flat, own, out = (each.reshape(len(each), -1) for each in (soft, enlarged, sharp))
+    samples, weight = m * (out.shape[1] // raw.shape[1]), float(PICTURE["sharpen"])
+    sharpened_in_range(flat, own, part.start - lines.start, m, samples, weight, out)
+    return sharp
 
 
 def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
     """Lines refocused to a setting for each pixel: blended from the slices before and after."""
+    from plenofir.camera.lightfield.focus_loops import add_slice
+
     picture = np.zeros((*focus.shape, *raw.shape[2:]), np.float32)
+    flat = picture.reshape(len(picture), -1)
+    channels = flat.shape[1] // raw.shape[1]
     shifts = (focus * m).astype(np.float32)
     whole = np.floor(shifts).astype(np.int64)
+    # Whole shifts of each line and of each column: lines and columns that need a slice.
+    ends = [(whole.min(axis), whole.max(axis)) for axis in (1, 0)]
+    shifts = shifts.repeat(channels, axis=1)
     least = int(whole.min())
     there = np.flatnonzero(np.bincount((whole - least).ravel())) + least
     for shift in sorted({*there.tolist(), *(there + 1).tolist()}):
-        share = np.maximum(0, 1 - np.abs(shifts - shift))
-        needed = np.flatnonzero(share.any(0))
-        if needed.size:
-            # Only the columns that need this slice.
-            across = slice(int(needed[0]), int(needed[-1]) + 1)
-            lines = part, across
-            image = registered_slice(raw, m, shift, lines)
-            share = share[:, across].reshape(*image.shape[:2], *[1] * (raw.ndim - 2))
-            picture[:, across] += share * image
+        rows, columns = (np.flatnonzero((low <= shift) & (shift <= high + 1)) for low, high in ends)
+        top, left = part.start + int(rows[0]), int(columns[0])
+        lines = slice(top, part.start + int(rows[-1]) + 1), slice(left, int(columns[-1]) + 1)
+        image = registered_slice(raw, m, shift, lines)
+        image = np.ascontiguousarray(image).reshape(len(image), -1)
+        add_slice(image, shifts, shift, int(rows[0]), channels * left, flat)
     return picture
