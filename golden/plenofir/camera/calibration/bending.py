@@ -154,10 +154,14 @@ class Lenses:
         design, target = np.hstack([terms, np.zeros((len(terms), len(known) - size))]), values
         tukey, scatter = np.ones(len(self.values)), 1.0
         for n in range(_FIRST_ROUNDS + _ROUNDS):
-            rows = (self.prior * tukey).repeat(2)[:, np.newaxis] * design
-            gram = rows.T @ design
+            root = np.sqrt(self.prior * tukey).repeat(2)
+            rows = root[:, np.newaxis] * design
+            gram = rows.T @ rows
             system = gram + scatter**2 * np.diag(known)
-            factors = np.linalg.lstsq(system, rows.T @ target, rcond=None)[0]
+            # The equations, and beside them those of the degrees of freedom.
+            rights = np.column_stack([rows.T @ (root * target), gram])
+            factors, *shares = np.linalg.lstsq(system, rights, rcond=None)[0].T
+            freedom = float(np.trace(np.array(shares)))
             if perspective:
                 values = measured - self._more(self._lens(groups, factors))
                 target = values
@@ -170,7 +174,6 @@ class Lenses:
                 )
                 target = left + design @ factors
             away = (target - design @ factors).reshape(-1, 2) * np.sqrt(self.prior)[:, np.newaxis]
-            freedom = float(np.trace(np.linalg.lstsq(system, gram, rcond=None)[0]))
             scatter = self._scatter(away, freedom)
             distance = np.linalg.norm(away, axis=1)
             if n < _FIRST_ROUNDS:

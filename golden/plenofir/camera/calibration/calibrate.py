@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.fit import Fit, fit_grid
-from plenofir.camera.calibration.frames import clipped_level, clipped_share, grey, white_signal
+from plenofir.camera.calibration.frames import clipped_level, clipped_share, median_of, white_signal
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
 from plenofir.camera.calibration.shading import lens_indices, shading_at, within
@@ -71,7 +71,7 @@ def calibrate(
     difference = np.where(fit.present, np.abs(share - 1), 0.0)
     usual = 1.4826 * float(np.median(difference[fit.present]))
     uneven = difference > max(_UNEVEN, _UNUSUAL * usual)
-    dark_level = 0.0 if dark is None else float(np.median(grey(dark)))
+    dark_level = 0.0 if dark is None else median_of(dark)
     return Calibration(
         image_shape=shape,
         lenses=fit.shape,

@@ -66,10 +66,15 @@ def _between(pitch: float) -> Floats:
     return np.where(away < 1, near, np.where(away < 2, far, 0.0)) / count
 
 
-def windowed_moments(
-    image: Image32, positions: Floats, pitch: tuple[float, float], half_width: float = HALF_WIDTH
-) -> Moments:
-    """Moments of an image in windows."""
+def _window_sums(
+    image: Image32,
+    positions: Floats,
+    pitch: tuple[float, float],
+    half_width: float,
+    *,
+    moved: bool,
+) -> Floats:
+    """See `plenofir.camera.calibration.moments.add_windows`."""
     from plenofir.camera.calibration.moments import add_windows
 
     halves = half_width * np.array(pitch)
@@ -78,10 +83,22 @@ def windowed_moments(
     corners = np.rint(positions).astype(np.int64)
     if ((corners < sides) | (corners + sides >= image.shape)).any():
         raise ValueError("windows reach beyond the image")
-    sums = np.empty((len(positions), 6))
+    sums = np.empty((len(positions), 6 if moved else 2))
     between = _between(pitch[0]), _between(pitch[1])
-    add_windows(image, positions, halves, sides, between[0], between[1], sums)
-    mass = np.where(np.abs(sums[:, 1]) > 1e-9, sums[:, 1], 1e-9)
+    add_windows(image, positions, halves, sides, between[0], between[1], moved, sums)
+    return sums
+
+
+def _mass(sums: Floats) -> Floats:
+    return np.where(np.abs(sums[:, 1]) > 1e-9, sums[:, 1], 1e-9)
+
+
+def windowed_moments(
+    image: Image32, positions: Floats, pitch: tuple[float, float], half_width: float = HALF_WIDTH
+) -> Moments:
+    """Moments of an image in windows."""
+    sums = _window_sums(image, positions, pitch, half_width, moved=True)
+    mass = _mass(sums)
     return Moments(
         sums=mass / sums[:, 0],
         offsets=sums[:, 2:4] / mass[:, np.newaxis],
@@ -96,7 +113,8 @@ def core_brightness(
     half_width: float = CORE_HALF_WIDTH,
 ) -> Floats:
     """Mean brightness of the middle of micro images."""
-    return windowed_moments(image, positions, pitch, half_width).sums
+    sums = _window_sums(image, positions, pitch, half_width, moved=False)
+    return np.asarray(_mass(sums) / sums[:, 0])
 
 
 def response(
@@ -163,7 +181,9 @@ def matched_offsets(
         return values
 
     few = np.random.default_rng(4).permutation(len(positions))[:_TEMPLATE_LENSES]
-    mean = np.median(patches(positions[few]), axis=0).astype(np.float64)
+    # Sorting runs in vectors, and takes a third of the time of numpy.median.
+    ordered = np.sort(patches(positions[few]), axis=0)
+    mean = ((ordered[(len(few) - 1) // 2] + ordered[len(few) // 2]) / 2).astype(np.float64)
     shape = len(places[0]), len(places[1])
     template = ((mean + mean[::-1]) / 2).reshape(shape)
     slopes = [part.ravel() for part in np.gradient(template, step)]

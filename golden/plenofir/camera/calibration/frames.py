@@ -35,6 +35,11 @@ def grey(image: Image | Floats) -> Image32:
     return levels
 
 
+def median_of(image: Image) -> float:
+    """Median of the grey levels of an image."""
+    return float(np.median(image if image.ndim < 3 else grey(image)))
+
+
 def equalised(image: Image32) -> Image32:
     """The image without the pattern of a colour filter mosaic of 2 x 2 pixels, if it has one.
 

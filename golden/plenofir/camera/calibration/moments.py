@@ -16,6 +16,7 @@ def add_windows(
     sides: Indices,
     keys_y: Floats,
     keys_x: Floats,
+    moved: bool,
     result: Floats,
 ) -> None:
     """Sums of pixels in raised-cosine windows around positions.
@@ -23,7 +24,8 @@ def add_windows(
     `halves` are the windows' half widths, `sides` the pixels on each side that count, all along y
     and x. Each pixel has `len(keys)` places at which the window is evaluated; row j of `keys` has
     the weights of place j for the pixels from 2 before to 2 after. A row of `result` holds the sum
-    of the weights, and of the pixels times weight times 1, dy, dx, dy^2, dx^2.
+    of the weights, and of the pixels times weight times 1, dy, dx, dy^2, dx^2;
+    those with distances are left out unless `moved`.
     """
     rows, columns = 2 * sides[0] + 1, 2 * sides[1] + 1
     longest = 2 * max(sides) + 5
@@ -66,6 +68,18 @@ def add_windows(
         # Summed over the lines first, so that the inner loop runs along a line and vectorises.
         sums[:, :columns] = 0.0
         line, line_y, line_yy = sums[0], sums[1], sums[2]
+        if not moved:
+            for i in range(rows):
+                total_y += down[0, i]
+                pixel = image[top + i, left : left + columns]
+                for j in range(columns):
+                    line[j] += down[0, i] * pixel[j]
+            for j in range(columns):
+                total_x += right[0, j]
+                one += right[0, j] * line[j]
+            result[n, 0] = total_y * total_x
+            result[n, 1] = one
+            continue
         for i in range(rows):
             total_y += down[0, i]
             pixel = image[top + i, left : left + columns]
@@ -127,23 +141,26 @@ def sample(
     """
     last_row, last_column = image.shape[0] - 1, image.shape[1] - 1
     count = len(right)
-    left, share = np.empty(count, np.int64), np.empty(count, np.float32)
+    # Unsigned indices are taken as they are, others may count from the end.
+    left, next_ = np.empty(count, np.uintp), np.empty(count, np.uintp)
+    share = np.empty(count, np.float32)
     for n in range(len(positions)):
         for j in range(count):
             x = min(max(positions[n, 1] + right[j], 0.0), float(last_column))
-            left[j] = int(x)
-            share[j] = x - left[j]
+            place = int(x)
+            left[j], next_[j] = place, min(place + 1, last_column)
+            share[j] = x - place
         for i in range(len(down)):
             y = min(max(positions[n, 0] + down[i], 0.0), float(last_row))
             top = int(y)
             low = np.float32(y - top)
             above, below = image[top], image[min(top + 1, last_row)]
+            line = result[n, i * count : (i + 1) * count]
             for j in range(count):
-                k, part = left[j], share[j]
-                after = min(k + 1, last_column)
+                k, after, part = left[j], next_[j], share[j]
                 first = above[k] + part * (above[after] - above[k])
                 second = below[k] + part * (below[after] - below[k])
-                result[n, i * count + j] = first + low * (second - first)
+                line[j] = first + low * (second - first)
 
 
 @compiled

@@ -298,7 +298,7 @@ class WhiteImage:
             places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
             probes = np.tile([0.0, 1.0, 1.0, 1.0, 1.0], len(centres))
             width = _PROBE
-        level = windowed_moments(self.raw, places + self.margin, pitch, width).sums - self.dark
+        level = core_brightness(self.raw, places + self.margin, pitch, width) - self.dark
         lit = level > DARK * np.percentile(level, 95)
         if not lit.any():
             raise no_grid("micro images no brighter than the gaps between them")
