@@ -5,6 +5,7 @@ from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
 from plenofir.camera.rays.distances import State
+from plenofir.camera.rays.microscope import MicroscopeModel
 from plenofir.camera.rays.model import RayModel
 
 _PACKET = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
@@ -22,17 +23,24 @@ _INFINITE = "4294967295/1"
 
 
 def described(
-    micro_image_size: int, a: Fraction | None = None, model: RayModel | None = None
+    micro_image_size: int,
+    a: Fraction | None = None,
+    model: RayModel | MicroscopeModel | None = None,
 ) -> bytes:
     """XMP of a picture of a light field: M and, where known, focus setting a and the camera.
 
     With a camera's model EXIF's properties: focus distance in m from the micro lenses (that of a,
-    or of a = 0), focal length in mm, and the f-number where the entrance pupil is known.
+    or of a = 0), focal length in mm, and the f-number where the entrance pupil is known. With a
+    microscope's the height of a over the plane in focus, in um.
     """
     facts = {"xmp:CreatorTool": "plenofir", "plenofir:M": str(micro_image_size)}
     if a is not None:
         facts["plenofir:a"] = str(a)
-    if model is not None:
+    if isinstance(model, MicroscopeModel):
+        facts["tiff:Model"] = model.microscope.name
+        if a is not None:
+            facts["plenofir:z_um"] = f"{float(model.height_um(float(a))):.6g}"
+    elif model is not None:
         lens = model.camera.main_lens
         facts["tiff:Model"] = model.camera.name
         facts["exif:FocalLength"] = _rational(lens.focal_length_mm)

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plenofir.commands.earlier import Earlier, key_of
-from plenofir.commands.rasters import doubt_of_depth
+from plenofir.commands.rasters import MAPS, doubt_of_depth, unit_of
 from plenofir.commands.results import save
 from plenofir.ground.files import Results
 
 if TYPE_CHECKING:
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.lightfield.disparity import Disparity
-    from plenofir.camera.rays import RayModel
+    from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.camera.recognise import Field
     from plenofir.commands.looks import Look
     from plenofir.ground.images import Image
@@ -36,6 +36,11 @@ _VIEWER_BYTES = 8_000_000
 _ANIMATION_PIXELS, _STAYS = 640, 120
 # Views of few micro lenses are enlarged so many times in an animation: more shows no more of them.
 _VIEW_TIMES = 4
+_CAPTIONS = {
+    "a": "Depth in units of a; give --camera for mm or um",
+    "mm": "Distance from the micro lenses",
+    "um": "Height over the plane in focus",
+}
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;margin:1.5rem auto;max-width:76rem;padding:0 1rem;"
     "background:#fff;color:#222}main{display:grid;gap:1rem;"
@@ -51,7 +56,7 @@ class Album:
         self,
         results: Results,
         field: "Field",
-        model: "RayModel | None",
+        model: "RayModel | MicroscopeModel | None",
         look: "Look",
         show: Show,
         earlier: Earlier,
@@ -108,7 +113,7 @@ class Album:
         frames = []
         for number, (a, name) in enumerate(zip(settings, setting_names(settings, m), strict=True)):
             self.show("refocusing", number, len(settings))
-            make, caption = partial(refocused, a), f"a = {a}"
+            make, caption = partial(refocused, a), f"a = {a}{self.height(a)}"
             frames.append(self.add(f"refocused_{name}.png", make, caption, a, *through))
         nearest = searched.disparity.limited(low, high)
         self.show("all in focus", 0, 0)
@@ -138,8 +143,16 @@ class Album:
             lines.append("no WebM: OpenCV writes it: pip install opencv-python-headless")
         return lines
 
+    def height(self, a: Fraction) -> str:
+        """Where a plane lies in a microscope, for its caption."""
+        from plenofir.camera.rays import MicroscopeModel
+
+        if not isinstance(self.model, MicroscopeModel):
+            return ""
+        return f", z = {float(self.model.height_um(float(a))):.4g} um"
+
     def depth(self, disparity: "Disparity") -> list[str]:
-        """The map of depths, in mm where the camera is known; lines for the summary."""
+        """The map of depths, in mm or um where the camera is known; lines for the summary."""
         import numpy as np
 
         from plenofir.camera.depth_picture import depth_picture
@@ -147,14 +160,13 @@ class Album:
 
         save(self.results, "disparity.npy", disparity.pixels_per_view)
         sure = disparity.confidence >= _SURE
+        unit = unit_of(self.model)
         if self.model is None:
             values = np.where(sure, disparity.pixels_per_view, np.nan)
-            caption = "Depth in units of a; give --camera for mm"
         else:
             values = sure_distances(disparity, self.model, _SURE)
-            save(self.results, "distance_mm.npy", values)
-            caption = "Distance from the micro lenses"
-        self.add("depth.png", lambda: depth_picture(values, "mm" if self.model else "a"), caption)
+            save(self.results, f"{MAPS[unit]}.npy", values)
+        self.add("depth.png", lambda: depth_picture(values, unit), _CAPTIONS[unit])
         share = float(sure.mean())
         text = f"depth: known of {100 * share:.0f} % of the micro lenses"
         return [line for line in (text, doubt_of_depth(share, self.field)) if line]

@@ -160,6 +160,8 @@ def _refocused(
     from plenofir.refocus.batch import Settings, find_frames, run_batch
 
     micro_image = hints.micro_image
+    used = {"crop": hints.crop, "white_balance": hints.white_balance not in ("auto", "off")}
+    options.refuse_used(used, "is for captures and volumes; frames keep their values and size")
     if micro_image is None:
         raise InputError("give -M for aligned raw images, or --white or --calib for captures")
     best = how["best"]

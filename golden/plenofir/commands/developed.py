@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from plenofir.commands.album import Album, Show, page
 from plenofir.commands.earlier import Earlier, content_mark, key_of
 from plenofir.commands.looks import look_of
-from plenofir.commands.rasters import read_field
+from plenofir.commands.rasters import model_of, read_field
 from plenofir.commands.results import save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, as_text, checksum, publish_run
 
 if TYPE_CHECKING:
     from plenofir.camera.exposure import Exposure
-    from plenofir.camera.rays import RayModel
+    from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.camera.recognise import Field, Hints
     from plenofir.ground.images import Picture
     from plenofir.refocus import Aperture
@@ -77,7 +77,7 @@ class Developed(NamedTuple):
 
     lines: list[str]  # for a summary
     pictures: int
-    model: "RayModel | None"
+    model: "RayModel | MicroscopeModel | None"
     notes: tuple[str, ...]  # what changes the result beyond what was asked for
     reused: tuple[str, ...]  # files of an earlier run
 
@@ -86,9 +86,9 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
     """Make all pictures of a capture and their page in a folder, all or none."""
     from plenofir.camera.exposure import exposure
     from plenofir.camera.lightfield.any_field import is_rectangle
-    from plenofir.camera.rays import RayModel, load_camera
 
-    camera = None if job.camera is None else load_camera(job.camera)
+    # A camera that is not there is told before anything is read.
+    model_of(job.camera, job.focus, 2)
     title, earlier = as_text(capture.name), Earlier(folder, _REPORT)
     # Before the capture is read: what changes later is made again next time.
     marks = job.marks(capture)
@@ -96,12 +96,12 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
         with Results(Path(temporary)) as results:
             field = _field(capture, job, earlier, marks, results, show)
             lines_told = _told(field)
-            if camera is not None and is_rectangle(field.picture.pixels):
+            if job.camera is not None and is_rectangle(field.picture.pixels):
                 raise InputError(
                     "is for a plenoptic camera's square of views; leave it out", where="camera"
                 )
             m = field.micro_image_size
-            model = None if camera is None else RayModel.focused(camera, job.focus, m)
+            model = model_of(job.camera, job.focus, m)
             exposed = job.run or exposure(field.picture, m, job.exposure, job.gamma)
             look = look_of(field.picture, exposed)
             lines = [*lines_told, f"shown: {exposed.words()}"]

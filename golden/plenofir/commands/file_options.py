@@ -19,11 +19,26 @@ BayerIfGiven = Annotated[
         case_sensitive=False,
     ),
 ]
+
+
+def _balance(value: str) -> str:
+    # Colours of what is read come long after the command begins.
+    if value not in ("auto", "off"):
+        from plenofir.camera.captures.colours import told_gains
+
+        told_gains(value)
+    return value
+
+
 WhiteBalance = Annotated[
-    Literal["auto", "off"],
+    str,
     typer.Option(
         "--white-balance",
-        help="White balance of captures by the white image, or by the neutral of a DNG; or off.",
+        metavar="auto|off|RED,BLUE",
+        help="auto: captures by the white image, or by the neutral of a DNG. RED,BLUE: what their "
+        "red and blue are multiplied by, over green, instead; of other pictures, what their light "
+        "is. off: captures as the sensor has them.",
+        callback=_balance,
     ),
 ]
 Roi = Annotated[
@@ -70,6 +85,18 @@ _HINTS: dict[str, tuple[Any, Any]] = {
     "bayer": (BayerIfGiven, None),
     "white_balance": (WhiteBalance, "auto"),
     "roi": (Roi, None),
+    "crop": (
+        Annotated[
+            str | None,
+            typer.Option(
+                "--crop",
+                metavar="LEFT,TOP,WIDTH,HEIGHT",
+                help="Take a part of the light field only, in pixels of a refocused picture (of "
+                "views: of a view), rounded outwards to whole micro images.",
+            ),
+        ],
+        None,
+    ),
 }
 
 

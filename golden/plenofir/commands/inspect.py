@@ -66,6 +66,8 @@ def inspect(
     positions, where the micro lenses are in focus. Any other option asks for a white image.
     """
     options.require("focus", "camera", camera is None and focus != inf)
+    used = {"crop": hints.crop, "white_balance": hints.white_balance not in ("auto", "off")}
+    options.refuse_used(used, "is for pictures that are made")
     if out is not None:
         check_folder(Path(out), out)
     if position:

@@ -11,10 +11,12 @@ from plenofir.commands import file_options, options
 from plenofir.commands.console import print_lines, progress_bar
 from plenofir.commands.looks import look_for
 from plenofir.commands.rasters import (
+    MAPS,
     doubt_of_depth,
     model_of,
     read_field,
     recognised,
+    unit_of,
     warn_of_camera,
 )
 from plenofir.commands.results import check_file, publish, save
@@ -140,6 +142,7 @@ def compose(
     """
     from plenofir.camera.lightfield.indexing import central
     from plenofir.camera.lightfield.indexing import compose as interleave
+    from plenofir.camera.recognise.asked import as_asked
 
     source = Path(folder)
     path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))
@@ -149,10 +152,12 @@ def compose(
     images = picture.pixels if keep is None else central(picture.pixels, keep)
     if images.shape[0] != images.shape[1]:
         seen.field()
-    publish({path.name: picture.like(interleave(images))}, path.parent)
+    m = images.shape[0]
+    raster = as_asked(picture.like(interleave(images)), m, hints, folder)
+    publish({path.name: raster}, path.parent)
     for finding in seen.findings:
         typer.echo(f"{finding.heading:<15} {finding.text}")
-    m, _, rows, columns = images.shape[:4]
+    rows, columns = (length // m for length in raster.pixels.shape[:2])
     typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")
 
 
@@ -197,7 +202,9 @@ def depth_map(
     pfm: Annotated[
         bool,
         typer.Option(
-            "--pfm", help="Write disparity.pfm too, with --camera distance_mm.pfm; unknown is inf."
+            "--pfm",
+            help="Write disparity.pfm too, with --camera distance_mm.pfm or height_um.pfm; unknown "
+            "is inf.",
         ),
     ] = False,
     tiff: Annotated[
@@ -213,6 +220,8 @@ def depth_map(
 ) -> None:
     """Find the depth in an aligned raw image: in mm if --camera is given, else as a.
 
+    With a microscope as --camera it is the height over the plane in focus, in um.
+
     Without --near and --far the search range grows until it covers the picture.
     """
     import numpy as np
@@ -223,6 +232,7 @@ def depth_map(
     from plenofir.camera.lightfield.any_field import central_view, is_rectangle, search_depth
     from plenofir.camera.lightfield.disparity import MANY, sure_distances
     from plenofir.camera.lightfield.enlarged import at_sensor
+    from plenofir.camera.rays import RayModel
 
     options.require("ply", "camera", ply and camera is None)
     options.require("focus", "camera", focus != inf and camera is None)
@@ -237,6 +247,12 @@ def depth_map(
     if is_rectangle(raw) and resolution == "sensor":
         raise InputError("sensor is for a square of views; take views", where="resolution")
     model = model_of(camera, focus, m)
+    unit = unit_of(model)
+    name = MAPS[unit]
+    if ply and unit == "um":
+        raise InputError("is in mm, of cameras; leave it out for a microscope", where="ply")
+    if ply and hints.crop:
+        options.refuse_both("ply", "--crop", "the axis is that of the whole light field")
     with progress_bar("matching") as show:
         searched = search_depth(
             raw,
@@ -257,31 +273,33 @@ def depth_map(
         sure = disparity.confidence >= confidence
         depth = np.where(sure, disparity.pixels_per_view, np.nan)
     else:
-        files["distance_mm.npy"] = depth = sure_distances(disparity, model, confidence)
-        tenths = np.clip(np.nan_to_num(np.rint(10 * depth), nan=0.0), 0, 65535)
-        files["distance_tenth_mm.png"] = tenths.astype(np.uint16)
-    files["depth.png"] = depth_picture(depth, "mm" if model else "a")
+        files[f"{name}.npy"] = depth = sure_distances(disparity, model, confidence)
+        if unit == "mm":
+            tenths = np.clip(np.nan_to_num(np.rint(10 * depth), nan=0.0), 0, 65535)
+            files["distance_tenth_mm.png"] = tenths.astype(np.uint16)
+    files["depth.png"] = depth_picture(depth, unit)
     with Results(Path(out)) as results:
-        for name, values in files.items():
-            save(results, name, values)
-        name = "disparity" if model is None else "distance_mm"
+        for file, values in files.items():
+            save(results, file, values)
         if pfm:
             results.write(f"{name}.pfm", exports.encode_pfm(depth))
         if tiff:
             results.write(f"{name}.tif", exports.encode_float_tiff(depth))
-        if ply and model is not None:
+        if ply and isinstance(model, RayModel):
             places = exports.points(sure_distances(searched.disparity, model, confidence), model)
             colours = exposure(picture, m).apply(view)
             results.write("points.ply", exports.encode_ply(places, colours))
     depths, spread = depth[~np.isnan(depth)], ""
     if depths.size:
         first, last = np.percentile(depths, [5, 95])
-        in_mm = f"{first:.0f} to {last:.0f} mm"
-        spread = f", a = {first:.2f} to {last:.2f}" if model is None else f", {in_mm}"
-    typer.echo(
-        f"{out}: {'disparities' if model is None else 'distances'} of {depths.size} of {depth.size}"
-        f" pixels ({100 * depths.size / depth.size:.1f} %){spread}"
-    )
+        spread = {
+            "a": f", a = {first:.2f} to {last:.2f}",
+            "mm": f", {first:.0f} to {last:.0f} mm",
+            "um": f", z = {first:.1f} to {last:.1f} um over the plane in focus",
+        }[unit]
+    maps = {"a": "disparities", "mm": "distances", "um": "heights"}[unit]
+    part = f"{100 * depths.size / depth.size:.1f} %"
+    typer.echo(f"{out}: {maps} of {depths.size} of {depth.size} pixels ({part}){spread}")
     print_lines(doubt_of_depth(depths.size / depth.size, field))
     for share, end, option in zip(searched.at_ends, searched.search, ("far", "near"), strict=True):
         if share > MANY:

@@ -15,11 +15,14 @@ from plenofir.ground.shell import command
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from plenofir.camera.depth_picture import Unit
     from plenofir.camera.rays import Camera, MicroscopeModel, RayModel
     from plenofir.camera.recognise import Field, Finding, Hints, LightFieldSource
 
 
 _LARGEST_M = 10_000
+MAPS = {"a": "disparity", "mm": "distance_mm", "um": "height_um"}
+"""Names of maps of depth, by what they count in."""
 # Least share of the picture whose depth is known in a result that is taken for good.
 _KNOWN = 0.5
 
@@ -67,10 +70,15 @@ def read_field(
     `rectangles`: views (v, u, t, s[, 3]) that are no square are taken as they are.
     What was put right or cannot be known is in its lines, and told if `notes`.
     """
+    from plenofir.camera.recognise.asked import as_asked
     from plenofir.camera.recognise.source import quiet
 
     source = recognised(path, hints)
     field = source.field(progress or quiet, rectangles=rectangles)
+    # The gains of a capture were those of its sensor's pixels.
+    left = hints._replace(white_balance="auto") if source.kind == "raw capture" else hints
+    picture = as_asked(field.picture, field.micro_image_size, left, str(path))
+    field = field._replace(picture=picture)
     if notes:
         tell(*source.findings, *field.lines)
     return field._replace(lines=(*source.findings, *field.lines))
@@ -98,14 +106,30 @@ def tell(*findings: "Finding") -> None:
             note(f"{finding.heading}: {finding.text}")
 
 
-def model_of(camera: str | None, focus: float, micro_image: int) -> "RayModel | None":
-    """Ray model of the camera that was named, if one was; a focus needs one."""
-    from plenofir.camera.rays import RayModel, load_camera
+def model_of(
+    camera: str | None, focus: float, micro_image: int
+) -> "RayModel | MicroscopeModel | None":
+    """Model of the camera or microscope that was named, if one was; a focus needs a camera."""
+    from plenofir.camera.rays import Microscope, MicroscopeModel, RayModel, load_instrument
 
     options.require("focus", "camera", focus != inf and camera is None)
     if camera is None:
         return None
-    return RayModel.focused(load_camera(camera), focus, micro_image)
+    instrument = load_instrument(camera)
+    if not isinstance(instrument, Microscope):
+        return RayModel.focused(instrument, focus, micro_image)
+    if focus != inf:
+        raise InputError("is for cameras; a microscope is focused by its stage", where="focus")
+    return MicroscopeModel(instrument, micro_image)
+
+
+def unit_of(model: "RayModel | MicroscopeModel | None") -> "Unit":
+    """What depth counts in."""
+    from plenofir.camera.rays import MicroscopeModel
+
+    if model is None:
+        return "a"
+    return "um" if isinstance(model, MicroscopeModel) else "mm"
 
 
 def focused(known: "Camera", focus: float, micro_image: int | None) -> "RayModel":

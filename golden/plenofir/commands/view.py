@@ -252,7 +252,7 @@ class _Settings:
         self, m: int
     ) -> "tuple[tuple[float, float] | None, RayModel | MicroscopeModel | None]":
         """The range of focus settings, if one is given, and the camera."""
-        model = self._model(m)
+        model = model_of(self.camera, self.focus, m)
         search = None
         if self.a is not None:
             parts = [options.focus_settings([part], m) for part in self.a.split(":")]
@@ -262,22 +262,9 @@ class _Settings:
         warn_of_camera(model)
         return search, model
 
-    def _model(self, m: int) -> "RayModel | MicroscopeModel | None":
-        """The camera's or microscope's model, if one is named."""
-        from plenofir.camera.rays import Microscope, MicroscopeModel, load_instrument
-
-        if self.camera is not None:
-            instrument = load_instrument(self.camera)
-            if isinstance(instrument, Microscope):
-                if self.focus != inf:
-                    raise InputError(
-                        "is for cameras; a microscope is focused by its stage", where="focus"
-                    )
-                return MicroscopeModel(instrument, m)
-        return model_of(self.camera, self.focus, m)
-
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
         """What makes a picture an aligned raw image."""
+        from plenofir.camera.recognise.asked import as_asked
         from plenofir.ground.images import upright
         from plenofir.refocus import check_raw
 
@@ -286,7 +273,8 @@ class _Settings:
 
             def aligned(picture: "Picture") -> "Picture":
                 raster = upright(picture)
-                return raster.like(check_raw(raster.pixels, m, where=where))
+                raster = raster.like(check_raw(raster.pixels, m, where=where))
+                return as_asked(raster, m, self.hints, where)
 
             return aligned
         from plenofir.camera.calibration import load_calibration
@@ -294,15 +282,17 @@ class _Settings:
 
         calibration = load_calibration(self.hints.calib)
         told = Told(self.hints.bayer, self.hints.white_balance, self.hints.roi)
+        part = self.hints._replace(white_balance="auto")
         first: list[Prepared] = []
 
         def decoded(picture: "Picture") -> "Picture":
             if first:
-                return first[0].of(picture).decoded(m, where)[0]
+                aligned = first[0].of(picture).decoded(m, where)[0]
+                return as_asked(aligned, m, part, where)
             # The first frame tells for all of them whether the calibration fits.
             first.append(prepared(picture, calibration, told, where=where))
             for note in first[0].notes:
                 typer.echo(f"note: {where}: {note}", err=True)
-            return first[0].decoded(m, where)[0]
+            return as_asked(first[0].decoded(m, where)[0], m, part, where)
 
         return decoded

@@ -3,7 +3,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +11,7 @@ import numpy as np
 
 from plenofir.commands import options
 from plenofir.commands.console import note
-from plenofir.commands.rasters import check_aligned
+from plenofir.commands.rasters import check_aligned, model_of
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import FILMS, film_frames
 from plenofir.ground.images import SCREEN_GAMMA, Image, Picture, encode_png, read_picture, upright
@@ -90,21 +89,16 @@ def slices_of_volume(
 
 
 def _microscope(camera: str | None, focus: float, m: int) -> "MicroscopeModel | None":
-    from plenofir.camera.rays import Microscope, MicroscopeModel, load_instrument
+    from plenofir.camera.rays import RayModel
 
-    options.require("focus", "camera", focus != inf and camera is None)
-    if camera is None:
-        return None
-    instrument = load_instrument(camera)
-    if not isinstance(instrument, Microscope):
+    model = model_of(camera, focus, m)
+    if isinstance(model, RayModel):
         raise InputError(
             "is no microscope, whose slices lie in equal steps of um; leave it out for a volume "
             "without sizes, or write a folder",
-            where=camera,
+            where=str(camera),
         )
-    if focus != inf:
-        raise InputError("is for cameras; a microscope is focused by its stage", where="focus")
-    return MicroscopeModel(instrument, m)
+    return model
 
 
 def deepened(pixels: Image) -> Image:
@@ -124,15 +118,21 @@ class Film:
 
     def aligned(self) -> tuple[Iterator[Picture], int]:
         """Aligned raw images of the frames, each read when it is needed, and their M."""
+        from plenofir.camera.recognise.asked import as_asked
+
         frames = (one for source in self._sources for one in pictures_of_file(source))
         first, where = next(frames)
         hints = self._hints
         if hints.calib is None and hints.white is None:
-            m = hints.micro_image
-            if m is None:
+            if hints.micro_image is None:
                 raise InputError("give -M for aligned raw images, or --white or --calib")
+            m = hints.micro_image
             self._check(first, where, m)
-            return self._prepared(first, where, frames, lambda picture, _: upright(picture)), m
+
+            def asked(picture: Picture, name: str) -> Picture:
+                return as_asked(upright(picture), m, hints, name)
+
+            return self._prepared(first, where, frames, asked), m
         from plenofir.camera.calibration import load_calibration
         from plenofir.camera.captures.prepare import Told, prepared
         from plenofir.camera.recognise.captures import calibration_of
@@ -150,7 +150,8 @@ class Film:
         _, m = ready.decoded(hints.micro_image, where)
 
         def decoded(picture: Picture, name: str) -> Picture:
-            return ready.of(picture).decoded(m, name)[0]
+            aligned = ready.of(picture).decoded(m, name)[0]
+            return as_asked(aligned, m, hints._replace(white_balance="auto"), name)
 
         return self._prepared(first, where, frames, decoded), m
 

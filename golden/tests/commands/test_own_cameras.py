@@ -76,6 +76,13 @@ def test_a_right_pair_says_nothing_and_white_is_white(folder: Path) -> None:
     cast, _ = decoded(folder, "raw_rgb.tif", "--white-balance", "off")
     gains = view.mean(axis=(0, 1)) / cast.mean(axis=(0, 1))
     assert gains / gains[1] == pytest.approx(1 / np.array(CAMERA.colours), rel=0.01)
+    told, _ = decoded(folder, "raw_rgb.tif", "--white-balance", "1.5,0.75")
+    gains = told.mean(axis=(0, 1)) / cast.mean(axis=(0, 1))
+    assert gains == pytest.approx(np.array([2, 4 / 3, 1]), rel=0.01)
+    _, said = decoded(
+        folder, "raw_bayer16.png", "--bayer", "none", "--white-balance", "2,2", code=2
+    )
+    assert "the capture is grey" in said
 
 
 @pytest.mark.parametrize(

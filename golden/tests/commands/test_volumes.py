@@ -216,7 +216,6 @@ def volumes_hints() -> Any:
         ("stack grey_0.png -M 5 -a 1,0 --camera steep.toml --out x.tif", "equal steps"),
         ("stack grey_0.png -M 5 --camera f193-mla2 --out x.tif", "is no microscope"),
         ("stack grey_0.png -M 5 --camera steep.toml --focus 9 --out x.tif", "by its stage"),
-        ("stack grey_0.png -M 5 --camera steep.toml --out folder", "is a microscope"),
         ("stack grey_0.png -M 5 --exposure auto --out x.tif", "for a folder"),
         ("stack grey_0.png -M 5 --depth-index --out x.tif", "for a folder"),
         ("stack grey_0.png -M 5 --out grey_0.png/x.tif", "not a folder"),

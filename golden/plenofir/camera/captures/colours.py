@@ -26,6 +26,8 @@ _ABOVE, _FAR_ABOVE, _TIMES, _DEVIATIONS, _MOST_HOT = 0.08, 0.35, 2.5, 10.0, 1e-3
 # Parts of a white image that are brighter than this share of the brightest tell its colours;
 # unless more than a share of them is clipped.
 _BRIGHT, _CLIPPED = 0.5, 0.02
+# Largest factor of a colour over green.
+_LARGEST_GAIN = 20.0
 
 Colours = tuple[float, float, float]
 
@@ -199,6 +201,28 @@ def colours_of_white(
         return None
     red, green, blue = (round(float(value), 5) for value in means / means.max())
     return red, green, blue
+
+
+def told_gains(white_balance: str) -> Colours | None:
+    """Factors of a white balance by numbers, RED,BLUE over green; None for auto and off.
+
+    The least of the three is 1, so that what is clipped stays white. Raises `InputError` for other
+    words and for numbers that no light has.
+    """
+    if white_balance in ("auto", "off"):
+        return None
+    try:
+        red, blue = map(float, white_balance.split(","))
+    except ValueError:
+        red = blue = 0.0
+    if not all(1 / _LARGEST_GAIN <= gain <= _LARGEST_GAIN for gain in (red, blue)):
+        raise InputError(
+            f"{white_balance!r} is no white balance; use auto, off, or what red and blue are "
+            f"multiplied by, RED,BLUE from {1 / _LARGEST_GAIN:g} to {_LARGEST_GAIN:g}: 1.9,1.4",
+            where="white_balance",
+        )
+    least = min(red, 1.0, blue)
+    return red / least, 1 / least, blue / least
 
 
 def gains_for(colours: Colours) -> Colours:

@@ -3,7 +3,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from plenofir.camera.captures.colours import (
     noticed_mosaic,
     order_before,
     order_of_mosaic,
+    told_gains,
     without_hot_pixels,
 )
 from plenofir.camera.captures.fit import fitted
@@ -29,14 +30,12 @@ from plenofir.camera.resampling.mosaic import BayerOrder
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture, upright
 
-WhiteBalance = Literal["auto", "off"]
-
 
 class Told(NamedTuple):
     """What a person says about a sensor's captures."""
 
     bayer: str | None = None  # order of the colour mosaic, or "none"
-    white_balance: WhiteBalance = "auto"
+    white_balance: str = "auto"  # auto, off, or gains of red and blue: `told_gains`
     roi: str | None = None  # column and row of the white image at which captures begin
 
     def corner(self) -> tuple[int, int] | None:
@@ -216,7 +215,9 @@ def prepared(
     if hot:
         by = "their neighbours" if not same else "the dark frame"
         lines.append(("hot pixels", f"{hot} by {by}, replaced by the median around them"))
-    gains = None
+    gains, source = told_gains(white_balance), "--white-balance"
+    if gains is not None and image.ndim < 3:
+        raise InputError("is for colours, and the capture is grey", where="white_balance")
     if image.ndim == 3 and white_balance == "auto":
         # What the sensor sees of white, by the white image if it has colours.
         colours, source = calibration.colours, "the white image"
@@ -226,8 +227,9 @@ def prepared(
             colours, source = capture.neutral, "the neutral of its file"
         if colours is not None:
             gains = gains_for(colours)
-            words = ", ".join(f"{gain:.3f}" for gain in gains)
-            lines.append(("white balance", f"red, green, blue times {words}, by {source}"))
+    if gains is not None:
+        words = ", ".join(f"{gain:.3f}" for gain in gains)
+        lines.append(("white balance", f"red, green, blue times {words}, by {source}"))
     return Prepared(
         capture._replace(pixels=image),
         fit.calibration,

@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.lightfield.matching import Matcher
+from plenofir.camera.rays.microscope import MicroscopeModel
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -219,9 +220,15 @@ def search_views(
         search = wider
 
 
-def sure_distances(disparity: Disparity, model: RayModel, least_confidence: float) -> Floats:
-    """Distances in mm of pixels of at least that confidence, as in `DepthMap`."""
-    distances = model.distance(disparity.pixels_per_view).mm
+def sure_distances(
+    disparity: Disparity, model: RayModel | MicroscopeModel, least_confidence: float
+) -> Floats:
+    """Distances in mm of pixels of at least that confidence, as in `DepthMap`.
+
+    With a microscope's model their heights in um over the plane in focus.
+    """
+    a = disparity.pixels_per_view
+    distances = model.height_um(a) if isinstance(model, MicroscopeModel) else model.distance(a).mm
     return np.where(disparity.confidence >= least_confidence, distances, np.nan)
 
 

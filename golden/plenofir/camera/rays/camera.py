@@ -258,8 +258,7 @@ def load_camera(source: str | Path) -> Camera:
     content, path = description(source, camera_names())
     if "objective" in content:
         raise InputError(
-            "is a microscope; plenofir distance and view take one, and stack and batch with --out "
-            "NAME.ome.tif, a volume",
+            "is a microscope; develop, refocus, stack, depth-map, view, batch and distance take one",
             where=path,
         )
     return checked(Camera, content, path)

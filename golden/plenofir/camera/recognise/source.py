@@ -58,12 +58,13 @@ class Hints(NamedTuple):
     order: Order | None = None  # what the first number of the views counts
     flip: Flip | None = None  # what is counted from the end
     bayer: Bayer | None = None  # colours of a sensor's first four pixels, or that it has none
-    white_balance: Literal["auto", "off"] = "auto"
+    white_balance: str = "auto"  # auto, off, or gains of red and blue: `told_gains`
     white: Path | None = None  # white image
     white_calib: Path | None = None  # calibration file that was made of the white image
     calib: str | None = None  # calibration file
     dark: Path | None = None  # dark frame
     roi: str | None = None  # column and row of the white image at which a capture begins
+    crop: str | None = None  # left, top, width, height of the part wanted: `as_asked`
 
 
 class Finding(NamedTuple):
