@@ -258,7 +258,7 @@ def load_camera(source: str | Path) -> Camera:
     content, path = description(source, camera_names())
     if "objective" in content:
         raise InputError(
-            "is a microscope; develop, refocus, stack, depth-map, view, batch and distance take one",
+            "is a microscope; of develop, refocus, stack, depth-map, view, batch, distance",
             where=path,
         )
     return checked(Camera, content, path)
