@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of devices, for scripts/build_docs.py."""
 
-import json
 import re
 from functools import cache
 
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.families import FAMILIES
+from plenofir.fpga.resources.record import ECP5_SLOWEST, load_record
 from plenofir.fpga.synthesis.ecp5 import NAMES
-from plenofir.fpga.synthesis.placers import load_placed_cores
-from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.scene import scene_files
@@ -44,15 +42,13 @@ def _clock_of(scene: str, plan: Plan) -> float | None:
     build = builds.get(f"{scene} on {plan.device}", builds.get(scene))
     if build is not None and build.device == plan.device:
         return next(clock.reached_mhz for clock in build.timing if clock.clock == "clk")
-    placed = load_placed_cores().get(plan.device, {})
-    found = placed.get(scene, placed.get(f"{scene} core"))
-    if found is not None:
-        return found.fmax_mhz
-    # In the slowest grade.
-    grades = json.loads((project.DATA / "ecp5.json").read_text()).get(scene, {})
-    lowest = grades.get("6")
-    if plan.path == "core" and lowest and NAMES.get(plan.device) == lowest["device"]:
-        return float(lowest["fmax_mhz"])
+    placed = load_record().placed
+    cores = placed.get(plan.device, {})
+    if (core := cores.get(scene, cores.get(f"{scene} core"))) is not None:
+        return core.fmax_mhz
+    slowest = placed[ECP5_SLOWEST].get(scene)
+    if plan.path == "core" and slowest and NAMES.get(plan.device) == slowest.device:
+        return slowest.fmax_mhz
     return None
 
 

@@ -42,11 +42,12 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.resources.estimate import estimate
+from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.screen.shown import ShownFrame, golden_frame
 from plenofir.fpga.simulate.chain import check_chain, run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan import load_scene, make_plan
@@ -387,7 +388,7 @@ def rays() -> None:
 
 def engines() -> None:
     """LUTs and block RAM of both engines over a': lines are estimates, dots were synthesised."""
-    measured = load_comparison().figures
+    measured = load_record().counted["spartan6"]
     figure, axes = plt.subplots(
         2, len(SIZES), figsize=(15, 6), sharex="col", constrained_layout=True
     )

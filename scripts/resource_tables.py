@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of designs' resources and clocks, for `build_docs.py`."""
 
-import json
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -17,6 +16,13 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.families import FAMILIES
+from plenofir.fpga.resources.estimate import VIDEO, Together, estimate
+from plenofir.fpga.resources.record import (
+    ECP5_FASTEST,
+    ECP5_SLOWEST,
+    Figures,
+    load_record,
+)
 from plenofir.fpga.sensors import IMX219_MODES
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
@@ -24,29 +30,24 @@ from plenofir.fpga.synthesis.comparison import (
     SIZES,
     Cell,
     lane_cells,
-    load_comparison,
+    placed_cells,
     shown_shifts,
     widest,
 )
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
-from plenofir.fpga.synthesis.placers import load_placed_cores
-from plenofir.fpga.synthesis.spartan6 import Figures
-from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
-from plenofir.plan.figures import (
+from plenofir.plan.designs import (
     SENSORS,
     Design,
     core_designs,
     lane_part_designs,
-    load_figures,
     scene_designs,
     sensor_design,
     stack_designs,
 )
-from plenofir.plan.left_out import full_core
-from plenofir.plan.placed import recorded_beside_full
+from plenofir.plan.omissions import full_core
+from plenofir.plan.placements import recorded_beside_full
 from table_text import put, table
 
 MEMORY_COLUMNS = 1024
@@ -62,14 +63,13 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
     (11, (11,), 1),
     (11, tuple(range(-11, 12)), 1),
 ]
-REFERENCE_GHDL = "2.0.0"
 FIGURE_HEADS = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path"
 _KINDS = {1: "grey", 3: "RGB"}
 
 
 def recorded() -> dict[str, Figures]:
-    """Yosys's figures of each design."""
-    return load_figures().figures[REFERENCE_GHDL]
+    """Yosys's figures of each design for Spartan-6."""
+    return load_record().counted["spartan6"]
 
 
 def all_figures(f: Figures) -> tuple[int, ...]:
@@ -109,17 +109,17 @@ def column_memory() -> Iterator[tuple[object, ...]]:
 
 def lane_rows() -> Iterator[tuple[object, ...]]:
     """Rows of the table of resources for several pixels a clock, beside one."""
-    content = load_comparison()
+    placed = load_record().placed[ECP5_SLOWEST]
     for cell in lane_cells():
         one = replace(cell, pixels_per_clock=1)
-        base = content.figures[one.name]
+        base = recorded()[one.name]
         for shown in (one, cell):
-            pixels, figures = shown.pixels_per_clock, content.figures[shown.name]
+            pixels, figures = shown.pixels_per_clock, recorded()[shown.name]
             usage = figures.usage
             yield (
                 f"M = {cell.micro_image_size}, {_KINDS[cell.channels]}, P = {pixels}",
                 *(usage.lut, usage.flip_flops, usage.block_rams, usage.dsp),
-                f"{content.placed[shown.name].fmax_mhz:.0f}",
+                f"{placed[shown.name].fmax_mhz:.0f}",
                 f"{figures.lut / pixels / base.lut:.0%}",
                 f"{figures.flip_flops / pixels / base.flip_flops:.0%}",
             )
@@ -150,10 +150,10 @@ def moving_sum_tables(text: str) -> str:
 def engine_table() -> list[str]:
     """Make the table of both engines' resources, cell by cell."""
     device = DEVICES["xc6slx45"]
-    content = load_comparison()
+    clocks = load_record().placed[ECP5_SLOWEST]
 
     def part(cell: Cell) -> tuple[object, ...]:
-        measured, placed = content.figures.get(cell.name), content.placed.get(cell.name)
+        measured, placed = recorded().get(cell.name), clocks.get(cell.name)
         usage = estimate(cell.core()) if measured is None else measured.usage
         about = "~" if measured is None else ""
         clock = "" if placed is None else f"{placed.fmax_mhz:.0f}"
@@ -187,8 +187,8 @@ def scene_rows(figures: Mapping[str, Figures]) -> Iterator[tuple[object, ...]]:
     for design in core_designs():
         scene, usage = design.name.removesuffix(" core"), estimate(design.core)
         if scenes[scene].top == BOARD:
-            board = usage + VIDEO_USAGES["spartan6"]
-            yield f"**{scene}**, the whole board", *amounts(scene, board)
+            board = Together((design.core, VIDEO))
+            yield f"**{scene}**, the whole board", *amounts(scene, estimate(board))
         yield f"**{scene}**, core", *amounts(design.name, usage)
         full = estimate(full_core(design.core))
         yield f"{scene}, full build", *amounts(f"{scene} full", full)
@@ -225,8 +225,14 @@ def placed_table() -> list[str]:
     return table(
         "device | scene | MHz | LUT | flip-flops | block RAM | multipliers",
         (
-            (DEVICES[name].title, scene.removesuffix(" core"), core.fmax_mhz, *core.amounts)
-            for name, cores in load_placed_cores().items()
+            (
+                DEVICES[name].title,
+                scene.removesuffix(" core"),
+                core.fmax_mhz,
+                *core.usage.amounts().values(),
+            )
+            for name, cores in load_record().placed.items()
+            if name in DEVICES
             for scene, core in cores.items()
         ),
     )
@@ -312,9 +318,8 @@ def sensor_table(text: str) -> str:
     figures, rows = recorded(), []
     for what in SENSORS:
         design = sensor_design(what)
-        assert design.usage is not None
         known = design.name in figures
-        amounts = all_figures(figures[design.name]) if known else estimated(design.usage)
+        amounts = all_figures(figures[design.name]) if known else estimated(estimate(design))
         rows.append((what, *amounts))
     return imx219_table(put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows)))
 
@@ -322,7 +327,7 @@ def sensor_table(text: str) -> str:
 def flow_figures(text: str) -> str:
     """Put the resources of the examples and scenes between their marks in a page."""
     figures = recorded()
-    placed = json.loads((project.DATA / "ecp5.json").read_text())
+    grades = [load_record().placed[grade] for grade in (ECP5_SLOWEST, ECP5_FASTEST)]
     uses = {
         "grey-microscope": "`examples/vhdl/refocus_button.vhd`",
         "rgb-480p": "`examples/vhdl/pattern_video.vhd`, its core",
@@ -330,7 +335,7 @@ def flow_figures(text: str) -> str:
     rows = []
     for scene in (design.name.removesuffix(" core") for design in core_designs()):
         f = figures.get(f"{scene} core") or figures[scene]
-        clocks = (placed[scene].get(grade, {}).get("fmax_mhz", "") for grade in ("6", "8"))
+        clocks = (placed[scene].fmax_mhz if scene in placed else "" for placed in grades)
         amounts = f.lut, f.flip_flops, f.usage.block_rams, f.dsp
         rows.append((scene, uses.get(scene, ""), *amounts, *clocks))
     heads = "core of the scene | where it is used | LUT | flip-flops | block RAM | DSP48A1 "
@@ -340,13 +345,15 @@ def flow_figures(text: str) -> str:
 
 def ecp5_table() -> list[str]:
     """Make the table of the clocks that designs reach on an ECP5."""
-    names = "fmax_mhz", "lut", "flip_flops", "block_rams", "multipliers", "device"
+    grades = [load_record().placed[grade] for grade in (ECP5_SLOWEST, ECP5_FASTEST)]
+    cells = {cell.name for cell in placed_cells()}
     return table(
         "design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device",
         (
-            (design, grade, *(placed[name] for name in names))
-            for design, grades in json.loads((project.DATA / "ecp5.json").read_text()).items()
-            for grade, placed in grades.items()
+            (design, p.speed_grade, p.fmax_mhz, *p.usage.amounts().values(), p.device)
+            for design in grades[0]
+            if design not in cells
+            for p in (placed[design] for placed in grades if design in placed)
         ),
     )
 

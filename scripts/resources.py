@@ -1,35 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records the resources of designs and the clocks that they reach.
 
-Usage: python scripts/resources.py COMMAND [NAMES], the command one of these:
+Usage: python scripts/resources.py COMMAND [NAMES]. The record is data/resources.json
+(plenofir.fpga.resources.record) where no other file is named. The commands:
 
-figures synthesises the designs of plenofir.plan.figures for Spartan-6 (JOBS at once) and records
-  them in data/figures.json; names of designs, all if there are none.
-compare synthesises and places the cells of the comparison of both engines that data/comparison.json
-  lacks; parts of their names; --again measures anew.
+figures synthesises the designs of plenofir.plan.designs for Spartan-6 (JOBS at once); names of
+  designs, all if there are none.
+compare synthesises and places the cells of the comparison of both engines that the record lacks;
+  parts of their names; --again measures anew.
 devices places the cores of the shipped scenes on the devices of plenofir.fpga.synthesis.placers
-  that data/placed_cores.json lacks; names of devices, or DEVICE:SCENE: anew.
+  that the record lacks; names of devices, or DEVICE:SCENE: anew.
 families counts the cores of plenofir.fpga.synthesis.counts for the families of other vendors that
-  data/families.json lacks; names of families.
+  the record lacks; names of families.
 place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
-  resources (of a shipped core with all slices at once for data/ecp5.json), or the bitstream of its
-  board, whose report goes into data/boards.json. Without a
-  scene all shipped scenes, cores and arrays, for data/ecp5.json, and the self-test of the ULX3S
-  board, whose bitstream goes to build/pnr/.
-full places for ECP5 what data/ecp5.json lacks of the shipped scenes' cores and full builds; names
-  of scenes, whose full builds are placed anew.
+  resources (recorded of a shipped core with all slices at once), or the bitstream of its board,
+  whose report is recorded. Without a scene all shipped scenes, cores and arrays, and the self-test
+  of the ULX3S board, whose bitstream goes to build/pnr/.
+full places for ECP5 what the record lacks of the shipped scenes' cores and full builds; names of
+  scenes, whose full builds are placed anew.
 nets places the row filters of plenofir_studies.systolic that their file lacks for ECP5.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
 spread places the core of video-m11 ten times for a device with given numbers of pixels a clock,
   for data/spreads.json.
-fit writes the engines' weights (data/weights.json), fitted to what is recorded: for ECP5 placed
-  cores, else what Yosys counts; names of families.
+fit writes the engines' weights, fitted to what is recorded: for ECP5 placed cores, else what Yosys
+  counts; names of families.
 energy sends pictures through the netlists of plenofir_studies.energy that data/energy.json lacks;
   "anew" for all.
 """
 
-import json
 import os
 import sys
 import tempfile
@@ -39,7 +38,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
-from fit_estimates import ECP5_RESULTS, PLACED, fit
+from fit_estimates import PLACED, fit
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import load_builds, record_name, save_builds
 from plenofir.fpga.boards import BOARDS
@@ -47,51 +46,47 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.families import FAMILIES
-from plenofir.fpga.synthesis import comparison
-from plenofir.fpga.synthesis.counts import (
-    COUNTED,
-    count,
-    counted_cores,
-    load_counts,
-    save_counts,
+from plenofir.fpga.resources.estimate import estimate
+from plenofir.fpga.resources.record import (
+    ECP5_FASTEST,
+    ECP5_SLOWEST,
+    Figures,
+    Placed,
+    load_record,
+    record_design,
+    save_record,
 )
+from plenofir.fpga.synthesis import comparison
+from plenofir.fpga.synthesis.counts import COUNTED, count, counted_cores
 from plenofir.fpga.synthesis.ecp5 import (
     NAMES,
-    Placed,
     check_tools,
     make_netlist,
     place,
     write_bitstream,
 )
-from plenofir.fpga.synthesis.estimate import estimate
-from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, save_placed_cores
+from plenofir.fpga.synthesis.placers import PLACERS
 from plenofir.fpga.synthesis.placers import place_core as place_on
-from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
+from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground import project
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.ground.files import publish_files
-from plenofir.ground.records import save_records
 from plenofir.plan.board_build import build_scene
 from plenofir.plan.configure import configure
-from plenofir.plan.figures import (
+from plenofir.plan.designs import (
     ARRAY,
     CORE,
-    FILE,
     Design,
-    FiguresFile,
     compared_designs,
     core_designs,
     designs,
     grey_core,
     is_nextpnr_board,
     is_stack_core,
-    load_figures,
-    save_figures,
     stack_core_designs,
 )
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
@@ -106,8 +101,17 @@ BOARD_ROWS = 480
 _WIDE_GOAL_MHZ = 50.0
 
 
+def _counted_with_these_tools() -> dict[str, Figures]:
+    """Figures for Spartan-6 by the installed tools; the record forgets those of other versions."""
+    ghdl, yosys = ghdl_version(), yosys_version()
+    record = load_record()
+    if (ghdl, yosys) != (record.ghdl, record.yosys):
+        record = save_record(ghdl=ghdl, yosys=yosys, counted={**record.counted, "spartan6": {}})
+    return dict(record.counted["spartan6"])
+
+
 def figures(names: Sequence[str]) -> None:
-    """Write the file of figures, after each design."""
+    """Record the figures of designs, after each design; other tools count everything anew."""
 
     def measure(design: Design) -> tuple[Figures, float]:
         started = time.perf_counter()
@@ -115,12 +119,8 @@ def figures(names: Sequence[str]) -> None:
             found = design.synthesise(Path(folder)).figures
         return found, time.perf_counter() - started
 
-    ghdl, yosys = ghdl_version(), yosys_version()
-    known: dict[str, dict[str, Figures]] = {}
-    if FILE.exists() and load_figures().yosys == yosys:
-        known = dict(load_figures().figures)
-    every, own = designs(), dict(known.get(ghdl, {}))
-    chosen = [design for design in every if design.name in names or not names]
+    own = _counted_with_these_tools()
+    chosen = [design for design in designs() if design.name in names or not names]
     # The largest first, so that all jobs end together.
     chosen.sort(key=lambda d: -own[d.name].lut if d.name in own else -(10**9))
     with ThreadPoolExecutor(int(os.environ.get("JOBS") or os.cpu_count() or 1)) as jobs:
@@ -129,14 +129,12 @@ def figures(names: Sequence[str]) -> None:
             name = running[done]
             own[name], seconds = done.result()
             print(f"{name}: {own[name]} ({seconds:.0f} s)", flush=True)
-            known[ghdl] = {design.name: own[design.name] for design in every if design.name in own}
-            save_figures(FiguresFile(yosys=yosys, figures=known))
+            record_design("counted", "spartan6", name, own[name])
 
 
 def compare(words: Sequence[str]) -> None:
-    """Write the file of the comparison, after each cell."""
+    """Record the cells of the comparison, after each cell."""
     check_tools()
-    ghdl, yosys = ghdl_version(), yosys_version()
     again = "--again" in words
     wanted = [word for word in words if word != "--again"]
 
@@ -144,52 +142,40 @@ def compare(words: Sequence[str]) -> None:
         named = [c for c in cells if not wanted or any(text in c.name for text in wanted)]
         return [cell for cell in named if again or cell.name not in known]
 
-    content = comparison.Comparison(ghdl=ghdl, yosys=yosys, figures={}, placed={})
-    if comparison.FILE.exists():
-        known = comparison.load_comparison()
-        if (known.ghdl, known.yosys) == (ghdl, yosys):
-            content = known
-    every_cell = list(comparison.measured_cells())
-    for cell in chosen(every_cell, content.figures):
+    for cell in chosen(list(comparison.measured_cells()), _counted_with_these_tools()):
         with tempfile.TemporaryDirectory() as folder:
             generics = cell.core().generics()
             found = synthesise(hdl.hdl_sources(), CORE, generics, Path(folder)).figures
         print(f"{cell.name}: {found}", flush=True)
-        all_figures = {**content.figures, cell.name: found}
-        ordered = {c.name: all_figures[c.name] for c in every_cell if c.name in all_figures}
-        content = content.model_copy(update={"figures": ordered})
-        comparison.save_comparison(content)
-    for cell in chosen(list(comparison.placed_cells()), content.placed):
+        record_design("counted", "spartan6", cell.name, found)
+    for cell in chosen(list(comparison.placed_cells()), load_record().placed[ECP5_SLOWEST]):
         placed = place_core(cell.core(), behind_few_pins=cell.pixels_per_clock > 1)
         say(cell.name, placed)
-        content = content.model_copy(update={"placed": {**content.placed, cell.name: placed}})
-        comparison.save_comparison(content)
+        record_design("placed", ECP5_SLOWEST, cell.name, placed)
 
 
 def families(names: Sequence[str]) -> None:
-    """Write the file of counts, after each core."""
+    """Record the counts of cores for families, after each core."""
     for family in COUNTED:
         if names and family not in names:
             continue
         for name, core in counted_cores():
-            known = load_counts()
-            if name in known.get(family, {}):
+            if name in load_record().counted.get(family, {}):
                 continue
             with tempfile.TemporaryDirectory() as folder:
                 found = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
-            known.setdefault(family, {})[name] = found
-            save_counts(known)
-            print(f"{family}, {name}: {found.amounts(family)}", flush=True)
+            record_design("counted", family, name, found)
+            print(f"{family}, {name}: {found.usage.amounts(family)}", flush=True)
 
 
 def devices(names: Sequence[str]) -> None:
-    """Write the file of cores placed on devices with other open tools, after each core."""
+    """Record cores placed on devices with other open tools, after each core."""
     for name in PLACERS:
         device = DEVICES[name]
         for design in core_designs():
-            known, scene = load_placed_cores(), design.name.removesuffix(" core")
+            known, scene = load_record().placed.get(name, {}), design.name.removesuffix(" core")
             named = bool({name, f"{name}:{scene}"} & set(names))
-            if (names and not named) or (design.name in known.get(name, {}) and not named):
+            if (names and not named) or (design.name in known and not named):
                 continue
             if device.overflow(estimate(design.core, device.family)):
                 print(f"{name}, {design.name}: does not fit")
@@ -199,8 +185,7 @@ def devices(names: Sequence[str]) -> None:
                     *(name, device.family, hdl.hdl_sources(), CORE),
                     *(design.core.generics(), Path(folder)),
                 )
-            known.setdefault(name, {})[design.name] = placed
-            save_placed_cores(known)
+            record_design("placed", name, design.name, placed)
             print(f"{name}, {design.name}: {placed}", flush=True)
 
 
@@ -224,8 +209,11 @@ def say(name: str, placed: Placed) -> None:
     )
 
 
-def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, object]:
-    """Place a design for speed grades; a scene for a Spartan-6 goes where it fits."""
+def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, Placed]:
+    """Place a design for ECP5 grades, by their places in the record.
+
+    A scene for a Spartan-6 goes where it fits.
+    """
     goal_mhz, route = 150.0, True
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -241,12 +229,20 @@ def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, ob
             generics, device = design.core.generics(), None
             netlist = make_netlist(hdl.hdl_sources(), design.top, generics, folder)
         found = {
-            grade: place(netlist, speed_grade=grade, device=device, goal_mhz=goal_mhz, route=route)
+            f"ecp5-{grade}": place(
+                netlist, speed_grade=grade, device=device, goal_mhz=goal_mhz, route=route
+            )
             for grade in grades
         }
     for placed in found.values():
         say(design.name, placed)
-    return {str(grade): placed.model_dump() for grade, placed in found.items()}
+    return found
+
+
+def record_placed(name: str, grades: dict[str, Placed]) -> None:
+    """Record what `place_design` returned."""
+    for grade, placed in grades.items():
+        record_design("placed", grade, name, placed)
 
 
 def place_full(names: Sequence[str]) -> None:
@@ -254,7 +250,7 @@ def place_full(names: Sequence[str]) -> None:
     check_tools()
     for design in (design for pair in compared_designs() for design in pair):
         assert design.plan is not None
-        known = json.loads(ECP5_RESULTS.read_text())
+        known = load_record().placed[ECP5_SLOWEST]
         if names and design.plan.scene not in names:
             continue
         # What `place` records has a second grade.
@@ -263,7 +259,7 @@ def place_full(names: Sequence[str]) -> None:
         if DEVICES[FULL_DEVICE].overflow(estimate(design.core, "ecp5")):
             print(f"{design.name}: does not fit")
             continue
-        save_records(ECP5_RESULTS, {**known, design.name: place_design(design, (6,))})
+        record_placed(design.name, place_design(design, (6,)))
 
 
 def place_all(names: Sequence[str]) -> None:
@@ -280,9 +276,7 @@ def place_all(names: Sequence[str]) -> None:
             plan = plan.model_copy(update={"path": "core"})
             found = place_design(Design(plan.scene, plan.core, TOP, plan=plan))
             if names[0] in {design.name for design in stack_core_designs()} and len(names) == 1:
-                save_records(
-                    ECP5_RESULTS, {**json.loads(ECP5_RESULTS.read_text()), plan.scene: found}
-                )
+                record_placed(plan.scene, found)
         return
     chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
     for kind, m, shift, rows in PLACED:
@@ -290,12 +284,12 @@ def place_all(names: Sequence[str]) -> None:
         top = CORE if kind == "core" else ARRAY
         chosen.append(Design(f"{kind} M={m} a'={shift} iota={rows}", core, top))
     chosen += stack_core_designs()
-    results: dict[str, dict[str, object]] = {}
+    cells, record = {cell.name for cell in comparison.placed_cells()}, load_record()
+    kept = {name: p for name, p in record.placed[ECP5_SLOWEST].items() if name in cells}
+    save_record(placed={**record.placed, ECP5_SLOWEST: kept, ECP5_FASTEST: {}})
     for design in chosen:
-        results[design.name] = place_design(design)
-        save_records(ECP5_RESULTS, results)
-    results["ulx3s self-test"] = {"6": place_self_test().model_dump()}
-    save_records(ECP5_RESULTS, results)
+        record_placed(design.name, place_design(design))
+    record_design("placed", ECP5_SLOWEST, "ulx3s self-test", place_self_test())
     place_full(())
     save_builds({})
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
@@ -317,9 +311,7 @@ def place_scene(plan: Plan) -> None:
         family = DEVICES[plan.device].family
         placed = place_on(plan.device, family, sources, TOP, {}, Path(name))
         publish_files(Path(name), folder)
-    amounts = ", ".join(
-        f"{n} {what}" for n, what in zip(placed.amounts, FAMILIES[family].names, strict=True)
-    )
+    amounts = ", ".join(f"{n} {what}" for what, n in placed.usage.amounts(family).items())
     print(f"{plan.scene} on {plan.device}: {placed.fmax_mhz} MHz, {amounts}")
     print(f"bitstream: {folder / PLACERS[plan.device].bitstream}")
 

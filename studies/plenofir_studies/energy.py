@@ -40,7 +40,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.images import read_image

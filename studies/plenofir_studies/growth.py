@@ -21,9 +21,9 @@ from matplotlib.ticker import NullFormatter
 
 from plenofir.camera.plots import figure_pixels
 from plenofir.fpga.names import SliceEngineName
-from plenofir.fpga.synthesis.comparison import SIZES, Cell, load_comparison
-from plenofir.fpga.synthesis.estimate import estimate
-from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.fpga.resources.estimate import estimate
+from plenofir.fpga.resources.record import Figures, load_record
+from plenofir.fpga.synthesis.comparison import SIZES, Cell
 from plenofir.ground import project
 from plenofir.ground.images import encode_png
 from plenofir.plan import load_scene, make_plan
@@ -159,7 +159,7 @@ def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterato
 
 def _of_cores() -> Iterator[Growth]:
     """Recorded results of the cells of the comparison, and of placed cores with P pixels."""
-    cells = load_comparison().figures
+    cells = load_record().counted["spartan6"]
     kinds: tuple[tuple[SliceEngineName, str], ...] = (
         ("moving_sum", "moving sums"),
         ("fir", "filters"),

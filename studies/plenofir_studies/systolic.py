@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from plenofir.fpga.synthesis.ecp5 import Placed
+from plenofir.fpga.resources.record import Placed
 from plenofir.ground.records import save_records
 from plenofir_studies import DATA
 from plenofir_studies.report_parts import table

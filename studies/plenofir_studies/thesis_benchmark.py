@@ -20,8 +20,8 @@ from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import SPARTAN6
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.synthesis.estimate import estimate, structure
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.ground.records import save_records
@@ -214,7 +214,7 @@ def _buildable_rows() -> list[list[str]]:
     for name, core in cores.items():
         bits = core.parallel_rows * _BITS
         if core.parallel_rows > MAX_PARALLEL_ROWS:
-            parts = structure(core)
+            parts = next(iter(core.blocks("spartan6"))).parts
             registers = parts["register bits"] + parts["skew bits"] // 2
             cells = ["", f"{registers} bits of registers", "", "none"]
         else:

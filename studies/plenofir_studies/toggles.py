@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources, run_bench
-from plenofir.fpga.synthesis.spartan6 import Figures, cell_models, synthesise
+from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.refocus.operator import Image

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.core.border import border_usage
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.resources.estimate import Only, estimate
 from plenofir.fpga.synthesis.parts import count_parts, needed_parts
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.fpga.tools.synthesis import write_verilog
@@ -47,7 +46,7 @@ def test_estimate(tmp_path: Path, core: CoreConfiguration) -> None:
         synthesise(hdl.hdl_sources(), "raster_refocuser", c.generics(), tmp_path / c.border).figures
         for c in (core, normalised(core))
     )
-    usage, more = estimate(normalised(core)), border_usage(normalised(core), core.pixels_per_clock)
+    usage, more = estimate(normalised(core)), estimate(Only(normalised(core), "border"))
     assert usage.dsp == full.dsp
     assert usage.block_rams == full.usage.block_rams
     margin = 0.25 if core.pixels_per_clock == 1 else 0.4

@@ -7,7 +7,7 @@ from itertools import cycle, product
 
 import pytest
 
-from plenofir.fpga.core.memory import block_sizes
+from plenofir.fpga.resources.memory import block_sizes
 from plenofir.refocus import FilterLayout
 from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, run_cases

@@ -1,25 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Place and route for ECP5: recorded clocks reach their goals; a small design goes all the way."""
 
-import json
 from pathlib import Path
 
 import pytest
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.trellis_config import check_configuration, read_configuration
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.resources.record import ECP5_FASTEST, ECP5_SLOWEST, load_record
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.figures import is_nextpnr_board, is_stack_core
+from plenofir.plan.designs import is_nextpnr_board, is_stack_core
 from plenofir.plan.scene import scene_files
 from plenofir_tb.tools import or_skip
 from self_test import TOP, self_test_generics
 
-RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
-BUILDS = json.loads((project.DATA / "boards.json").read_text())
 VIDEO_720P, VIDEO_1080P = 74.25, 148.5
 
 
@@ -35,19 +34,20 @@ SCENES = [
 def test_scenes_reach_their_clock(file: Path) -> None:
     plan = make_plan(load_scene(file))
     if is_nextpnr_board(plan):
-        timing = {clock["clock"]: clock for clock in BUILDS[plan.scene]["timing"]}
-        assert timing["clk"]["reached_mhz"] >= plan.clock_mhz
-        assert all(clock["reached_mhz"] >= clock["wanted_mhz"] for clock in timing.values())
+        timing = {clock.clock: clock for clock in load_builds()[plan.scene].timing}
+        assert plan.clock_mhz is not None
+        assert timing["clk"].reached_mhz >= plan.clock_mhz
+        assert all(clock.reached_mhz >= clock.wanted_mhz for clock in timing.values())
         return
-    slowest = RECORDED[plan.scene]["6"]["fmax_mhz"]
+    slowest = load_record().placed[ECP5_SLOWEST][plan.scene].fmax_mhz
     # Of stacks the planner promises half of the clock.
     least = plan.core.kept_mhz(DEVICES[plan.device]) if is_stack_core(plan) else VIDEO_720P
     assert slowest >= max(least, plan.clock_mhz or 0)
 
 
 def test_fastest_configuration_reaches_1080p() -> None:
-    best = max(result["fmax_mhz"] for grades in RECORDED.values() for result in grades.values())
-    assert best >= VIDEO_1080P
+    fastest = load_record().placed[ECP5_FASTEST]
+    assert max(placed.fmax_mhz for placed in fastest.values()) >= VIDEO_1080P
 
 
 @pytest.mark.slow

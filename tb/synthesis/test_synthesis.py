@@ -11,6 +11,8 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.resources.record import load_record
+from plenofir.fpga.synthesis.comparison import measured_cells
 from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
 from plenofir.fpga.tools import synthesis as tools_module
 from plenofir.fpga.tools.primitives import component_package, with_primitives
@@ -26,15 +28,14 @@ from plenofir.fpga.tools.synthesis import (
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan.configure import configure
-from plenofir.plan.figures import (
+from plenofir.plan.designs import (
     CORE,
     Design,
     core_designs,
     designs,
-    load_figures,
     scene_designs,
 )
-from plenofir.plan.left_out import full_core
+from plenofir.plan.omissions import full_core
 from plenofir_tb.tools import or_skip
 
 DESIGNS = designs()
@@ -60,22 +61,21 @@ def tools() -> None:
     [pytest.param(design, marks=marks_of(design), id=design.name) for design in DESIGNS],
 )
 def test_figures(tmp_path: Path, design: Design) -> None:
-    recorded = load_figures()
-    assert recorded.yosys == yosys_version()
+    record = load_record()
+    recorded = record.counted["spartan6"][design.name]
+    assert record.yosys == yosys_version()
     figures = design.synthesise(tmp_path).figures
-    known = recorded.figures.get(ghdl_version())
-    if known is not None:
-        assert figures == known[design.name], "run make figures if the change is meant"
+    if record.ghdl == ghdl_version():
+        assert figures == recorded, "run make figures if the change is meant"
         return
-    # Another GHDL than those recorded: its Verilog differs in detail.
-    nearest = recorded.figures[max(recorded.figures)][design.name]
+    # Another GHDL than the recorded one: its Verilog differs in detail.
     assert (figures.ramb16, figures.ramb8, figures.dsp) == (
-        nearest.ramb16,
-        nearest.ramb8,
-        nearest.dsp,
+        recorded.ramb16,
+        recorded.ramb8,
+        recorded.dsp,
     )
-    assert figures.lut == pytest.approx(nearest.lut, rel=0.1)
-    assert figures.flip_flops == pytest.approx(nearest.flip_flops, rel=0.05)
+    assert figures.lut == pytest.approx(recorded.lut, rel=0.1)
+    assert figures.flip_flops == pytest.approx(recorded.flip_flops, rel=0.05)
 
 
 def test_contents_of_memories_in_files(tmp_path: Path) -> None:
@@ -100,9 +100,8 @@ def test_contents_of_memories_in_files(tmp_path: Path) -> None:
 
 
 def test_every_design_is_recorded() -> None:
-    names = [design.name for design in DESIGNS]
-    for version, figures in load_figures().figures.items():
-        assert list(figures) == names, version
+    cells = {cell.name for cell in measured_cells()}
+    assert load_record().counted["spartan6"].keys() - cells == {d.name for d in DESIGNS}
 
 
 @pytest.mark.parametrize("design", list(core_designs()), ids=lambda design: design.name)
@@ -171,10 +170,10 @@ def test_what_is_left_out_saves_parts_and_area() -> None:
     for what, core in cores.items():
         parts = needed_parts(core)
         assert {name for name in parts if parts[name] < full[name]} == fewer[what], what
-    for figures in load_figures().figures.values():
-        # The TMDS ends, and all that drives them.
-        assert figures["rgb-480p"].lut > figures["rgb-480p core"].lut + 2000
-        assert figures["rgb-480p"].flip_flops > figures["rgb-480p core"].flip_flops + 2000
+    figures = load_record().counted["spartan6"]
+    # The TMDS ends, and all that drives them.
+    assert figures["rgb-480p"].lut > figures["rgb-480p core"].lut + 2000
+    assert figures["rgb-480p"].flip_flops > figures["rgb-480p core"].flip_flops + 2000
 
 
 # GHDL 2.0 declares a module for a component and writes texts as bits, GHDL 5 does neither.
@@ -239,13 +238,13 @@ def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
 
 
 def test_scene_is_smaller_than_its_full_build() -> None:
-    for figures in load_figures().figures.values():
-        scene, full = figures["grey-microscope"], figures["grey-microscope full"]
-        assert scene.lut < full.lut / 1.2
-        assert scene.usage.block_rams < full.usage.block_rams / 1.2
-        assert (scene.dsp, full.dsp) == (1, 3)
-        # Stored products divide nothing, whatever the number of rows.
-        assert figures["thesis-m3"].dsp == 0
+    figures = load_record().counted["spartan6"]
+    scene, full = figures["grey-microscope"], figures["grey-microscope full"]
+    assert scene.lut < full.lut / 1.2
+    assert scene.usage.block_rams < full.usage.block_rams / 1.2
+    assert (scene.dsp, full.dsp) == (1, 3)
+    # Stored products divide nothing, whatever the number of rows.
+    assert figures["thesis-m3"].dsp == 0
 
 
 def test_missing_yosys_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

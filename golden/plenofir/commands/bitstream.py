@@ -120,15 +120,13 @@ def checked_core(
     """Refocuser that generics mean; refused where the device is too small, board and all."""
     from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.devices import DEVICES
-    from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+    from plenofir.fpga.resources.estimate import VIDEO, Together, estimate
 
     part = DEVICES[device]
     core = top_level.configuration({**top_level.default_generics(board.top), **generics})
     core.check_limits()
-    usage = estimate(core, part.family)
-    if board.modes:
-        usage += VIDEO_USAGES[part.family]
-    if over := part.overflow(usage):
+    design = Together((core, VIDEO)) if board.modes else core
+    if over := part.overflow(estimate(design, part.family)):
         raise InputError(
             f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
             "slices or columns, or a smaller M"

@@ -17,10 +17,9 @@ from plenofir.ground.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.devices import Device
-    from plenofir.fpga.synthesis.spartan6 import Figures
-    from plenofir.plan.planned import Plan, PlannedSensor
+    from plenofir.fpga.resources.record import Figures
+    from plenofir.plan.plan import Plan, PlannedSensor
     from plenofir.plan.sensor.resampler import Load
 
 Scene = Annotated[str, typer.Argument(help="Scene, a TOML file or the name of a shipped one.")]
@@ -42,26 +41,28 @@ def _amounts(amounts: dict[str, int]) -> str:
     return ", ".join(f"{amount} {name}" for name, amount in amounts.items())
 
 
-def _sharpening(core: "CoreConfiguration") -> str:
+def _takes(plan: "Plan", kind: str) -> str:
+    """What blocks of a kind in a plan's core take of its device."""
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.resources.estimate import Only, estimate
+
+    device = DEVICES[plan.device]
+    amounts = device.amounts(estimate(Only(plan.core, kind), device.family))
+    return _amounts({name: amount for name, amount in amounts.items() if amount})
+
+
+def _sharpening(plan: "Plan") -> str:
     """Weights of the slices, and what they take."""
-    from plenofir.fpga.core.sharpener import sharpener_bits, sharpener_usage
+    from plenofir.fpga.core.sharpener import sharpener_bits
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
+    core = plan.core
     weights = " ".join(str(Fraction(weight, WEIGHT_UNITS)) for weight in core.weights)
-    usage = sharpener_usage(core, core.pixels_per_clock)
-    takes = {name: amount for name, amount in usage.amounts().items() if amount}
     lines = 2 * core.micro_image_size
     kbit = sharpener_bits(core, core.pixels_per_clock) / 1024
-    return f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_amounts(takes)}"
-
-
-def _border(core: "CoreConfiguration") -> str:
-    """What a normalised border takes."""
-    from plenofir.fpga.core.border import border_usage
-
-    usage = border_usage(core, core.pixels_per_clock)
-    takes = {name: amount for name, amount in usage.amounts().items() if amount}
-    return f"divided by the views that reach it, takes {_amounts(takes)}"
+    return (
+        f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_takes(plan, 'sharpener')}"
+    )
 
 
 def print_sensor(sensor: "PlannedSensor") -> None:
@@ -122,7 +123,7 @@ def _beside(needed: float, full: float) -> tuple[str, str, str]:
 
 def print_placed(plan: "Plan") -> None:
     """Print what was recorded of a shipped scene's core and its full build, their clocks too."""
-    from plenofir.plan.placed import placed_beside_full
+    from plenofir.plan.placements import placed_beside_full
 
     found = placed_beside_full(plan)
     if found is None:
@@ -187,9 +188,10 @@ def print_plan(plan: "Plan") -> None:
         print_line(name, text)
     print_screen(plan)
     if core.sharpens:
-        print_line("sharpening", _sharpening(core))
+        print_line("sharpening", _sharpening(plan))
     if core.normalises:
-        print_line("border", _border(core))
+        takes = _takes(plan, "border")
+        print_line("border", f"divided by the views that reach it, takes {takes}")
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
         numbers = option.refused if option.needs is None else _amounts(option.needs)
@@ -211,6 +213,7 @@ def print_plan(plan: "Plan") -> None:
         ],
         left=("estimate",),
     )
+    print_line("estimate", plan.error_class)
     if plan.video_needs is not None:
         video = {name: amount for name, amount in plan.video_needs.items() if amount}
         print_line("video", f"takes {_amounts(video)} of it")
@@ -250,7 +253,7 @@ def plan(
     ]
     write_plot_and_csv(plot, lambda: _drawn(planned), csv_file, rows)
     if as_json:
-        from plenofir.plan.placed import placed_beside_full
+        from plenofir.plan.placements import placed_beside_full
 
         found = placed_beside_full(planned)
         placed = None if found is None else found.model_dump()
@@ -399,12 +402,12 @@ def _count(plan: "Plan") -> None:
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work, steps_bar("synthesis") as show:
         show(plan.scene, 0, 1)
         sources = write_project(plan, Path(work))
-        usage = count(family, sources, top_of(plan), {}, Path(work))
+        counted = count(family, sources, top_of(plan), {}, Path(work)).usage
     print_table(
-        (plan.scene, "counted", "estimate", plan.device.upper()),
+        (plan.scene, "estimate", "counted", "off", plan.device.upper()),
         [
-            (name, str(amount), str(plan.needs[name]), str(plan.available[name]))
-            for name, amount in usage.amounts(family).items()
+            (name, *_beside(plan.needs[name], amount), str(plan.available[name]))
+            for name, amount in counted.amounts(family).items()
         ],
         left=(plan.scene,),
     )
@@ -429,11 +432,12 @@ def synth(
     For Spartan-6, "path" is the largest number of cells between two registers.
     """
     from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES
+    from plenofir.fpga.resources.record import load_record
     from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
     from plenofir.ground.files import publish_files
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
-    from plenofir.plan.figures import designs, is_nextpnr_board, load_figures, scene_design
+    from plenofir.plan.designs import designs, is_nextpnr_board, scene_design
 
     options.require("out", "scene", out is not None and scene is None)
     options.require("device", "scene", device is not None and scene is None)
@@ -453,8 +457,7 @@ def synth(
         chosen = [scene_design(planned)]
     else:
         chosen = [design for design in designs() if not design.slow]
-    recorded = load_figures()
-    known = recorded.figures.get(ghdl, {}) if recorded.yosys == yosys else {}
+    known = load_record().counted_with(ghdl, yosys)
     rows = []
     with steps_bar("synthesis") as show:
         for number, design in enumerate(chosen):

@@ -8,7 +8,7 @@ from plenofir.fpga.bitstream.open_build import NextpnrReport
 from plenofir.fpga.bitstream.steps import Progress
 from plenofir.fpga.boards import board_of
 from plenofir.plan.configure import board_packages, clock_range_of, scene_generics
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 
 
 def build_scene(

@@ -16,7 +16,7 @@ from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
 from plenofir.ground.files import publish
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_load import load_lines

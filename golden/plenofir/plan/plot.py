@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from plenofir.camera.plots import SharpRange, draw_ranges
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 
 
 def plot_plan(plan: Plan) -> Figure:

@@ -20,7 +20,7 @@ from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
 from plenofir.plan.configure import clock_mhz, configure, needed_sources, top_of
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 
 ToolName = Literal["vivado", "quartus", "radiant", "diamond", "gowin", "ise", "gatemate", "trellis"]
 

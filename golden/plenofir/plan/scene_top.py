@@ -3,7 +3,7 @@
 
 from plenofir.camera.resampling import red_place
 from plenofir.fpga.core.engine import Generics
-from plenofir.plan.planned import Plan, PlannedSensor
+from plenofir.plan.plan import Plan, PlannedSensor
 from plenofir.plan.sensor.calibration_loader import LOADER
 
 TOP = "scene_top"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 
 _SHIFT_BITS = 16
 

@@ -11,14 +11,13 @@ from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.devices import DEVICES, Usage, device_name
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdl import hdl_sources
-from plenofir.fpga.synthesis.comparison import load_comparison
-from plenofir.fpga.synthesis.counts import COUNTED, counted_cores, load_counts, usage_of_cells
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.resources.estimate import estimate
+from plenofir.fpga.resources.record import load_record
+from plenofir.fpga.synthesis.counts import COUNTED, count_cells, counted_cores
 from plenofir.fpga.synthesis.few_pins import three_pins
 from plenofir.fpga.synthesis.placers import (
     PLACERS,
     REPORTED,
-    load_placed_cores,
     open_carries,
     place_core,
 )
@@ -78,9 +77,10 @@ def test_every_device_has_all_that_a_plan_needs() -> None:
 @pytest.mark.parametrize("family", COUNTED)
 def test_estimates_of_a_family(family: str) -> None:
     """Block RAM and multipliers are exact, look-up tables and flip-flops within 15 %."""
-    counts, cores = load_counts()[family], dict(counted_cores())
+    counts, cores = load_record().counted[family], dict(counted_cores())
     assert set(counts) == set(cores)
-    for name, counted in counts.items():
+    for name, figures in counts.items():
+        counted = figures.usage
         usage = estimate(cores[name], family)  # type: ignore[arg-type]
         assert (usage.block_rams, usage.dsp) == (counted.block_rams, counted.dsp), name
         assert usage.lut == pytest.approx(counted.lut, rel=0.15), name
@@ -89,14 +89,14 @@ def test_estimates_of_a_family(family: str) -> None:
 
 def test_counted_cores_are_those_of_the_comparison() -> None:
     named = {name for name, _ in counted_cores()}
-    assert len(named & set(load_comparison().figures)) >= 30
+    assert len(named & set(load_record().counted["spartan6"])) >= 30
     assert {e.split()[0] for e in named} == {"fir", "moving_sum"}
 
 
 def test_cells_of_a_family() -> None:
-    usage = usage_of_cells("series7", {"LUT6": 3, "RAM64M": 2, "FDRE": 5, "RAMB36E1": 2})
+    usage = count_cells("series7", {"LUT6": 3, "RAM64M": 2, "FDRE": 5, "RAMB36E1": 2}).usage
     assert (usage.lut, usage.flip_flops, usage.block_rams, usage.dsp) == (11, 5, 4, 0)
-    assert usage_of_cells("cyclonev", {"MISTRAL_ALUT6": 1, "MISTRAL_ALUT3": 4}).lut == 3
+    assert count_cells("cyclonev", {"MISTRAL_ALUT6": 1, "MISTRAL_ALUT3": 4}).lut == 3
 
 
 STILL = """
@@ -122,7 +122,7 @@ def test_a_scene_on_any_device(name: str, tmp_path: Path) -> None:
 
 
 def test_placed_cores_keep_the_clocks_that_the_planner_counts_on() -> None:
-    placed = load_placed_cores()
+    placed = {name: cores for name, cores in load_record().placed.items() if name in DEVICES}
     assert set(placed) <= set(PLACERS)
     assert len(placed) >= 3
     for name, cores in placed.items():

@@ -80,7 +80,7 @@ def test_engines() -> None:
         "fpga/synthesis/comparison.py",
         "fpga/synthesis/counts.py",
         "fpga/synthesis/parts.py",
-        "plan/figures.py",
+        "plan/designs.py",
     }
 
 

@@ -7,11 +7,11 @@ import pytest
 from written_scenes import scene
 
 from plenofir.commands.plan import print_plan
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.left_out import full_core
-from plenofir.plan.placed import placed_beside_full
+from plenofir.plan.omissions import full_core
+from plenofir.plan.placements import placed_beside_full
 from plenofir.plan.scene import scene_files
 
 

@@ -14,14 +14,14 @@ from written_scenes import BASE, scene, write
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
-from plenofir.plan.chosen_slices import without_idle_slices
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 from plenofir.plan.scene import scene_files
+from plenofir.plan.slices import without_idle_slices
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 
 

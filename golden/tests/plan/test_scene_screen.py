@@ -16,7 +16,7 @@ from plenofir.fpga.screen.board_screen import Screen, screen_package
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import board_packages, configure
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 
 DEPTH = """

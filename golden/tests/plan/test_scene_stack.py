@@ -8,10 +8,11 @@ from in_process import plenofir
 from written_scenes import write
 
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.screen.picture_estimate import picture_usage
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import package_text, top_text
-from plenofir.plan.planned import Plan
+from plenofir.plan.design import SceneDesign
+from plenofir.plan.plan import Plan
 
 STACK = """
 name = "test"
@@ -64,7 +65,7 @@ def test_block_ram_at_1080p(tmp_path: Path, first: int, last: int, blocks: tuple
     ):
         changes = (*size, device, ('"-1/5", "0", "1/5"', slices), ('"slices"', f'"{output}"'))
         plan = plan_of(tmp_path, *changes)
-        usage = picture_usage(plan.core, plan.screen, "ecp5")
+        usage = estimate(SceneDesign(plan.core, plan.screen), "ecp5")
         assert usage.block_rams == wanted, output
 
 

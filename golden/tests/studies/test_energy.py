@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.fpga.resources.record import Figures
 from plenofir_studies import energy
 from plenofir_studies.toggles import count_activity, read_toggles
 

@@ -6,7 +6,7 @@ from statistics import median
 import pytest
 
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.synthesis.estimate import estimate, memories
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.plan import load_scene, make_plan
 from plenofir_studies.many_pixels import (
     PLACEMENTS,
@@ -51,5 +51,6 @@ def test_eight_pixels_a_clock_reach_the_goals() -> None:
     assert eight.placed.flip_flops / 8 <= one.placed.flip_flops / 2
     assert eight.placed.multipliers == 8
     plan = make_plan(load_scene(SCENE))
-    bits = [sum(m.bits for m in memories(scene_core(plan, p)) if not m.rom) for p in (1, 8)]
+    blocks = [next(iter(scene_core(plan, p).blocks("spartan6"))) for p in (1, 8)]
+    bits = [sum(memory.bits for memory in block.memories if not memory.rom) for block in blocks]
     assert bits[1] <= 1.1 * bits[0]

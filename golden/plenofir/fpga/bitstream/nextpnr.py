@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bitstreams of boards with an ECP5: GHDL, Yosys, nextpnr, ecppack, all from packages."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,15 +24,12 @@ from plenofir.fpga.bitstream.trellis_config import (
 )
 from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
+from plenofir.fpga.resources.record import load_record, save_record
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
-from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.ground.records import save_records
 
-RECORDED = project.DATA / "boards.json"
-"""Reports of the shipped scenes' builds, by `record_name`; scripts/resources.py writes it."""
 SPEED_GRADE = 6
 """The slowest one, which the boards have."""
 # Packages whose versions the report names.
@@ -57,13 +53,13 @@ def record_name(scene: str, device: str, own_device: str) -> str:
 
 def load_builds() -> dict[str, NextpnrReport]:
     """Read the recorded builds, by name."""
-    content = json.loads(RECORDED.read_text())
-    return {name: NextpnrReport.model_validate(build) for name, build in content.items()}
+    builds = load_record().builds
+    return {name: NextpnrReport.model_validate(build) for name, build in builds.items()}
 
 
 def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
-    """Record builds, a scene a line."""
-    save_records(RECORDED, {name: build.model_dump() for name, build in builds.items()})
+    """Record builds."""
+    save_record(builds={name: build.model_dump() for name, build in builds.items()})
 
 
 def range_generics(clock_range: int) -> dict[str, int | bool | str]:

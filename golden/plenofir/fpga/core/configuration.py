@@ -1,22 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """Configuration of a core: its generics, limits, memory and latency."""
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from plenofir.fpga.core.border import check_border, scaler_clocks, weights_clocks
+from plenofir.fpga.core.border import (
+    border_blocks,
+    check_border,
+    scaler_clocks,
+    weights_clocks,
+)
+from plenofir.fpga.core.engine import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BITS
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
-from plenofir.fpga.core.engine import Generics, PixelsPerClock, Raster
+from plenofir.fpga.core.engine import Generics, PixelsPerClock, Raster, SliceEngine
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BITS
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
+from plenofir.fpga.core.sharpener import (
+    SHARPENER_CLOCKS,
+    check_sharpener,
+    sharpener_bits,
+    sharpener_blocks,
+)
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Device
+from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.names import DEFAULT_ENGINE, SliceEngineName
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.multipliers import multiplier_units
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
@@ -228,6 +242,43 @@ class CoreConfiguration(Raster):
             values["BORDER_NORMALISED"] = True
         return values | self.engine.generics(self)
 
+    @property
+    def slice_engine(self) -> SliceEngine:
+        """The engine, of cores for one slice at a time."""
+        assert isinstance(self.engine, SliceEngine), self.engine.kind
+        return self.engine
+
+    def _products(self) -> tuple[int, tuple[int, int]]:
+        """Number of products with a reciprocal, and the bits of both factors.
+
+        None for stored products and for M of a power of two; those of a normalised border are in
+        `border_blocks`.
+        """
+        m, divisor = self.micro_image_size, self.micro_image_size ** (2 * self.order + 2)
+        shifted = divisor & (divisor - 1) == 0
+        if not isinstance(self.arithmetic, ExactArithmetic) or self.normalises or shifted:
+            return 0, (0, 0)
+        largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
+        number = self.channels * self.parallel_rows * self.pixels_per_clock
+        return number * self.engine.slices_at_once(self), reciprocal_bits(largest, divisor)
+
+    def blocks(self, family: Family) -> Iterator[Block]:
+        """Blocks for the estimate: the engine with the core around it, then what is behind it."""
+        engine, (number, factors) = self.engine, self._products()
+        parts = {
+            **engine.structure(self),
+            # Products become logic where the family has no multipliers.
+            "product bits": 0 if FAMILIES[family].multipliers else number * factors[0] * factors[1],
+            # The FIFO of slices beside the input FIFO.
+            "waiting slices": int(len(self.shifts) > 1),
+        }
+        memories = (*engine.memories(self), *engine.fifos(self, self.array_clocks))
+        multipliers = number * multiplier_units(*factors, family) if number else 0
+        yield Block(engine.kind, parts, memories, multipliers)
+        yield from sharpener_blocks(self, self.pixels_per_clock, family)
+        for _ in range(engine.slices_at_once(self)):
+            yield from border_blocks(self, self.pixels_per_clock, family)
+
     def check_limits(self) -> None:
         """Refuse what the core cannot be built for, by field and limit."""
 
@@ -285,3 +336,10 @@ class CoreConfiguration(Raster):
                 f"{MAX_LINE_BUFFER_BITS >> 20}; use fewer columns, or focus settings a "
                 "closer to 1/M",
             )
+
+
+def reciprocal_bits(value_max: int, divisor: int) -> tuple[int, int]:
+    """Bits of both factors of divide_round: value + half the divisor, and the reciprocal."""
+    largest = value_max + divisor // 2
+    exponent = next(t for t in range(64) if (-(1 << t)) % divisor * largest < 1 << t)
+    return largest.bit_length(), (-(-(1 << exponent) // divisor)).bit_length()

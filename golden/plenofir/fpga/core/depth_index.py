@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Configuration of a depth index after a focal stack: generics, memory and latency."""
 
+from collections.abc import Iterator
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.core.engine import Generics, PixelsPerClock, Scope, within
-from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
+from plenofir.fpga.core.engine import (
+    MAX_LINE_BUFFER_BITS,
+    Generics,
+    PixelsPerClock,
+    Scope,
+    within,
+)
+from plenofir.fpga.families import Family
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.memory import Memory, bits_for
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import (
@@ -172,3 +181,44 @@ class DepthIndexConfiguration(BaseModel):
         fields = self.model_dump(exclude=own)
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})
+
+    def blocks(self, family: Family, *, chosen_too: bool = True) -> Iterator[Block]:
+        """The part of a picture that is the entity ``depth_index``, for the estimate."""
+        del family
+        window = (2 * self.vote_radius + 1) ** 2
+        parts = {
+            "index": 1,
+            "pixel bits": self.slices * self.pixels_per_clock * self.channels * self.pixel_bits,
+            "judged bits": (self.slices - 1) * self.row_bits,
+            "vote bits": self.slices * window.bit_length() if self.vote_radius else 0,
+        }
+        yield Block("stack", parts, tuple(self._memories(chosen_too=chosen_too)))
+
+    def _memories(self, *, chosen_too: bool) -> Iterator[Memory]:
+        """Memories; `chosen_too`: whether the chosen slice comes out besides that in focus."""
+        slices, p = self.slices, self.pixels_per_clock
+        pixel = p * self.channels * self.pixel_bits
+        lenses = -(-self.max_columns // self.micro_image_size)
+        places, number = bits_for(lenses - 1), bits_for(slices - 1)
+
+        def of_lenses(name: str, width: int, copies: int = 1) -> Memory:
+            return Memory(name, places, width, copies, words=lenses)
+
+        yield of_lenses("sums of micro images", self.lens_bits, 2 * slices)
+        yield of_lenses("rows of micro images", 2 * self.lens_bits, slices)
+        if self.radius:
+            yield of_lenses("rows of sharpness", 2 * self.radius * self.row_bits, slices)
+        if self.vote_radius:
+            yield of_lenses("rows of votes", 2 * self.vote_radius * (number + 1))
+            yield of_lenses("slices above", number)
+        between = 2 * FRACTION_BITS if self.shifts else 0
+        if between and self.vote_radius:
+            yield of_lenses("depths that wait", between * self.vote_radius)
+        words = self.delay * self.line_tokens(self.max_columns)
+        if self.picture:
+            yield Memory("waiting pixels", bits_for(words - 1), slices * pixel, 1, words=words)
+        yield of_lenses("index of each lens", number + between)
+        under_way = 2 + self.index_latency + 4
+        out = (self.picture + chosen_too) * pixel + p * (8 + between) + 3
+        out += number if chosen_too else 0
+        yield Memory("output FIFO", bits_for(2 * under_way + 1), out, 1)

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plenofir.fpga.core.memory import Memory
+from plenofir.fpga.resources.memory import Memory
 from plenofir.ground.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, Border
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
@@ -31,6 +31,8 @@ Generics = dict[str, int | bool | str]
 PARTIAL_SUM_LOOP = 4
 
 MAX_PARALLEL_ROWS = 64
+MAX_LINE_BUFFER_BITS = 1 << 26
+"""Bits of column memories, or of a depth index, that the VHDL takes (refocus_pkg)."""
 PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
 PIXELS_PER_CLOCK: tuple[PixelsPerClock, ...] = get_args(PixelsPerClock)
 MAX_LANE_DELAY = 4096
@@ -192,6 +194,23 @@ class Engine(BaseModel, ABC):
         """Clocks of all stages, without stored products."""
         return raster.passes * self.pass_clocks(raster)
 
+    def slices_at_once(self, raster: Raster) -> int:
+        """Slices of which sums come out together."""
+        del raster
+        return 1
+
+    @abstractmethod
+    def memories(self, raster: Raster) -> Iterator[Memory]:
+        """Memories of the engine, for the estimate."""
+
+    @abstractmethod
+    def fifos(self, raster: Raster, array_clocks: int) -> Iterator[Memory]:
+        """Memories of the core around the engine, whose sums come so many clocks late."""
+
+    @abstractmethod
+    def structure(self, raster: Raster) -> dict[str, int]:
+        """Amounts of what takes look-up tables and flip-flops in a core, for the estimate."""
+
     @abstractmethod
     def line_buffer_bits(self, raster: Raster) -> int:
         """Bits that the column stages of all channels keep of lines of more than one column."""
@@ -272,10 +291,13 @@ class SliceEngine(Engine):
     def netlist_parts(self, raster: Raster) -> dict[str, int]:
         """Number of each part of the engine in a netlist, by the names in `PARTS`."""
 
-    @abstractmethod
-    def memories(self, raster: Raster) -> Iterator[Memory]:
-        """Memories of the engine."""
-
-    @abstractmethod
-    def structure(self, raster: Raster) -> dict[str, int]:
-        """Bits of each part of a core that takes look-up tables and flip-flops."""
+    def fifos(self, raster: Raster, array_clocks: int) -> Iterator[Memory]:
+        n, tokens = self.rows_at_once, -(-raster.max_columns // self.pixels_at_once)
+        data_bits = self.pixels_at_once * raster.channels * raster.pixel_bits
+        yield Memory("input FIFO", (tokens + 2 * n - 1).bit_length(), data_bits + 2, 1)
+        under_way = 2 + 2 * (n > 1) + array_clocks
+        output_words = (2 * raster.max_columns + n if n > 1 else 0) + 2 * (under_way + 1)
+        width = data_bits + 2 + raster.slice_bits + 1
+        yield Memory("output FIFO", (output_words - 1).bit_length(), width, n)
+        if n > 1:
+            yield Memory("row buffers", raster.column_bits, data_bits, n - 1)

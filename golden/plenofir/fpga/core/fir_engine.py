@@ -14,7 +14,7 @@ from plenofir.fpga.core.engine import (
     SliceEngine,
     within,
 )
-from plenofir.fpga.core.memory import Memory, rom_luts
+from plenofir.fpga.resources.memory import Memory, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.switches import FilterLayout
 

@@ -14,7 +14,7 @@ from plenofir.fpga.core.engine import (
     check_lane_delay,
     within,
 )
-from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
+from plenofir.fpga.resources.memory import Memory, block_sizes, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout

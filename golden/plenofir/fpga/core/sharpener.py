@@ -4,11 +4,10 @@
 from collections.abc import Iterator
 
 from plenofir.fpga.core.engine import Raster
-from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.fpga.core.weights import usage_of_parts
-from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.names import SLICE_ENGINE_NAMES
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.memory import Memory, block_sizes
 from plenofir.ground.errors import InputError
 
 SHARPENER_CLOCKS = 15
@@ -35,19 +34,17 @@ def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Me
             yield Memory("lines of sums", (size - 1).bit_length(), width, 1, words=size)
 
 
-def sharpener_usage(
-    raster: Raster, pixels_per_clock: int = 1, family: Family = "spartan6"
-) -> Usage:
-    """Its resources, as `plenofir.fpga.synthesis.estimate` counts them."""
-    memories = list(sharpener_memories(raster, pixels_per_clock))
+def sharpener_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> Iterator[Block]:
+    """Block of the sharpener, for the estimate; none without one."""
+    memories = tuple(sharpener_memories(raster, pixels_per_clock))
     if not memories:
-        return Usage()
+        return
     bits = pixels_per_clock * raster.channels * _sum_bits(raster)
     parts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
     sides = {weight for weight in raster.weights if weight}
     multiplied = bool(FAMILIES[family].multipliers) and (len(sides) > 1 or bool(sides & _PRODUCTS))
     products = _DSP_OF_PRODUCTS * pixels_per_clock * raster.channels * multiplied
-    return usage_of_parts("sharpener", parts, memories, family, products)
+    yield Block("sharpener", parts, memories, products)
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:

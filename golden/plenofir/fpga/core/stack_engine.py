@@ -20,6 +20,7 @@ from plenofir.fpga.core.moving_sum_engine import (
     CONTROL_WAVES,
     row_waves,
 )
+from plenofir.fpga.resources.memory import Memory, bits_for, block_sizes
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout
@@ -151,3 +152,49 @@ class StackEngine(Engine):
         if self.pixels_per_clock > 1:
             values["PIXELS_PER_CLOCK"] = self.pixels_per_clock
         return values
+
+    def memories(self, raster: Raster) -> Iterator[Memory]:
+        p, layout = self.pixels_per_clock, self.layout(raster)
+        pixel, columns = p * raster.channels * raster.pixel_bits, self.line_words(raster)
+        sums = p * raster.channels * raster.words(0).sum
+        for lines in layout.history_lines:
+            if lines:
+                width = lines * pixel
+                yield Memory("lines of a phase", bits_for(columns - 1), width, 1, words=columns)
+        words = sum(layout.slice_words(slice_) for slice_ in range(len(raster.shifts)))
+        for size in block_sizes(columns, sums):
+            yield Memory("sums", (size - 1).bit_length(), sums, words, words=size)
+        row_pixels = raster.channels * raster.words(1).data
+        if p == 1:
+            copies = len(raster.shifts) * (1 + layout.pixels_leave)
+            yield Memory("pixels of a line", layout.reach.bit_length(), row_pixels, copies)
+            return
+        for lanes in self.lanes(raster):
+            yield Memory(
+                "pixels of a line", (lanes.rows - 1).bit_length(), row_pixels, 2 * lanes.banks
+            )
+
+    def fifos(self, raster: Raster, array_clocks: int) -> Iterator[Memory]:
+        tokens = -(-raster.max_columns // self.pixels_per_clock)
+        pixel = self.pixels_per_clock * raster.channels * raster.pixel_bits
+        yield Memory("input FIFO", bits_for(self.input_lines * tokens + 1), pixel + 2, 1)
+        width = len(raster.shifts) * pixel + 3
+        yield Memory("output FIFO", bits_for(2 * (2 + array_clocks) + 1), width, 1)
+
+    def slices_at_once(self, raster: Raster) -> int:
+        return len(raster.shifts)
+
+    def structure(self, raster: Raster) -> dict[str, int]:
+        p, slices = self.pixels_per_clock, len(raster.shifts)
+        sums = slices * raster.channels * raster.words(0).sum
+        row_bits = raster.channels * raster.words(1).data
+        if p == 1:
+            history_bits = self.lines(raster) * raster.channels * raster.pixel_bits
+            return {"stack": 1, "sum bits": sums, "history bits": history_bits, "slices": slices}
+        # Column sums, what they choose from, and the pixels of all banks.
+        return {
+            "slices of lanes": slices,
+            "lane bits": p * sums,
+            "lane choices": p * sums * raster.micro_image_size,
+            "bank bits": sum(lane.banks for lane in self.lanes(raster)) * row_bits,
+        }

@@ -4,11 +4,14 @@
 ``hdl/video/screen_pkg.vhd`` holds what a board shows.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from plenofir.fpga.core.configuration import STREAM_CLOCKS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.families import Family
+from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
 from plenofir.refocus.sharpness import FRACTION_BITS
 
@@ -62,6 +65,13 @@ class Screen:
             shifts=core.shifts if self.between else (),
             picture=self.outputs != "i",
         )
+
+    def blocks_behind(self, core: CoreConfiguration, family: Family) -> Iterator[Block]:
+        """Blocks behind a core for the estimate: the depth index, and the text."""
+        if self.needs_index:
+            yield from self.index(core).blocks(family, chosen_too="i" not in self.outputs)
+        if self.overlay is not None:
+            yield from self.overlay.blocks(family)
 
     def delay_lines(self, core: CoreConfiguration) -> int:
         """Delay of a picture in lines (picture_delay_lines)."""

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both engines side by side: designs, measured resources and clocks, the widest frame that fits.
 
-``data/comparison.json`` holds the results of Yosys and nextpnr for the measured cells
-(`make compare`); for all others there is the estimate, whose block RAM and multipliers are exact.
+The record holds the results of Yosys and nextpnr for the measured cells (`make compare`); for all
+others there is the estimate, whose block RAM and multipliers are exact.
 """
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-
-from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
@@ -19,13 +16,8 @@ from plenofir.fpga.core.configuration import (
 from plenofir.fpga.core.engine import PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
-from plenofir.fpga.synthesis.ecp5 import Placed
-from plenofir.fpga.synthesis.estimate import estimate
-from plenofir.fpga.synthesis.spartan6 import Figures
-from plenofir.ground import project
-from plenofir.ground.records import save_records
+from plenofir.fpga.resources.estimate import estimate
 
-FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)
 COLUMNS = 1280
 ENGINES: tuple[SliceEngineName, ...] = tuple(SLICE_ENGINES)
@@ -52,7 +44,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Name in the file."""
+        """Name in the record."""
         first, last = self.shifts[0], self.shifts[-1]
         shown = f"{first}" if first == last else f"{first}..{last}"
         colour = "RGB" if self.channels == 3 else "grey"
@@ -133,23 +125,3 @@ def widest(cell: Cell, device: Device) -> int:
         else:
             low = middle
     return low * m
-
-
-class Comparison(BaseModel):
-    """Content of the file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    ghdl: str
-    yosys: str
-    figures: dict[str, Figures]  # Yosys's result by the cell's name
-    placed: dict[str, Placed]  # nextpnr's (speed grade 6)
-
-
-def load_comparison() -> Comparison:
-    return Comparison.model_validate(json.loads(FILE.read_text()))
-
-
-def save_comparison(content: Comparison) -> None:
-    """Write the file, a cell a line."""
-    save_records(FILE, content.model_dump(), levels=2)

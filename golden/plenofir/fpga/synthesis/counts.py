@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts of a design's cells by Yosys for any family, and the recorded counts.
-
-``data/families.json`` holds the resources of cores on each family; tests compare estimates with it.
-"""
+"""Counts of a design's cells by Yosys for any family, and the cores whose counts are recorded."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,15 +9,12 @@ from typing import Any
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.synthesis.comparison import LANES, SETS, Cell, measured_cells
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog
-from plenofir.ground import project
-from plenofir.ground.records import save_records
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
-FILE = project.DATA / "families.json"
 COUNTED: tuple[Family, ...] = ("series7", "cyclonev", "nexus", "gw2a", "gw5a", "gatemate")
 """Families whose counts are recorded; those of GW1N are GW2A's, which has the same cells."""
 
@@ -83,7 +77,7 @@ def count(
     top: str,
     generics: Generics,
     directory: Path,
-) -> Usage:
+) -> Figures:
     """Synthesise a design for a family in a folder, and count its resources."""
     directory.mkdir(parents=True, exist_ok=True)
     verilog = write_verilog(sources, top, generics, directory)
@@ -99,36 +93,15 @@ def count(
         writes=[cells.name],
     )
     text = cells.read_text()
-    return usage_of_cells(
-        family, json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
-    )
+    return count_cells(family, json.loads(text[text.index("{") :])["design"]["num_cells_by_type"])
 
 
-def usage_of_cells(family: Family, cells: Mapping[str, int]) -> Usage:
+def count_cells(family: Family, cells: Mapping[str, int]) -> Figures:
     """Resources that so many cells of each type take."""
     lut, flip_flops, blocks, multipliers = (
         sum(cells.get(name, 0) * units for name, units in kinds.items())
         for kinds in FAMILIES[family].cells
     )
-    return Usage(round(lut), round(flip_flops), round(blocks), dsp=round(multipliers))
-
-
-def load_counts() -> dict[str, dict[str, Usage]]:
-    """Recorded counts by family and core."""
-    content = json.loads(FILE.read_text()) if FILE.exists() else {}
-    return {
-        family: {
-            name: Usage(values[0], values[1], values[2], dsp=values[3])
-            for name, values in cores.items()
-        }
-        for family, cores in content.items()
-    }
-
-
-def save_counts(counts: Mapping[str, Mapping[str, Usage]]) -> None:
-    """Write the file, a core a line: LUTs, flip-flops, block RAMs, multipliers."""
-    content = {
-        family: {n: [u.lut, u.flip_flops, u.ramb16, u.dsp] for n, u in cores.items()}
-        for family, cores in counts.items()
-    }
-    save_records(FILE, content, levels=2)
+    return Figures(
+        lut=round(lut), flip_flops=round(flip_flops), ramb16=round(blocks), dsp=round(multipliers)
+    )

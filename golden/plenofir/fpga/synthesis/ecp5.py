@@ -9,8 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
-
+from plenofir.fpga.resources.record import Placed
 from plenofir.fpga.synthesis.few_pins import NAME, few_pins
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
@@ -29,20 +28,6 @@ _RESOURCES = {
     "block_rams": "DP16KD",
     "multipliers": "MULT18X18D",
 }
-
-
-class Placed(BaseModel):
-    """A placed and routed design."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    device: str
-    speed_grade: int
-    fmax_mhz: float  # highest clock of the paths between registers
-    lut: int  # of four inputs
-    flip_flops: int
-    block_rams: int  # of 18 Kbit
-    multipliers: int  # 18 x 18
 
 
 def check_tools() -> None:

@@ -11,7 +11,6 @@ from functools import cache
 
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
 # Entities that are counted, with the name of the part.
@@ -85,7 +84,7 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     """Expected number of each of the `PARTS` of a core; no TMDS ends."""
     lanes = core.channels * core.parallel_rows * core.pixels_per_clock
-    parts = slice_engine(core).netlist_parts(core)
+    parts = core.slice_engine.netlist_parts(core)
     if core.normalises:
         # The weights are moving sums, and one of the dividers has all channels of a pixel.
         parts["moving sums"] = parts.get("moving sums", 0) + 2 * core.passes

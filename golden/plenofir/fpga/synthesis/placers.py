@@ -15,13 +15,12 @@ from typing import Any
 
 from plenofir.fpga.constraints import Constraints, Language
 from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.resources.record import Placed
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
 from plenofir.fpga.synthesis.ecp5 import seed_option
 from plenofir.fpga.synthesis.few_pins import NAME, three_pins
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
-from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.ground.records import save_records
 
 _NETLIST = "netlist.json"
 _GOAL_MHZ = "200"
@@ -112,35 +111,6 @@ REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
 """Names that nextpnr's reports have for LUTs, flip-flops, block RAMs, multipliers."""
 
 
-@dataclass(frozen=True)
-class PlacedCore:
-    """A core placed and routed, shift registers at its pins included."""
-
-    fmax_mhz: float
-    amounts: tuple[int, ...]  # LUTs, flip-flops, block RAMs, multipliers; empty if unknown
-
-
-FILE = project.DATA / "placed_cores.json"
-
-
-def load_placed_cores() -> dict[str, dict[str, PlacedCore]]:
-    """Recorded cores by device and scene."""
-    content = json.loads(FILE.read_text()) if FILE.exists() else {}
-    return {
-        device: {name: PlacedCore(values[0], tuple(values[1:])) for name, values in cores.items()}
-        for device, cores in content.items()
-    }
-
-
-def save_placed_cores(placed: Mapping[str, Mapping[str, PlacedCore]]) -> None:
-    """Write the file, a core a line: MHz, LUTs, flip-flops, block RAMs, multipliers."""
-    content = {
-        device: {name: [core.fmax_mhz, *core.amounts] for name, core in cores.items()}
-        for device, cores in placed.items()
-    }
-    save_records(FILE, content, levels=2)
-
-
 def check_placer(name: str) -> Placer:
     """The placer of a device; InputError if there is none, or it is not installed."""
     if name not in PLACERS:
@@ -164,7 +134,7 @@ def place_core(
     top: str,
     generics: Generics,
     directory: Path,
-) -> PlacedCore:
+) -> Placed:
     """Synthesise a core for a device, place, route, and pack a bitstream, in a folder."""
     synthesise_core(name, family, sources, top, generics, directory)
     placed = route_core(name, family, directory)
@@ -202,9 +172,7 @@ def synthesise_core(
         open_carries(netlist)
 
 
-def route_core(
-    name: str, family: Family, directory: Path, *, seed: int | None = None
-) -> PlacedCore:
+def route_core(name: str, family: Family, directory: Path, *, seed: int | None = None) -> Placed:
     """Place and route the netlist that `synthesise_core` made in a folder; its clock and amounts.
 
     `seed` is that of the random initial placement; nextpnr's default if None.
@@ -223,11 +191,18 @@ def route_core(
     )
     report = json.loads((directory / "report.json").read_text())
     used = report["utilization"]
-    amounts = tuple(
+    lut, flip_flops, block_rams, multipliers = (
         sum(used[kind]["used"] for kind in kinds if kind in used) for kinds in REPORTED[family]
     )
     fmax = min(clock["achieved"] for clock in report["fmax"].values())
-    return PlacedCore(round(fmax, 1), amounts)
+    return Placed(
+        device=name,
+        fmax_mhz=round(fmax, 1),
+        lut=lut,
+        flip_flops=flip_flops,
+        block_rams=block_rams,
+        multipliers=multipliers,
+    )
 
 
 def open_carries(netlist: Path) -> None:

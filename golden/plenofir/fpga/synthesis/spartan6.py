@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.fpga.devices import Usage
+from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.synthesis.parts import TMDS_ENDS
 from plenofir.fpga.tools.synthesis import Generics, cell_declarations, run_yosys, write_verilog
 
@@ -27,25 +27,6 @@ _FLIP_FLOP_CELLS = ("FDRE", "FDSE", "FDCE", "FDPE")
 _LATCH_CELLS = ("LDCE", "LDPE")
 # Cells that end a path from register to register.
 _REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
-
-
-class Figures(BaseModel):
-    """Resources of a netlist, and its longest path."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    lut: int  # those used as memory and shift registers included
-    flip_flops: int
-    ramb16: int  # block RAMs of 18 Kbit
-    ramb8: int  # of 9 Kbit
-    dsp: int  # DSP48A1
-    carry: int  # chains of 4 bits
-    path: int  # cells on the longest path between registers
-
-    @property
-    def usage(self) -> Usage:
-        """The same as resources of a device."""
-        return Usage(self.lut, self.flip_flops, self.ramb16, self.ramb8, self.dsp)
 
 
 class Netlist(BaseModel):

@@ -13,7 +13,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.tools.simulators import generic_text
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 from plenofir.plan.scene_top import TOP, has_choice, sensor_generics
 from plenofir.refocus.arithmetic import ExactArithmetic
 

@@ -11,7 +11,7 @@ from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.plan.configure import clock_mhz
 from plenofir.plan.ip.components import REGISTERS_BYTES, Component, registers
 from plenofir.plan.ip.ipxact import BUS_VENDOR, BUSES
-from plenofir.plan.planned import Plan
+from plenofir.plan.plan import Plan
 
 SCENE = "scene.tcl"
 _RAW_BITS = (8, 10, 12, 14)

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera on a board's CSI-2 lanes: ``hdl/board/camera_pkg.vhd``."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import floor
 
 from plenofir.fpga.bitstream.nexus import OSCILLATOR_MHZ, OSCILLATOR_TOLERANCE
 from plenofir.fpga.boards import Board, CameraInput
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.csi import settle_clocks
+from plenofir.fpga.csi import settle_clocks, word_pixels
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.memory import Memory
 from plenofir.fpga.sensors import (
     IMX219_LANE_MBITS,
     PAUSE,
@@ -24,6 +27,8 @@ from plenofir.plan.sensor.scene_sensor import SceneSensor
 
 CAMERA_PACKAGE = "camera_pkg"
 """Name of the VHDL package."""
+# Bits of a word between the lanes' clock and the core's, besides its pixels: flags, its last pixel.
+_FLAG_BITS = 11
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,25 @@ class PlannedCamera:
     @property
     def byte_mhz(self) -> float:
         return self.lane_mbits / 8
+
+    def blocks_around(self, core: CoreConfiguration) -> Iterator[Block]:
+        """Block of the board's top level without raster and core, for the estimate."""
+        board, together = self.board, core.pixels_per_clock
+        parts = {
+            "board": 1,
+            "lane bits": 8 * board.lanes,
+            "registers": len(board.registers),
+            "raster": int(self.raster),
+        }
+        pixels = word_pixels(board.lanes, board.bits, together)
+        last = max((pixels - 1).bit_length(), 1)
+        width = pixels * board.bits + last + _FLAG_BITS
+        memories = [Memory("words of the lanes", board.buffer_bits, width, 1)]
+        if self.parallel:
+            words = 2 * max(core.max_columns // together, 2)
+            width = together * core.channels * core.pixel_bits + 2
+            memories.append(Memory("lines out", (words - 1).bit_length(), width, 1))
+        yield Block("camera", parts, tuple(memories))
 
     def check_clock(self, *, where: str) -> None:
         """Refuse a core that needs a faster clock than the board has."""

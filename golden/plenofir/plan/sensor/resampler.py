@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Configuration of the resampler, and the words for its load port."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.fpga.families import Family
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.memory import Memory, block_sizes
+from plenofir.fpga.resources.multipliers import multiplier_units
 
 Load = tuple[int, int, int]
 """Kind, address, word."""
@@ -28,6 +34,9 @@ REGISTERS = (
 )
 """Registers by their addresses, as in ``hdl/resample/resample_pkg.vhd``."""
 MAX_LINES = 256
+_GAIN_INTEGER_BITS = 4
+# Multipliers of the raster's size, M times the numbers of lenses; for Nexus Yosys takes only one.
+_SIZE_MULTIPLIERS: dict[Family, int] = {"spartan6": 2, "series7": 2, "ecp5": 2, "nexus": 1}
 
 
 class ResamplerConfiguration(BaseModel):
@@ -84,3 +93,69 @@ class ResamplerConfiguration(BaseModel):
                 word |= ((y & mask) << width | x & mask) << shift
             words.append((KINDS["lens"], number, word))
         return words + [(KINDS["profile"], number, gain) for number, gain in enumerate(profile)]
+
+
+@dataclass(frozen=True)
+class SensorLogic:
+    """The entity ``sensor_raster``: the resampler, behind a mosaic's interpolation if there is one.
+
+    Of its estimate multipliers are exact.
+    """
+
+    core: ResamplerConfiguration
+    mosaic: bool
+
+    def blocks(self, family: Family) -> Iterator[Block]:
+        """One block, for the estimate."""
+        core, m = self.core, self.core.micro_image_size
+        bits = core.channels * core.pixel_bits
+        parts = {
+            "whole": 1,
+            "pixel bits": bits,
+            "hexagonal bits": core.hexagonal * bits,
+            "moves": int(core.moves),
+            "gains": int(core.gains),
+            "mosaic bits": self.mosaic * core.pixel_bits,
+            "lines": core.lines,
+        }
+        # A product with a power of two is a shift.
+        sizes = _SIZE_MULTIPLIERS.get(family, 0) * (m & (m - 1) != 0)
+        yield Block("sensor", parts, tuple(self._memories()), sizes + self._multipliers(family))
+
+    def _memories(self) -> Iterator[Memory]:
+        core, m = self.core, self.core.micro_image_size
+        bits = core.channels * core.pixel_bits
+        values = core.channels * (core.pixel_bits + core.guard_bits + _GAIN_INTEGER_BITS)
+        if self.mosaic:
+            columns, pair = core.max_columns, 2 * core.pixel_bits
+            yield Memory("lines of a mosaic", (columns - 1).bit_length(), pair, 1, words=columns)
+            yield Memory("output FIFO of the mosaic", 4, 3 * core.pixel_bits + 3, 1)
+        yield Memory("input FIFO", 4, bits + 2, 1)
+        words = core.lines // 2 * -(-core.max_columns // 2)
+        for size in block_sizes(words, bits):
+            yield Memory("ring of raw lines", (size - 1).bit_length(), bits, 4, words=size)
+        yield Memory("registers", 6, 32, 1)
+        width = core.gains * (core.gain_bits + _GAIN_INTEGER_BITS)
+        width += core.moves * 2 * (core.weight_bits + 2)
+        if width:
+            address_bits = (core.lenses - 1).bit_length()
+            yield Memory("table of lenses", address_bits, width, 1, words=core.lenses)
+        if core.gains:
+            profile_bits = max((m * m - 1).bit_length(), 1)
+            yield Memory("profile", profile_bits, core.gain_bits + _GAIN_INTEGER_BITS, 1)
+        yield Memory("output FIFO", 6, (values if core.hexagonal else bits) + 2, 1)
+        if core.hexagonal:
+            yield Memory("lenses of a row", max((m - 1).bit_length(), 1) + 1, values, 2)
+            yield Memory("FIFO behind them", 4, bits + 2, 1)
+
+    def _multipliers(self, family: Family) -> int:
+        core = self.core
+        gain = core.gain_bits + _GAIN_INTEGER_BITS
+        sample = core.pixel_bits + core.guard_bits
+        # Interpolation in two columns and between them; gain; interpolation between two lenses.
+        products = [(core.pixel_bits, core.weight_bits)] * 2
+        products += [(core.pixel_bits + core.weight_bits, core.weight_bits)]
+        products += [(sample, gain)] * core.gains
+        products += [(sample + _GAIN_INTEGER_BITS, core.weight_bits)] * core.hexagonal
+        each = sum(multiplier_units(*product, family) for product in products)
+        return core.channels * each + core.gains * multiplier_units(gain, gain, family)

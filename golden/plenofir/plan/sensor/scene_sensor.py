@@ -19,7 +19,7 @@ from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_load import Shown
 from plenofir.plan.sensor.board_sensor import CAMERA_LATE_LINES, sensor_delay_lines
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
-from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 
 LARGEST_ROTATION_DEGREES = 30
 _LINES_OF_MOVES = 4
@@ -87,6 +87,11 @@ class SensorChip:
     full_rate: bool  # a source without gaps never has to wait
     calibrated: Resampling | None  # the calibration that is built in
     shown: Shown | None = None  # limits by a board's screen; None without video in and out
+
+    @property
+    def logic(self) -> SensorLogic:
+        """Mosaic and resampler, for the estimate."""
+        return SensorLogic(self.core, self.mosaic is not None)
 
 
 def sensor_chip(

@@ -8,15 +8,17 @@ from functools import cache
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Facts, Family, LutRam
 
-MAX_LINE_BUFFER_BITS = 1 << 26
-"""Bits of column memories, or of a depth index, that the VHDL takes (refocus_pkg)."""
-
 # Block RAM by which ram_blocks.vhd divides memories.
 _DIVIDED = FAMILIES["ecp5"].block_rams[0].widths
 # Yosys's cost for each bit that is selected from several banks: a multiplexer of two.
 _MULTIPLEXER_COST = 0.5
 # Least share in percent of an Intel block RAM that a memory must fill (bram_m10k.txt).
 _LEAST_SHARE = 5
+
+
+def bits_for(largest: int) -> int:
+    """Bits of a number from 0 to the largest (math_pkg)."""
+    return max(largest.bit_length(), 1)
 
 
 @dataclass(frozen=True)

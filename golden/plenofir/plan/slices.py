@@ -7,7 +7,7 @@ from math import inf
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.ground.errors import InputError
-from plenofir.plan.planned import PlannedSlice
+from plenofir.plan.plan import PlannedSlice
 from plenofir.plan.scene import LoadedScene
 from plenofir.refocus.shifts import shift_to_text
 

@@ -1,18 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The designs whose synthesis results are recorded, and the file with their figures.
+"""The designs that are synthesised and recorded (`plenofir.fpga.resources.record`)."""
 
-``data/figures.json`` holds Yosys's counts of each design for each version of GHDL. Tests
-synthesise the designs and require the same counts, so that a change that costs area shows in
-review.
-"""
-
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-
-from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -20,26 +12,25 @@ from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics, SliceEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import DEVICES, Usage
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.families import Family
+from plenofir.fpga.resources.estimate import Block
+from plenofir.fpga.resources.estimate import Design as Estimated
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, with_part, wrapped
-from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
-from plenofir.ground import project
-from plenofir.ground.records import save_records
+from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
-from plenofir.plan.left_out import full_core
-from plenofir.plan.planned import Plan, PlannedSlice
+from plenofir.plan.design import SceneDesign
+from plenofir.plan.omissions import full_core
+from plenofir.plan.plan import Plan, PlannedSlice
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
-from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
-from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus.shifts import shift_to_text
 
-FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
 
@@ -55,7 +46,7 @@ class Design:
     plan: Plan | None = None  # of its scene
     slow: bool = True  # its synthesis takes a minute or more
     index: DepthIndexConfiguration | None = None  # only of a depth index
-    usage: Usage | None = None  # the estimate, if it is not that of a core
+    logic: Estimated | None = None  # what is estimated, if not the core
     wrapper: str = ""  # VHDL around `top`, if its generics are records
 
     @property
@@ -63,6 +54,10 @@ class Design:
         """The core, for designs that have one."""
         assert self.built is not None, self.name
         return self.built
+
+    def blocks(self, family: Family) -> Iterable[Block]:
+        """Blocks for the estimate."""
+        return (self.core if self.logic is None else self.logic).blocks(family)
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6 in an empty folder."""
@@ -89,7 +84,7 @@ def scene_design(plan: Plan) -> Design:
 def scene_designs() -> tuple[Design, ...]:
     """Design of each shipped scene: a core, or the whole board.
 
-    Boards for nextpnr are not among them: their builds are in ``data/boards.json``; nor are cores
+    Boards for nextpnr are not among them: their builds are recorded; nor are cores
     with all slices at once, which are larger than a Spartan-6.
     """
     plans = (make_plan(load_scene(file)) for file in scene_files())
@@ -241,11 +236,11 @@ def picture_designs() -> Iterator[Design]:
     shifts = _STACK_SHIFTS[1]
     core = grey_core(5, shifts, channels=3, engine=StackEngine(input_lines=5))
     screen = Screen(outputs="rad", radius=1, colours=slice_colours(shifts))
-    generics, usage = screen.core_generics(core), picture_usage(core, screen)
-    yield Design("picture M=5 slices=3", core, "picture_core", generics, usage=usage)
+    generics, logic = screen.core_generics(core), SceneDesign(core, screen)
+    yield Design("picture M=5 slices=3", core, "picture_core", generics, logic=logic)
     text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
-    generics, usage = {**text.generics()}, overlay_usage(text)
-    yield Design("text of 5 slices", None, "text_overlay", generics, usage=usage)
+    generics = {**text.generics()}
+    yield Design("text of 5 slices", None, "text_overlay", generics, logic=text)
 
 
 # Differences from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
@@ -268,8 +263,8 @@ def sensor_design(what: str) -> Design:
     """A resampler of `SENSORS`, behind a mosaic if it has one."""
     values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **SENSORS[what]}
     core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
-    generics, usage = sensor_generics(core, mosaic=mosaic), sensor_usage(core, mosaic=mosaic)
-    return Design(f"sensor, {what}", None, SENSOR, generics, usage=usage)
+    generics, logic = sensor_generics(core, mosaic=mosaic), SensorLogic(core, mosaic)
+    return Design(f"sensor, {what}", None, SENSOR, generics, logic=logic)
 
 
 # The second board differs from the first only by its core, which is already listed.
@@ -295,22 +290,3 @@ def designs() -> list[Design]:
         *picture_designs(),
         sensor_design("grey"),
     ]
-
-
-class FiguresFile(BaseModel):
-    """Content of the file of figures."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    yosys: str  # version that made them
-    figures: dict[str, dict[str, Figures]]  # version of GHDL to the name of a design to its figures
-
-
-def load_figures() -> FiguresFile:
-    return FiguresFile.model_validate(json.loads(FILE.read_text()))
-
-
-def save_figures(content: FiguresFile) -> None:
-    """Write the file of figures, a design a line."""
-    figures = dict(sorted(content.model_dump()["figures"].items()))
-    save_records(FILE, {"yosys": content.yosys, "figures": figures}, levels=3)

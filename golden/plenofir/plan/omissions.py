@@ -10,13 +10,12 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Device, Usage
+from plenofir.fpga.resources.estimate import VIDEO, Design, estimate
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
+from plenofir.plan.design import SceneDesign
 from plenofir.plan.scene_screen import scene_overlay
-from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.resampler import SensorLogic
 from plenofir.plan.sensor.scene_sensor import SensorChip
-from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
@@ -53,17 +52,19 @@ _NOT_ASKED = "the scene does not ask for it"
 
 def _left_out(
     what: str,
-    more: Mapping[str, int],
-    less: Mapping[str, int],
+    more: Design,
+    less: Design | None,
     device: Device,
     reason: str = _NOT_ASKED,
 ) -> LeftOut:
-    """Compare resources with (`more`) and without (`less`) a feature that a plan left out.
+    """Compare a device's resources with (`more`) and without (`less`) a feature.
 
-    The reason is told where leaving it out costs more than it saves.
+    The reason is for a feature whose omission costs more than it saves.
     """
-    saves = {name: n - less[name] for name, n in more.items() if n > less[name]}
-    costs = {name: less[name] - n for name, n in more.items() if n < less[name]}
+    before = device.amounts(Usage() if less is None else estimate(less, device.family))
+    after = device.amounts(estimate(more, device.family))
+    saves = {name: n - before[name] for name, n in after.items() if n > before[name]}
+    costs = {name: before[name] - n for name, n in after.items() if n < before[name]}
     if not costs:
         return LeftOut(what=what, saves=saves, costs=costs)
     gain, gained = _largest_share(saves, device)
@@ -122,10 +123,10 @@ def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
 
 def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
     """Features that the scene leaves out: text, and the core with the feature."""
-    full, engine = full_core(core), slice_engine(core)
+    full, engine = full_core(core), core.slice_engine
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
-        whole = slice_engine(full)
+        whole = full.slice_engine
         size = whole.extent(full)
         yield (
             f"{spare} of {len(full.shifts)} slices, {size - engine.extent(core)} of {size} "
@@ -160,36 +161,30 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         yield _STORED_NAME, stored
 
 
-def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
-    """A feature left out, with the resources that it would add."""
-    return _left_out(what, device.amounts(more), device.amounts(less), device)
-
-
 def _stack_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
     """What all slices in one pass could be more, and are not."""
-    family = device.family
-    full, taken = full_core(core), picture_usage(core, shown, family)
+    shown, full = replace(shown, overlay=None), full_core(core)
+    design = SceneDesign(core, shown)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
         wide = core.model_copy(update={"shifts": full.shifts})
         lines = core.engine.lines(wide) - core.engine.lines(core)
         what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
-        yield _more(what, picture_usage(wide, shown, family), taken, device)
+        yield _left_out(what, SceneDesign(wide, shown), design, device)
     if core.channels < full.channels:
         what = f"{full.channels - core.channels} of {full.channels} channels"
-        more = core.model_copy(update={"channels": full.channels})
-        yield _more(what, picture_usage(more, shown, family), taken, device)
-    found, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, shown.outputs
-    if outputs in found and len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size:
-        what, more_outputs = found[outputs]
-        yield _more(
-            what, picture_usage(core, replace(shown, outputs=more_outputs), family), taken, device
-        )
+        colour = core.model_copy(update={"channels": full.channels})
+        yield _left_out(what, SceneDesign(colour, shown), design, device)
+    further, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, shown.outputs
+    judges = len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size
+    if outputs in further and judges:
+        what, more_outputs = further[outputs]
+        judged = SceneDesign(core, replace(shown, outputs=more_outputs))
+        yield _left_out(what, judged, design, device)
 
 
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
     """Outputs of a board that the scene does not use."""
-    family = device.family
     if shown.needs_stack:
         yield from _stack_left_out(core, shown, device)
     elif len(core.shifts) > 1 and core.micro_image_size > 1:
@@ -198,14 +193,14 @@ def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> 
                 "engine": StackEngine(input_lines=core.micro_image_size),
                 "arithmetic": ExactArithmetic(),
                 "order": 0,
+                "sharpening": (),
             }
         )
-        judged = Screen(outputs="rad")
-        more, less = picture_usage(stack, judged, family), estimate(core, family)
-        yield _more("all-in-focus and depth: focal stack, depth index", more, less, device)
+        what = "all-in-focus and depth: focal stack, depth index"
+        yield _left_out(what, SceneDesign(stack, Screen(outputs="rad")), core, device)
     if shown.overlay is None:
         text = scene_overlay(core.shifts, core.micro_image_size)
-        yield _more("text over the picture", overlay_usage(text, family), Usage(), device)
+        yield _left_out("text over the picture", text, None, device)
 
 
 def left_out(
@@ -215,45 +210,39 @@ def left_out(
     on_screen = tuple(_screen_left_out(core, shown, device)) if path == "video" else ()
     if shown.needs_stack:
         return on_screen if path == "video" else tuple(_stack_left_out(core, shown, device))
-    needs = device.amounts(estimate(core, device.family))
-    found = []
-    for what, other in _differences(core):
-        more = device.amounts(estimate(other, device.family))
-        found.append(_left_out(what, more, needs, device, _REASONS.get(what, _NOT_ASKED)))
+    features = [
+        _left_out(what, other, core, device, _REASONS.get(what, _NOT_ASKED))
+        for what, other in _differences(core)
+    ]
     if path == "core" and device.family == "spartan6":
         # The board, a Spartan-6, has a core of three channels.
-        saves = {name: n for name, n in VIDEO_USAGES[device.family].amounts().items() if n}
         what = "video timing, TMDS ends, the board's control"
-        found.append(LeftOut(what=what, saves=saves, costs={}))
-    return (*found, *on_screen)
+        features.append(_left_out(what, VIDEO, None, device))
+    return (*features, *on_screen)
 
 
-def _sensor_differences(
-    chip: SensorChip,
-) -> Iterator[tuple[str, ResamplerConfiguration, bool]]:
-    """Features that a sensor leaves out: text, the resampler with it, whether it has a mosaic."""
-    core, mosaic = chip.core, chip.mosaic is not None
+def _sensor_differences(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
+    """Features that a sensor leaves out: text, and the logic with the feature."""
+    core, logic = chip.core, chip.logic
     lenses = chip.raster[0] * chip.raster[1] // core.micro_image_size**2
-    if not mosaic:
-        update = {"channels": _FULL_CHANNELS}
-        yield "colour filter mosaic", core.model_copy(update=update), True
+    if not logic.mosaic:
+        colour = core.model_copy(update={"channels": _FULL_CHANNELS})
+        yield "colour filter mosaic", SensorLogic(colour, mosaic=True)
     if not core.hexagonal:
-        yield "hexagonal grid", core.model_copy(update={"hexagonal": True}), mosaic
+        hexagonal = core.model_copy(update={"hexagonal": True})
+        yield "hexagonal grid", replace(logic, core=hexagonal)
     for name, what in (
         ("moves", "table of lenses for distortion"),
         ("gains", "correction of vignetting"),
     ):
         if not getattr(core, name):
             update = {name: True, "lenses": max(core.lenses, lenses)}
-            yield what, core.model_copy(update=update), mosaic
+            yield what, replace(logic, core=core.model_copy(update=update))
 
 
 def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut]:
     """All features left out between a sensor and the core."""
     if chip is None:
         return
-    needs = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
-    known = device.amounts(needs)
-    for what, core, mosaic in _sensor_differences(chip):
-        amounts = device.amounts(sensor_usage(core, mosaic=mosaic, family=device.family))
-        yield _left_out(what, amounts, known, device)
+    for what, logic in _sensor_differences(chip):
+        yield _left_out(what, logic, chip.logic, device)

@@ -7,15 +7,15 @@ from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.stored import StoredLightField
-from plenofir.plan.left_out import LeftOut
+from plenofir.plan.omissions import LeftOut
 from plenofir.plan.sensor.board_camera import PlannedCamera
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 from plenofir.plan.sensor.scene_sensor import SensorChip
-from plenofir.plan.sensor.sensor_estimate import sensor_usage
 
 
 class PlannedSlice(BaseModel):
@@ -74,7 +74,6 @@ class PlannedSensor(BaseModel):
 
 def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
     """Plan the logic between a sensor and the core, with its resources on a device."""
-    usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     core = chip.core
     return PlannedSensor(
         core=core,
@@ -85,7 +84,7 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
         lines=core.lines,
         ring_bits=core.lines * core.max_columns * core.channels * core.pixel_bits,
         full_rate=chip.full_rate,
-        needs=device.amounts(usage),
+        needs=device.amounts(estimate(chip.logic, device.family)),
         loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
         raster_columns=chip.raster[1],
         shown=chip.shown,
@@ -122,6 +121,7 @@ class Plan(BaseModel):
     engines: tuple[EngineOption, ...]  # all, with their resources
     engine_reason: str  # why the one of `core` was chosen
     needs: dict[str, int]  # resources of the plan (estimate)
+    error_class: str  # how far off the estimate may be
     # The part of them for video path and board control; None for a core.
     video_needs: dict[str, int] | None
     full: dict[str, int]  # resources of the full build

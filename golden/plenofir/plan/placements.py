@@ -1,20 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recorded place and route of shipped scenes' cores beside their full builds."""
 
-import json
-
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.fpga.devices import Usage
-from plenofir.fpga.synthesis.ecp5 import NAMES, Placed
-from plenofir.ground import project
-from plenofir.plan.planned import Plan
+from plenofir.fpga.resources.record import ECP5_SLOWEST, Placed, load_record
+from plenofir.fpga.synthesis.ecp5 import NAMES
+from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
-
-FILE = project.DATA / "ecp5.json"
-GRADE = "6"
-"""Of the clocks: the slowest that is sold."""
 
 
 class BesideFull(BaseModel):
@@ -29,20 +22,18 @@ class BesideFull(BaseModel):
 
 
 def _amounts(placed: Placed) -> dict[str, float]:
-    usage = Usage(placed.lut, placed.flip_flops, placed.block_rams, dsp=placed.multipliers)
-    return {**usage.amounts("ecp5"), "clock / MHz": placed.fmax_mhz}
+    return {**placed.usage.amounts("ecp5"), "clock / MHz": placed.fmax_mhz}
 
 
 def recorded_beside_full(scene: str) -> BesideFull | None:
     """What is recorded of a shipped scene, by its name."""
-    known = json.loads(FILE.read_text())
-    core = known.get(f"{scene} core", known.get(scene))
-    full = known.get(f"{scene} full")
+    placed = load_record().placed[ECP5_SLOWEST]
+    core, full = placed.get(f"{scene} core", placed.get(scene)), placed.get(f"{scene} full")
     if core is None or full is None:
         return None
-    one, other = (Placed.model_validate(grades[GRADE]) for grades in (core, full))
-    device = next(name for name, short in NAMES.items() if short == other.device).upper()
-    return BesideFull(device=f"{device}, grade {GRADE}", scene=_amounts(one), full=_amounts(other))
+    device = next(name for name, short in NAMES.items() if short == full.device).upper()
+    device += f", grade {full.speed_grade}"
+    return BesideFull(device=device, scene=_amounts(core), full=_amounts(full))
 
 
 def placed_beside_full(plan: Plan) -> BesideFull | None:
