@@ -71,9 +71,6 @@ def test_engines() -> None:
     assert named(SLICE_ENGINES, classes) == files | {
         "fpga/names.py",
         f"{core}/configuration.py",
-        # The module array of the thesis, its clocks and its diagrams.
-        f"{core}/clock_counts.py",
-        "fpga/simulate/module_waves.py",
         # A stack holds row stages and adders of moving sums, whose waves it shows.
         f"{core}/stack_engine.py",
         # Designs whose figures are recorded: those that say most of these two engines.
