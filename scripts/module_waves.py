@@ -115,7 +115,7 @@ class RowBench:
 
 
 Cells = Mapping[int, tuple[str, str]]
-"""Of a lane, for some of its cycles: colour and text."""
+"""Colour and text of a lane, for some of its cycles."""
 
 
 def _cells(name: str, cycles: Sequence[int], cells: Cells, **more: str) -> WaveJson:

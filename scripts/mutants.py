@@ -169,7 +169,7 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
 
 
 def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
-    """Those that come first in an order of hashes, files mixed."""
+    """Mutants that come first in an order of hashes, files mixed."""
 
     def order(mutant: Mutant) -> str:
         return hashlib.sha256(repr((seed, *mutant.key)).encode()).hexdigest()

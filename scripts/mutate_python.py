@@ -100,7 +100,7 @@ class PythonMutant:
 
     @property
     def key(self) -> Key:
-        """As it stands in survivors_python.toml."""
+        """Key of the mutant in survivors_python.toml."""
         return self.file, self.before, self.after, self.number
 
 
@@ -151,7 +151,7 @@ def mutant_at(path: Path, name: str, occurrence: int, line: int) -> PythonMutant
 
 
 def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
-    """Those that come first in an order of hashes; files that are compiled lie side by side."""
+    """Mutants that come first in an order of hashes; files that are compiled lie side by side."""
     sources = [p for p in sorted((PACKAGE / ROOMS[room]).glob("*.py")) if p.stem not in NO_MODULES]
     every = [place for path in sources if only in path.name for place in places_of(path)]
     every.sort(key=lambda p: hashlib.sha256(repr((seed, p[0].name, *p[1:])).encode()).hexdigest())

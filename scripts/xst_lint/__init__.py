@@ -26,7 +26,7 @@ class Finding:
     what: str
 
     def __str__(self) -> str:
-        """As compilers write it, with the rule's precedent."""
+        """Message in the form of compilers, with the rule's precedent."""
         return f"{self.path}:{self.line}: {self.what} ({self.rule}: {RULES[self.rule].precedent})"
 
 

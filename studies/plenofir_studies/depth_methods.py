@@ -70,7 +70,7 @@ def by_depth_index(truth: Truth) -> Floats:
 
 
 def by_depth_between(truth: Truth) -> Floats:
-    """The same with depth between slices."""
+    """Depth from focus as in the VHDL, between slices."""
     shifts, stack = _stack(truth)
     return depth_index(stack, truth.m, _RADIUS, shifts=shifts).focus(shifts, truth.m)
 

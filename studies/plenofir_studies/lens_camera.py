@@ -50,7 +50,7 @@ class Surfaces:
         return Surfaces(self.z[chosen], self.curvatures[chosen], indices, self.radii[chosen])
 
     def turned(self) -> "Surfaces":
-        """The same from the other side, z negated."""
+        """The lens from the other side, z negated."""
         return Surfaces(-self.z[::-1], -self.curvatures[::-1], self.indices[::-1], self.radii[::-1])
 
 

@@ -21,7 +21,7 @@ Language = Literal[
 """Vivado, Quartus, Gowin EDA, Radiant, ISE, Diamond; with pins alone GateMate, Gowin, Nexus."""
 
 Limit = Literal["none", "reset", "skew", "delay", "memory"]
-"""Of a path between clocks.
+"""Limit of a path between clocks.
 
 ``none``: not timed. ``reset``: not timed, to asynchronous pins. ``skew``: bits of a Gray code, less
 than a clock apart. ``delay``: at most a clock. ``memory``: the same, out of a memory of LUTs; there

@@ -32,7 +32,7 @@ SimulatorName = Literal["ghdl", "nvc", "verilator"]
 """Keys of `plenofir.fpga.tools.simulators.FINDERS`, the usual one first."""
 DEFAULT_SIMULATOR: SimulatorName = "ghdl"
 VHDL_SIMULATORS: tuple[SimulatorName, ...] = ("ghdl", "nvc")
-"""Those that read VHDL; others simulate cores alone, from Verilog, and write no waveforms."""
+"""Simulators that read VHDL; others simulate cores alone, from Verilog, and write no waveforms."""
 Chain = Literal["core", "hdmi", "csi"]
 """The core alone, a board from serial bits to serial bits, a camera from its lanes' bytes on."""
 WaveChoice = Literal["0", "1", "all"]

@@ -40,7 +40,7 @@ def _margin(part: SceneStored, m: int) -> int:
 
 
 def _moved(part: SceneStored, m: int, scene: Path) -> tuple[npt.NDArray[np.uint8], str]:
-    """Its raw image with the planes moved, in colour, and the name of the file."""
+    """Raw image of the part with the planes moved, in colour, and the name of the file."""
     beside, shipped = scene.parent / part.raw, project.DATA / part.raw
     file = shipped if shipped.is_file() and not beside.is_file() else beside
     picture = read_picture(file)

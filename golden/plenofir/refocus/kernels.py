@@ -118,7 +118,7 @@ def whole(plan: Plan, p: int, low: int, high: int, found: Integers, n: int) -> i
 def entering(
     plan: Plan, first: Integers, p: int, low: int, high: int, found: Integers, n: int
 ) -> int:
-    """The same for the pixels in S[p], but not in S[p - step]."""
+    """Write the pixels in S[p] that are not in S[p - step] to found[n ...]; result: their end."""
     u = first[p % plan.micro_image_size]
     while 0 <= u < plan.micro_image_size:
         k = p - u * (plan.shift - 1)

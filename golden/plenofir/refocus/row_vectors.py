@@ -132,7 +132,7 @@ def quotients(
     drop: Value,
     most: Value,
 ) -> None:
-    """As `running_sum`, each divided as `divide` does: values[r pixel ...]."""
+    """Sums of `running_sum`, each divided as `divide` does: values[r pixel ...]."""
     lanes = lanes_in_line(values)
     box = _box(words, behind, carry, values)
     moving = places, ends, several, first, count, pixel, carry, values, box
@@ -239,7 +239,7 @@ def finished_lines(
     pitch: Value,
     lanes_of: Array,
 ) -> None:
-    """As `running_sum` with one place each, divided, then `transpose_back`, in registers."""
+    """Sums of `running_sum` at one place each, divided, then `transpose_back`, in registers."""
     # Pixels first .. first + count - 1, rounded up to whole tiles. The quotient of a sum is
     # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half. `inverse`: the
     # bits of a real number, if not 0, with which it is (sum + half) inverse.
@@ -359,7 +359,7 @@ def sharpened_sums(
     totals: Array,
     lanes_of: Array,
 ) -> None:
-    """As `running_sum`, of sharpened sums: totals[r pixel ...] = max(0, sum >> drop), signed."""
+    """Sums of `running_sum`, sharpened: totals[r pixel ...] = max(0, sum >> drop), signed."""
     # A sum is centre S(t) - before S(t - M) - after S(t + M), and the pixels of S(t + M) lie
     # `behind` after those of S(t): so one running sum with four weights makes it. `bias`, a
     # multiple of 2^drop, is the largest magnitude of a negative one.
@@ -398,7 +398,7 @@ def sharpened_quotients(
     values: Array,
     target: Value,
 ) -> None:
-    """As `sharpened_sums`, divided: min(most, max(0, n - floor)) multiplier / 2^16 >> rest.
+    """Sums of `sharpened_sums`, divided: min(most, max(0, n - floor)) multiplier / 2^16 >> rest.
 
     n = (sum + bias) >> drop. For words of 16 bits, and weights -1, near, -near, 1.
     """

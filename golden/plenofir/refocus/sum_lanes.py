@@ -54,7 +54,7 @@ class LaneLayout:
         return (place + self.offset(slice_, place)) % self.banks
 
     def row(self, slice_: int, place: int) -> int:
-        """Its row, relative to the output's o div B."""
+        """Row of that pixel, relative to the output's o div B."""
         return (place + self.offset(slice_, place)) // self.banks
 
     def first_output(self, slice_: int, index: int) -> int:

@@ -175,11 +175,11 @@ class Variable:
         self.set(value)
 
     def set(self, value: Value) -> None:
-        """Set its value."""
+        """Set the variable."""
         self.builder.store(value.llvm, self.place)
 
     def get(self) -> Value:
-        """Its value."""
+        """Value of the variable."""
         return Value(self.builder, self.builder.load(self.place))
 
 

@@ -69,7 +69,7 @@ def next_line(
     target: Value,
     count: Value,
 ) -> None:
-    """As `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
+    """Sums of `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
     done = count - count
     most = 8 * LINE_BYTES // x.bits
     for lanes in (most, _FEW, 1):

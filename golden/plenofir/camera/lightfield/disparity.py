@@ -50,7 +50,7 @@ class Disparity:
     confidence: Floats
 
     def limited(self, low: float, high: float) -> "Disparity":
-        """The same with disparities limited to a range."""
+        """The map with disparities limited to a range."""
         return replace(self, pixels_per_view=np.clip(self.pixels_per_view, low, high))
 
     def settled(self) -> Floats:

@@ -30,10 +30,10 @@ class RayState(IntEnum):
 
     PASSED = 0
     MISSED = 1
-    """It does not meet a surface's sphere (or not its side towards the ray)."""
+    """The ray does not meet a surface's sphere (or not its side towards the ray)."""
     TOTAL_REFLECTION = 2
     VIGNETTED = 3
-    """It meets a surface outside its clear aperture (only when that is asked for)."""
+    """The ray meets a surface outside its clear aperture (only when that is asked for)."""
     NOT_AIMED = 4
     """No chief ray was found for the height."""
 

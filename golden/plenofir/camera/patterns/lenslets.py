@@ -49,7 +49,7 @@ class Lenslets:
 
     @property
     def layout(self) -> Layout:
-        """Their arrangement."""
+        """Arrangement of the lenses."""
         return self.grid.layout
 
     @property

@@ -132,7 +132,7 @@ class Raster(BaseModel):
 
     @property
     def delay(self) -> int:
-        """The same with the sharpener."""
+        """Delay with the sharpener, in pixels and in lines."""
         return self.filter_delay + self.micro_image_size * self.sharpens
 
     def words(self, number: int) -> Words:
@@ -156,7 +156,7 @@ class Engine(BaseModel, ABC):
     kind: str
     ENTITY: ClassVar[str] = "raster_refocuser"
     COMPONENT: ClassVar[str]
-    """Of `refocuser`, with the files of this engine alone."""
+    """Component of `refocuser` with the files of this engine alone."""
     CLOCK_SHARE: ClassVar[float] = 1
     """Share of the clock that a device's cores keep (`Device.clocks_mhz`) which this one keeps."""
 

@@ -21,7 +21,7 @@ from plenofir.refocus.sum_lanes import LaneLayout
 
 _STAGE_CLOCKS = 10
 ADDER_WAVES: tuple[Scope, ...] = (("downto", "adder/", "first_sums running results"),)
-"""Of ``moving_sum_adder``, as the next two of its control and of the stages around it."""
+"""Signals of ``moving_sum_adder``; the next two are those of its control and its stages."""
 CONTROL_WAVES: tuple[Scope, ...] = (
     ("bit", "control/", "step_now in_first in_live out_first same"),
     ("bit", "control/", "initial_2 update_2 clear_2"),
@@ -42,7 +42,7 @@ LANE_WAVES: tuple[Scope, ...] = (
     ("to", "", "active_at take_at"),
     ("downto", "", "ahead held"),
 )
-"""Of ``lane_stage``."""
+"""Signals of ``lane_stage``."""
 
 
 def row_waves(pixels: int) -> tuple[Scope, ...]:

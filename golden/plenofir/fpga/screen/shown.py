@@ -20,7 +20,7 @@ from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import FRACTION_BITS
 
 Place = Literal[0, 1, 2]
-"""Of the text: none, at the top, at the bottom."""
+"""Place of the text: none, at the top, at the bottom."""
 # Characters of "ok" with the end of its line, and the time until it begins.
 _BLANKS = 6
 _KINDS: dict[str, Kind] = {"r": "refocused", "a": "all-in-focus", "d": "depth"}

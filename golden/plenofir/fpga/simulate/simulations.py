@@ -271,7 +271,7 @@ class BoardSimulation(Simulation):
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
-        """As for a core, if plain slices are shown."""
+        """Pictures of a core, if plain slices are shown."""
         has_slices = not self.shown or bare_slices(self.what.screen, self.shown)
         return super().pictures if has_slices else []
 

@@ -33,7 +33,7 @@ class BoardSensor:
 
 
 def sensor_delay_lines(micro_image_size: int, *, mosaic: bool) -> int:
-    """As in ``hdl/video/picture_pkg.vhd``."""
+    """Lines by which a sensor's picture is late, as in ``hdl/video/picture_pkg.vhd``."""
     return micro_image_size // 2 + _MARGIN + _MOSAIC_MARGIN * mosaic
 
 
