@@ -84,375 +84,338 @@ end entity frame_sequencer;
 
 architecture rtl of frame_sequencer is
 
-  -- accept: pixels of the stream; fill: zeros up to the end of a line that was cut short; flush: a flush line.
-  type state_t is (accept, fill, flush);
-
-  -- The kind of token that is sent at this clock.
-  type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
-
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
   -- Bits that number the pixels within a token.
   constant PLACE_BITS : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
   -- Wide enough for a column index and for MIN_STEPS.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
-  -- The decision of this clock, and what it says about the token that is sent.
-  signal send         : send_t;
-  signal take         : std_logic;
-  signal starts_frame : std_logic;
-  -- sends_pixel: the token has a pixel (of the stream, of a filled-up line, or of a flush line). sends_image: a
-  -- pixel of the stream or of a filled-up line. takes_pixel: a pixel of the stream.
-  signal sends_pixel  : std_logic;
-  signal sends_image  : std_logic;
-  signal takes_pixel  : std_logic;
-  signal line_ends    : std_logic;
-  signal image_ends   : std_logic;
-  signal band_ends    : std_logic;
-  signal frame_ends   : std_logic;
+  -- accept: pixels of the stream; fill: zeros up to the end of a line that was cut short; flush: a flush line.
+  type mode_t is (accept, fill, flush);
+
+  -- The kind of token that is sent at this clock.
+  type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
+
+  -- A column modulo PARALLEL_ROWS.
+  subtype turn_t is natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+
+  -- Size and slice of a frame.
+  type frame_t is record
+    last_column : unsigned(COLUMN_BITS - 1 downto 0);
+    last_row    : unsigned(15 downto 0);
+    slice       : slice_t;
+  end record frame_t;
+
+  -- What has to be flushed or waited for. Each count is one less than what is left, so that its sign tells whether
+  -- any is left: the decision is the longest path of the stream and leaves no time for comparisons.
+  type waits_t is record
+    -- Tokens and bands that push pixels out of the row filters, and lines out of the column filters.
+    tokens : integer range -1 to larger(ROW_FLUSH - 1, 0);
+    bands  : integer range -1 to larger(COLUMN_FLUSH - 1, 0);
+    -- Tokens before the next band, and bands before the next frame may begin.
+    steps : integer range -1 to larger(MIN_STEPS - 2, 0);
+    frame : integer range -1 to larger(MIN_BANDS - 2, 0);
+    -- Bands up to the next multiple of BAND_MODULUS.
+    modulus : integer range -1 to larger(BAND_MODULUS - 2, 0);
+  end record waits_t;
+
+  type state_t is record
+    mode : mode_t;
+    -- open_frame: a frame is under way; start_lasts: its mark of start lasts.
+    open_frame  : std_logic;
+    start_lasts : std_logic;
+    frame       : frame_t;
+    -- Place in the line. at_first: column = 0; at_last: column = frame.last_column; turn: that of the column before.
+    column   : unsigned(COLUMN_BITS - 1 downto 0);
+    at_first : std_logic;
+    at_last  : std_logic;
+    turn     : turn_t;
+    -- Place in the frame. at_last_row: the line is the frame's last one; band_row: line within its band; first_band:
+    -- the band is the frame's first one.
+    row         : unsigned(15 downto 0);
+    at_last_row : std_logic;
+    band_row    : turn_t;
+    first_band  : std_logic;
+    waits       : waits_t;
+  end record state_t;
+
+  constant AT_RESET : state_t :=
+  (
+    mode        => accept,
+    open_frame  => '0',
+    start_lasts => '0',
+    frame       => (others => (others => '0')),
+    column      => (others => '0'),
+    at_first    => '1',
+    at_last     => '0',
+    turn        => 0,
+    row         => (others => '0'),
+    at_last_row => '0',
+    band_row    => 0,
+    first_band  => '0',
+    waits       => (others => -1)
+  );
+
+  -- The decision of a clock, and what it says about the token that is sent.
+  type step_t is record
+    send : send_t;
+    -- take: the pixel on offer is taken; takes_pixel: the pixel is sent too; starts_frame: the pixel sent is its
+    -- frame's first one.
+    take         : std_logic;
+    takes_pixel  : std_logic;
+    starts_frame : std_logic;
+    -- sends_pixel: the token has a pixel (of the stream, of a filled-up line, or of a flush line); sends_image: a
+    -- pixel of the stream or of a filled-up line.
+    sends_pixel : std_logic;
+    sends_image : std_logic;
+    -- ends_line, ends_band: the token is its line's, its band's last one. completes_band, ends_frame: the line is its
+    -- band's, its frame's last one.
+    ends_line      : std_logic;
+    completes_band : std_logic;
+    ends_band      : std_logic;
+    ends_frame     : std_logic;
+    turn           : turn_t;
+    frame          : frame_t;
+  end record step_t;
+
+  -- The next value of a count of waits_t: a load sets what is left, a step takes one off.
+  function counted_down (
+    count : integer;
+    load  : boolean;
+    left  : natural;
+    step  : boolean
+  ) return integer is
+  begin
+
+    if load then
+      return left - 1;
+    elsif step and count >= 0 then
+      return count - 1;
+    end if;
+
+    return count;
+
+  end function counted_down;
+
+  function waits_after (
+    state : state_t;
+    step  : step_t
+  ) return waits_t is
+
+    -- missing: tokens that a short band lacks to MIN_STEPS, or to a multiple of PARALLEL_ROWS. counts: the band counts
+    -- for the multiple of BAND_MODULUS.
+    variable missing : natural range 0 to MIN_STEPS;
+    variable counts  : boolean;
+    variable waits   : waits_t;
+
+  begin
+
+    missing := LAST_BAND_ROW - step.turn;
+
+    if state.column < MIN_STEPS - 1 then
+      missing := MIN_STEPS - 1 - to_integer(state.column(bits_for(MIN_STEPS) - 1 downto 0));
+    end if;
+
+    -- Flush lines fill a frame up to a multiple and then stop counting: the next frame may come at any time.
+    counts := BAND_MODULUS > 1 and step.ends_band = '1' and
+              (KEEP_MODULUS or step.sends_image = '1' or state.waits.modulus >= 0);
+
+    -- Every pixel, also a zero one, has to be pushed out of the row filters; only an empty token pushes.
+    waits.tokens := counted_down(state.waits.tokens, step.sends_pixel = '1', ROW_FLUSH, step.send = empty);
+    -- A flush line counts with its first pixel. Flush lines load nothing: they leave zeros in the column filters,
+    -- which need not come out.
+    waits.bands := counted_down(state.waits.bands, step.sends_image = '1', COLUMN_FLUSH,
+                                step.send = flush_pixel and state.at_first = '1' and state.band_row = 0);
+    -- This count starts at the end of a band, when the band's length is known: the count is then nearly always below
+    -- 0, and the next band need not wait for a comparison.
+    waits.steps := counted_down(state.waits.steps, step.ends_band = '1', missing, step.send /= nothing);
+    -- This count starts with a frame's first pixel, because the first band may be the frame's only one.
+    waits.frame := counted_down(state.waits.frame, step.starts_frame = '1', MIN_BANDS - 1,
+                                step.ends_band = '1' and state.first_band = '0');
+    -- BAND_MODULUS (it is M) need not be a power of two, so a counter gives the remainder.
+    waits.modulus := counted_down(state.waits.modulus, counts and state.waits.modulus < 0, BAND_MODULUS - 1, counts);
+
+    return waits;
+
+  end function waits_after;
+
+  signal state : state_t := AT_RESET;
+  signal step  : step_t;
+
+  -- The pixel on offer starts a frame, is in excess of its line, or has a place in no frame. offered: size and slice
+  -- of the frame that the pixel may start.
+  signal new_start      : std_logic;
+  signal excess         : std_logic;
+  signal stray          : std_logic;
+  signal offered        : frame_t;
+  signal size_supported : std_logic;
+  -- A start of frame inside a frame.
   signal frame_broken : std_logic;
-
-  signal state : state_t := accept;
-
-  -- A frame is under way; its mark of start lasts. The pixel on offer starts a frame, is in excess, or in no frame.
-  signal frame_open  : std_logic := '0';
-  signal start_lasts : std_logic := '0';
-  signal new_start   : std_logic;
-  signal excess      : std_logic;
-  signal stray       : std_logic;
-
-  -- Size of the frame: new_ at the ports, line_end and row_end for this clock, last_ as stored. at_last_row: the
-  -- line is the frame's last one. slice_now, slice_held: the frame's slice for this clock, and as stored.
-  signal size_supported  : std_logic;
-  signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
-  signal new_last_row    : unsigned(15 downto 0);
-  signal line_end        : unsigned(COLUMN_BITS - 1 downto 0);
-  signal row_end         : unsigned(15 downto 0);
-  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
-  signal last_row        : unsigned(15 downto 0)              := (others => '0');
-  signal at_last_row     : std_logic                          := '0';
-  signal slice_now       : slice_t;
-  signal slice_held      : slice_t                            := (others => '0');
-
-  -- Place in the frame. at_first: column = 0; at_last: column = last_column; band_row: line within its band.
-  signal column       : unsigned(COLUMN_BITS - 1 downto 0)              := (others => '0');
-  signal at_first     : std_logic                                       := '1';
-  signal at_last      : std_logic                                       := '0';
-  signal column_count : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal column_held  : natural range 0 to larger(PARALLEL_ROWS - 1, 1) := 0;
-  signal row          : unsigned(15 downto 0)                           := (others => '0');
-  signal band_row     : natural range 0 to PARALLEL_ROWS                := 0;
-  signal first_band   : std_logic                                       := '0';
-
-  -- The current line, the first line of a new frame, or the token of this clock completes a band.
-  signal completes_band  : std_logic;
-  signal completes_first : std_logic;
-  signal band_token      : std_logic;
-
-  -- Inputs and outputs of sequencer_waits, which explains them.
-  signal any_step      : std_logic;
-  signal empty_step    : std_logic;
-  signal starts_flush  : std_logic;
-  signal steps_missing : natural range 0 to MIN_STEPS;
-  signal lacks_steps   : std_logic;
-  signal tokens_due    : std_logic;
-  signal bands_due     : std_logic;
-  signal steps_due     : std_logic;
-  signal band_wait     : std_logic;
-  signal frame_wait    : std_logic;
 
 begin
 
-  --------------------------------------------------------------------------------------------------
-  -- The pixel on offer, and the reasons to wait.
-
   -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
-  new_last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
-  new_last_row    <= unsigned(rows) - 1;
-  size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
-                     '0';
+  offered.last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
+  offered.last_row    <= unsigned(rows) - 1;
+  offered.slice       <= slice;
 
-  completes_band <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else
+  size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                     '0';
-  -- A frame of one line is a band by itself, whatever PARALLEL_ROWS is.
-  completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
-                     '0';
 
-  -- The next band may not begin yet.
-  band_wait <= '1' when at_first = '1' and steps_due = '1' else
+  new_start <= s_axis_tuser and not state.start_lasts;
+  stray     <= '1' when (new_start = '0' and (state.open_frame = '0' or excess = '1')) or
+                        (new_start = '1' and state.open_frame = '0' and size_supported = '0') else
                '0';
 
-  new_start <= s_axis_tuser and not start_lasts;
-  stray     <= '1' when (new_start = '0' and (frame_open = '0' or excess = '1')) or
-                        (new_start = '1' and frame_open = '0' and size_supported = '0') else
-               '0';
+  -- The decision has few bits. All that follows uses `send` alone, so that the logic stays shallow. A stray pixel is
+  -- dropped without delaying a flush.
+  decide : process (state, offered, s_axis_tvalid, new_start, stray, credit, drained) is
 
-  -- The decision: `take` takes the pixel on offer, `send` says which token is sent. A stray pixel is dropped without
-  -- delaying a flush.
-  decide : process (state, frame_open, at_first, s_axis_tvalid, new_start, stray, credit, drained, bands_due,
-                    tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band, completes_first) is
+    -- The next band, and the next frame, may not begin yet.
+    variable band_waits  : boolean;
+    variable frame_waits : boolean;
+    -- The current line, and the first line of the frame on offer, completes a band.
+    variable completes       : boolean;
+    variable first_completes : boolean;
+    variable now             : step_t;
+
   begin
 
-    send         <= nothing;
-    take         <= '0';
-    starts_frame <= '0';
+    band_waits  := state.at_first = '1' and state.waits.steps >= 0;
+    frame_waits := state.waits.frame >= 0 or state.waits.modulus >= 0;
+    completes   := LAST_BAND_ROW = 0 or state.band_row = LAST_BAND_ROW or state.at_last_row = '1';
+    -- A frame of one line is a band by itself, whatever PARALLEL_ROWS is.
+    first_completes := LAST_BAND_ROW = 0 or offered.last_row = 0;
 
-    if credit = '1' then
-      take <= s_axis_tvalid and stray;
-
-      case state is
-
-        when fill =>
-
-          send <= zero_pixel;
-
-        when flush =>
-
-          send <= flush_pixel;
-
-        when accept =>
-
-          if frame_open = '0' and band_row /= 0 then
-            -- Lines that are left of a frame cut short wait until the next band may begin.
-            if band_wait = '1' then
-              send <= empty;
-            else
-              send <= flush_pixel;
-            end if;
-          elsif s_axis_tvalid = '0' or stray = '1' then
-            -- The stream pauses. Within a line nothing need move; between lines and frames the filters are emptied.
-            if at_first = '1' then
-              if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
-                 (PARALLEL_ROWS = 1 or tokens_due = '0') then
-                send <= flush_pixel;
-              elsif tokens_due = '1' or steps_due = '1' then
-                send <= empty;
-              end if;
-            end if;
-          elsif frame_open = '1' then
-            -- A start of frame inside a frame waits until the frame cut short has ended.
-            if new_start = '0' then
-              if band_wait = '1' and completes_band = '1' then
-                send <= empty;
-              else
-                take <= '1';
-                send <= stream_pixel;
-              end if;
-            end if;
-          -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
-          elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
-            send <= empty;
-          elsif frame_wait = '1' then
-            send <= flush_pixel;
-          else
-            take         <= '1';
-            send         <= stream_pixel;
-            starts_frame <= '1';
-          end if;
-
-      end case;
-
+    if credit = '0' then
+      now.send := nothing;
+    elsif state.mode = fill then
+      now.send := zero_pixel;
+    elsif state.mode = flush then
+      now.send := flush_pixel;
+    elsif state.open_frame = '0' and state.band_row /= 0 then
+      -- Lines that are left of a frame cut short wait until the next band may begin.
+      now.send := flush_pixel;
+      if band_waits then
+        now.send := empty;
+      end if;
+    elsif s_axis_tvalid = '0' or stray = '1' then
+      -- The stream pauses. Within a line nothing need move; between lines and frames the filters are emptied.
+      if state.at_first = '1' and state.open_frame = '0' and (state.waits.bands >= 0 or frame_waits) and
+         not band_waits and drained = '1' and (PARALLEL_ROWS = 1 or state.waits.tokens < 0) then
+        now.send := flush_pixel;
+      elsif state.at_first = '1' and (state.waits.tokens >= 0 or state.waits.steps >= 0) then
+        now.send := empty;
+      else
+        now.send := nothing;
+      end if;
+    elsif state.open_frame = '1' and new_start = '1' then
+      -- A start of frame inside a frame waits until the frame cut short has ended.
+      now.send := nothing;
+    elsif state.open_frame = '1' then
+      now.send := stream_pixel;
+      if band_waits and completes then
+        now.send := empty;
+      end if;
+    -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
+    elsif band_waits and (first_completes or frame_waits) then
+      now.send := empty;
+    elsif frame_waits then
+      now.send := flush_pixel;
+    else
+      now.send := stream_pixel;
     end if;
+
+    now.takes_pixel  := to_logic(now.send = stream_pixel);
+    now.take         := now.takes_pixel or (credit and s_axis_tvalid and stray);
+    now.starts_frame := now.takes_pixel and not state.open_frame;
+    now.sends_image  := to_logic(now.send = stream_pixel or now.send = zero_pixel);
+    now.sends_pixel  := now.sends_image or to_logic(now.send = flush_pixel);
+    now.turn         := place_in_turn(state.turn, state.at_first, PARALLEL_ROWS);
+    -- A frame ends with its last line; a frame that was cut short ends with its filled-up line.
+    now.frame          := state.frame;
+    now.ends_line      := state.at_last;
+    now.ends_frame     := state.at_last_row or not state.open_frame;
+    now.completes_band := to_logic(completes or now.send = flush_pixel);
+
+    -- The first pixel of a frame takes its size from the ports, the others from the registers.
+    if now.starts_frame = '1' then
+      now.frame          := offered;
+      now.ends_line      := to_logic(offered.last_column = 0);
+      now.ends_frame     := to_logic(offered.last_row = 0);
+      now.completes_band := to_logic(first_completes);
+    end if;
+
+    now.ends_band := now.sends_pixel and now.ends_line and now.completes_band;
+    step          <= now;
 
   end process decide;
 
-  s_axis_tready <= take;
-  frame_start   <= starts_frame;
-
-  --------------------------------------------------------------------------------------------------
-  -- What follows from the decision.
-
-  -- The decision has few bits. All that follows uses `send` alone, so that the logic stays shallow.
-  any_step    <= '0' when send = nothing else
-                 '1';
-  empty_step  <= '1' when send = empty else
-                 '0';
-  takes_pixel <= '1' when send = stream_pixel else
-                 '0';
-  sends_image <= '1' when send = stream_pixel or send = zero_pixel else
-                 '0';
-  sends_pixel <= '1' when send = flush_pixel or sends_image = '1' else
-                 '0';
-
-  -- The first pixel of a frame takes its size from the ports, the others from the registers.
-  line_end  <= new_last_column when starts_frame = '1' else
-               last_column;
-  row_end   <= new_last_row when starts_frame = '1' else
-               last_row;
-  slice_now <= slice when starts_frame = '1' else
-               slice_held;
-
-  line_ends  <= '1' when (starts_frame = '1' and new_last_column = 0) or
-                         (starts_frame = '0' and at_last = '1') else
-                '0';
-  image_ends <= sends_image and line_ends;
-
-  band_token <= '1' when send = flush_pixel else
-                completes_first when starts_frame = '1' else
-                completes_band;
-  band_ends  <= sends_pixel and line_ends and band_token;
-
-  -- A frame ends with its last line; a frame that was cut short ends with its filled-up line.
-  frame_ends <= '1' when (starts_frame = '1' and new_last_row = 0) or
-                         (starts_frame = '0' and (at_last_row = '1' or frame_open = '0')) else
-                '0';
-
-  -- A start of frame inside a frame. Nothing is sent in this clock: the broken frame ends first.
-  frame_broken <= credit and s_axis_tvalid and new_start and frame_open when state = accept else
+  s_axis_tready <= step.take;
+  frame_start   <= step.starts_frame;
+  -- Nothing is sent in this clock: the broken frame ends first.
+  frame_broken <= credit and s_axis_tvalid and new_start and state.open_frame when state.mode = accept else
                   '0';
 
-  --------------------------------------------------------------------------------------------------
-  -- Place in the frame.
-
-  follow_line : process (clk) is
+  follow : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- The register is written in every clock, so it needs no enable; line_end holds the old value except
-      -- with starts_frame.
-      last_column <= line_end;
-      if sends_pixel = '1' then
-        column_held <= column_count;
-        if line_ends = '1' then
-          column   <= (others => '0');
-          at_first <= '1';
-          at_last  <= to_logic(line_end = 0);
-        else
-          column   <= column + 1;
-          at_first <= '0';
-          at_last  <= to_logic(column + 1 = line_end);
+      -- The frame is written in every clock, so it needs no enable.
+      state.frame <= step.frame;
+      state.waits <= waits_after(state, step);
+      if step.takes_pixel = '1' then
+        state.start_lasts <= s_axis_tuser and not s_axis_tlast and not step.ends_line;
+      end if;
+      if step.send = flush_pixel then
+        state.mode <= flush;
+      elsif (step.takes_pixel = '1' and s_axis_tlast = '1') or (frame_broken = '1' and state.at_first = '0') then
+        state.mode <= fill;
+      end if;
+      if step.starts_frame = '1' then
+        state.open_frame  <= '1';
+        state.at_last_row <= step.ends_frame;
+        state.first_band  <= '1';
+      end if;
+      if step.sends_pixel = '1' then
+        state.turn     <= step.turn;
+        state.column   <= state.column + 1;
+        state.at_first <= '0';
+        state.at_last  <= to_logic(state.column + 1 = step.frame.last_column);
+      end if;
+      -- The end of a line comes behind its pixels, as a line of one pixel ends with the token that begins it.
+      if step.sends_pixel = '1' and step.ends_line = '1' then
+        state.mode     <= accept;
+        state.column   <= (others => '0');
+        state.at_first <= '1';
+        state.at_last  <= to_logic(step.frame.last_column = 0);
+        state.band_row <= place_in_turn(state.band_row, step.completes_band, PARALLEL_ROWS);
+      end if;
+      if step.ends_band = '1' then
+        state.first_band <= '0';
+      end if;
+      if step.sends_image = '1' and step.ends_line = '1' then
+        state.row         <= state.row + 1;
+        state.at_last_row <= to_logic(state.row + 1 = step.frame.last_row);
+        if step.ends_frame = '1' then
+          state.open_frame <= '0';
+          state.row        <= (others => '0');
         end if;
       end if;
-      if reset = '1' then
-        column   <= (others => '0');
-        at_first <= '1';
-        at_last  <= '0';
-      end if;
-    end if;
-
-  end process follow_line;
-
-  follow_state : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      -- The end of a line is handled first, as a line of one pixel ends with the token that begins it.
-      if sends_pixel = '1' and line_ends = '1' then
-        state <= accept;
-      elsif send = flush_pixel then
-        state <= flush;
-      elsif (takes_pixel = '1' and s_axis_tlast = '1') or (frame_broken = '1' and at_first = '0') then
-        state <= fill;
-      end if;
-      if reset = '1' then
-        state <= accept;
-      end if;
-    end if;
-
-  end process follow_state;
-
-  follow_frame : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      last_row   <= row_end;
-      slice_held <= slice_now;
-      if starts_frame = '1' then
-        frame_open  <= '1';
-        at_last_row <= to_logic(new_last_row = 0);
-      end if;
-      if image_ends = '1' then
-        if frame_ends = '1' then
-          frame_open <= '0';
-          row        <= (others => '0');
-        else
-          row         <= row + 1;
-          at_last_row <= to_logic(row + 1 = row_end);
-        end if;
-      end if;
-      -- Tokens of the broken frame are already under way, so its line and its band are filled up before the
-      -- new frame begins.
+      -- Tokens of the broken frame are already under way, so its line and its band are filled up before the new
+      -- frame begins.
       if frame_broken = '1' then
-        frame_open <= '0';
-        if at_first = '1' then
-          row <= (others => '0');
+        state.open_frame <= '0';
+        if state.at_first = '1' then
+          state.row <= (others => '0');
         end if;
       end if;
-      if takes_pixel = '1' then
-        start_lasts <= s_axis_tuser and not s_axis_tlast and not line_ends;
-      end if;
       if reset = '1' then
-        frame_open  <= '0';
-        start_lasts <= '0';
-        row         <= (others => '0');
+        state <= AT_RESET;
       end if;
     end if;
 
-  end process follow_frame;
-
-  follow_band : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      if starts_frame = '1' then
-        first_band <= '1';
-      end if;
-      if band_ends = '1' then
-        band_row   <= 0;
-        first_band <= '0';
-      elsif sends_pixel = '1' and line_ends = '1' then
-        band_row <= band_row + 1;
-      end if;
-      if reset = '1' then
-        band_row   <= 0;
-        first_band <= '0';
-      end if;
-    end if;
-
-  end process follow_band;
-
-  -- The column modulo PARALLEL_ROWS.
-  column_count <= place_in_turn(column_held, at_first, PARALLEL_ROWS);
-
-  --------------------------------------------------------------------------------------------------
-  -- What remains to be flushed or waited for.
-
-  -- A flush line counts with its first pixel.
-  starts_flush <= '1' when send = flush_pixel and at_first = '1' and band_row = 0 else
-                  '0';
-
-  -- Tokens that a short line lacks to MIN_STEPS, or to a multiple of PARALLEL_ROWS.
-  steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0)) when column < MIN_STEPS - 1 else
-                   LAST_BAND_ROW - column_count;
-  lacks_steps   <= '1' when column < MIN_STEPS - 1 or column_count /= LAST_BAND_ROW else
-                   '0';
-
-  waits : entity work.sequencer_waits
-    generic map (
-      ROW_FLUSH    => ROW_FLUSH,
-      COLUMN_FLUSH => COLUMN_FLUSH,
-      MIN_STEPS    => MIN_STEPS,
-      MIN_BANDS    => MIN_BANDS,
-      BAND_MODULUS => BAND_MODULUS,
-      KEEP_MODULUS => KEEP_MODULUS
-    )
-    port map (
-      clk           => clk,
-      reset         => reset,
-      any_step      => any_step,
-      empty_step    => empty_step,
-      sends_pixel   => sends_pixel,
-      sends_image   => sends_image,
-      starts_frame  => starts_frame,
-      starts_flush  => starts_flush,
-      band_ends     => band_ends,
-      first_band    => first_band,
-      steps_missing => steps_missing,
-      lacks_steps   => lacks_steps,
-      tokens_due    => tokens_due,
-      bands_due     => bands_due,
-      steps_due     => steps_due,
-      frame_wait    => frame_wait
-    );
+  end process follow;
 
   faults : entity work.stream_faults
     port map (
@@ -462,35 +425,32 @@ begin
       new_start     => new_start,
       s_axis_tlast  => s_axis_tlast,
       credit        => credit,
-      take          => take,
-      takes_pixel   => takes_pixel,
-      starts_frame  => starts_frame,
-      line_ends     => line_ends,
+      take          => step.take,
+      takes_pixel   => step.takes_pixel,
+      starts_frame  => step.starts_frame,
+      line_ends     => step.ends_line,
       frame_broken  => frame_broken,
       excess        => excess,
       error_flags   => error_flags,
       error_clear   => error_clear
     );
 
-  --------------------------------------------------------------------------------------------------
-  -- The token.
-
   give : process (clk) is
   begin
 
     if rising_edge(clk) then
       -- Only strobe has a reset, because the other fields are valid only while strobe = '1'.
-      token.strobe      <= any_step and not reset;
-      token.pixel       <= sends_pixel;
-      token.line_first  <= sends_pixel and at_first;
-      token.line_last   <= sends_pixel and line_ends;
-      token.band        <= sends_pixel and band_token;
-      token.frame_first <= sends_pixel and (starts_frame or first_band);
-      token.image       <= sends_image;
-      token.slice       <= slice_now;
-      token_row         <= band_row;
+      token.strobe      <= to_logic(step.send /= nothing) and not reset;
+      token.pixel       <= step.sends_pixel;
+      token.line_first  <= step.sends_pixel and state.at_first;
+      token.line_last   <= step.sends_pixel and step.ends_line;
+      token.band        <= step.sends_pixel and step.completes_band;
+      token.frame_first <= step.sends_pixel and (step.starts_frame or state.first_band);
+      token.image       <= step.sends_image;
+      token.slice       <= step.frame.slice;
+      token_row         <= state.band_row;
       token_data        <= (others => '0');
-      if takes_pixel = '1' then
+      if step.takes_pixel = '1' then
         token_data <= s_axis_tdata;
       end if;
     end if;

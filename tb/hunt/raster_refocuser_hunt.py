@@ -10,8 +10,8 @@ from hunt.references.raster_refocuser import refocused
 
 ENTITY = "raster_refocuser"
 FAULTS = [
-    ("frame_sequencer.vhd", "at_last_row <= to_logic(row + 1 = row_end);",
-     "at_last_row <= to_logic(row + 2 = row_end);"),
+    ("frame_sequencer.vhd", "to_logic(state.row + 1 = step.frame.last_row);",
+     "to_logic(state.row + 2 = step.frame.last_row);"),
     # A complete frame does not come out if stray pixels follow.
     ("frame_sequencer.vhd", "elsif s_axis_tvalid = '0' or stray = '1' then",
      "elsif s_axis_tvalid = '0' or (stray = '1' and excess = '0') then"),
@@ -21,7 +21,7 @@ FAULTS = [
     ("stream_shell.vhd", "resize(unsigned(slice_out), slice_t'length)",
      "resize(slice_in, slice_t'length)"),
     # A mark of start that lasts two pixels begins two frames.
-    ("frame_sequencer.vhd", "s_axis_tuser and not start_lasts;", "s_axis_tuser;"),
+    ("frame_sequencer.vhd", "s_axis_tuser and not state.start_lasts;", "s_axis_tuser;"),
     # As if all views reached every line.
     ("border_counts.vhd", "row_down(0)  <= down(PASSES)", "row_down(0)  <= down(0)"),
     # Halves of an even M are rounded down.
