@@ -257,10 +257,11 @@ begin
     -- Taps work on signed numbers, so the width is a bit more than that of a sum.
     taps : entity work.three_taps
       generic map (
-        VALUE_BITS  => SUM_BITS + 1,
-        BUILD       => BUILD,
-        OFFSET      => BUILD.rounding,
-        RESULT_BITS => BUILD.tapped_bits
+        VALUE_BITS      => SUM_BITS + 1,
+        DIFFERENCE_BITS => SUM_BITS + 1,
+        BUILD           => BUILD,
+        OFFSET          => BUILD.rounding,
+        RESULT_BITS     => BUILD.tapped_bits
       )
       port map (
         clk           => clk,

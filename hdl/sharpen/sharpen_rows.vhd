@@ -235,9 +235,10 @@ begin
 
       taps : entity work.three_taps
         generic map (
-          VALUE_BITS  => BUILD.tapped_bits,
-          BUILD       => BUILD,
-          RESULT_BITS => TAP_BITS
+          VALUE_BITS      => BUILD.tapped_bits,
+          DIFFERENCE_BITS => BUILD.tapped_bits + 1,
+          BUILD           => BUILD,
+          RESULT_BITS     => TAP_BITS
         )
         port map (
           clk           => clk,

@@ -20,6 +20,8 @@ entity three_taps is
   generic (
     -- Width of a value, a signed number.
     VALUE_BITS : positive;
+    -- Width of the difference of two values: a bit more than a value, or as wide as values that are never negative.
+    DIFFERENCE_BITS : positive;
     -- Sizes and weights of the sharpener.
     BUILD : sharpen_build_t;
     -- Number added to the result, 0 to 2**SCALE_BITS - 1.
@@ -43,11 +45,10 @@ end entity three_taps;
 
 architecture rtl of three_taps is
 
-  constant SCALE_BITS : positive := scale_exponent(BUILD.weights);
-  constant SIDE       : positive := largest_side(BUILD.weights);
-  constant SIDE_BITS  : positive := bits_for(SIDE) + 1;
-  -- Width of the differences' sum times a side weight.
-  constant PRODUCT_BITS : positive := VALUE_BITS + 2 + SIDE_BITS;
+  constant SCALE_BITS   : positive := scale_exponent(BUILD.weights);
+  constant SIDE         : positive := largest_side(BUILD.weights);
+  constant SIDE_BITS    : positive := bits_for(SIDE) + 1;
+  constant PRODUCT_BITS : positive := DIFFERENCE_BITS + 1 + SIDE_BITS;
 
   -- Trailing zeros of a number below 32.
   function lowest_bit (
@@ -72,14 +73,25 @@ architecture rtl of three_taps is
 
   end function lowest_bit;
 
+  constant LOW_BIT : natural := lowest_bit(SIDE);
+  -- The side weight without its trailing zeros.
+  constant ODD : positive := SIDE / 2 ** LOW_BIT;
+  -- The power of two that is nearest to ODD.
+  constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
+  -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder. Others are
+  -- multiplied as negative numbers, because Yosys takes a product with a factor that is never negative for one of
+  -- numbers without a sign, which needs a second multiplier for the copies of the other factor's sign.
+  constant MULTIPLIES : boolean := not one_weight(BUILD.weights) or
+                                   (ODD /= 1 and ODD /= 2 ** HIGH_BIT + 1 and ODD /= 2 ** HIGH_BIT - 1);
+
   -- Names of signals end in the number of clocks behind the value.
-  signal value_1   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal value_2   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal value_3   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal earlier_1 : signed(VALUE_BITS downto 0)       := (others => '0');
-  signal later_1   : signed(VALUE_BITS downto 0)       := (others => '0');
-  signal change_2  : signed(VALUE_BITS + 1 downto 0)   := (others => '0');
-  signal change_3  : signed(PRODUCT_BITS - 1 downto 0) := (others => '0');
+  signal value_1   : signed(VALUE_BITS - 1 downto 0)      := (others => '0');
+  signal value_2   : signed(VALUE_BITS - 1 downto 0)      := (others => '0');
+  signal value_3   : signed(VALUE_BITS - 1 downto 0)      := (others => '0');
+  signal earlier_1 : signed(DIFFERENCE_BITS - 1 downto 0) := (others => '0');
+  signal later_1   : signed(DIFFERENCE_BITS - 1 downto 0) := (others => '0');
+  signal change_2  : signed(DIFFERENCE_BITS downto 0)     := (others => '0');
+  signal change_3  : signed(PRODUCT_BITS - 1 downto 0)    := (others => '0');
   signal scaled_3  : signed(RESULT_BITS - 1 downto 0);
 
 begin
@@ -97,30 +109,27 @@ begin
       later_1   <= (others => '0');
 
       if earlier_there = '1' then
-        earlier_1 <= resize(value, VALUE_BITS + 1) - resize(earlier, VALUE_BITS + 1);
+        earlier_1 <= resize(value, DIFFERENCE_BITS) - resize(earlier, DIFFERENCE_BITS);
       end if;
 
       if later_there = '1' then
-        later_1 <= resize(value, VALUE_BITS + 1) - resize(later, VALUE_BITS + 1);
+        later_1 <= resize(value, DIFFERENCE_BITS) - resize(later, DIFFERENCE_BITS);
       end if;
 
       value_2  <= value_1;
-      change_2 <= resize(earlier_1, VALUE_BITS + 2) + resize(later_1, VALUE_BITS + 2);
+      change_2 <= resize(earlier_1, DIFFERENCE_BITS + 1) + resize(later_1, DIFFERENCE_BITS + 1);
 
       value_3 <= value_2;
-      result  <= scaled_3 + resize(change_3, RESULT_BITS);
+      if MULTIPLIES then
+        result <= scaled_3 - resize(change_3, RESULT_BITS);
+      else
+        result <= scaled_3 + resize(change_3, RESULT_BITS);
+      end if;
     end if;
 
   end process add;
 
-  -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder.
   one_side : if one_weight(BUILD.weights) generate
-
-    constant LOW_BIT : natural := lowest_bit(SIDE);
-    -- The side weight without its trailing zeros.
-    constant ODD : positive := SIDE / 2 ** LOW_BIT;
-    -- The power of two that is nearest to ODD.
-    constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
 
     signal scaled : signed(PRODUCT_BITS - 1 downto 0);
     signal high   : signed(PRODUCT_BITS - 1 downto 0);
@@ -141,7 +150,7 @@ begin
         elsif ODD = 2 ** HIGH_BIT - 1 then
           change_3 <= high - scaled;
         else
-          change_3 <= change_2 * to_signed(SIDE, SIDE_BITS);
+          change_3 <= change_2 * to_signed(-SIDE, SIDE_BITS);
         end if;
       end if;
 
@@ -153,18 +162,18 @@ begin
 
     type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
 
-    -- The weight of each slice. Numbers beyond the set do not occur; they have the largest weight.
+    -- The weight of each slice, negative. Numbers beyond the set do not occur; they have the largest weight.
     function side_table return sides_t is
 
       variable table : sides_t;
 
     begin
 
-      table := (others => to_signed(SIDE, SIDE_BITS));
+      table := (others => to_signed(-SIDE, SIDE_BITS));
 
       for i in 0 to BUILD.slices - 1 loop
 
-        table(i) := to_signed(side_weight(BUILD.weights, i), SIDE_BITS);
+        table(i) := to_signed(-side_weight(BUILD.weights, i), SIDE_BITS);
 
       end loop;
 

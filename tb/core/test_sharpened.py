@@ -14,12 +14,12 @@ SUMS = MovingSumEngine()
 SMALL = [
     CoreConfiguration(micro_image_size=2, shifts=(1,), max_columns=6, channels=3, sharpening=(3,)),
     CoreConfiguration(
-        micro_image_size=3, shifts=(2, 3), max_columns=8, sharpening=(4, 0), engine=SUMS
+        micro_image_size=3, shifts=(2, 3, 1), max_columns=8, sharpening=(4, 0, 5), engine=SUMS
     ),
 ]
 MORE = [
     CoreConfiguration(
-        micro_image_size=5, shifts=(-3,), max_columns=17, channels=3, sharpening=(4,)
+        micro_image_size=5, shifts=(-3,), max_columns=17, channels=3, sharpening=(11,)
     ),
     CoreConfiguration(
         micro_image_size=4,
