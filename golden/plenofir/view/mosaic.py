@@ -73,7 +73,7 @@ def _encoded(image: Image, kind: str, **options: object) -> bytes:
 def _without_loss(image: Image, limit: int) -> Part | None:
     small = max(image.shape[:2]) <= _WEBP_SIDE
     kind = "webp" if small else "png"
-    # Of large pictures more effort takes three times as long and saves a third.
+    # More effort takes three times as long and saves a third: too long for large pictures.
     effort = {"method": int(image.nbytes < _LARGE), "quality": 0}
     options = {"lossless": True, **effort} if small else {}
     content = _encoded(image, kind.upper(), **options)

@@ -405,7 +405,7 @@ def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
     places = (np.arange(pixels) - (m - 1) / 2) / m
     parts = []
     for first in range(min(_APART, lenses)):
-        # Of several lenses at once, so far apart that each pixel sees one of them at most.
+        # Several lenses at once, so far apart that each pixel sees one of them at most.
         comb = np.zeros(lenses)
         comb[first::_APART] = 1
         shares = ndimage.map_coordinates(

@@ -38,7 +38,7 @@ def _cropped(pixels: Image, m: int, text: str) -> Image:
             where="crop",
         )
     left, top, width, height = map(int, parts)
-    # Of views each pixel is one of the picture.
+    # Each pixel of a view is one of the picture.
     is_views = pixels.ndim > 3
     step = 1 if is_views else m
     rows, columns = pixels.shape[2:4] if is_views else pixels.shape[:2]
