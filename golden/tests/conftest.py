@@ -5,7 +5,8 @@ import signal
 
 from hypothesis import Phase, settings
 
-from plenofir.commands import console
+from plenofir.commands import app, console
+from plenofir.refocus import first_calls
 
 # Speed is measured by benchmarks, never by tests.
 settings.register_profile("plenofir", deadline=None, print_blob=True)
@@ -16,7 +17,10 @@ settings.register_profile(
 settings.load_profile("plenofir")
 
 # On a slow machine lines of progress would stand beside the messages under test.
-console.QUIET_SECONDS = 1e6
+console.QUIET_SECONDS = app.COMPILING_SECONDS = 1e6
+
+# Tests of `refocus` are tests of its compiled code.
+first_calls.patient = True
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell starts what runs in the background so; the commands under test would inherit it.

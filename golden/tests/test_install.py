@@ -101,7 +101,11 @@ def test_sim_and_refocus(call, tmp_path: Path) -> None:
     done = call(
         *("plenofir", "refocus", "raw.png", "-M", "5", "-a", "1/5", "--interpolation", "nearest")
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    assert done.stderr in (
+        "",
+        "note: compiling loops for this machine, once: some ten seconds of processor time\n",
+    )
     assert (read_image(tmp_path / "refocused.png") == want).all()
 
 

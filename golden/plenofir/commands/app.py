@@ -32,6 +32,7 @@ from plenofir.commands import (
 from plenofir.commands.console import print_notes
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
+from plenofir.ground import compiling
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.ground.files import inputs_kept, unusable
 
@@ -47,6 +48,10 @@ GROUPS = "plenofir.commands"
 """Entry points that are Typer applications: groups of commands by their names."""
 STUDIES = ("report", "reproduce")
 """Commands of plenofir-studies, a distribution of its own."""
+
+
+# A command that compiles for longer says so.
+COMPILING_SECONDS = 2.0
 
 
 class UsageError(ValueError):
@@ -226,6 +231,23 @@ def _stopped(number: int, _: object) -> None:
     sys.exit(128 + number)
 
 
+def _note_now(text: str) -> None:
+    """Print a note at once, from whatever thread."""
+    with suppress(OSError, ValueError):
+        typer.echo(f"note: {text}", err=True)
+
+
+def _wait_for_compilers(code: int) -> None:
+    """Let loops be compiled that a thread compiles for later calls; all results are written."""
+    first_calls = sys.modules.get("plenofir.refocus.first_calls")
+    try:
+        if first_calls:
+            first_calls.wait_for_compilers()
+    except (KeyboardInterrupt, SystemExit):
+        # Python's own end would wait for the thread.
+        os._exit(code)
+
+
 def main() -> None:
     """Run the command line: whatever happens, one line on standard error and an exit code.
 
@@ -233,6 +255,8 @@ def main() -> None:
     failed; 128 and the signal's number after a signal. With ``--debug`` the traceback comes first.
     """
     words = [word for word in sys.argv[1:] if word != "--debug"]
+    compiling.tell = _note_now
+    compiling.tell_of_long_ones(COMPILING_SECONDS, _note_now)
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _stopped)
     if isinstance(sys.stdout, TextIOWrapper):
@@ -252,4 +276,5 @@ def main() -> None:
         if message:
             typer.echo(f"plenofir: {message}", err=True)
         _flush(sys.stderr)
+    _wait_for_compilers(code)
     sys.exit(code)

@@ -33,6 +33,7 @@ from plenofir.refocus.checks import (
     region_ranges,
     whole_number,
 )
+from plenofir.refocus.first_calls import refocus_image
 from plenofir.refocus.operator import (
     Image,
     clamped_shift,
@@ -134,7 +135,8 @@ def refocus(
     """Refocus a calibrated raw image: shift and integration (Eq. 6.1), correctly rounded.
 
     The result equals `ExactArithmetic`'s to the bit; `plenofir.refocus.fast` makes it, at a cost
-    that depends on neither M nor a.
+    that depends on neither M nor a. Its loops are compiled once on a machine, in a thread; until
+    they are there, pictures come from NumPy (`plenofir.refocus.plain`), equal to the bit.
 
     Parameters
     ----------
@@ -236,10 +238,7 @@ def refocus(
         )
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
-    # Compiled code is loaded only when needed.
-    from plenofir.refocus.fast import fast_refocus
-
-    return fast_refocus(
+    return refocus_image(
         raw,
         M,
         shift,

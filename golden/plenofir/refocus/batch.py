@@ -35,6 +35,7 @@ from plenofir.refocus import (
     Sharpen,
     best_picture,
     check_raw,
+    first_calls,
     focus_to_shift,
     interpolation_order,
     processors,
@@ -191,6 +192,8 @@ class Made(NamedTuple):
 
 def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
     """Refocus a frame and write its results into a folder, under names of their own."""
+    # Many frames follow, and workers end when the last one is written.
+    first_calls.patient = True
     results: list[tuple[Path, Content]] = []
     try:
         picture = read_picture(source)

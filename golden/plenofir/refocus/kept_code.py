@@ -3,8 +3,8 @@
 
 numba's cache files have no checksum, and depend only on the function's own source: a truncated file
 makes every later call fail, flipped bits are executed, and changes of inlined functions in other
-modules go unnoticed. Here each variant is one file that begins with a hash of all that it depends
-on.
+modules go unnoticed. Here each variant is one file that begins with a hash of the sources it was
+made from and one of its content.
 """
 
 import pickle
@@ -18,8 +18,10 @@ from uuid import uuid4
 
 import llvmlite
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
+
+from plenofir.ground import compiling
 
 _HASH_BYTES = 32
 
@@ -28,25 +30,30 @@ class Files:
     """The variants of a function."""
 
     def __init__(self, folder: Path, name: str, made_from: bytes) -> None:
-        self._folder, self._name, self._made_from = folder, name, made_from
+        self._folder, self._name = folder, name
+        self._made_from = sha256(made_from).digest()
 
     def _path(self, key: bytes) -> Path:
         return self._folder / f"{self._name}.{sha256(key).hexdigest()[:16]}.code"
 
-    def _hash(self, key: bytes, content: bytes) -> bytes:
+    def _head(self, key: bytes, content: bytes) -> bytes:
         whole = sha256(self._made_from)
         whole.update(b"%d " % len(key) + key + content)
-        return whole.digest()
+        return self._made_from + whole.digest()
 
     def load(self, key: Any) -> Any:
-        """What was saved; None if there is no valid file."""
+        """What was saved; None if there is no valid file, so that it must be compiled."""
         name = repr(key).encode()
-        try:
-            found = self._path(name).read_bytes()
-        except OSError:
-            return None
-        content = found[_HASH_BYTES:]
-        return pickle.loads(content) if found[:_HASH_BYTES] == self._hash(name, content) else None
+        path, kept = self._path(name), b""
+        with suppress(OSError):
+            kept = path.read_bytes()
+        head, content = kept[: 2 * _HASH_BYTES], kept[2 * _HASH_BYTES :]
+        if head == self._head(name, content):
+            return pickle.loads(content)
+        # Code of other sources is stale, and no damage.
+        if head.startswith(self._made_from):
+            compiling.hindered("damaged", f"{path} is damaged; it is compiled again")
+        return None
 
     def save(self, key: Any, data: Any) -> None:
         """Save a variant; after an OSError the old file is still there."""
@@ -54,18 +61,20 @@ class Files:
         path = self._path(name)
         whole = path.with_suffix(f".{uuid4().hex}")
         try:
-            whole.write_bytes(self._hash(name, content) + content)
+            whole.write_bytes(self._head(name, content) + content)
             whole.replace(path)
-        except OSError:
+        except OSError as error:
             with suppress(OSError):
                 whole.unlink()
+            reason = error.strerror or str(error)
+            compiling.hindered("unkept", f"code cannot be kept in {path.parent}: {reason}")
             raise
 
 
 class KeptCode(FunctionCache):
     """Cache of a function's compiled variants, for a dispatcher of numba.
 
-    Raises RuntimeError if there is no writable folder.
+    Raises RuntimeError or OSError if there is no writable folder.
     """
 
     def __init__(self, function: Callable[..., Any], sources: Iterable[Path] = ()) -> None:
@@ -76,8 +85,42 @@ class KeptCode(FunctionCache):
         folder = Path(self.cache_path)
         self.files = Files(folder, self._impl.filename_base, made_from)
         self._cache_file: Any = self.files
+        self._function = function.__name__
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The variant, or None: numba compiles it then."""
+        loaded = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        if loaded is None:
+            compiling.begin(self._function)
+        return loaded
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save it, or continue without (a full disk)."""
+        compiling.end(self._function)
         with suppress(OSError):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+class Unkept(NullCache):
+    """In the place of `KeptCode` where no folder can be written."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function.__name__
+        nowhere_to_keep()
+
+    def load_overload(self, sig: Any, target_context: Any) -> None:
+        """Nothing: numba compiles the variant."""
+        compiling.begin(self._function)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Forget it."""
+        compiling.end(self._function)
+
+
+def nowhere_to_keep() -> None:
+    """Say that each process compiles anew."""
+    compiling.hindered(
+        "unkept",
+        "no folder can be written that keeps compiled code, so each run compiles anew; set "
+        "NUMBA_CACHE_DIR to one",
+    )

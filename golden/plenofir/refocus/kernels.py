@@ -18,7 +18,6 @@ No sum can overflow: `plenofir.refocus.fast.plan` derives its width from M, orde
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -26,7 +25,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus.kept_code import KeptCode
+from plenofir.refocus.kept_code import KeptCode, Unkept
 from plenofir.refocus.vector_code import LINE_BYTES
 from plenofir.refocus.vectors import (
     add_line,
@@ -58,8 +57,10 @@ Integers = npt.NDArray[Any]
 def compiled(work: Work, fastmath: bool | set[str] = False) -> Work:
     """Compile for this machine at the first call; cached on disk if possible."""
     dispatcher: Any = numba.njit(nogil=True, fastmath=fastmath)(work)
-    with suppress(RuntimeError, OSError):  # no writable folder
+    try:
         dispatcher._cache = KeptCode(work, _SHARED)
+    except (RuntimeError, OSError):
+        dispatcher._cache = Unkept(work)
     return cast("Work", dispatcher)
 
 

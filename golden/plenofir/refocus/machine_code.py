@@ -18,8 +18,9 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
+from plenofir.ground import compiling
 from plenofir.refocus import vector_code
-from plenofir.refocus.kept_code import KeptCode
+from plenofir.refocus.kept_code import KeptCode, nowhere_to_keep
 from plenofir.refocus.vector_code import Array, Value
 
 _SHARED = (Path(__file__), Path(vector_code.__file__))
@@ -62,18 +63,22 @@ class Loop:
         name = ".".join((*names, *map(str, constants)))
         codegen = cpu_target.target_context.codegen()
         files, key = None, (codegen.magic_tuple(), constants)
-        with suppress(RuntimeError, OSError):  # no writable folder
+        try:
             files = KeptCode(self._write, _SHARED).files
+        except (RuntimeError, OSError):
+            nowhere_to_keep()
         content = files.load(key) if files else None
         if content:
             library = codegen.unserialize_library(content)
         else:
+            compiling.begin(self._write.__name__)
             library = codegen.create_library(name)
             library.enable_object_caching()
             module = library.create_ir_module(name)
             self._fill(ir.Function(module, _kind(len(self.names)), name), constants)
             library.add_ir_module(module)
             library.finalize()
+            compiling.end(self._write.__name__)
             with suppress(OSError):
                 if files:
                     files.save(key, library.serialize_using_object_code())

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
+from plenofir.ground import compiling
 from plenofir.refocus import blocks, kernels, machine_code, row_vectors, rows, vectors
+from plenofir.refocus.kept_code import KeptCode
 
 OF_NUMBA = """
 from plenofir.refocus.kernels import compiled, inner
@@ -93,20 +95,35 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_damaged_files(tmp_path: Path, twice, damage) -> None:
+@pytest.fixture(autouse=True)
+def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What users are told."""
+    sentences: list[str] = []
+    monkeypatch.setattr(compiling, "tell", sentences.append)
+    monkeypatch.setattr(compiling, "_told", set())
+    return sentences
+
+
+# An empty file, or one of other sources, is no damage.
+STALE = ("empty", "short", "of another version", "flipped at 0/8")
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_damaged_files(tmp_path: Path, twice, told: list[str], name: str) -> None:
     assert twice() == [0, 2, 4, 6, 8]
     assert twice() == [0, 2, 4, 6, 8]
     assert twice.loaded
     for path in kept(tmp_path):
-        path.write_bytes(damage(path.read_bytes()))
+        path.write_bytes(DAMAGES[name](path.read_bytes()))
+    assert told == []
     assert twice() == [0, 2, 4, 6, 8]
     assert not twice.loaded
+    assert [sentence.split(" is ")[1] for sentence in told] == ["damaged; it"] * (name not in STALE)
     assert twice() == [0, 2, 4, 6, 8]
     assert twice.loaded
 
 
-def test_no_room_and_no_permission(tmp_path: Path, twice) -> None:
+def test_no_room_and_no_permission(tmp_path: Path, twice, told: list[str]) -> None:
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, old[1]))
     try:
@@ -123,6 +140,16 @@ def test_no_room_and_no_permission(tmp_path: Path, twice) -> None:
     os.chmod(tmp_path / "__pycache__", 0)
     assert twice() == [0, 2, 4, 6, 8]
     os.chmod(tmp_path / "__pycache__", 0o700)
+    assert [sentence.partition(" ")[0] for sentence in told] == ["code"]
+
+
+def test_nowhere_to_keep_code(twice, told: list[str], monkeypatch) -> None:
+    monkeypatch.setattr(KeptCode._impl_class, "_locator_classes", [])
+    for _ in range(2):
+        assert twice() == [0, 2, 4, 6, 8]
+        assert not twice.loaded
+    assert len(told) == 1
+    assert "NUMBA_CACHE_DIR" in told[0]
 
 
 def test_other_sources(tmp_path: Path, twice, monkeypatch) -> None:

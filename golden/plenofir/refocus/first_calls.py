@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The first pictures of a machine come from plain NumPy, while a thread compiles the fast loops.
+
+Code that an earlier process has kept on disk is loaded, which takes less than a second; then plain
+NumPy is never asked. Compiling takes some ten seconds of processor time, once on a machine. A
+process that ends before waits for it, so that the next process finds the code. The thread begins
+when the first picture is done: both would take turns at the interpreter's lock.
+"""
+
+import os
+import sys
+import threading
+import time
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from plenofir.ground import compiling
+from plenofir.refocus.operator import Image
+from plenofir.refocus.plain import plain_refocus
+
+patient = False
+"""Whether `refocus` waits for compiled code: for benchmarks, and where many pictures follow."""
+
+# Loading kept code takes less; a disk that takes longer is no reason to wait.
+_LOADING_SECONDS = 1.5
+# A thread that adds lines asks for the interpreter's lock thousands of times, and waits this long
+# each time for a thread that compiles; Python's own 5 ms would make a second half a minute.
+_SWITCH_SECONDS = 2e-5
+
+
+class Kind(NamedTuple):
+    """What the compiled code depends on."""
+
+    pixel_bytes: int
+    channels: tuple[int, ...]
+    micro_image_size: int
+    order: int
+    units: int
+
+
+class _Job:
+    """Loads the code of one kind of picture, or compiles it."""
+
+    def __init__(self, kind: Kind) -> None:
+        self._kind, self._deadline = kind, time.monotonic() + _LOADING_SECONDS
+        # Code is missing on disk, or all is loaded.
+        self._decided = threading.Event()
+        self.compiles = False
+        self.answered = threading.Event()
+        self.future: Future[None] = _pool.submit(self._run)
+
+    def _run(self) -> None:
+        before = sys.getswitchinterval()
+        _of_thread.job = self
+        try:
+            from plenofir.refocus.fast import fast_refocus
+
+            kind, one = self._kind, (range(1), range(1))
+            raw = np.zeros((1, 1, *kind.channels), f"u{kind.pixel_bytes}")
+            fast_refocus(
+                raw, kind.micro_image_size, 0, order=kind.order, units=kind.units, region=one
+            )
+        finally:
+            sys.setswitchinterval(before)
+            self._decided.set()
+
+    def missing(self) -> None:
+        """Let whoever waits have plain NumPy, and then begin to compile."""
+        if not self.compiles:
+            self.compiles = True
+            self._decided.set()
+            self.answered.wait()
+            sys.setswitchinterval(_SWITCH_SECONDS)
+
+    def ready(self) -> bool:
+        """Whether the code is there; waits for what is on disk."""
+        if self.future.done():
+            return True
+        if patient:
+            self.answered.set()
+            wait([self.future])
+        elif not any(job.compiles and not job.future.done() for job in _jobs.values()):
+            self._decided.wait(max(0.0, self._deadline - time.monotonic()))
+        return self.future.done()
+
+
+_of_thread = threading.local()
+_lock = threading.Lock()
+_jobs: dict[Kind, _Job] = {}
+_pool = ThreadPoolExecutor(1, "compiles refocusing")
+# In a process that was forked while its parent compiled, the compiler's locks stay locked.
+_locked_by_parent = False
+
+
+def _missing() -> None:
+    job = getattr(_of_thread, "job", None)
+    if job:
+        job.missing()
+
+
+compiling.begins.append(_missing)
+
+
+def _forked() -> None:
+    global _lock, _locked_by_parent, _pool
+    _locked_by_parent |= any(not job.future.done() for job in _jobs.values())
+    for kind in [kind for kind, job in _jobs.items() if not job.future.done()]:
+        del _jobs[kind]
+    _lock, _pool = threading.Lock(), ThreadPoolExecutor(1, "compiles refocusing")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
+
+
+def _job_of(kind: Kind) -> _Job | None:
+    """The job of a kind, which is begun at its first picture; None where none can be."""
+    job = _jobs.get(kind)
+    if job or _locked_by_parent:
+        return job
+    with _lock:
+        if kind not in _jobs:
+            try:
+                _jobs[kind] = _Job(kind)
+            except RuntimeError:  # no more threads, or the interpreter ends
+                return None
+        return _jobs[kind]
+
+
+def refocus_image(raw: Image, m: int, shift: int, *, order: int, units: int, **more: Any) -> Image:
+    """`plenofir.refocus.fast.fast_refocus`, or its equal in NumPy until that is compiled."""
+    job = None
+    if m > 1 or units:
+        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, order, units))
+    if job and job.ready():
+        from plenofir.refocus.fast import fast_refocus
+
+        return fast_refocus(raw, m, shift, order=order, units=units, **more)
+    try:
+        return plain_refocus(raw, m, shift, order=order, units=units, **more)
+    finally:
+        if job:
+            job.answered.set()
+
+
+def wait_for_compilers() -> bool:
+    """Wait until nothing is compiled any more; whether anything was."""
+    busy = [job.future for job in _jobs.values() if not job.future.done()]
+    wait(busy)
+    return bool(busy)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures before the compiled code is there: equal to the bit, and nobody waits for a compiler."""
+
+import os
+import random
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from test_refocus import random_image
+
+from plenofir.ground import compiling
+from plenofir.refocus import fast, first_calls, refocus
+from plenofir.refocus.fast import fast_refocus
+from plenofir.refocus.operator import clamped_shift
+from plenofir.refocus.plain import plain_refocus
+
+
+def test_plain_equals_compiled() -> None:
+    seed = random.randrange(1 << 30)
+    print("seed", seed)
+    draw = random.Random(seed)
+    for _ in range(150):
+        m, order = draw.randint(1, 9), draw.choice([0, 0, 1, 2, 3])
+        shape = (draw.randint(1, 50), draw.randint(1, 50), *draw.choice([(), (1,), (3,)]))
+        shift = clamped_shift(m, draw.randint(-20, 25), shape)
+        units = draw.choice([0, 0, 3, 4, 16])
+        upsample = bool(order or units or shift % m) or draw.random() < 0.5
+        lengths = [n if upsample else n // m for n in shape[:2]]
+        bounds = [sorted((draw.randint(0, n), draw.randint(0, n))) for n in lengths]
+        options = {
+            "align": draw.choice(["centred", "causal"]),
+            "order": order,
+            "units": units,
+            "upsample": upsample,
+            "normalise": draw.random() < 0.5,
+            "region": tuple(
+                draw.choice([range(n), range(*part)])
+                for n, part in zip(lengths, bounds, strict=True)
+            ),
+        }
+        raw = random_image(shape, draw.choice([np.uint8, np.uint16]))
+        case = m, shift, shape, raw.dtype, options
+        plain, compiled = (work(raw, m, shift, **options) for work in (plain_refocus, fast_refocus))
+        assert plain.dtype == compiled.dtype, case
+        assert np.array_equal(plain, compiled), case
+
+
+def test_plain_in_many_bands() -> None:
+    raw = random_image((1300, 40), np.uint16)
+    out = np.empty_like(raw)
+    options = {"region": (range(1300), range(40)), "units": 4, "order": 1}
+    assert plain_refocus(raw, 5, 3, out=out, threads=2, **options) is out
+    assert np.array_equal(out, fast_refocus(raw, 5, 3, **options))
+
+
+class SlowCompiler:
+    """In the place of the fast refocuser: its code is missing until `go`."""
+
+    def __init__(self) -> None:
+        self.go, self.calls = threading.Event(), 0
+
+    def __call__(self, *arguments, **options):
+        if not self.calls:
+            compiling.begin("loops")
+            self.go.wait()
+            compiling.end("loops")
+        self.calls += 1
+        return fast_refocus(*arguments, **options)
+
+
+@pytest.fixture
+def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCompiler]:
+    compiler = SlowCompiler()
+    monkeypatch.setattr(fast, "fast_refocus", compiler)
+    monkeypatch.setattr(first_calls, "patient", False)
+    monkeypatch.setattr(first_calls, "_jobs", {})
+    monkeypatch.setattr(first_calls, "_LOADING_SECONDS", 60)
+    yield compiler
+    compiler.go.set()
+    first_calls.wait_for_compilers()
+
+
+RAW = random_image((50, 40), np.uint8)
+WANTED = fast_refocus(RAW, 5, 2, region=(range(50), range(40)))
+
+
+def test_pictures_while_loops_compile(slow: SlowCompiler) -> None:
+    for _ in range(3):
+        assert np.array_equal(refocus(RAW, 5, "2/5"), WANTED)
+    assert slow.calls == 0
+    # Of another kind: its code waits behind that of the first.
+    assert np.array_equal(
+        refocus(RAW, 5, Fraction(2, 5), border="normalise")[20:30, 20], WANTED[20:30, 20]
+    )
+    slow.go.set()
+    assert first_calls.wait_for_compilers()
+    assert np.array_equal(refocus(RAW, 5, "2/5"), WANTED)
+    # One of the thread, one of the caller.
+    assert slow.calls == 2
+    assert not first_calls.wait_for_compilers()
+
+
+def test_threads_share_one_compiler(slow: SlowCompiler) -> None:
+    pictures: list[np.ndarray] = []
+    threads = [
+        threading.Thread(target=lambda: pictures.append(refocus(RAW, 5, "2/5"))) for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [np.array_equal(picture, WANTED) for picture in pictures] == [True] * 4
+    assert len(first_calls._jobs) == 1
+
+
+def test_who_wants_compiled_code_waits_for_it(slow: SlowCompiler, monkeypatch) -> None:
+    monkeypatch.setattr(first_calls, "patient", True)
+    threading.Timer(0.1, slow.go.set).start()
+    assert np.array_equal(refocus(RAW, 5, "2/5"), WANTED)
+    assert slow.calls == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_fork_while_loops_compile(slow: SlowCompiler) -> None:
+    """The child has the compiler's locks, and nobody who opens them: it keeps to NumPy."""
+    refocus(RAW, 5, "2/5")
+    child = os.fork()
+    if child == 0:
+        kinds = refocus(RAW, 5, "2/5"), refocus(RAW.astype(np.uint16), 5, "2/5")
+        os._exit(not all(np.array_equal(kind, WANTED) for kind in kinds))
+    assert os.waitpid(child, 0)[1] == 0
+
+
+def test_the_end_of_a_process_waits(tmp_path) -> None:
+    code = f"""
+import time, numpy as np
+from plenofir.ground import compiling
+from plenofir.refocus import refocus, fast
+def slow(*arguments, **options):
+    compiling.begin("loops")
+    time.sleep(0.5)
+    open({str(tmp_path / "kept")!r}, "w").close()
+fast.fast_refocus = slow
+assert refocus(np.ones((9, 9), np.uint8), 3, 0).all()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "kept").exists()
+
+
+def test_what_hinders_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(compiling, "tell", told.append)
+    monkeypatch.setattr(compiling, "_told", set())
+    for kind in ("damaged", "unkept", "damaged"):
+        compiling.hindered(kind, kind)
+    assert told == ["damaged", "unkept"]
+
+
+@pytest.mark.parametrize(("seconds", "lines"), [(0.0, 1), (5.0, 0)])
+def test_long_compilations_are_told(monkeypatch, seconds: float, lines: int) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(compiling, "begins", [])
+    compiling.tell_of_long_ones(seconds, told.append)
+    for name in ("one", "other"):
+        compiling.begin(name)
+        time.sleep(0.1)
+    for name in ("other", "one"):
+        compiling.end(name)
+    assert len(told) == lines
+    assert compiling.compiled_now == []
+
+
+def test_little_is_loaded() -> None:
+    code = "import sys, plenofir.refocus; print(*{name.split('.')[0] for name in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numba", "llvmlite", "scipy", "PIL", "matplotlib"} & set(done.stdout.split())
