@@ -155,6 +155,15 @@ def test_few_pages() -> None:
     assert len(list((ROOT / "docs").glob("*.md"))) <= 24
 
 
+@pytest.mark.parametrize(
+    ("pages", "words"), [("boards/*.md", 2100), ("verification.md", 3500), ("studies.md", 4500)]
+)
+def test_pages_are_read_at_once(pages: str, words: int) -> None:
+    """A long table has a page of its own in docs/measured, or a file beside its tool."""
+    for path in (ROOT / "docs").glob(pages):
+        assert len(path.read_text().split()) <= words, path
+
+
 def test_a_run_is_short() -> None:
     """Each kind of simulation has its own class instead of code in ``run``."""
     text = Path(ROOT / "golden" / "plenofir" / "fpga" / "simulate" / "run.py").read_text()
