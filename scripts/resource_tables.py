@@ -287,14 +287,13 @@ def costs_of_leaving_out() -> list[str]:
     """Make the table of features whose omission costs something, by the estimates."""
     rows = []
     for scene in scene_names():
-        for part in make_plan(load_scene(scene)).left_out:
-            if part.costs:
-                both = (
-                    ", ".join(f"{n} {name}" for name, n in amounts.items())
-                    for amounts in (part.saves, part.costs)
-                )
-                rows.append((scene, part.what, *both, part.weighed))
-    return table("scene | left out | saves | costs | so", rows)
+        plan = make_plan(load_scene(scene))
+        rows += [
+            (scene, part.what, part.change(plan.available), part.reason)
+            for part in plan.left_out
+            if part.costs
+        ]
+    return table("scene | left out | change, and its share of the device | left out because", rows)
 
 
 def imx219_table(text: str) -> str:

@@ -223,10 +223,9 @@ def print_plan(plan: "Plan") -> None:
         print_line("", f"takes {_amounts(above)} less than this scene")
     print_placed(plan)
     for part_left_out in plan.left_out:
-        saves, costs = _amounts(part_left_out.saves), _amounts(part_left_out.costs)
-        told = [f"saves {saves}"] * bool(saves) + [f"costs {costs}"] * bool(costs)
-        told += [part_left_out.weighed] * bool(part_left_out.weighed)
-        print_line("left out", ": ".join([part_left_out.what, "; ".join(told)][: 1 + bool(told)]))
+        change = part_left_out.change(plan.available)
+        told = ": ".join(filter(None, (part_left_out.what, change)))
+        print_line("left out", "; ".join(filter(None, (told, part_left_out.reason))))
 
 
 @app.command()

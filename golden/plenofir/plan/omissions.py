@@ -42,9 +42,18 @@ class LeftOut(BaseModel):
     # by the device's names.
     saves: dict[str, int]
     costs: dict[str, int]
-    # If leaving it out costs something: the largest shares of a resource of the device that it
-    # saves and costs, and the reason if it costs more. Else empty.
-    weighed: str = ""
+    # Why it is left out all the same, if by the largest share of the device it costs more.
+    reason: str = ""
+
+    def change(self, available: Mapping[str, int]) -> str:
+        """What leaving it out changes, with the shares of what a device has, the largest first."""
+        parts = []
+        for sign, amounts in (("-", self.saves), ("+", self.costs)):
+            shares = {name: n / available[name] for name, n in amounts.items() if available[name]}
+            for name in sorted(amounts, key=lambda name: -shares.get(name, 0)):
+                share = f" ({100 * shares[name]:.1f} %)" if name in shares else ""
+                parts.append(f"{sign}{amounts[name]} {name.partition(' (')[0]}{share}")
+        return ", ".join(parts)
 
 
 _NOT_ASKED = "the scene does not ask for it"
@@ -65,22 +74,14 @@ def _left_out(
     after = device.amounts(estimate(more, device.family))
     saves = {name: n - before[name] for name, n in after.items() if n > before[name]}
     costs = {name: before[name] - n for name, n in after.items() if n < before[name]}
-    if not costs:
-        return LeftOut(what=what, saves=saves, costs=costs)
-    gain, gained = _largest_share(saves, device)
-    loss, lost = _largest_share(costs, device)
-    weighed = f"it saves {gained} for {lost}"
-    if gain <= loss:
-        weighed += f"; left out because {reason}"
-    return LeftOut(what=what, saves=saves, costs=costs, weighed=weighed)
+    is_costly = bool(costs) and _largest_share(saves, device) <= _largest_share(costs, device)
+    return LeftOut(what=what, saves=saves, costs=costs, reason=reason if is_costly else "")
 
 
-def _largest_share(amounts: Mapping[str, int], device: Device) -> tuple[float, str]:
-    """Largest share of a resource of the device, and both in words."""
+def _largest_share(amounts: Mapping[str, int], device: Device) -> float:
+    """Largest share of a resource of the device."""
     total = device.amounts(device.total)
-    shares = [(n / total[name], name) for name, n in amounts.items() if total[name]]
-    share, name = max(shares, default=(0.0, ""))
-    return share, f"{share:.1%} of the {name}" if name else "nothing"
+    return max((n / total[name] for name, n in amounts.items() if total[name]), default=0.0)
 
 
 def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:

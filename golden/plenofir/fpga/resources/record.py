@@ -33,7 +33,7 @@ class Figures(_Entry):
     ramb16: int  # block RAMs of 18 Kbit
     ramb8: int = 0  # of 9 Kbit
     dsp: int = 0  # multipliers
-    # Of a Spartan-6: chains of 4 bits, and cells on the longest path between registers.
+    # With a Spartan-6: chains of 4 bits, and cells on the longest path between registers.
     carry: int = 0
     path: int = 0
 
