@@ -379,6 +379,15 @@ def test_equations_of_the_text() -> None:
     assert (normalised(np.ones((2, 2), np.float32)) == 1).all()
     points = np.array([[1.0, 0.0], [3.0, 1.0], [5.0, 2.0]])
     assert regression(points) == pytest.approx((1.0, 2.0))
+    ramp = np.arange(5, dtype=np.float32)
+    assert normalised(ramp, 9) == pytest.approx([1, 3, 5, 7, 9])
+    scattered = np.random.default_rng(0).normal(0, 1, (9, 2))
+    line = np.polyfit(scattered[:, 1], scattered[:, 0], 1)
+    assert regression(scattered) == pytest.approx(line[::-1])
+    # A lone region has no row.
+    lone = thesis_calibration(np.eye(3, dtype=np.float32) * 9)
+    assert len(lone.row) == 1
+    assert np.isnan([lone.pitch, lone.rotation_degrees]).all()
     middle = np.array([[50.0, 60.0]])
     assert rotated(middle, 33.0, (100, 120)) == pytest.approx(middle)
     right, down = np.array([[50.0, 61.0]]), np.array([[51.0, 60.0]])

@@ -11,7 +11,6 @@ from plenofir.camera.calibration import calibrate
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.inspection import inspect_white, mean_micro_image
 from plenofir.camera.calibration.spots import (
-    best_position,
     focus_score,
     infinity_focus,
     measure_spots,
@@ -105,22 +104,6 @@ def test_micro_lenses_in_focus() -> None:
     for side in score.sides.values():
         assert side is not None
         assert abs(side.position - 0.23) < 0.05
-
-
-def test_best_positions() -> None:
-    z = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
-    radii = np.sqrt(0.01 + 0.2 * (z - 0.27) ** 2)
-    found = best_position(z, radii)
-    assert found is not None
-    assert found.position == pytest.approx(0.27)
-    assert found.bracketed
-    three = best_position(z[:3], radii[:3])
-    assert three is not None
-    assert three.position == pytest.approx(0.27)
-    assert (three.bracketed, three.error) == (False, None)
-    assert best_position(z, np.sqrt(0.1 - 0.2 * (z - 0.27) ** 2)) is None
-    with pytest.raises(InputError, match="at least 3"):
-        best_position([0.0, 0.0, 1.0], [1.0, 1.0, 2.0])
 
 
 @pytest.mark.parametrize("extension", [0.0, -8.0])

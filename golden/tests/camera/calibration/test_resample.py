@@ -82,19 +82,6 @@ def test_linear_ramps_are_exact(pitch, rotation, m, slopes, interpolation, scale
     assert np.abs(difference).max() <= 2 * slack
 
 
-@pytest.mark.parametrize("m", [1, 2, 5, 10, 11])
-def test_centre_of_a_micro_image(m) -> None:
-    """Odd M has the centre on its middle pixel, even M between the middle two."""
-    calibration = calibration_of(regular_grid(SHAPE, 11.0), (3, 3), (-1, -1))
-    y, x = np.indices(SHAPE)
-    raster = decode((100 * x + y).astype(np.uint16), calibration, m, devignette=False)
-    assert raster.shape == (3 * m, 3 * m)
-    centres = 100 * calibration.centres[..., 1] + calibration.centres[..., 0]
-    steps = np.arange(m) - (m - 1) / 2
-    want = centres[:, None, :, None] + 100 * steps + steps[:, None, None]
-    assert np.abs(raster - want.reshape(3 * m, 3 * m)).max() <= 0.51
-
-
 def test_one_pass_beats_two() -> None:
     """Rotation followed by a second interpolation blurs more than a single one."""
     rng = np.random.default_rng(1)
@@ -217,30 +204,6 @@ def test_known_grid(layout) -> None:
     assert known.centres == pytest.approx(found.centres, abs=0.02, nan_ok=True)
     with pytest.raises(InputError, match="no micro lens"):
         calibration_of_grid(grid, (0, 0))
-
-
-@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows", "hexagonal-columns"])
-def test_nearest_takes_pixels_of_the_capture(layout) -> None:
-    """The pixel that the exact place lies in, of the nearest lens where rows are staggered."""
-    grid = regular_grid(SHAPE, 11.3, rotation_degrees=0.7, layout=layout)
-    calibration = calibration_of(grid, (7, 7), (-3, -3))
-    y, x = np.indices(SHAPE)
-    index = (200 * y + x).astype(np.uint16)
-    raster = decode(index, calibration, 5, interpolation="nearest", devignette=False)
-    if layout != "rectangular":
-        assert np.isin(raster, index).all()
-        return
-    found = np.stack(np.divmod(raster.astype(int), 200), axis=-1)
-    angle = np.radians(0.7)
-    steps = np.arange(5) - 2.0
-    down = np.array([np.cos(angle), -np.sin(angle)])
-    right = np.array([np.sin(angle), np.cos(angle)])
-    places = (
-        calibration.centres[:, None, :, None]
-        + steps[:, None, None, None] * down
-        + steps[:, None] * right
-    )
-    assert np.abs(found - places.reshape(35, 35, 2)).max() <= 0.501
 
 
 def sharp_edged(calibration: Calibration) -> Calibration:
