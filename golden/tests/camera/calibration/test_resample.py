@@ -330,6 +330,10 @@ def test_sizes_of_micro_images() -> None:
         y, x = (np.clip(1 - (1 - line) * n, 0, 1) for n in (reach_y, reach_x))
         profile = tuple(map(tuple, np.outer(y, x).tolist()))
         assert largest_odd_size(known.model_copy(update={"profile": profile})) == size
+    for side in range(4):
+        one = np.rot90(np.concatenate([np.zeros((3, 13)), np.ones((10, 13))]), side)
+        profile = tuple(map(tuple, one.tolist()))
+        assert largest_odd_size(known.model_copy(update={"profile": profile})) == 7
     for m, scale in ((11, "native"), (44, "fit"), (1, "native")):
         check_micro_image_size(known, m, scale)
     for m, scale, message in (

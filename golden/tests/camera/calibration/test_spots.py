@@ -235,6 +235,7 @@ def test_picture_of_chief_rays(monkeypatch) -> None:
             "measured", "from the camera's data",
         ]  # fmt: skip
         assert "chief rays meet in the pupil" in axes.get_title()
+        assert axes.texts[0].get_position()[0] == 0
 
 
 def test_picture_of_sizes_of_spots(monkeypatch) -> None:
