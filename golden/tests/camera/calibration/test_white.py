@@ -121,6 +121,22 @@ def test_evenly_lit_lenses_tell_of_no_dark_level() -> None:
     assert WhiteImage(image.astype(np.float32), grid).base() == 0
 
 
+def test_a_dark_level_takes_light_that_varies() -> None:
+    """By 15 % of the median, from the lowest tenth of the lenses to the highest."""
+    shape, dark = (100, 240), 200.0
+    grid = regular_grid(shape, 10.0, offset=(5.0, 5.0))
+    y, x = np.indices(shape)
+    middle = (np.abs(y % 10 - 4.5) < 3) & (np.abs(x % 10 - 4.5) < 3)
+    _, _, centres = WhiteImage(np.zeros(shape, np.float32), grid).whole_lenses(max(shape))
+    column = (centres[:, 1] - 4.5) / 10
+    low, usual, high = np.percentile(column, [10, 50, 90])
+    for share, told in ((0.149, False), (0.151, True)):
+        slope = share * (1000 + dark) / (high - low) / 1000
+        gains = 1 + slope * (x // 10 - usual)
+        white = WhiteImage((dark + 1000 * gains * middle).astype(np.float32), grid)
+        assert white.base() == pytest.approx(dark if told else 0.0, abs=20)
+
+
 def test_clipped_micro_images_are_cut_off_and_tell_their_light_by_their_width() -> None:
     shape = (150, 170)
     grid = regular_grid(shape, 12.3)
