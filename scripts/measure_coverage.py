@@ -55,6 +55,7 @@ HEAD = """\
 # What tests reach
 
 Written by `make coverage`; [what is counted and what the rest is](../verification.md#coverage).
+Files have the names that they had in that run.
 
 """
 
@@ -203,7 +204,7 @@ def vhdl_page(files: dict[Path, Unreached]) -> tuple[list[str], float, list[str]
             found.branches,
         )
         totals.update(dict(zip(("s", "S", "b", "B"), numbers, strict=True)))
-        rows.append(row(f"[{name}](../../hdl/{name})", numbers))
+        rows.append(row(f"`{name}`", numbers))
         lines = path.read_text().splitlines()
         for line in sorted(found.missed | found.missed_branches.keys()):
             text = lines[line - 1].split("--")[0].strip()
@@ -267,8 +268,7 @@ def python_page(files: dict[str, tuple[int, list[int]]]) -> tuple[list[str], flo
         short = name.removeprefix("golden/plenofir/")
         why = reasons.get((short, "*"), "")
         numbers = (count - len(missed), count)
-        link = f"[{short}](../../{name})"
-        rows.append(f"{row(link, numbers)} {ranges(missed)} | {why} |")
+        rows.append(f"{row(f'`{short}`', numbers)} {ranges(missed)} | {why} |")
     page = [
         "## Python",
         "",
