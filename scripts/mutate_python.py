@@ -247,7 +247,7 @@ def reach_of(room: str) -> Reach:
     # The first job's folder, as compiled code is kept for the path of its source.
     work = WORK / "job0"
     more = ("--cov=plenofir", "--cov-context=test", "--cov-report=", "-vv")
-    # Also those of less than 5 ms.
+    # Times of tests below 5 ms are wanted, too.
     times = ("--durations=0", "--durations-min=0")
     files = [p for p in (TESTS / ROOMS[room]).glob("test_*.py") if p.stem not in NO_TESTS]
     done = run_tests([str(path) for path in files], None, work, (*more, *times))
@@ -287,7 +287,7 @@ def main() -> int:
 
         def notice(mutant: PythonMutant, reach: Reach, idle: SimpleQueue[Path]) -> str:
             work, start = idle.get(), time.monotonic()
-            # Not to be noticed, so not run.
+            # An explained mutant cannot be noticed and is not run.
             found, told = "", "explained"
             if mutant.key not in known:
                 found = first_failure(run_tests(reach.tests(mutant), mutant, work))

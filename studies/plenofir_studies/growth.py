@@ -58,7 +58,7 @@ class Law:
         return float(self.start + self.slope * x**self.power)
 
     def text(self, digits: int = 3) -> str:
-        """As a formula."""
+        """The law as a formula."""
         start, slope = (f"{value:.{digits}g}" for value in (self.start, self.slope))
         if self.power == 0:
             return start

@@ -111,21 +111,25 @@ def test_the_vhdl_is_read_once() -> None:
 
 
 def without_subject(text: str) -> list[str]:
-    """Comments of a Python source that name no subject; one in several lines is one."""
+    """Comments and docstrings of a Python source that name no subject.
+
+    A comment in several lines is one; "The same grid" of a docstring has one.
+    """
     unclear = []
     for before, line in pairwise(["", *text.splitlines()]):
         code, _, comment = line.partition("# ")
         goes_on = not code.strip() and before.lstrip().startswith("#")
+        docstring = line.strip().removeprefix('"""').removeprefix("The same ")
         if not goes_on and NO_SUBJECT.match(comment):
             unclear.append(comment)
+        elif line.lstrip().startswith('"""') and NO_SUBJECT.match(docstring):
+            unclear.append(docstring)
     return unclear
 
 
 def test_comments_of_the_python_have_a_subject() -> None:
-    assert without_subject("# A list.\n# It is long.\nx = 1  # Of it.\n\n# They\n") == [
-        "Of it.",
-        "They",
-    ]
+    source = '# A list.\n# It is long.\nx = 1  # Of it.\n\n# They\n    """Of it."""\n'
+    assert without_subject(source) == ["Of it.", "They", 'Of it."""']
     rooms = ("golden/plenofir", "studies", "scripts")
     for path in (path for room in rooms for path in (ROOT / room).rglob("*.py")):
         assert without_subject(path.read_text()) == [], path

@@ -69,7 +69,7 @@ def _sums(
     offset = output_offset(m, shift, align)
     x = _line_sums(x, m, shift, range(low + offset, high + offset, step), word)
     for first, last in reversed(ranges):
-        # Their own focus setting is 1 / M.
+        # Further moving sums, those of the interpolation, have the focus setting 1 / M.
         x = _line_sums(x, m, 1, range(first + box - low, last + box - low), word)
         low = first
     return x

@@ -24,7 +24,7 @@ def sharpener_bits(raster: Raster, pixels_per_clock: int = 1) -> int:
 
 
 def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Memory]:
-    """Its memory: a word has the last two lines of a phase."""
+    """Memory of the sharpener: a word has the last two lines of a phase."""
     if raster.sharpens:
         p = pixels_per_clock
         # As refocus_pkg.line_tokens.

@@ -16,7 +16,7 @@ def multiplier_units(a: int, b: int, family: Family) -> int:
 
 
 def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
-    """The same by the rules from a given one on, as ``mul2dsp`` divides factors."""
+    """Multipliers by the rules from a given one on, as ``mul2dsp`` divides factors."""
     for number, rule in enumerate(rules):
         if a < rule.least[0] or b < rule.least[1] or a + b < rule.product:
             continue

@@ -39,7 +39,7 @@ class Figures(_Entry):
 
     @property
     def usage(self) -> Usage:
-        """The same as resources of a device."""
+        """The figures as resources of a device."""
         return Usage(self.lut, self.flip_flops, self.ramb16, self.ramb8, self.dsp)
 
 
@@ -56,7 +56,7 @@ class Placed(_Entry):
 
     @property
     def usage(self) -> Usage:
-        """The same as resources of a device."""
+        """The figures as resources of a device."""
         return Usage(self.lut, self.flip_flops, self.block_rams, dsp=self.multipliers)
 
 
