@@ -34,6 +34,7 @@ from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
 from plenofir.ground import compiling
 from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.ground.extras import missing
 from plenofir.ground.files import inputs_kept, unusable
 
 app = typer.Typer(
@@ -199,7 +200,7 @@ def explained(error: BaseException) -> tuple[int, str]:
         case OverflowError():
             known = f"a number in the input is too large ({error})"
         case ModuleNotFoundError():
-            known = f"the package {error.name} is missing; pip install {error.name}"
+            known = missing(error.name or str(error)).problem
         case OSError():
             known = str(unusable(error))
         case _:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Command inspect: what a file is, and what a white image tells of a camera's adjustment."""
 
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,6 +17,8 @@ from plenofir.ground.files import check_folder
 from plenofir.ground.shell import command
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plenofir.camera.calibration.inspection import WhiteInspection
     from plenofir.camera.calibration.spots import Best, FocusScore, InfinityFocus
     from plenofir.camera.rays import MeasuredPupil, RayModel
@@ -79,14 +82,15 @@ def inspect(
         wanted = any(one is not None for one in (dark, collimator, camera, out))
         source = None if wanted else _recognised(files[0], hints)
         if source is not None and source.white is None:
-            content, lines, pictures = *_recognition(source), {}
+            content, lines, pictures = *_recognition(source), dict
         else:
             inspection = source.white if source is not None else None
             content, lines, pictures = _white(files[0], dark, collimator, camera, focus, inspection)
             lines.append(("next", command("calibrate", Path(files[0]), "--out", "calib.json")))
     if out is not None:
-        publish(pictures, Path(out))
-        lines.append(("pictures", f"{out}/: {', '.join(pictures)}"))
+        drawn = pictures()
+        publish(drawn, Path(out))
+        lines.append(("pictures", f"{out}/: {', '.join(drawn)}"))
     if as_json:
         print_json(content)
         return
@@ -133,10 +137,9 @@ def _white(
     camera: str | None,
     focus: float,
     inspection: "WhiteInspection | None" = None,
-) -> "tuple[dict[str, Any], Lines, dict[str, Image]]":
+) -> "tuple[dict[str, Any], Lines, Callable[[], dict[str, Image]]]":
     """Inspect a white image; `inspection` if it is known already."""
     from plenofir.camera.calibration.inspection import inspect_white
-    from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
     from plenofir.camera.calibration.spots import infinity_focus
     from plenofir.camera.rays import RayModel, load_camera, measure_pupil
     from plenofir.ground.images import read_image, read_picture
@@ -169,12 +172,21 @@ def _white(
             where=str(collimator),
             dark_where=str(dark),
         )
+    content = _white_content(inspection, model, pupil, infinity)
+    lines = _white_lines(inspection, model, pupil, infinity)
+    return content, lines, partial(_white_pictures, inspection, model, pupil)
+
+
+def _white_pictures(
+    inspection: "WhiteInspection", model: "RayModel | None", pupil: "MeasuredPupil | None"
+) -> "dict[str, Image]":
+    from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
+
     pictures = {"micro_image.png": micro_image_picture(inspection)}
     if model is not None and pupil is not None:
         lenses = inspection.calibration.lenses[1]
         pictures["chief_rays.png"] = chief_ray_picture(model, pupil, lenses)
-    content = _white_content(inspection, model, pupil, infinity)
-    return content, _white_lines(inspection, model, pupil, infinity), pictures
+    return pictures
 
 
 def _white_content(
@@ -326,11 +338,10 @@ def _white_lines(
 
 def _spots(
     files: list[str], positions: list[float], dark: Path | None
-) -> "tuple[dict[str, Any], Lines, dict[str, Image]]":
+) -> "tuple[dict[str, Any], Lines, Callable[[], dict[str, Image]]]":
     """Find where micro lenses are in focus."""
     from plenofir.camera.calibration import calibrate
     from plenofir.camera.calibration.frames import white_signal
-    from plenofir.camera.calibration.pictures import focus_picture
     from plenofir.camera.calibration.spots import focus_score, measure_spots
     from plenofir.ground.images import read_image, read_picture
 
@@ -368,7 +379,13 @@ def _spots(
     lines.append(("best", _best_text(score.best)))
     lines += [(f"  {side}", _best_text(best)) for side, best in score.sides.items()]
     lines += [("advice", text) for text in _focus_advice(score)]
-    return content, lines, {"focus.png": focus_picture(score)}
+    return content, lines, partial(_focus_pictures, score)
+
+
+def _focus_pictures(score: "FocusScore") -> "dict[str, Image]":
+    from plenofir.camera.calibration.pictures import focus_picture
+
+    return {"focus.png": focus_picture(score)}
 
 
 def _best_content(best: "Best | None") -> dict[str, Any] | None:

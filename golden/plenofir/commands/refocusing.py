@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from plenofir.commands import file_options, options
-from plenofir.commands.console import print_lines, progress_bar
+from plenofir.commands.console import note, print_lines, progress_bar
 from plenofir.commands.looks import aperture_of, look_for, setting_text, tilt_of
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
 from plenofir.commands.results import PICTURES, VOLUMES, check_file, is_volume, publish, save
 from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
 from plenofir.ground.files import Results, check_folder
 
 if TYPE_CHECKING:
@@ -215,7 +216,6 @@ def stack(
         slices_of,
     )
     from plenofir.camera.lightfield.stack import sharpness_curve
-    from plenofir.camera.plots import sharpness_picture
     from plenofir.refocus import setting_names
     from plenofir.refocus.sharpness import (
         MAX_STACK,
@@ -291,8 +291,13 @@ def stack(
         if min(shape) >= 2 * margin + 8 * lens:
             inside = slice(margin, shape[0] - margin), slice(margin, shape[1] - margin)
             curve = sharpness_curve(slices, inside, lens)
-            plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
-            save(results, "sharpness.png", plot)
+            try:
+                from plenofir.camera.plots import sharpness_picture
+            except ModuleNotFoundError as error:
+                note(f"no sharpness.png: {missing(error.name or '').problem}")
+            else:
+                plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
+                save(results, "sharpness.png", plot)
             lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
         if everywhere:
             found = search_depth(pixels, m, progress=show).disparity

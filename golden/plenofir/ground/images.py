@@ -28,6 +28,7 @@ import numpy.typing as npt
 
 from plenofir.ground.dng import is_canon_raw, sensor_picture
 from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
 from plenofir.ground.files import input_file, write_file
 from plenofir.ground.levels import levels
 from plenofir.ground.png import SIGNATURE as PNG_SIGNATURE
@@ -355,6 +356,8 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
         raise InputError(error.problem, where=where) from None
     except MemoryError:
         raise InputError("is too large for the memory; use a smaller image", where=where) from None
+    except ModuleNotFoundError as error:
+        raise InputError(missing(error.name or "").problem, where=where) from None
     except Exception as error:  # Decoders raise whatever a damaged file leads them to.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(

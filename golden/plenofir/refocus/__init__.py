@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
 from plenofir.refocus.arithmetic import (
     Arithmetic,
     ExactArithmetic,
@@ -99,16 +100,21 @@ __all__ = [
 ]
 
 
+_NO_ARRAY = "must be an array of NumPy, CuPy or PyTorch, not {}"
+
+
 def _like(raw: Any) -> Image:
     """NumPy array with the shape and type of another library's array, but without its data."""
     try:
         from array_api_compat import array_namespace
 
         xp = array_namespace(raw)
+    except ModuleNotFoundError as error:
+        if error.name == "array_api_compat" and hasattr(raw, "__dlpack__"):
+            raise missing(error.name) from None
+        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
     except TypeError:
-        raise InputError(
-            f"must be an array of NumPy, CuPy or PyTorch, not {type(raw).__name__}", where="raw"
-        ) from None
+        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
     for kind in (np.uint8, np.uint16):
         if raw.dtype == getattr(xp, kind.__name__):
             return np.broadcast_to(kind(0), tuple(raw.shape))

@@ -87,6 +87,9 @@ def design_page(found: Design, focus_mm: float) -> Page:
 
     `found`: what it begins with. `focus_mm`: the focus distance of its camera.
     """
+    from plenofir.camera.design.plots import design_plot
+    from plenofir.camera.plots import encode_figure
+
     values = _values(found, focus_mm)
     camera = found.model.camera
     assumed = {"exit_pupil": "f_U (thin lens)"} if camera.thin_lens_note() else {}
@@ -107,9 +110,6 @@ def design_page(found: Design, focus_mm: float) -> Page:
         return Part(json.dumps(content, allow_nan=False).encode(), "application/json")
 
     def plot(wanted: Wanted) -> Part:
-        from plenofir.camera.design.plots import design_plot
-        from plenofir.camera.plots import encode_figure
-
         drawing = design_plot(_changed(found, focus_mm, wanted.query))
         return Part(encode_figure(drawing, ".svg"), "image/svg+xml")
 

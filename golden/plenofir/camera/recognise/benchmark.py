@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from plenofir.camera.recognise.source import Finding
 from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
 from plenofir.ground.files import input_file
 
 Floats32 = npt.NDArray[np.float32]
@@ -132,6 +133,8 @@ def read_pfm(path: Path) -> Floats32:
         data = input_file(path).read_bytes()
         with NetpbmFile(io.BytesIO(data)) as file:
             image = np.asarray(file.asarray())
+    except ModuleNotFoundError as error:
+        raise InputError(missing(error.name or "").problem, where=where) from None
     except Exception as error:  # As for pictures.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
-from skimage.util import img_as_float64
 
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.rays.model import RayModel
@@ -140,7 +139,9 @@ class _Layer:
             raise InputError(
                 f"a texture has shape (rows, columns) or (rows, columns, 3), not {texture.shape}"
             )
-        colours = np.asarray(img_as_float64(texture))  # type: ignore[no-untyped-call]
+        colours = texture.astype(np.float64)
+        if texture.dtype.kind == "u":
+            colours *= 1 / ((1 << 8 * texture.itemsize) - 1)
         colours = colours[:, :, np.newaxis] if colours.ndim == 2 else colours
         self.scale_s, self.scale_i = _plane_scales(model, plane.distance_mm)
         self.slope_s, self.slope_i = (float(model.object_ray(*one)[0]) for one in ((0, 1), (1, 0)))
