@@ -150,7 +150,7 @@ def run(arguments: Sequence[str]) -> int:
     if words[:1] and words[0] in STUDIES and words[0] not in command.commands:
         raise InputError(
             "plenofir-studies is not installed; in a clone of plenofir: pip install ./studies",
-            where=f"plenofir {words[0]}",
+            where=words[0],
         )
     parameters = _parameters(command, words)
     # Errors about make's variables name these already.
