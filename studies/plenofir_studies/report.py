@@ -72,6 +72,10 @@ REPORTS = {
 
 def _write(name: str, *words: Any) -> None:
     # Loaded when needed, as the studies take seconds to load.
+    from plenofir.refocus import first_calls
+
+    # Times are those of compiled code.
+    first_calls.patient = True
     writer = import_module(f"plenofir_studies.{REPORTS[name][0]}").write_report
     # The report of the ray model names its steps.
     with steps_bar("report") if name == "rays" else progress_bar("measuring") as show:
