@@ -46,32 +46,7 @@ architecture rtl of bank_exchange is
 
   type banks_t is array (natural range 0 to BANKS - 1) of bank_t;
 
-  type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
-
   type words_t is array (natural range 0 to BANKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
-
-  -- The bank of each place, by slice.
-  function bank_table return bank_tables_t is
-
-    variable table : bank_tables_t;
-
-  begin
-
-    for s in 0 to SLICES - 1 loop
-
-      for r in 0 to BANKS - 1 loop
-
-        table(s)(r) := entering_bank(GEOMETRY, BUILD.pixels, s, r);
-
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function bank_table;
-
-  constant BANK_OF : bank_tables_t := bank_table;
 
   -- The words as an array.
   signal words : words_t;
@@ -86,89 +61,69 @@ begin
   one_slice : if SLICES = 1 generate
 
     place : for r in 0 to BANKS - 1 generate
-      exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(BANK_OF(0)(r));
+      exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(entering_bank(GEOMETRY, BUILD.pixels, 0, r));
     end generate place;
 
   end generate one_slice;
 
   set_of_slices : if SLICES > 1 generate
 
-    type candidates_t is array (natural range 0 to BANKS - 1) of banks_t;
+    type codes_t is array (natural range 0 to SLICES - 1) of bank_t;
 
-    -- For each place the banks from which any slice takes its word (candidates), and by slice which of these it
-    -- is. A place has fewer candidates than there are banks, so the multiplexer is small.
-    function candidate_table return candidates_t is
+    -- candidates: banks from which any slice takes the word of a place; codes: by slice, which of them. A place has
+    -- fewer candidates than there are banks, so the multiplexer is small.
+    type choice_t is record
+      candidates : banks_t;
+      codes      : codes_t;
+    end record choice_t;
 
-      variable table : candidates_t;
-      variable count : natural;
-      variable found : boolean;
+    type choices_t is array (natural range 0 to BANKS - 1) of choice_t;
+
+    function all_choices return choices_t is
+
+      variable choices : choices_t;
+      variable bank    : bank_t;
+      variable count   : natural;
+      variable code    : natural;
 
     begin
 
       for r in 0 to BANKS - 1 loop
 
         -- Unused entries repeat the first bank, so that none is undefined.
-        table(r) := (others => BANK_OF(0)(r));
-        count    := 0;
+        choices(r).candidates := (others => entering_bank(GEOMETRY, BUILD.pixels, 0, r));
+        count                 := 0;
 
         for s in 0 to SLICES - 1 loop
 
           -- A bank that several slices take the word from is listed once.
-          found := false;
+          bank := entering_bank(GEOMETRY, BUILD.pixels, s, r);
+          code := count;
 
           for i in 0 to BANKS - 1 loop
 
-            if i < count and table(r)(i) = BANK_OF(s)(r) then
-              found := true;
+            if i < count and choices(r).candidates(i) = bank then
+              code := i;
             end if;
 
           end loop;
 
-          if not found then
-            table(r)(count) := BANK_OF(s)(r);
-            count           := count + 1;
+          if code = count then
+            choices(r).candidates(code) := bank;
+            count                       := count + 1;
           end if;
 
-        end loop;
-
-      end loop;
-
-      return table;
-
-    end function candidate_table;
-
-    constant CANDIDATES : candidates_t := candidate_table;
-
-    function code_table return bank_tables_t is
-
-      variable table : bank_tables_t;
-
-    begin
-
-      for s in 0 to SLICES - 1 loop
-
-        for r in 0 to BANKS - 1 loop
-
-          -- Entries default to code 0, the first candidate.
-          table(s)(r) := 0;
-
-          for i in 1 to BANKS - 1 loop
-
-            if CANDIDATES(r)(i) = BANK_OF(s)(r) and CANDIDATES(r)(i) /= CANDIDATES(r)(0) then
-              table(s)(r) := i;
-            end if;
-
-          end loop;
+          choices(r).codes(s) := code;
 
         end loop;
 
       end loop;
 
-      return table;
+      return choices;
 
-    end function code_table;
+    end function all_choices;
 
-    constant CODE_OF : bank_tables_t := code_table;
+    constant CHOICE_OF : choices_t := all_choices;
 
     -- The codes that belong to the words of this clock.
     signal codes : banks_t := (others => 0);
@@ -183,12 +138,12 @@ begin
         for r in 0 to BANKS - 1 loop
 
           -- The code is looked up a clock ahead of the words, so the words' multiplexer decides with few bits.
-          codes(r) <= CODE_OF(0)(r);
+          codes(r) <= CHOICE_OF(r).codes(0);
 
           for s in 1 to SLICES - 1 loop
 
             if slice = s then
-              codes(r) <= CODE_OF(s)(r);
+              codes(r) <= CHOICE_OF(r).codes(s);
             end if;
 
           end loop;
@@ -197,7 +152,7 @@ begin
           for i in 0 to BANKS - 1 loop
 
             if codes(r) = i then
-              exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(CANDIDATES(r)(i));
+              exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(CHOICE_OF(r).candidates(i));
             end if;
 
           end loop;

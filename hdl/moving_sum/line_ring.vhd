@@ -80,54 +80,43 @@ architecture rtl of line_ring is
 
   type bank_words_t is array (natural range 0 to 1) of std_logic_vector(WIDTH - 1 downto 0);
 
-  -- Lines of each ring.
-  function ring_table return places_t is
+  -- The ring of a phase: its lines, and the lines of a bank in front of it.
+  type ring_t is record
+    lines : place_t;
+    base  : place_t;
+  end record ring_t;
 
-    variable table : places_t;
+  type rings_t is array (natural range 0 to SLICE_STEP - 1) of ring_t;
 
-  begin
+  function all_rings return rings_t is
 
-    -- Phases of M and above do not occur; 1 keeps the table's words from being all zeros (table_words).
-    table := (others => 1);
-
-    for v in 0 to M - 1 loop
-
-      table(v) := ring_lines(GEOMETRY, ANY_ROWS, v);
-
-    end loop;
-
-    return table;
-
-  end function ring_table;
-
-  constant RING_OF : places_t := ring_table;
-
-  -- Lines of a bank in front of each ring.
-  function base_table return places_t is
-
-    variable table  : places_t;
+    variable rings  : rings_t;
     variable before : natural;
 
   begin
 
-    table  := (others => 1);
+    -- Phases of M and above do not occur; 1 keeps the table's words from being all zeros (table_words).
+    rings  := (others => (lines => 1, base => 1));
     before := 0;
 
     for v in 0 to M - 1 loop
 
-      table(v) := 0;
+      rings(v).lines := ring_lines(GEOMETRY, ANY_ROWS, v);
+      rings(v).base  := 0;
 
       -- A phase without a ring needs no lines and no base.
-      if RING_OF(v) > 0 then
-        table(v) := before / BANKS;
-        before   := before + RING_OF(v);
+      if rings(v).lines > 0 then
+        rings(v).base := before / BANKS;
+        before        := before + rings(v).lines;
       end if;
 
     end loop;
 
-    return table;
+    return rings;
 
-  end function base_table;
+  end function all_rings;
+
+  constant RING_OF : rings_t := all_rings;
 
   -- For each phase, the lines between the frame's begin and the first line that enters, modulo the ring (1 to its
   -- size, see table_words).
@@ -146,7 +135,7 @@ architecture rtl of line_ring is
       for v in 0 to M - 1 loop
 
         index := initial_index(GEOMETRY, s, v, false);
-        ring  := RING_OF(v);
+        ring  := RING_OF(v).lines;
 
         if ring > 0 then
           table(s * SLICE_STEP + v) := ring;
@@ -165,8 +154,7 @@ architecture rtl of line_ring is
 
   end function skip_table;
 
-  constant BASE_OF : places_t := base_table;
-  constant SKIP_OF : skips_t  := skip_table;
+  constant SKIP_OF : skips_t := skip_table;
 
   -- The place that lies so many lines further in a ring.
   function moved (
@@ -249,7 +237,7 @@ architecture rtl of line_ring is
   ) return address_t is
   begin
 
-    return ADDRESS_OF(BASE_OF(phase) + place / BANKS);
+    return ADDRESS_OF(RING_OF(phase).base + place / BANKS);
 
   end function line_address;
 
@@ -316,11 +304,11 @@ begin
       take_2     <= control.take_1;
 
       -- Clock 2: the line that enters and its neighbour in the ring; with output 0 the first lines that enter.
-      next_in  := place_behind(in_place_2, RING_OF(phase_2));
+      next_in  := place_behind(in_place_2, RING_OF(phase_2).lines);
       step_3   <= step_2;
       stored_3 <= '0';
       -- Phases whose lines always enter at once are not stored.
-      if RING_OF(phase_2) > 0 then
+      if RING_OF(phase_2).lines > 0 then
         stored_3 <= live_2;
       end if;
       if step_2 = '1' then
@@ -330,7 +318,7 @@ begin
         enter_place_3 <= enter_place(control.enter_phase_2);
         -- M steps before, the line of the same phase entered: it is the neighbour in the ring of the line
         -- that enters now.
-        leave_place_3 <= place_before(enter_place(control.enter_phase_2), RING_OF(control.enter_phase_2));
+        leave_place_3 <= place_before(enter_place(control.enter_phase_2), RING_OF(control.enter_phase_2).lines);
         take_3        <= take_2;
 
         -- The loop avoids an element of variable index, for which GHDL 2.0 synthesises no register.
@@ -342,7 +330,7 @@ begin
           end if;
           -- With output 0, each ring's first line that enters is found from where the frame began.
           if take_2 = '1' then
-            enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(SLICES, M, slice_1, v)), RING_OF(v));
+            enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(SLICES, M, slice_1, v)), RING_OF(v).lines);
           end if;
 
         end loop;
@@ -350,7 +338,7 @@ begin
       end if;
 
       -- Clock 3: the phase's next line will enter.
-      next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3));
+      next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3).lines);
       -- The place moves only if a line has entered, because lines before the frame have no place; with output
       -- 0 it has just been set.
       if step_3 = '1' and control.moves_3 = '1' and take_3 = '0' then

@@ -68,126 +68,68 @@ architecture rtl of moving_sum_control is
   -- Steps since a line began; the count stops at REACHED + 1, because no age is larger.
   subtype count_t is natural range 0 to REACHED + 1;
 
-  -- Tables have a word for each slice and phase.
+  -- The table of steps has a word for each slice and phase.
   constant SLICE_STEP : positive := phase_words(M);
   constant WORDS      : positive := table_words(GEOMETRY);
 
-  -- Index of the phase's pixel in the first sums; REACHED + 1 if the pixel is not in them.
-  type indices_t is array (natural range 0 to WORDS - 1) of count_t;
+  -- What an output of a slice and a phase shows, and what a pixel of that slice and phase does.
+  type step_t is record
+    -- The output begins a group of equal ones: 1 means no, 2 means yes, because words must not be zero (table_words).
+    begins : natural range 1 to 2;
+    -- Phase and age of the pixel that enters with the output.
+    phase : phase_t;
+    age   : count_t;
+    -- Index of the pixel in the sum that goes on from output 0, and in the one that output 0 shows; REACHED + 1 if the
+    -- pixel is not in them.
+    initial : count_t;
+    held    : count_t;
+    -- The output begins to gather the next group: it is the one behind a group's first. 1 means no, 2 means yes.
+    clears : natural range 1 to 2;
+  end record step_t;
 
-  -- Phases and ages are separate tables, because the phase is needed a clock before the age.
-  type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
+  type steps_t is array (natural range 0 to WORDS - 1) of step_t;
 
-  -- 1 means no, 2 means yes: words must not be zero (table_words).
-  type flags_t is array (natural range 0 to WORDS - 1) of natural range 1 to 2;
+  function all_steps return steps_t is
 
-  function index_table (
-    held : boolean
-  ) return indices_t is
-
-    variable table : indices_t;
+    variable steps : steps_t;
+    variable now   : step_t;
 
   begin
 
-    -- REACHED + 1 equals no count that is compared, so it stands for "in no first sum".
-    table := (others => REACHED + 1);
+    -- REACHED + 1 equals no count that is compared.
+    now   := (phase => M - 1, begins => 1, clears => 1, others => REACHED + 1);
+    steps := (others => now);
 
     for s in 0 to SLICES - 1 loop
 
-      for v in 0 to M - 1 loop
+      for k in 0 to M - 1 loop
 
-        if is_initial(GEOMETRY, s, v, held) then
-          table(s * SLICE_STEP + v) := initial_index(GEOMETRY, s, v, held);
+        now.begins  := choose(begins_group(GEOMETRY, s, k), 2, 1);
+        now.clears  := choose(begins_group(GEOMETRY, s, (k + M - 1) mod M), 2, 1);
+        now.phase   := entering_phase(GEOMETRY, s, k);
+        now.age     := entering_age(GEOMETRY, s, now.phase);
+        now.initial := REACHED + 1;
+        now.held    := REACHED + 1;
+
+        if is_initial(GEOMETRY, s, k, false) then
+          now.initial := initial_index(GEOMETRY, s, k, false);
         end if;
 
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function index_table;
-
-  -- Age of the pixel that enters with an output, by the output's phase.
-  function age_table return indices_t is
-
-    variable table : indices_t;
-
-  begin
-
-    table := (others => REACHED + 1);
-
-    for s in 0 to SLICES - 1 loop
-
-      for k in 0 to M - 1 loop
-
-        table(s * SLICE_STEP + k) := entering_age(GEOMETRY, s, entering_phase(GEOMETRY, s, k));
-
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function age_table;
-
-  function phase_table return phases_t is
-
-    variable table : phases_t;
-
-  begin
-
-    table := (others => M - 1);
-
-    for s in 0 to SLICES - 1 loop
-
-      for k in 0 to M - 1 loop
-
-        table(s * SLICE_STEP + k) := entering_phase(GEOMETRY, s, k);
-
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function phase_table;
-
-  -- Outputs that begin a group, or those `later` steps behind such an output.
-  function group_table (
-    later : natural
-  ) return flags_t is
-
-    variable table : flags_t;
-
-  begin
-
-    -- 1 and 2 for no and yes, because unused words must not be zero (table_words).
-    table := (others => 1);
-
-    for s in 0 to SLICES - 1 loop
-
-      for k in 0 to M - 1 loop
-
-        if begins_group(GEOMETRY, s, (k + M - later mod M) mod M) then
-          table(s * SLICE_STEP + k) := 2;
+        if is_initial(GEOMETRY, s, k, true) then
+          now.held := initial_index(GEOMETRY, s, k, true);
         end if;
 
+        steps(s * SLICE_STEP + k) := now;
+
       end loop;
 
     end loop;
 
-    return table;
+    return steps;
 
-  end function group_table;
+  end function all_steps;
 
-  constant INITIAL_INDEX_OF : indices_t := index_table(false);
-  constant HELD_INDEX_OF    : indices_t := index_table(true);
-  constant AGE_OF           : indices_t := age_table;
-  constant PHASE_OF         : phases_t  := phase_table;
-  constant BEGINS           : flags_t   := group_table(0);
-  -- The step behind a complete group begins to gather the next one.
-  constant CLEARS : flags_t := group_table(1);
+  constant STEP_OF : steps_t := all_steps;
 
   function next_phase (
     now : phase_t
@@ -350,8 +292,8 @@ begin
         row    := FIXED_SLICE * SLICE_STEP + out_phase;
       end if;
 
-      initial_2      <= in_live and to_logic(in_count = INITIAL_INDEX_OF(in_row) and in_count <= REACHED);
-      initial_held_2 <= in_live and to_logic(in_count = HELD_INDEX_OF(in_row) and in_count <= REACHED);
+      initial_2      <= in_live and to_logic(in_count = STEP_OF(in_row).initial and in_count <= REACHED);
+      initial_held_2 <= in_live and to_logic(in_count = STEP_OF(in_row).held and in_count <= REACHED);
       in_first_2     <= in_first;
       out_count_2    <= out_count;
       out_ended_2    <= out_ended;
@@ -359,10 +301,10 @@ begin
       left_count_2       <= out_count - M;
       left_ended_2       <= out_ended - M;
       out_first_2        <= out_first;
-      ring.enter_phase_2 <= PHASE_OF(row);
-      age_2              <= AGE_OF(row);
-      update_2           <= to_logic(BEGINS(row) = 2);
-      clear_2            <= to_logic(CLEARS(row) = 2);
+      ring.enter_phase_2 <= STEP_OF(row).phase;
+      age_2              <= STEP_OF(row).age;
+      update_2           <= to_logic(STEP_OF(row).begins = 2);
+      clear_2            <= to_logic(STEP_OF(row).clears = 2);
     end if;
 
   end process look_up;

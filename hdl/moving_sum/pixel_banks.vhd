@@ -73,8 +73,6 @@ architecture rtl of pixel_banks is
 
   type rows_t is array (natural range 0 to BANKS - 1) of row_t;
 
-  type banks_t is array (natural range 0 to BANKS - 1) of bank_t;
-
   type pixels_t is array (natural range 0 to BANKS - 1) of pixel_t;
 
   -- Index of the pixels that enter, and of those that leave.
@@ -85,9 +83,15 @@ architecture rtl of pixel_banks is
 
   type both_pixels_t is array (ENTER to LEAVE) of pixels_t;
 
-  type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
+  -- What is read of a bank: the place that reads it, and the row.
+  type read_t is record
+    place : bank_t;
+    row   : distance_t;
+  end record read_t;
 
-  type row_tables_t is array (natural range 0 to SLICES - 1) of distances_t;
+  type reads_t is array (natural range 0 to BANKS - 1) of read_t;
+
+  type reads_of_slices_t is array (natural range 0 to SLICES - 1) of reads_t;
 
   -- Clocks from a place to the differences of its banks.
   constant CHANGED : positive := 5 + choose(SLICES > 1, 1, 0);
@@ -99,10 +103,9 @@ architecture rtl of pixel_banks is
 
   subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
 
-  -- For each slice and bank: the place that reads the bank.
-  function place_table return bank_tables_t is
+  function all_reads return reads_of_slices_t is
 
-    variable table : bank_tables_t;
+    variable reads : reads_of_slices_t;
 
   begin
 
@@ -111,40 +114,17 @@ architecture rtl of pixel_banks is
       for r in 0 to BANKS - 1 loop
 
         -- This is the inverse of bank_exchange's table: each bank is read for one place only.
-        table(s)(entering_bank(GEOMETRY, P, s, r)) := r;
+        reads(s)(entering_bank(GEOMETRY, P, s, r)) := (place => r, row => entering_row(GEOMETRY, P, s, r));
 
       end loop;
 
     end loop;
 
-    return table;
+    return reads;
 
-  end function place_table;
+  end function all_reads;
 
-  constant PLACE_OF : bank_tables_t := place_table;
-
-  -- For each slice and bank: the row that is read.
-  function row_table return row_tables_t is
-
-    variable table : row_tables_t;
-
-  begin
-
-    for s in 0 to SLICES - 1 loop
-
-      for r in 0 to BANKS - 1 loop
-
-        table(s)(entering_bank(GEOMETRY, P, s, r)) := entering_row(GEOMETRY, P, s, r);
-
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function row_table;
-
-  constant ROW_OF : row_tables_t := row_table;
+  constant READ_OF : reads_of_slices_t := all_reads;
 
   -- Whether a pixel, counted from the outputs, lies in the line: not before its begin, and not behind the last
   -- pixel that has arrived.
@@ -287,7 +267,7 @@ begin
   find_rows : process (clk) is
 
     variable distance : distance_t;
-    variable place    : bank_t;
+    variable read     : read_t;
     variable bank     : bank_t;
 
   begin
@@ -318,23 +298,21 @@ begin
         end if;
 
         -- The outputs belong to the older line, so its slice (read_slice) selects the tables.
-        place    := PLACE_OF(0)(b);
-        distance := ROW_OF(0)(b);
+        read := READ_OF(0)(b);
 
         for s in 1 to SLICES - 1 loop
 
           if read_slice_1 = s then
-            place    := PLACE_OF(s)(b);
-            distance := ROW_OF(s)(b);
+            read := READ_OF(s)(b);
           end if;
 
         end loop;
 
         -- Outputs at places before the token's first place lie in the next row.
-        if place < STEP * read_place_1 then
-          distance := distance + 1;
+        distance_2(b) <= read.row;
+        if read.place < STEP * read_place_1 then
+          distance_2(b) <= read.row + 1;
         end if;
-        distance_2(b) <= distance;
 
       end loop;
 

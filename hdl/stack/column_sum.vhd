@@ -65,45 +65,33 @@ architecture rtl of column_sum is
 
   constant NO_SLICE : unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0) := (others => '0');
 
-  -- For each phase: the place of the entering pixel in its shift register (-1 for the line that is just coming
-  -- in), and the place of that register in the word.
-  type places_t is array (natural range 0 to M - 1) of integer;
+  -- enters_at: place of a phase's entering pixel in the shift register of the phase (-1 for the line that is just
+  -- coming in); base: place of that register in the word.
+  type history_t is record
+    enters_at : integer;
+    base      : natural;
+  end record history_t;
 
-  function enter_table return places_t is
+  type histories_t is array (natural range 0 to M - 1) of history_t;
 
-    variable table : places_t;
+  function all_histories return histories_t is
+
+    variable histories : histories_t;
 
   begin
 
     -- The phase alone decides which pixel enters: a multiplexer with M fixed inputs, no address.
     for v in 0 to M - 1 loop
 
-      table(v) := history_place(GEOMETRY, SLICE, v);
+      histories(v) := (enters_at => history_place(GEOMETRY, SLICE, v), base => history_base(GEOMETRY, v));
 
     end loop;
 
-    return table;
+    return histories;
 
-  end function enter_table;
+  end function all_histories;
 
-  function base_table return places_t is
-
-    variable table : places_t;
-
-  begin
-
-    for v in 0 to M - 1 loop
-
-      table(v) := history_base(GEOMETRY, v);
-
-    end loop;
-
-    return table;
-
-  end function base_table;
-
-  constant ENTERS_AT : places_t := enter_table;
-  constant BASE_OF   : places_t := base_table;
+  constant HISTORY_OF : histories_t := all_histories;
 
   -- The phase's pixel that enters, or the one `later` places behind it; zero if the memory does not hold it yet.
   function pixel_at (
@@ -116,11 +104,11 @@ architecture rtl of column_sum is
 
   begin
 
-    if ENTERS_AT(phase) + later < 0 then
+    if HISTORY_OF(phase).enters_at + later < 0 then
       return (others => '0');
     end if;
 
-    low := (BASE_OF(phase) + ENTERS_AT(phase) + later) * PIXEL_BITS;
+    low := (HISTORY_OF(phase).base + HISTORY_OF(phase).enters_at + later) * PIXEL_BITS;
 
     return words(low + PIXEL_BITS - 1 downto low);
 

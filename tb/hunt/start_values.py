@@ -20,8 +20,8 @@ _NUMBER = re.compile(r"(natural|integer|positive)\s+range\s+(.*?)\s+to\s+(.*)", 
 _ADDRESSES = (
     (r"\bmemory\(to_integer\((\w+)\)\)", r"memory(to_integer(\1) mod memory'length)"),
     (
-        r"ADDRESS_OF\(BASE_OF\(phase\) \+ place / BANKS\)",
-        "ADDRESS_OF((BASE_OF(phase) + place / BANKS) mod ADDRESS_OF'length)",
+        r"ADDRESS_OF\(RING_OF\(phase\)\.base \+ place / BANKS\)",
+        "ADDRESS_OF((RING_OF(phase).base + place / BANKS) mod ADDRESS_OF'length)",
     ),
     # So is a random partial sum above the largest one.
     (r"sums\(w\) := (to_integer\(.*\));", r"sums(w) := \1 mod (partial_sum_t'high + 1);"),
