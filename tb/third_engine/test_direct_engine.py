@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from direct_engine import DirectEngine
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.engine import Generics
-from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.engine import Raster, SliceEngine
 from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.report import Report
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import SimulationError
+from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
@@ -84,15 +85,15 @@ def with_engine(folder: Path) -> list[Path]:
     return [*sources[:place], *files, *sources[place:]]
 
 
-def generics(core: CoreConfiguration, _index: None = None) -> Generics:
-    return core.generics() | {"ENGINE": "direct"}
-
-
 @pytest.fixture
 def direct(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cores are built with the engine; the simulator is the one that starts soonest."""
-    monkeypatch.setattr(file_bench, "core_generics", generics)
+    """The simulator is the one that starts soonest."""
     monkeypatch.setenv("GHDL_BACKEND", "mcode")
+
+
+def with_direct(core: CoreConfiguration, engine: DirectEngine) -> CoreConfiguration:
+    """The core with an engine that the configuration's union does not name."""
+    return core.model_copy(update={"engine": engine})
 
 
 def simulated(folder: Path, core: CoreConfiguration) -> Report:
@@ -109,18 +110,17 @@ def simulated(folder: Path, core: CoreConfiguration) -> Report:
     return run(what)
 
 
-CORE = CoreConfiguration(
-    micro_image_size=3, shifts=(-1, 4, 0), max_columns=13, channels=3, engine=MovingSumEngine()
+CORE = with_direct(
+    CoreConfiguration(micro_image_size=3, shifts=(-1, 4, 0), max_columns=13, channels=3),
+    DirectEngine(),
 )
 CORES = {
     "M3": CORE,
-    "M2 sharpened": CoreConfiguration(
-        micro_image_size=2,
-        shifts=(3, 1),
-        max_columns=14,
-        align="causal",
-        sharpening=(4, 0),
-        engine=MovingSumEngine(),
+    "M2 sharpened": with_direct(
+        CoreConfiguration(
+            micro_image_size=2, shifts=(3, 1), max_columns=14, align="causal", sharpening=(4, 0)
+        ),
+        DirectEngine(),
     ),
 }
 
@@ -134,6 +134,7 @@ def test_pictures_are_exact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         report = simulated(tmp_path / name, core)
         assert report.agrees, name
         assert report.pixels_compared == 17 * core.max_columns * len(core.shifts)
+        assert report.latency_clocks == core.latency_clocks(core.max_columns, 17, len(core.shifts))
 
 
 @pytest.mark.usefixtures("direct")
@@ -153,3 +154,18 @@ def test_a_plan_without_a_number_is_refused_by_name(
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     with pytest.raises(SimulationError, match=message):
         simulated(tmp_path, CORE)
+
+
+def test_python_refuses_a_plan_without_a_number_by_name() -> None:
+    class TooShort(DirectEngine):
+        def row_tokens(self, raster: Raster) -> int:
+            return raster.delay - 1
+
+    class NoModulus(DirectEngine):
+        frame_lines = SliceEngine.frame_lines
+
+    CORE.check_limits()
+    with pytest.raises(InputError, match="direct: row_tokens, 3 of 1 pixels, are shorter"):
+        with_direct(CORE, TooShort()).check_limits()
+    with pytest.raises(TypeError, match=r"NoModulus.*frame_lines"):
+        NoModulus()

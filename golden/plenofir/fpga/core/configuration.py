@@ -279,6 +279,16 @@ class CoreConfiguration(Raster):
         for _ in range(engine.slices_at_once(self)):
             yield from border_blocks(self, self.pixels_per_clock, family)
 
+    def _check_plan(self) -> None:
+        """Refuse numbers of an engine with which no core would give the golden model's picture."""
+        engine, p = self.engine, self.pixels_per_clock
+        if engine.row_tokens(self) * p < self.delay:
+            raise InputError(
+                f"{engine.kind}: row_tokens, {engine.row_tokens(self)} of {p} pixels, are shorter "
+                f"than the delay of {self.delay} pixels",
+                where="engine",
+            )
+
     def check_limits(self) -> None:
         """Refuse what the core cannot be built for, by field and limit."""
 
@@ -296,6 +306,7 @@ class CoreConfiguration(Raster):
             what = f"a set of {len(self.shifts)} slices"
             raise refuse(what, "shifts", f"{MAX_SLICES}")
         self.engine.check(self)
+        self._check_plan()
         if self.sharpens:
             check_sharpener(self, self.engine.kind, self.parallel_rows)
         if self.normalises:

@@ -225,9 +225,12 @@ class Engine(BaseModel, ABC):
         """Most lines that are needed between frames, for any number of rows."""
         return 0
 
+    @abstractmethod
     def frame_lines(self, raster: Raster, rows: int) -> int:
-        """Lines from the beginning of a frame to that of the next one at the earliest."""
-        return rows
+        """Lines from the beginning of a frame to that of the next one at the earliest.
+
+        The frame's rows, but for the plan's `min_bands` and `modulus` in VHDL.
+        """
 
     def for_video(self) -> Self:
         """The same engine for video, which has blanking between lines and frames."""
