@@ -147,6 +147,17 @@ def test_micro_images_of_every_second_row_are_alike() -> None:
     assert unlikeness(small, T, S, small.grid.centres(T, S)) == 0
 
 
+def test_a_colour_filter_does_not_make_micro_images_unlike() -> None:
+    """With an odd pitch, its kinds of pixels change from row to row."""
+    fitter = overlaps(0.0)
+    y, x = np.indices(fitter.padded.shape)
+    for gains in ((1.0, 0.6, 0.6, 0.2), (1.0, 0.5, 0.9, 0.3)):
+        mosaic = fitter.padded * np.array(gains)[2 * (y % 2) + x % 2]
+        coloured = GrowingFit(fitter.image, fitter.grid)
+        coloured.padded = mosaic.astype(np.float32)
+        assert unlikeness(coloured, T, S, fitter.grid.centres(T, S)) < 0.035
+
+
 def test_noise_does_not_make_micro_images_unlike() -> None:
     fitter = overlaps(0.0)
     fitter.padded = fitter.padded + np.random.default_rng(0).normal(
