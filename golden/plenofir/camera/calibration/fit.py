@@ -226,7 +226,7 @@ def _fit(
         cell_margin=margin,
         order_gains_px=fitter.bent.gains,
         untried_orders=fitter.bent.untried,
-        pitch_error_px=_pitch_error(fitter, again),
+        pitch_error_px=pitch_error(fitter, again),
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
@@ -270,7 +270,7 @@ def _fit(
     return replace(fit, evidence=known)
 
 
-def _pitch_error(fitter: GrowingFit, again: Floats) -> float:
+def pitch_error(fitter: GrowingFit, again: Floats) -> float:
     """Standard error of `Grid.lens_pitch`.
 
     The covariance of the grid's linear terms, and what the second measurement changes of them.

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from test_recorded import patched
 
+from plenofir.camera.calibration.fit import pitch_error
 from plenofir.camera.calibration.grid import Grid
 from plenofir.camera.calibration.growing import GrowingFit
 from plenofir.camera.calibration.lattice import primitive_vectors
@@ -197,6 +198,21 @@ def test_centres_are_corrected_by_what_measuring_drawn_ones_shows() -> None:
     assert 0 < errors.min() < errors.max() < 0.05
     fitter.shading = None
     assert not fitter.shared_errors(t, s, centres).any()
+
+
+@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
+def test_the_pitch_is_as_sure_as_the_size_of_the_grid(layout) -> None:
+    """A grid that may grow by a share has a pitch that may; one that may turn has not."""
+    grid = regular_grid(SHAPE, PITCH, rotation_degrees=20, layout=layout)
+    fitter = GrowingFit(np.zeros(SHAPE, np.float32), grid)
+    for moves, expected in ((grid.vectors, 1.0), (grid.vectors @ [[0, 1], [-1, 0]], 0.0)):
+        terms = 1e-3 * np.vstack([np.zeros(2), moves])
+        none, sure = np.zeros((3, 2)), np.zeros((2, 3, 2, 3))
+        fitter.covariance = np.einsum("ia,jb->aibj", terms, terms)
+        error = 1e-3 * PITCH * expected
+        assert pitch_error(fitter, none) == pytest.approx(error, abs=1e-9)
+        fitter.covariance = sure
+        assert pitch_error(fitter, terms) == pytest.approx(error, abs=1e-9)
 
 
 @pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
