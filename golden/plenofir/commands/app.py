@@ -51,6 +51,8 @@ STUDIES = ("report", "reproduce")
 """Commands of plenofir-studies, a distribution of its own."""
 
 
+# Windows has no such signal; the exit code is the same.
+_SIGPIPE = 13
 # A command that compiles for longer says so.
 COMPILING_SECONDS = 2.0
 
@@ -187,7 +189,7 @@ def explained(error: BaseException) -> tuple[int, str]:
             return EXIT_TOOL_FAILED, f"{kind}{error}"
         # The reader has closed the pipe; Rich turns that into an exit.
         case BrokenPipeError() | SystemExit(__context__=BrokenPipeError()):
-            return 128 + signal.SIGPIPE, ""
+            return 128 + _SIGPIPE, ""
         case SystemExit(code=int(code)):
             return code, ""
         case KeyboardInterrupt():
@@ -258,8 +260,10 @@ def main() -> None:
     words = [word for word in sys.argv[1:] if word != "--debug"]
     compiling.tell = _note_now
     compiling.tell_of_long_ones(COMPILING_SECONDS, _note_now)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _stopped)
+    for name in ("SIGTERM", "SIGHUP"):
+        # Windows has no terminal that hangs up.
+        if number := getattr(signal, name, None):
+            signal.signal(number, _stopped)
     if isinstance(sys.stdout, TextIOWrapper):
         # File names need not be text.
         sys.stdout.reconfigure(errors="backslashreplace")

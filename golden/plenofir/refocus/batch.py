@@ -241,6 +241,21 @@ def failure(error: BaseException) -> str:
 
 
 @contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Only this process handles Ctrl-C: workers inherit what the cluster's threads block."""
+    if hasattr(signal, "pthread_sigmask"):
+        # The first worker would start multiprocessing's tracker, which unblocks them.
+        resource_tracker.ensure_running()
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    else:
+        yield
+
+
+@contextmanager
 def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
     """Client of a Dask cluster: a new one on this machine, or a running one."""
     try:
@@ -261,10 +276,6 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
                 "processes must be; name another one",
                 where="TMPDIR",
             ) from None
-        # Only this process handles Ctrl-C: workers inherit the signals blocked in the cluster's
-        # threads, unless the first worker starts multiprocessing's tracker, which unblocks them.
-        resource_tracker.ensure_running()
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         # Whoever reaches a port of these processes can run code as their user, so all of them
         # require a certificate that only this run has. HTTP servers cannot be disabled, but have no
         # pages.
@@ -272,7 +283,7 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
             f"distributed.{role}.http.routes": [] for role in ("scheduler", "worker")
         }
         try:
-            with dask.config.set(routes):
+            with _interrupts_blocked(), dask.config.set(routes):
                 cluster = LocalCluster(
                     n_workers=workers,
                     threads_per_worker=1,
@@ -290,8 +301,6 @@ def dask_client(scheduler: str, workers: int) -> Iterator[Any]:
                 f"worker processes do not start ({error}); run it again when the machine has less "
                 "to do, or with fewer --workers"
             ) from None
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         with cluster, Client(cluster) as client:
             yield client
         return

@@ -4,7 +4,6 @@
 A run that is killed while it writes leaves an incomplete line, which the next run removes.
 """
 
-import fcntl
 import os
 from hashlib import file_digest
 from pathlib import Path
@@ -14,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import cannot_write
+from plenofir.ground.locks import lock_file
 
 RECORD = "batch.jsonl"
 _OLD_RECORD = "batch.json"
@@ -84,7 +84,7 @@ class Record:
 
     def _lock(self) -> None:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock_file(self._file, wait=False)
         except BlockingIOError:
             raise InputError(
                 "another run is writing here; let it end first", where=str(self.path.parent)

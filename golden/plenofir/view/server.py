@@ -9,6 +9,7 @@ import signal
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from socket import socket
 
 from tornado.httpserver import HTTPServer
@@ -163,10 +164,13 @@ def serve(page: Page, port: int, ready: Callable[[str], None]) -> None:
     async def until_interrupted() -> None:
         ended = asyncio.Event()
         loop = asyncio.get_running_loop()
-        loop.add_signal_handler(signal.SIGINT, ended.set)
+        # Without handlers (Windows) Ctrl-C cancels `serving`.
+        with suppress(NotImplementedError):
+            loop.add_signal_handler(signal.SIGINT, ended.set)
         try:
             await serving(page, sockets, ready, ended)
         finally:
-            loop.remove_signal_handler(signal.SIGINT)
+            with suppress(NotImplementedError):
+                loop.remove_signal_handler(signal.SIGINT)
 
     asyncio.run(until_interrupted())

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The steps of a build with open tools: progress, processor time, one-line errors."""
 
-import resource
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -21,8 +21,8 @@ _STAGES = (
 
 def _processor_seconds() -> float:
     """Processor time of all processes that this one started and that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 def run_steps(

@@ -2,7 +2,6 @@
 """The tools: GHDL's synthesis to Verilog, and Yosys."""
 
 import contextlib
-import fcntl
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -19,6 +18,7 @@ from plenofir.fpga.tools.primitives import component_package, with_primitives
 from plenofir.fpga.tools.simulators import find_simulator, generic_text
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.locks import lock_file
 
 Generics = Mapping[str, int | bool | str]
 
@@ -306,7 +306,7 @@ def run_yosys(
     kept = project.root() / "build" / "yosys" / f"{key[:32]}.zip"
     kept.parent.mkdir(parents=True, exist_ok=True)
     with kept.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        lock_file(lock.fileno(), wait=True)
         if kept.exists():
             with zipfile.ZipFile(kept) as archive:
                 archive.extractall(log.parent)
