@@ -42,6 +42,9 @@ class Board:
     flow: Flow
     top: str
     library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
+    package: str = ""  # if it is not the usual one of its devices; for nextpnr, ECP5
+    # Whether `ecp5_netlist.CLOCK_PLACES` has places for its pin of the TMDS clock.
+    places_clock: bool = False
     # Ranges that its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI in.
     clock_ranges: tuple[int, ...] = ()
     pixel_mhz: float = 0  # of a board without HDMI
@@ -104,6 +107,7 @@ BOARDS: dict[str, Board] = {
             flow="nextpnr",
             top="ulx3s_top",
             library="ecp5u",
+            places_clock=True,
             clock_ranges=CLOCK_RANGES,
             scene="flower-480p",
             # VGA at 25 MHz, which the oscillator gives; the slowest grade has GDDRX2 of 624 Mb/s.

@@ -32,7 +32,9 @@ def board_sources(board: str = DEFAULT_BOARD) -> list[Path]:
 def all_sources() -> list[Path]:
     """All synthesisable VHDL sources, in the order of analysis."""
     lists = sorted(path.name for path in (root() / "hdl").glob("sources_*.txt"))
-    return hdl_sources() + [source for own in lists for source in _listed(own)]
+    # Boards of one family share its wrappers.
+    own = dict.fromkeys(source for name in lists for source in _listed(name))
+    return hdl_sources() + list(own)
 
 
 def with_packages(sources: Sequence[Path], packages: Mapping[str, str], folder: Path) -> list[Path]:

@@ -3,6 +3,7 @@
 
 import re
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,20 @@ from plenofir.fpga.hdmi.modes import (
 )
 
 each_board = pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board: board.name)
+
+
+def test_boards_share_the_wrappers_of_a_family(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lists = {"sources.txt": "core", "sources_a.txt": "pll a", "sources_b.txt": "pll b"}
+    (tmp_path / "hdl").mkdir()
+    for name in ("core", "pll", "a", "b"):
+        (tmp_path / "hdl" / name).touch()
+    for file, names in lists.items():
+        (tmp_path / "hdl" / file).write_text("\n".join(names.split()) + "\n")
+    monkeypatch.setattr(hdl, "root", lambda: tmp_path)
+    assert [path.name for path in hdl.all_sources()] == ["core", "pll", "a", "b"]
+    assert [path.name for path in hdl.board_sources("b")] == ["core", "pll", "b"]
 
 
 @each_board

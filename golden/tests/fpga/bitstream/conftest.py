@@ -26,6 +26,7 @@ def open_tools(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, Any]]
             if "nextpnr" not in name:
                 (log.parent / bits).write_bytes(b"bits")
                 return
+            content["placed by"] = command
             (log.parent / command[command.index("--report") + 1]).write_text(
                 json.dumps(content["report"])
             )

@@ -4,6 +4,7 @@
 import importlib.util
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,19 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     assert result.crossings[0].reached_ns == 2.0
     constraints = (tmp_path / "work" / "ulx3s.lpf").read_text()
     assert f'FREQUENCY PORT "in_clk" {FASTEST:.3f} MHZ;' in constraints
+
+
+def test_another_board_has_its_own_package_and_places(
+    tools: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places: list[str | None] = []
+    monkeypatch.setattr(nextpnr, "synthesise_board", lambda *given: places.append(given[2]))
+    own = BOARDS["ulx3s"]
+    for board in (own, replace(own, package="cabga256", places_clock=False)):
+        nextpnr.build(board, "lfe5u-25f", {}, RANGE, tmp_path, lambda *_: None)
+        command = list(tools["placed by"])
+        assert command[command.index("--package") + 1] == (board.package or "cabga381").upper()
+    assert places == ["lfe5u-25f", None]
 
 
 def test_beyond_the_data_sheet(tools: dict[str, Any], tmp_path: Path) -> None:
