@@ -8,6 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.core_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
 use work.video_pkg.all;
@@ -32,6 +33,16 @@ entity pattern_video is
 end entity pattern_video;
 
 architecture rtl of pattern_video is
+
+  constant CORE : core_t := picture_core_of
+                            (
+                              name             => "pattern_video",
+                              MICRO_IMAGE_SIZE => 3,
+                              SHIFTS           => "0 4",
+                              MAX_COLUMNS      => 640,
+                              EXACT            => true,
+                              ENGINE           => "moving_sum"
+                            );
 
   -- There is no sensor, and so no calibration to load.
   constant NO_LOAD : load_t := ('0', "00", (others => '0'), (others => '0'));
@@ -65,11 +76,7 @@ begin
 
   refocuser : entity work.refocus_video
     generic map (
-      MICRO_IMAGE_SIZE => 3,
-      SHIFTS           => "0 4",
-      MAX_COLUMNS      => 640,
-      EXACT            => true,
-      ENGINE           => "moving_sum"
+      CORE => CORE
     )
     port map (
       clk         => clk,

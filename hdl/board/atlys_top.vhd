@@ -18,9 +18,9 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.hdmi_pkg.all;
-use work.refocus_pkg.all;
-use work.refocuser_pkg.all;
+use work.picture_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
@@ -95,19 +95,20 @@ end entity atlys_top;
 
 architecture rtl of atlys_top is
 
-  constant REFUSED : boolean := not takes_shifts("atlys_top", SHIFTS, MAX_COLUMNS);
-
-  constant CORE : board_core_t :=
-  (
-    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-    HOLD                => HOLD,
-    MAX_COLUMNS         => MAX_COLUMNS,
-    EXACT               => EXACT,
-    FRACTION_BITS       => FRACTION_BITS,
-    GUARD_BITS          => GUARD_BITS,
-    BROADCAST_TAPS      => BROADCAST_TAPS
-  );
+  constant CORE : core_t := picture_core_of
+                            (
+                              name                => "atlys_top",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS,
+                              ENGINE              => ENGINE
+                            );
 
   constant PATTERN : timing_t := mode_timing
                                  (
@@ -186,7 +187,7 @@ begin
 
   control : entity work.hdmi_control
     generic map (
-      SLICES        => slice_count(SHIFTS),
+      SLICES        => CORE.geometry.slices,
       MAX_COLUMNS   => MAX_COLUMNS,
       METER_WINDOW  => METER_WINDOW,
       LOCK_TIMEOUT  => LOCK_TIMEOUT,
@@ -246,8 +247,6 @@ begin
   path : entity work.hdmi_refocuser
     generic map (
       CORE            => CORE,
-      SHIFTS          => SHIFTS,
-      ENGINE          => ENGINE,
       PATTERN_COLUMNS => PATTERN_H_ACTIVE,
       PATTERN_ROWS    => PATTERN_V_ACTIVE,
       ALIGN_TIMEOUT   => ALIGN_TIMEOUT

@@ -10,7 +10,7 @@
 -- No frame is stored. The camera does not wait; the sink may, as long as the ring of raw lines and the buffers last.
 --
 -- Latency: that of csi_receiver, sensor_raster and raster_refocuser. Throughput: one raw pixel each clock of clk, or
--- PIXELS_PER_CLOCK without a sensor in sensor_pkg.
+-- as many as the core takes without a sensor in sensor_pkg.
 -- Equation: out frame = refocus(raster(raw frame)).
 
 library ieee;
@@ -19,22 +19,19 @@ use ieee.numeric_std.all;
 
 library work;
 use work.camera_pkg.all;
+use work.core_pkg.all;
 use work.csi_pkg.all;
 use work.math_pkg.all;
-use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.sensor_pkg.all;
+use work.token_pkg.all;
 
 entity camera_refocuser is
   generic (
-    -- Generics of raster_refocuser.
-    CORE   : board_core_t;
-    SHIFTS : string;
-    ENGINE : string;
-    -- Without a sensor in sensor_pkg: lines of the frames (CORE has the columns), and neighbouring pixels in one
-    -- transfer.
-    ROWS             : positive range 1 to 65535;
-    PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
+    -- The core, for lines of the raster if sensor_pkg has a sensor, else for those of the camera.
+    CORE : core_t;
+    -- Lines of the frames without a sensor in sensor_pkg.
+    ROWS : positive range 1 to 65535;
     -- Frequency of clk in kHz, for I2C and the serial port.
     CLOCK_KHZ : positive range 2000 to 500000;
     -- Clocks in a millisecond, and in a bit of the serial port; 0: computed from CLOCK_KHZ. A simulation shortens them.
@@ -63,7 +60,7 @@ entity camera_refocuser is
     -- Refocused frames as AXI4-Stream video, and their size.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(row_bits(CORE) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
     frame_columns : out   std_logic_vector(15 downto 0);
@@ -78,6 +75,10 @@ end entity camera_refocuser;
 
 architecture rtl of camera_refocuser is
 
+  constant ONE_PIXEL : boolean := not takes(CORE.pixels = 1 or not WITH_SENSOR,
+                                            "camera_refocuser: PIXELS_PER_CLOCK above 1 needs a camera without a " &
+                                            "sensor in sensor_pkg, as a resampler takes one pixel each clock");
+
   -- The serial port has 115.2 kBd.
   constant MS         : positive := choose(MILLISECOND = 0, CLOCK_KHZ, MILLISECOND);
   constant BIT_CLOCKS : positive := choose(BIT_TIME = 0, CLOCK_KHZ * 10 / 1152, BIT_TIME);
@@ -86,11 +87,9 @@ architecture rtl of camera_refocuser is
   -- Bits of the receiver's counters; 255 means 255 or more.
   constant COUNT_BITS : positive := 8;
 
-  -- Frames that the receiver delivers. A resampler takes one pixel each clock; several at once go to the core only
-  -- directly.
-  constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, CORE.max_columns);
+  -- Frames that the receiver delivers.
+  constant RAW_COLUMNS : positive := choose(WITH_SENSOR, SENSOR_COLUMNS, CORE.columns);
   constant RAW_ROWS    : positive := choose(WITH_SENSOR, SENSOR_ROWS, ROWS);
-  constant PIXELS      : positive := choose(WITH_SENSOR, 1, PIXELS_PER_CLOCK);
 
   -- The core takes one size, so its size ports are constants and synthesis removes their logic.
   constant COLUMNS_PORT : std_logic_vector(15 downto 0) := std_logic_vector(to_unsigned(RAW_COLUMNS, 16));
@@ -129,7 +128,7 @@ architecture rtl of camera_refocuser is
   signal raw_tvalid : std_logic;
   -- Low while the ring of raw lines is full; the receiver's buffer takes pixels meanwhile.
   signal raw_tready : std_logic;
-  signal raw_tdata  : std_logic_vector(PIXELS * RAW_BITS - 1 downto 0);
+  signal raw_tdata  : std_logic_vector(CORE.pixels * RAW_BITS - 1 downto 0);
   signal raw_tuser  : std_logic_vector(0 downto 0);
   signal raw_tlast  : std_logic;
   -- Counters of the receiver; then the raster, and its flags and those of the core, each of which is a fault.
@@ -138,7 +137,7 @@ architecture rtl of camera_refocuser is
   signal left_out    : identifier_t;
   signal lens_tvalid : std_logic;
   signal lens_tready : std_logic;
-  signal lens_tdata  : std_logic_vector(PIXELS * CAMERA_CHANNELS * RAW_BITS - 1 downto 0);
+  signal lens_tdata  : std_logic_vector(row_bits(CORE) - 1 downto 0);
   signal lens_tuser  : std_logic_vector(0 downto 0);
   signal lens_tlast  : std_logic;
   -- Size of the frames that the core gets.
@@ -146,6 +145,10 @@ architecture rtl of camera_refocuser is
   signal lens_rows    : std_logic_vector(15 downto 0);
   signal lens_flags   : std_logic_vector(5 downto 0);
   signal core_flags   : std_logic_vector(4 downto 0);
+  -- Frame order and stream marks of the core.
+  signal order   : frame_order_t;
+  signal s_marks : marks_t;
+  signal m_marks : marks_t;
   -- Lines of the raw frame, and raw frames, so far.
   signal lines       : unsigned(15 downto 0) := (others => '0');
   signal frames      : unsigned(15 downto 0) := (others => '0');
@@ -185,7 +188,7 @@ begin
     generic map (
       LANES            => CAMERA_LANES,
       PIXEL_BITS       => RAW_BITS,
-      PIXELS_PER_CLOCK => PIXELS,
+      PIXELS_PER_CLOCK => CORE.pixels,
       BUFFER_BITS      => BUFFER_BITS,
       COUNT_BITS       => COUNT_BITS
     )
@@ -357,7 +360,7 @@ begin
     raster : entity work.sensor_raster
       generic map (
         MOSAIC           => MOSAIC,
-        MICRO_IMAGE_SIZE => CORE.micro_image_size,
+        MICRO_IMAGE_SIZE => CORE.geometry.micro_image_size,
         HEXAGONAL        => HEXAGONAL,
         MAX_COLUMNS      => SENSOR_COLUMNS,
         LINES            => RING_LINES,
@@ -395,38 +398,35 @@ begin
 
   end generate sensor;
 
-  refocuser : entity work.raster_refocuser
+  order   <=
+  (
+    columns      => lens_columns,
+    rows         => lens_rows,
+    slice        => slice,
+    sweep        => '0',
+    sweep_frames => x"00"
+  );
+  s_marks <= (lens_tvalid, lens_tuser, lens_tlast);
+
+  m_axis_tvalid <= m_marks.tvalid;
+  m_axis_tuser  <= m_marks.tuser;
+  m_axis_tlast  <= m_marks.tlast;
+
+  slice_core : entity work.refocuser
     generic map (
-      MICRO_IMAGE_SIZE    => CORE.micro_image_size,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => CORE.interpolation_order,
-      HOLD                => CORE.hold,
-      PIXELS_PER_CLOCK    => PIXELS,
-      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, CORE.max_columns),
-      CHANNELS            => CAMERA_CHANNELS,
-      PIXEL_BITS          => RAW_BITS,
-      EXACT               => CORE.exact,
-      FRACTION_BITS       => CORE.fraction_bits,
-      GUARD_BITS          => CORE.guard_bits,
-      ENGINE              => ENGINE,
-      BROADCAST_TAPS      => CORE.broadcast_taps
+      CORE => CORE
     )
     port map (
       clk           => clk,
       reset         => reset,
-      columns       => lens_columns,
-      rows          => lens_rows,
-      slice         => slice,
-      s_axis_tvalid => lens_tvalid,
+      order         => order,
+      s_axis_marks  => s_marks,
       s_axis_tready => lens_tready,
       s_axis_tdata  => lens_tdata,
-      s_axis_tuser  => lens_tuser,
-      s_axis_tlast  => lens_tlast,
-      m_axis_tvalid => m_axis_tvalid,
+      m_axis_marks  => m_marks,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser,
-      m_axis_tlast  => m_axis_tlast,
+      m_axis_tid    => open,
       error_flags   => core_flags,
       error_clear   => clear
     );

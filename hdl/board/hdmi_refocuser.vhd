@@ -14,21 +14,18 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.count_pkg.all;
 use work.fault_pkg.all;
 use work.hdmi_pkg.all;
-use work.refocus_pkg.all;
-use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
 entity hdmi_refocuser is
   generic (
-    -- Generics of raster_refocuser.
-    CORE   : board_core_t;
-    SHIFTS : string;
-    ENGINE : string;
+    -- The core of the picture (picture_core_of).
+    CORE : core_t;
     -- Size of the board's own picture.
     PATTERN_COLUMNS : positive range 3 to 4095;
     PATTERN_ROWS    : positive range 1 to 4095;
@@ -58,8 +55,6 @@ entity hdmi_refocuser is
 end entity hdmi_refocuser;
 
 architecture rtl of hdmi_refocuser is
-
-  constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, CORE.max_columns);
 
   -- Resets of pixels and of the transmitter's words: both start with the link, and are in reset without it.
   signal stop     : std_logic;
@@ -160,10 +155,9 @@ begin
   -- A picture without a source, to try output and refocuser with nothing plugged in.
   own : entity work.own_light_field
     generic map (
-      MICRO_IMAGE_SIZE => CORE.micro_image_size,
-      SHIFTS           => SHIFTS,
-      FRAME_COLUMNS    => PATTERN_COLUMNS,
-      FRAME_ROWS       => PATTERN_ROWS
+      GEOMETRY      => CORE.geometry,
+      FRAME_COLUMNS => PATTERN_COLUMNS,
+      FRAME_ROWS    => PATTERN_ROWS
     )
     port map (
       clk    => clk,
@@ -192,9 +186,7 @@ begin
   -- This entity is common to all boards.
   picture : entity work.shown_video
     generic map (
-      CORE   => CORE,
-      SHIFTS => SHIFTS,
-      ENGINE => ENGINE
+      CORE => CORE
     )
     port map (
       clk          => clk,
@@ -215,7 +207,7 @@ begin
   -- Marks are searched in the incoming video; the result is drawn into the outgoing video.
   watch_marks : entity work.picture_marks
     generic map (
-      LINES => CORE.micro_image_size
+      LINES => CORE.geometry.micro_image_size
     )
     port map (
       clk         => clk,

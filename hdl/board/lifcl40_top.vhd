@@ -21,8 +21,8 @@ use lifcl.components.all;
 
 library work;
 use work.camera_pkg.all;
+use work.core_pkg.all;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
 use work.refocuser_pkg.all;
 use work.sensor_pkg.all;
 
@@ -77,22 +77,26 @@ end entity lifcl40_top;
 
 architecture rtl of lifcl40_top is
 
-  constant REFUSED : boolean := not takes_shifts("lifcl40_top", SHIFTS, MAX_COLUMNS);
-
-  constant CORE : board_core_t :=
-  (
-    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-    HOLD                => HOLD,
-    MAX_COLUMNS         => MAX_COLUMNS,
-    EXACT               => EXACT,
-    FRACTION_BITS       => FRACTION_BITS,
-    GUARD_BITS          => GUARD_BITS,
-    BROADCAST_TAPS      => BROADCAST_TAPS
-  );
+  constant CORE : core_t := core_of
+                            (
+                              name                => "lifcl40_top",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS,
+                              ENGINE              => ENGINE,
+                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+                              CHANNELS            => CAMERA_CHANNELS,
+                              PIXEL_BITS          => RAW_BITS
+                            );
 
   constant CLOCK_KHZ : positive := 450000 / (CLOCK_DIVIDE + 1);
-  constant WIDTH     : positive := PIXELS_PER_CLOCK * CAMERA_CHANNELS * RAW_BITS;
+  constant WIDTH     : positive := row_bits(CORE);
   constant TOO_WIDE  : boolean  := not takes(WIDTH <= 40, "lifcl40_top: PIXELS_PER_CLOCK needs more than 40 bits");
 
   signal clk           : std_logic;
@@ -188,14 +192,11 @@ begin
 
   camera : entity work.camera_refocuser
     generic map (
-      CORE             => CORE,
-      SHIFTS           => SHIFTS,
-      ENGINE           => ENGINE,
-      ROWS             => ROWS,
-      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
-      CLOCK_KHZ        => CLOCK_KHZ,
-      MILLISECOND      => MILLISECOND,
-      BIT_TIME         => BIT_TIME
+      CORE        => CORE,
+      ROWS        => ROWS,
+      CLOCK_KHZ   => CLOCK_KHZ,
+      MILLISECOND => MILLISECOND,
+      BIT_TIME    => BIT_TIME
     )
     port map (
       clk           => clk,
@@ -222,7 +223,7 @@ begin
   monitor : entity work.stream_to_parallel
     generic map (
       WIDTH       => WIDTH,
-      MAX_COLUMNS => larger(choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS) / PIXELS_PER_CLOCK, 2),
+      MAX_COLUMNS => larger(CORE.columns / CORE.pixels, 2),
       ROWS        => 65535
     )
     port map (

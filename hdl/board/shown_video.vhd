@@ -9,21 +9,18 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
-use work.refocus_pkg.all;
-use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.screen_pkg.all;
 use work.video_pkg.all;
 
 entity shown_video is
   generic (
-    -- Generics of raster_refocuser.
-    CORE   : board_core_t;
-    SHIFTS : string;
-    ENGINE : string
+    -- The core of the picture (picture_core_of).
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
@@ -49,10 +46,8 @@ end entity shown_video;
 
 architecture rtl of shown_video is
 
-  constant REFUSED : boolean := not takes_shifts("shown_video", SHIFTS, CORE.max_columns);
-
   -- The ruler under the text has a field for each slice.
-  constant SLICES : positive := slice_count(SHIFTS);
+  constant SLICES : positive := CORE.geometry.slices;
 
   -- Video before the text is laid over it, and what that video shows.
   signal bare       : video_t;
@@ -66,16 +61,7 @@ begin
 
   video : entity work.refocus_video
     generic map (
-      MICRO_IMAGE_SIZE    => CORE.micro_image_size,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => CORE.interpolation_order,
-      HOLD                => CORE.hold,
-      MAX_COLUMNS         => CORE.max_columns,
-      EXACT               => CORE.exact,
-      FRACTION_BITS       => CORE.fraction_bits,
-      GUARD_BITS          => CORE.guard_bits,
-      BROADCAST_TAPS      => CORE.broadcast_taps,
-      ENGINE              => ENGINE
+      CORE => CORE
     )
     port map (
       clk         => clk,

@@ -14,11 +14,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.fault_pkg.all;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
-use work.refocus_pkg.all;
-use work.refocuser_pkg.all;
 use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
@@ -68,19 +67,20 @@ end entity tangnano20k_top;
 
 architecture rtl of tangnano20k_top is
 
-  constant REFUSED : boolean := not takes_shifts("tangnano20k_top", SHIFTS, MAX_COLUMNS);
-
-  constant CORE : board_core_t :=
-  (
-    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-    HOLD                => HOLD,
-    MAX_COLUMNS         => MAX_COLUMNS,
-    EXACT               => EXACT,
-    FRACTION_BITS       => FRACTION_BITS,
-    GUARD_BITS          => GUARD_BITS,
-    BROADCAST_TAPS      => BROADCAST_TAPS
-  );
+  constant CORE : core_t := picture_core_of
+                            (
+                              name                => "tangnano20k_top",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS,
+                              ENGINE              => ENGINE
+                            );
 
   constant PATTERN : timing_t := mode_timing
                                  (
@@ -145,7 +145,7 @@ begin
   -- Without a serial port and an input, the keys make all settings.
   control : entity work.demo_control
     generic map (
-      SLICES        => slice_count(SHIFTS),
+      SLICES        => CORE.geometry.slices,
       FRAMES        => SWEEP_FRAMES,
       BUTTON_STABLE => BUTTON_STABLE
     )
@@ -162,10 +162,9 @@ begin
   -- Light field and timing are made here, so there is no source to wait for.
   own : entity work.own_light_field
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      FRAME_COLUMNS    => PATTERN_H_ACTIVE,
-      FRAME_ROWS       => PATTERN_V_ACTIVE
+      GEOMETRY      => CORE.geometry,
+      FRAME_COLUMNS => PATTERN_H_ACTIVE,
+      FRAME_ROWS    => PATTERN_V_ACTIVE
     )
     port map (
       clk    => clk,
@@ -177,9 +176,7 @@ begin
   -- The text is at the bottom; there is no sensor to calibrate.
   picture : entity work.shown_video
     generic map (
-      CORE   => CORE,
-      SHIFTS => SHIFTS,
-      ENGINE => ENGINE
+      CORE => CORE
     )
     port map (
       clk          => clk,

@@ -19,10 +19,10 @@ use ieee.numeric_std.all;
 
 library work;
 use work.camera_pkg.all;
+use work.core_pkg.all;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.picture_pkg.all;
-use work.refocus_pkg.all;
 use work.refocuser_pkg.all;
 use work.sensor_pkg.all;
 use work.tmds_pkg.all;
@@ -88,19 +88,22 @@ end entity ulx3s_camera_top;
 
 architecture rtl of ulx3s_camera_top is
 
-  constant REFUSED : boolean := not takes_shifts("ulx3s_camera_top", SHIFTS, MAX_COLUMNS);
-
-  constant CORE : board_core_t :=
-  (
-    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-    HOLD                => HOLD,
-    MAX_COLUMNS         => MAX_COLUMNS,
-    EXACT               => EXACT,
-    FRACTION_BITS       => FRACTION_BITS,
-    GUARD_BITS          => GUARD_BITS,
-    BROADCAST_TAPS      => BROADCAST_TAPS
-  );
+  constant CORE : core_t := core_of
+                            (
+                              name                => "ulx3s_camera_top",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS,
+                              ENGINE              => ENGINE,
+                              CHANNELS            => CAMERA_CHANNELS,
+                              PIXEL_BITS          => RAW_BITS
+                            );
 
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");
   constant TAKES_8   : boolean := takes(RAW_BITS = 8, "ulx3s_camera_top: RAW_BITS of camera_pkg is not 8");
@@ -243,8 +246,6 @@ begin
   camera : entity work.camera_refocuser
     generic map (
       CORE        => CORE,
-      SHIFTS      => SHIFTS,
-      ENGINE      => ENGINE,
       ROWS        => PATTERN_V_ACTIVE,
       CLOCK_KHZ   => 25000,
       MILLISECOND => MILLISECOND,
@@ -339,7 +340,7 @@ begin
 
   control : entity work.demo_control
     generic map (
-      SLICES        => slice_count(SHIFTS),
+      SLICES        => CORE.geometry.slices,
       FRAMES        => SWEEP_FRAMES,
       BUTTON_STABLE => BUTTON_STABLE
     )

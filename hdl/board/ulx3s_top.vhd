@@ -17,10 +17,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.core_pkg.all;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
-use work.refocuser_pkg.all;
+use work.picture_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
@@ -102,19 +102,20 @@ end entity ulx3s_top;
 
 architecture rtl of ulx3s_top is
 
-  constant REFUSED : boolean := not takes_shifts("ulx3s_top", SHIFTS, MAX_COLUMNS);
-
-  constant CORE : board_core_t :=
-  (
-    MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-    INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-    HOLD                => HOLD,
-    MAX_COLUMNS         => MAX_COLUMNS,
-    EXACT               => EXACT,
-    FRACTION_BITS       => FRACTION_BITS,
-    GUARD_BITS          => GUARD_BITS,
-    BROADCAST_TAPS      => BROADCAST_TAPS
-  );
+  constant CORE : core_t := picture_core_of
+                            (
+                              name                => "ulx3s_top",
+                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+                              SHIFTS              => SHIFTS,
+                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+                              HOLD                => HOLD,
+                              MAX_COLUMNS         => MAX_COLUMNS,
+                              EXACT               => EXACT,
+                              FRACTION_BITS       => FRACTION_BITS,
+                              GUARD_BITS          => GUARD_BITS,
+                              BROADCAST_TAPS      => BROADCAST_TAPS,
+                              ENGINE              => ENGINE
+                            );
 
   constant PATTERN : timing_t := mode_timing
                                  (
@@ -172,7 +173,7 @@ begin
 
   control : entity work.hdmi_control
     generic map (
-      SLICES        => slice_count(SHIFTS),
+      SLICES        => CORE.geometry.slices,
       MAX_COLUMNS   => MAX_COLUMNS,
       CLOCK_RANGE   => CLOCK_RANGE,
       CONTROL_MHZ   => CONTROL_MHZ,
@@ -236,8 +237,6 @@ begin
   path : entity work.hdmi_refocuser
     generic map (
       CORE            => CORE,
-      SHIFTS          => SHIFTS,
-      ENGINE          => ENGINE,
       PATTERN_COLUMNS => PATTERN_H_ACTIVE,
       PATTERN_ROWS    => PATTERN_V_ACTIVE,
       ALIGN_TIMEOUT   => ALIGN_TIMEOUT

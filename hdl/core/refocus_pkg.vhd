@@ -34,19 +34,10 @@ package refocus_pkg is
     most  : integer
   ) return boolean;
 
-  -- Returns true, or stops elaboration if the longest line is not one to build an engine for; the message begins
-  -- with the name. A constant takes the result in front of all that is computed from the line's length.
-  function takes_columns (
-    name        : string;
-    max_columns : positive
-  ) return boolean;
-
-  -- Returns true, or stops elaboration if the longest line or SHIFTS cannot be built; the message begins with the
-  -- name.
+  -- Returns true, or stops elaboration if SHIFTS cannot be built; the message begins with the name.
   function takes_shifts (
-    name        : string;
-    shifts      : string;
-    max_columns : positive
+    name   : string;
+    shifts : string
   ) return boolean;
 
   -- Whether column memories are no larger than MOST_LINE_BITS: words of all channels, each of so many bits, and further
@@ -207,24 +198,9 @@ package body refocus_pkg is
 
   end function is_set;
 
-  function takes_columns (
-    name        : string;
-    max_columns : positive
-  ) return boolean is
-  begin
-
-    assert max_columns <= MOST_COLUMNS
-      report name & ": MAX_COLUMNS must be at most 8192"
-      severity failure;
-
-    return true;
-
-  end function takes_columns;
-
   function takes_shifts (
-    name        : string;
-    shifts      : string;
-    max_columns : positive
+    name   : string;
+    shifts : string
   ) return boolean is
   begin
 
@@ -236,7 +212,7 @@ package body refocus_pkg is
       report name & ": SHIFTS """ & shifts & """ must name 1 to 256 slices"
       severity failure;
 
-    return takes_columns(name, max_columns);
+    return true;
 
   end function takes_shifts;
 
@@ -387,7 +363,7 @@ package body refocus_pkg is
     centred          : boolean
   ) return geometry_t is
 
-    constant REFUSED : boolean := not takes_shifts(name, shifts, 1);
+    constant REFUSED : boolean := not takes_shifts(name, shifts);
 
     variable geometry : geometry_t;
 

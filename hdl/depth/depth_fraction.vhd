@@ -26,10 +26,8 @@ use work.sharpness_pkg.all;
 
 entity depth_fraction is
   generic (
-    -- Sizes of sharpness_index.
-    BUILD : index_build_t;
-    -- The shift of each slice in pixels, ascending or descending, with blanks in between.
-    SHIFTS : string
+    -- The shifts go up or down from slice to slice.
+    BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
@@ -72,7 +70,7 @@ architecture rtl of depth_fraction is
 
     for s in 1 to BUILD.slices - 2 loop
 
-      made(s) := step_weight(SHIFTS, s, to_behind);
+      made(s) := step_weight(BUILD.shifts, s, to_behind);
 
     end loop;
 

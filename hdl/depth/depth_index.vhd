@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
--- The entity is a stream shell around sharpness_index, which finds the slice of largest local sharpness for each micro
--- image and takes all of its pixels from there. The output may also have the depth between slices, and the pixel of a
+-- The entity makes the index from its generics; stack_index is a stream shell around sharpness_index, which finds the
+-- slice of largest local sharpness for each micro image and takes all of its pixels from there. The output may also have the depth between slices, and the pixel of a
 -- slice that was chosen for the frame. When nothing follows, the core pushes the rest of the frame out by itself, in
 -- lines up to a multiple of M; a frame that arrives meanwhile waits in the source.
 --
@@ -15,7 +15,6 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.math_pkg.all;
 use work.sharpness_pkg.all;
 use work.token_pkg.all;
 
@@ -92,27 +91,28 @@ end entity depth_index;
 
 architecture rtl of depth_index is
 
-  constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
-  constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
-  constant NO_RING  : boolean := not takes(PICTURE or not CHOSEN_TOO, "depth_index: CHOSEN_TOO needs PICTURE");
+  constant BUILD : index_build_t := index_of
+                                    (
+                                      name             => "depth_index",
+                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+                                      SLICES           => SLICES,
+                                      SHIFTS           => ordered_shifts("depth_index", SHIFTS, SLICES),
+                                      between          => SHIFTS'length > 0,
+                                      RADIUS           => RADIUS,
+                                      CONFIDENCE       => CONFIDENCE,
+                                      VOTE_RADIUS      => VOTE_RADIUS,
+                                      MAX_COLUMNS      => MAX_COLUMNS,
+                                      pixels           => PIXELS_PER_CLOCK,
+                                      CHANNELS         => CHANNELS,
+                                      PIXEL_BITS       => PIXEL_BITS,
+                                      cropped          => not FLUSH,
+                                      PICTURE          => PICTURE,
+                                      CHOSEN_TOO       => CHOSEN_TOO
+                                    );
 
-  constant BETWEEN : boolean := SHIFTS'length > 0;
-
-  constant P        : positive := PIXELS_PER_CLOCK;
-  constant IN_BITS  : positive := P * SLICES * CHANNELS * PIXEL_BITS;
-  constant OUT_BITS : positive := P * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO, PICTURE);
-  constant CLOCKS   : positive := index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P);
-
-  -- Frame order and stream marks of the shell, and the tokens that it makes of the stream.
-  signal order      : frame_order_t;
-  signal s_marks    : marks_t;
-  signal m_marks    : marks_t;
-  signal token      : token_t;
-  signal token_data : std_logic_vector(IN_BITS - 1 downto 0);
-  signal line_end   : std_logic_vector(P - 1 downto 0);
-  signal results    : results_t(0 to 0);
-  signal found_data : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal order   : frame_order_t;
+  signal s_marks : marks_t;
+  signal m_marks : marks_t;
 
 begin
 
@@ -130,24 +130,15 @@ begin
   m_axis_tuser  <= m_marks.tuser;
   m_axis_tlast  <= m_marks.tlast;
 
-  shell : entity work.stream_shell
+  planned : entity work.stack_index
     generic map (
-      MAX_COLUMNS      => MAX_COLUMNS,
-      PIXELS_PER_CLOCK => P,
-      IN_BITS          => IN_BITS,
-      OUT_BITS         => OUT_BITS,
-      SLICES           => choose(CHOSEN_TOO, SLICES, 0),
-      COLUMN_DELAY     => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
-      ENGINE_LATENCY   => CLOCKS + 4,
-      -- A scan with all its votes ends before the next scan begins.
-      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, CLOCKS),
-      BAND_MODULUS => MICRO_IMAGE_SIZE,
-      KEEP_MODULUS => true
+      BUILD => BUILD
     )
     port map (
       clk           => clk,
       reset         => reset,
       order         => order,
+      picture_rows  => picture_rows,
       s_axis_marks  => s_marks,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
@@ -156,41 +147,7 @@ begin
       m_axis_tdata  => m_axis_tdata,
       m_axis_tid    => m_axis_tid,
       error_flags   => error_flags,
-      error_clear   => error_clear,
-      token         => token,
-      token_data    => token_data,
-      line_end      => line_end,
-      results       => results,
-      result_data   => found_data
-    );
-
-  -- A row of micro images is judged when it is complete, so pixels wait here instead of in the shell. Only lines that
-  -- are too short slow the source down.
-  find : entity work.sharpness_index
-    generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SLICES           => SLICES,
-      RADIUS           => RADIUS,
-      CONFIDENCE       => CONFIDENCE,
-      VOTE_RADIUS      => VOTE_RADIUS,
-      SHIFTS           => SHIFTS,
-      CROPPED          => not FLUSH,
-      PICTURE          => PICTURE,
-      CHOSEN_TOO       => CHOSEN_TOO,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      PIXELS_PER_CLOCK => P,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS
-    )
-    port map (
-      clk        => clk,
-      reset      => reset,
-      rows       => picture_rows,
-      token      => token,
-      token_data => token_data,
-      line_end   => line_end,
-      result     => results(0),
-      out_data   => found_data
+      error_clear   => error_clear
     );
 
 end architecture rtl;

@@ -45,8 +45,7 @@ entity sharpest_pixels is
     result : out   result_t;
     -- For each pixel, from the low bits: the pixel of its sharpest slice, the index, the depth, the pixel of the chosen
     -- slice. Zeros behind a line's last pixel.
-    out_data : out   std_logic_vector(BUILD.pixels * pixel_word_bits(BUILD.pixel_width, BUILD.between, BUILD.chosen_too,
-                                                                     BUILD.picture) - 1 downto 0)
+    out_data : out   std_logic_vector(out_bits(BUILD) - 1 downto 0)
   );
 end entity sharpest_pixels;
 

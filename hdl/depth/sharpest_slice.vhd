@@ -2,10 +2,11 @@
 -- The sharpest slice of a micro image, and the sharpness of its neighbours and of the dullest slice.
 --
 -- Each pipeline stage makes one comparison, slice after slice, instead of a tree of comparisons in one clock. Of
--- equally sharp slices the first counts. With SHIFTS the slices are weighted before the comparison.
+-- equally sharp slices the first counts. With a depth between slices they are weighted before the comparison.
 --
--- Latency: SLICES - 1 clocks, 1 more with SHIFTS. Throughput: one micro image each clock.
--- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with SHIFTS, else 1.
+-- Latency: SLICES - 1 clocks, 1 more with weights. Throughput: one micro image each clock.
+-- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with a depth between slices,
+--   else 1.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,15 +15,12 @@ use ieee.numeric_std.all;
 library work;
 use work.delay_pkg.all;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
 
 entity sharpest_slice is
   generic (
-    -- Sizes of sharpness_index.
-    BUILD : index_build_t;
-    -- The shift of each slice in pixels, with blanks in between; "": all slices have weight 1.
-    SHIFTS : string
+    -- Without a depth between slices all slices have weight 1.
+    BUILD : index_build_t
   );
   port (
     clk : in    std_logic;
@@ -41,8 +39,6 @@ end entity sharpest_slice;
 architecture rtl of sharpest_slice is
 
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
-  -- A constant of its own, because NVC does not take the length of a generic as static.
-  constant WEIGHS : boolean := SHIFTS'length > 0;
 
   subtype sharpness_t is unsigned(BUILD.sharpness_bits - 1 downto 0);
 
@@ -71,14 +67,14 @@ begin
     -- Stage s compares slice s with the best of the slices before it.
     new_value <= unsigned(sharpness((s + 1) * BUILD.sharpness_bits - 1 downto s * BUILD.sharpness_bits));
 
-    alike : if not WEIGHS generate
+    alike : if not BUILD.between generate
       weighed(s) <= new_value;
     end generate alike;
 
-    by_weight : if WEIGHS generate
+    by_weight : if BUILD.between generate
 
       -- By how many sixteenths the slice counts less: 0, 1 or 4.
-      constant LESS : natural := 16 - slice_weight(BUILD.micro_image_size, slice_shift(SHIFTS, s));
+      constant LESS : natural := 16 - slice_weight(BUILD.micro_image_size, BUILD.shifts(s));
 
     begin
 

@@ -5,8 +5,8 @@
 -- images has arrived, a scan over the row's sums computes the sharpness (lens_sharpness) of the row RADIUS + 1 rows
 -- further back and finds its indices; then the first line of that row leaves. Of equally sharp slices the first counts.
 -- With VOTE_RADIUS, micro images without texture take their neighbours' slice (index_vote), which delays everything by
--- as many rows. With SHIFTS the depth between slices is computed too (depth_fraction), during the votes. With several
--- pixels a clock, each token lies in at most two micro images, and the scan keeps up with them.
+-- as many rows. With BUILD.between the depth between slices is computed too (depth_fraction), during the votes. With
+-- several pixels a clock, each token lies in at most two micro images, and the scan keeps up with them.
 --
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock. Lines
 -- need at least 8 + RADIUS tokens (with votes index_latency), frames a multiple of M lines; empty tokens and flush
@@ -25,91 +25,37 @@ use work.token_pkg.all;
 
 entity sharpness_index is
   generic (
-    -- M, pixels of a micro image in each dimension.
-    MICRO_IMAGE_SIZE : positive range 2 to 128;
-    -- Slices of the stack.
-    SLICES : positive range 1 to 256;
-    -- Micro images from the middle of the window to its edge.
-    RADIUS : natural range 0 to 8 := 1;
-    -- As in depth_index: the texture that votes need, and the radius of the window that votes.
-    CONFIDENCE  : natural range 0 to 1073741823 := 0;
-    VOTE_RADIUS : natural range 0 to 4          := 0;
-    -- The shifts of the slices, to get the depth between them; "": no depth.
-    SHIFTS : string := "";
-    -- true: frames may have lines below the picture, see rows.
-    CROPPED : boolean := false;
-    -- PICTURE: the picture comes out; CHOSEN_TOO: beside it comes the pixel of the slice chosen for the frame.
-    PICTURE    : boolean := true;
-    CHOSEN_TOO : boolean := false;
-    -- Longest line in pixels.
-    MAX_COLUMNS : positive := 2048;
-    -- Neighbouring pixels of a line in one token: 1, 2, 4, 8, 16 or 32, at most M.
-    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
-    -- 1 (grey) or 3 (RGB).
-    CHANNELS : positive range 1 to 3 := 1;
-    -- Width of a channel.
-    PIXEL_BITS : positive range 1 to 16 := 8
+    BUILD : index_build_t
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lines of the picture; lines below it do not count. Used with CROPPED only.
+    -- Lines of the picture; lines below it do not count. Used with BUILD.cropped only.
     rows : in    std_logic_vector(15 downto 0);
     -- A token and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest.
     token      : in    token_t;
-    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    token_data : in    std_logic_vector(token_bits(BUILD) - 1 downto 0);
     -- Which pixels a line's last token has; constant while a frame is under way.
-    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- Pixels of the picture.
     result : out   result_t;
     -- The data of the pixels, packed as in depth_index.
-    out_data : out   std_logic_vector(PIXELS_PER_CLOCK * index_word_bits(CHANNELS, PIXEL_BITS, SHIFTS, CHOSEN_TOO,
-                                                                         PICTURE) - 1 downto 0)
+    out_data : out   std_logic_vector(out_bits(BUILD) - 1 downto 0)
   );
 end entity sharpness_index;
 
 architecture rtl of sharpness_index is
 
-  constant REFUSED  : boolean := not takes_index("sharpness_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
-  constant NO_ORDER : boolean := not takes_between("sharpness_index", SHIFTS, SLICES);
-
-  constant BETWEEN : boolean := SHIFTS'length > 0;
-
-  constant M          : positive := MICRO_IMAGE_SIZE;
-  constant P          : positive := PIXELS_PER_CLOCK;
-  constant LENSES     : positive := lens_count(MAX_COLUMNS, M);
-  constant PLACE_BITS : positive := bits_for(LENSES - 1);
-  constant SUM_BITS   : positive := lens_bits(M, CHANNELS, PIXEL_BITS);
-  constant ALL_BITS   : positive := sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS);
-  constant INDEX_BITS : positive := bits_for(SLICES - 1);
-  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
-  constant STACK_BITS : positive := SLICES * DATA_BITS;
-  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
-
-  constant BUILD : index_build_t :=
-  (
-    MICRO_IMAGE_SIZE => M,
-    SLICES           => SLICES,
-    pixels           => P,
-    tokens           => divide_up(MAX_COLUMNS, P),
-    LENSES           => LENSES,
-    CHANNELS         => CHANNELS,
-    PIXEL_BITS       => PIXEL_BITS,
-    pixel_width      => DATA_BITS,
-    RADIUS           => RADIUS,
-    VOTE_RADIUS      => VOTE_RADIUS,
-    CONFIDENCE       => CONFIDENCE,
-    CROPPED          => CROPPED,
-    BETWEEN          => BETWEEN,
-    PICTURE          => PICTURE,
-    CHOSEN_TOO       => CHOSEN_TOO,
-    SUM_BITS         => SUM_BITS,
-    row_bits         => row_sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS),
-    sharpness_bits   => ALL_BITS,
-    ring_lines       => sharpness_delay(M, RADIUS, VOTE_RADIUS),
-    index_latency    => index_latency(SLICES, RADIUS, VOTE_RADIUS, BETWEEN, P)
-  );
+  constant P           : positive := BUILD.pixels;
+  constant SLICES      : positive := BUILD.slices;
+  constant RADIUS      : natural  := BUILD.radius;
+  constant VOTE_RADIUS : natural  := BUILD.vote_radius;
+  constant BETWEEN     : boolean  := BUILD.between;
+  constant PLACE_BITS  : positive := bits_for(BUILD.lenses - 1);
+  constant SUM_BITS    : positive := BUILD.sum_bits;
+  constant ALL_BITS    : positive := BUILD.sharpness_bits;
+  constant INDEX_BITS  : positive := bits_for(SLICES - 1);
+  constant JUDGED      : positive := index_latency(SLICES, RADIUS, 0, false, P) + choose(BETWEEN, 1, 0);
 
   -- Clocks from the scan's address to the micro image in the middle of the window, and to its index.
   constant INNER_DELAY : positive := 5 + RADIUS;
@@ -133,7 +79,7 @@ architecture rtl of sharpness_index is
   signal placed : token_t;
   signal place  : lens_place_t;
   signal ahead  : std_logic_vector(P - 1 downto 0);
-  signal data   : std_logic_vector(P * STACK_BITS - 1 downto 0);
+  signal data   : std_logic_vector(token_bits(BUILD) - 1 downto 0);
 
   -- The scan begins with the last pixel of a row of micro images and goes over the row's sums, one micro image each
   -- clock. It is as long as the row has micro images. The next row is complete M lines later, so scans never overlap,
@@ -334,8 +280,7 @@ begin
 
   sharpest : entity work.sharpest_slice
     generic map (
-      BUILD  => BUILD,
-      SHIFTS => SHIFTS
+      BUILD => BUILD
     )
     port map (
       clk       => clk,
@@ -432,8 +377,7 @@ begin
 
     fraction : entity work.depth_fraction
       generic map (
-        BUILD  => BUILD,
-        SHIFTS => SHIFTS
+        BUILD => BUILD
       )
       port map (
         clk    => clk,

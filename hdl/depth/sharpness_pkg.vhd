@@ -50,7 +50,10 @@ package sharpness_pkg is
   type index_build_t is record
     micro_image_size : positive range 2 to 128;
     slices           : positive range 1 to 256;
-    -- Pixels of a token, at most M; tokens and micro images of the longest line.
+    -- The shift of each slice, for the depth between them.
+    shifts : shifts_t;
+    -- Longest line in pixels; pixels of a token, at most M; tokens and micro images of the longest line.
+    columns : positive;
     pixels : positive range 1 to 32;
     tokens : positive;
     lenses : positive;
@@ -80,26 +83,33 @@ package sharpness_pkg is
     index_latency : positive;
   end record index_build_t;
 
-  -- Returns true, or stops elaboration if the index cannot be built; the message begins with the name.
-  function takes_index (
+  -- The index that these numbers describe. Stops elaboration if the index cannot be built; the message begins with the
+  -- name.
+  function index_of (
     name             : string;
     micro_image_size : positive;
     slices           : positive;
+    shifts           : shifts_t;
+    between          : boolean;
     radius           : natural;
+    confidence       : natural;
     vote_radius      : natural;
     max_columns      : positive;
-    pixels           : positive;
-    channels         : positive;
-    pixel_bits       : positive
-  ) return boolean;
+    pixels           : positive := 1;
+    channels         : positive := 3;
+    pixel_bits       : positive := 8;
+    cropped          : boolean;
+    picture          : boolean  := true;
+    chosen_too       : boolean
+  ) return index_build_t;
 
-  -- Returns true, or stops elaboration if SHIFTS allow no depth between slices; the message begins with the name. An
-  -- empty SHIFTS needs no depth and passes.
-  function takes_between (
+  -- The shifts of a stack as a depth between its slices needs them; none, if the text is empty. Stops elaboration if
+  -- the text allows no such depth; the message begins with the name.
+  function ordered_shifts (
     name   : string;
     shifts : string;
     slices : positive
-  ) return boolean;
+  ) return shifts_t;
 
   -- Weight of a slice's sharpness in sixteenths: 12, 15 or 16. With an integer a, sums over micro images interpolate
   -- nothing, so such a slice looks sharper than its neighbours.
@@ -111,7 +121,7 @@ package sharpness_pkg is
   -- Step from a slice to the slice behind it (to_behind), or from the slice before it, without the common factor of
   -- both steps.
   function step_weight (
-    shifts    : string;
+    shifts    : shifts_t;
     slice     : positive;
     to_behind : boolean
   ) return positive;
@@ -187,6 +197,15 @@ package sharpness_pkg is
     picture    : boolean := true
   ) return positive;
 
+  -- Width of a token's stack, and of its output.
+  function token_bits (
+    build : index_build_t
+  ) return positive;
+
+  function out_bits (
+    build : index_build_t
+  ) return positive;
+
   -- Width of a pixel's output, from a depth_index's generics; there is a depth if there are SHIFTS.
   function index_word_bits (
     channels   : positive;
@@ -200,6 +219,7 @@ end package sharpness_pkg;
 
 package body sharpness_pkg is
 
+  -- Whether the index can be built; stops elaboration otherwise.
   function takes_index (
     name             : string;
     micro_image_size : positive;
@@ -249,36 +269,98 @@ package body sharpness_pkg is
 
   end function takes_index;
 
-  function takes_between (
+  function index_of (
+    name             : string;
+    micro_image_size : positive;
+    slices           : positive;
+    shifts           : shifts_t;
+    between          : boolean;
+    radius           : natural;
+    confidence       : natural;
+    vote_radius      : natural;
+    max_columns      : positive;
+    pixels           : positive := 1;
+    channels         : positive := 3;
+    pixel_bits       : positive := 8;
+    cropped          : boolean;
+    picture          : boolean  := true;
+    chosen_too       : boolean
+  ) return index_build_t is
+
+    constant M       : positive := micro_image_size;
+    constant REFUSED : boolean  := not takes_index(name, M, slices, radius, vote_radius, max_columns, pixels, channels,
+                                                   pixel_bits);
+    constant NO_RING : boolean  := not takes(picture or not chosen_too, name & ": CHOSEN_TOO needs PICTURE");
+
+  begin
+
+    return
+    (
+      micro_image_size => M,
+      slices           => slices,
+      shifts           => shifts,
+      columns          => max_columns,
+      pixels           => pixels,
+      tokens           => divide_up(max_columns, pixels),
+      lenses           => lens_count(max_columns, M),
+      channels         => channels,
+      pixel_bits       => pixel_bits,
+      pixel_width      => channels * pixel_bits,
+      radius           => radius,
+      vote_radius      => vote_radius,
+      confidence       => confidence,
+      cropped          => cropped,
+      between          => between,
+      picture          => picture,
+      chosen_too       => chosen_too,
+      sum_bits         => lens_bits(M, channels, pixel_bits),
+      row_bits         => row_sharpness_bits(M, channels, pixel_bits, radius),
+      sharpness_bits   => sharpness_bits(M, channels, pixel_bits, radius),
+      ring_lines       => sharpness_delay(M, radius, vote_radius),
+      index_latency    => index_latency(slices, radius, vote_radius, between, pixels)
+    );
+
+  end function index_of;
+
+  function ordered_shifts (
     name   : string;
     shifts : string;
     slices : positive
-  ) return boolean is
+  ) return shifts_t is
+
+    variable ordered : shifts_t;
+
   begin
+
+    ordered := (others => 0);
 
     -- Without SHIFTS there is no depth between slices, and nothing to be refused.
     if shifts'length = 0 then
-      return true;
+      return ordered;
     end if;
 
-    assert takes_shifts(name, shifts, 1) and slice_count(shifts) = slices
+    assert takes_shifts(name, shifts) and slice_count(shifts) = slices
       report name & ": SHIFTS """ & shifts & """ must be one for each of SLICES"
       severity failure;
+
+    for s in 0 to slices - 1 loop
+
+      ordered(s) := slice_shift(shifts, s);
+
+    end loop;
 
     -- All steps have the sign of the first one, and none is 0.
     for s in 2 to slices - 1 loop
 
-      assert (slice_shift(shifts, s) > slice_shift(shifts, s - 1)) =
-             (slice_shift(shifts, 1) > slice_shift(shifts, 0)) and
-             slice_shift(shifts, s) /= slice_shift(shifts, s - 1)
+      assert (ordered(s) > ordered(s - 1)) = (ordered(1) > ordered(0)) and ordered(s) /= ordered(s - 1)
         report name & ": SHIFTS """ & shifts & """ must go up or down, as depth between slices needs neighbours"
         severity failure;
 
     end loop;
 
-    return true;
+    return ordered;
 
-  end function takes_between;
+  end function ordered_shifts;
 
   function slice_weight (
     micro_image_size : positive;
@@ -304,7 +386,7 @@ package body sharpness_pkg is
   end function slice_weight;
 
   function step_weight (
-    shifts    : string;
+    shifts    : shifts_t;
     slice     : positive;
     to_behind : boolean
   ) return positive is
@@ -315,8 +397,8 @@ package body sharpness_pkg is
   begin
 
     -- Distance to each neighbour, whatever the direction of the shifts.
-    from_before := abs (slice_shift(shifts, slice) - slice_shift(shifts, slice - 1));
-    behind      := abs (slice_shift(shifts, slice + 1) - slice_shift(shifts, slice));
+    from_before := abs (shifts(slice) - shifts(slice - 1));
+    behind      := abs (shifts(slice + 1) - shifts(slice));
 
     -- A common factor would only make the products wider.
     return choose(to_behind, behind, from_before) / common_divisor(from_before, behind);
@@ -435,6 +517,24 @@ package body sharpness_pkg is
            choose(between, 2 * FRACTION_BITS, 0);
 
   end function pixel_word_bits;
+
+  function token_bits (
+    build : index_build_t
+  ) return positive is
+  begin
+
+    return build.pixels * build.slices * build.pixel_width;
+
+  end function token_bits;
+
+  function out_bits (
+    build : index_build_t
+  ) return positive is
+  begin
+
+    return build.pixels * pixel_word_bits(build.pixel_width, build.between, build.chosen_too, build.picture);
+
+  end function out_bits;
 
   function index_word_bits (
     channels   : positive;

@@ -22,19 +22,6 @@ use work.border_pkg.all;
 
 package refocuser_pkg is
 
-  -- How a raster_refocuser on a board computes: the core's generics of these names. SHIFTS and ENGINE are generics
-  -- beside this record, because VHDL-93 has no fields of unconstrained length.
-  type board_core_t is record
-    micro_image_size    : positive range 1 to 128;
-    interpolation_order : natural range 0 to 3;
-    hold                : boolean;
-    max_columns         : positive range 1 to 8192;
-    exact               : boolean;
-    fraction_bits       : natural range 0 to 12;
-    guard_bits          : natural range 0 to 12;
-    broadcast_taps      : natural;
-  end record board_core_t;
-
   -- The core that the generics of raster_refocuser describe. Stops elaboration if the core cannot be built; the message
   -- begins with the name.
   function core_of (

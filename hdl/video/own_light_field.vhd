@@ -16,9 +16,8 @@ use work.video_pkg.all;
 
 entity own_light_field is
   generic (
-    -- Micro image size and slices, as in raster_refocuser.
-    MICRO_IMAGE_SIZE : positive range 1 to 128;
-    SHIFTS           : string;
+    -- Micro image size and slices.
+    GEOMETRY : geometry_t;
     -- Size of the frame.
     FRAME_COLUMNS : positive range 3 to 4095;
     FRAME_ROWS    : positive range 1 to 4095
@@ -35,13 +34,13 @@ end entity own_light_field;
 
 architecture rtl of own_light_field is
 
-  constant SLICES : positive := slice_count(SHIFTS);
+  constant SLICES : positive := GEOMETRY.slices;
 
   -- Depths of the test pattern: first, middle and last slice, so that a sweep makes one band after the other sharp. A
   -- set of one slice also gets two depths that it blurs.
-  constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
-  constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
-  constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);
+  constant LEFT_SHIFT   : integer := GEOMETRY.shifts(0);
+  constant MIDDLE_SHIFT : integer := choose(SLICES > 2, GEOMETRY.shifts(SLICES / 2), 0);
+  constant RIGHT_SHIFT  : integer := choose(SLICES > 1, GEOMETRY.shifts(SLICES - 1), -LEFT_SHIFT);
 
 begin
 
@@ -49,7 +48,7 @@ begin
 
     light_field : entity work.stored_light_field
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        MICRO_IMAGE_SIZE => GEOMETRY.micro_image_size,
         FRAME_COLUMNS    => FRAME_COLUMNS,
         FRAME_ROWS       => FRAME_ROWS
       )
@@ -66,7 +65,7 @@ begin
 
     pattern : entity work.light_field_pattern
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        MICRO_IMAGE_SIZE => GEOMETRY.micro_image_size,
         LEFT_SHIFT       => LEFT_SHIFT,
         MIDDLE_SHIFT     => MIDDLE_SHIFT,
         RIGHT_SHIFT      => RIGHT_SHIFT,

@@ -2,7 +2,7 @@
 -- From a stream of raw pixels to the stream of the picture that is shown: refocused, all in focus, or depth.
 --
 -- If only the refocused slice is shown, this is the core of a raster_refocuser. With other outputs it is that of a
--- focal_stack with its depth_index, and each output frame shows one of these: the chosen slice, the sharpest slice of
+-- focal_stack with its depth index, and each output frame shows one of these: the chosen slice, the sharpest slice of
 -- each micro image, or a colour for that slice or for the depth between slices. The slice is chosen with a frame's
 -- first input pixel, the output with its first output pixel. The stack does not push the rest of a frame out by itself;
 -- the next frame does. Its frames have a multiple of M lines: black lines below the picture do not come out.
@@ -19,7 +19,6 @@ library work;
 use work.math_pkg.all;
 use work.fault_pkg.all;
 use work.core_pkg.all;
-use work.refocus_pkg.all;
 use work.sharpness_pkg.all;
 use work.token_pkg.all;
 use work.picture_pkg.all;
@@ -27,19 +26,8 @@ use work.video_pkg.all;
 
 entity picture_core is
   generic (
-    -- Generics of raster_refocuser; for a focal stack only M, the slices and the longest line count.
-    MICRO_IMAGE_SIZE    : positive range 1 to 128;
-    SHIFTS              : string;
-    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    HOLD                : boolean              := false;
-    MAX_COLUMNS         : positive range 1 to 8192;
-    -- 1: pixels are grey, and all channels equal; with the outputs a and d always 3.
-    CHANNELS       : positive range 1 to 3 := 3;
-    EXACT          : boolean               := true;
-    FRACTION_BITS  : natural range 0 to 12 := 8;
-    GUARD_BITS     : natural range 0 to 12 := 2;
-    BROADCAST_TAPS : natural               := 0;
-    ENGINE         : string                := "fir";
+    -- The core of the picture, made for its other generics (picture_core_of).
+    CORE : core_t;
     -- The outputs that can be shown (picture_pkg).
     OUTPUTS : string := "r";
     -- How the sharpest slice is found (depth_index).
@@ -77,13 +65,9 @@ end entity picture_core;
 
 architecture rtl of picture_core is
 
-  constant CORE    : core_t  := picture_core_of("picture_core", MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, HOLD,
-                                                MAX_COLUMNS, CHANNELS, EXACT, FRACTION_BITS, GUARD_BITS,
-                                                BROADCAST_TAPS, ENGINE, OUTPUTS);
-  constant REFUSED : boolean := not takes_picture("picture_core", CORE, SHIFTS, CHANNELS, OUTPUTS,
-                                                  RADIUS, VOTE_RADIUS, COLOURS);
-
-  constant SLICES : positive := slice_count(SHIFTS);
+  constant M        : positive := CORE.geometry.micro_image_size;
+  constant SLICES   : positive := CORE.geometry.slices;
+  constant CHANNELS : positive := CORE.channels;
 
   signal order   : frame_order_t;
   signal s_marks : marks_t;
@@ -100,7 +84,7 @@ begin
   );
   s_marks <= (s_axis.tvalid, s_axis.tuser, s_axis.tlast);
 
-  one_slice : if not needs_stack(OUTPUTS) generate
+  one_slice : if CORE.engine /= stack generate
 
     signal refocused : std_logic_vector(row_bits(CORE) - 1 downto 0);
     signal m_marks   : marks_t;
@@ -140,25 +124,16 @@ begin
 
   end generate one_slice;
 
-  all_slices : if needs_stack(OUTPUTS) generate
+  all_slices : if CORE.engine = stack generate
 
-    -- Several colours for each slice need the depth between slices, for which depth_index needs the shifts.
-    constant OWN_SHADES : positive := shades(SHIFTS, COLOURS);
-    constant BETWEEN    : boolean  := OWN_SHADES > 1;
-
-    function between_shifts return string is
-    begin
-
-      if BETWEEN then
-        return SHIFTS;
-      end if;
-
-      return "";
-
-    end function between_shifts;
+    -- Several colours for each slice need the depth between slices.
+    constant OWN_SHADES : positive      := shades(SLICES, COLOURS);
+    constant BETWEEN    : boolean       := OWN_SHADES > 1;
+    constant INDEX      : index_build_t := picture_index("picture_core", CORE, BETWEEN, RADIUS, CONFIDENCE,
+                                                         VOTE_RADIUS);
 
     -- A pixel's data: pixel of the sharpest slice, index, depth between slices, pixel of the chosen slice.
-    constant FOUND_BITS : positive := index_word_bits(3, 8, between_shifts, true);
+    constant FOUND_BITS : positive := out_bits(INDEX);
 
     -- Colours: one for each index, or eight for the intervals beside it.
     constant COLOUR_COUNT : positive := SLICES * OWN_SHADES;
@@ -202,15 +177,15 @@ begin
 
     constant KINDS : kinds_t   := output_kinds(OUTPUTS);
 
-    -- The stack of slices on its way to the depth index, the index's output, and faults of both.
+    -- The stack of slices on its way to the depth index, the order and the output of the index, and faults of both.
     signal stack_marks  : marks_t;
     signal stack_ready  : std_logic;
     signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
     signal stack_id     : std_logic_vector(7 downto 0);
-    signal found_valid  : std_logic;
+    signal index_order  : frame_order_t;
+    signal found_marks  : marks_t;
     signal found_shade  : unsigned(COLOUR_BITS - 1 downto 0);
     signal found        : std_logic_vector(FOUND_BITS - 1 downto 0);
-    signal found_user   : std_logic_vector(0 downto 0);
     signal stack_errors : std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
     signal index_errors : std_logic_vector(STREAM_FAULT_BITS - 1 downto 0);
     -- The output that the present frame shows, and that of the pixel before.
@@ -224,7 +199,7 @@ begin
     stack_core : entity work.refocuser
       generic map (
         CORE        => CORE,
-        INPUT_LINES => MICRO_IMAGE_SIZE,
+        INPUT_LINES => M,
         FLUSH       => false
       )
       port map (
@@ -242,40 +217,32 @@ begin
         error_clear   => error_clear
       );
 
+    index_order <=
+    (
+      columns      => columns,
+      rows         => rows,
+      slice        => stack_id,
+      sweep        => '0',
+      sweep_frames => x"00"
+    );
+
     -- The index is computed whatever is shown, so all outputs have one delay, and a new choice tears no picture.
-    index : entity work.depth_index
+    find : entity work.stack_index
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SLICES           => SLICES,
-        RADIUS           => RADIUS,
-        CONFIDENCE       => CONFIDENCE,
-        VOTE_RADIUS      => VOTE_RADIUS,
-        SHIFTS           => between_shifts,
-        MAX_COLUMNS      => MAX_COLUMNS,
-        CHANNELS         => 3,
-        CHOSEN_TOO       => true,
-        FLUSH            => false
+        BUILD => INDEX
       )
       port map (
         clk           => clk,
         reset         => reset,
-        columns       => columns,
-        rows          => rows,
+        order         => index_order,
         picture_rows  => picture_rows,
-        slice         => stack_id,
-        sweep         => '0',
-        sweep_frames  => x"00",
-        s_axis_tvalid => stack_marks.tvalid,
+        s_axis_marks  => stack_marks,
         s_axis_tready => stack_ready,
         s_axis_tdata  => stack_data,
-        s_axis_tuser  => stack_marks.tuser,
-        s_axis_tlast  => stack_marks.tlast,
-        m_axis_tvalid => found_valid,
+        m_axis_marks  => found_marks,
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => found,
-        m_axis_tuser  => found_user,
         m_axis_tid    => m_axis_tid,
-        m_axis_tlast  => m_axis.tlast,
         error_flags   => index_errors,
         error_clear   => error_clear
       );
@@ -285,7 +252,7 @@ begin
 
     -- A frame keeps the output that it showed with its first pixel. A pixel on offer, also the first one, stays
     -- unchanged until it is taken, as AXI4-Stream requires.
-    shown_now <= shown_held when found_user = "0" or waits = '1' else
+    shown_now <= shown_held when found_marks.tuser = "0" or waits = '1' else
                  choice.shown when unsigned(choice.shown) < OUTPUTS'length else
                  "00";
 
@@ -293,10 +260,10 @@ begin
     begin
 
       if rising_edge(clk) then
-        if found_valid = '1' then
+        if found_marks.tvalid = '1' then
           shown_held <= shown_now;
         end if;
-        waits <= found_valid and not m_axis_tready;
+        waits <= found_marks.tvalid and not m_axis_tready;
         if reset = '1' then
           waits <= '0';
         end if;
@@ -330,8 +297,9 @@ begin
 
     end process pick;
 
-    m_axis.tvalid <= found_valid;
-    m_axis.tuser  <= found_user;
+    m_axis.tvalid <= found_marks.tvalid;
+    m_axis.tuser  <= found_marks.tuser;
+    m_axis.tlast  <= found_marks.tlast;
     m_axis_tdest  <= shown_now;
 
   end generate all_slices;

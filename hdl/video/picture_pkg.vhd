@@ -14,6 +14,8 @@ use work.refocus_pkg.all;
 use work.core_pkg.all;
 use work.sharpness_pkg.all;
 use work.refocuser_pkg.all;
+use work.screen_pkg.all;
+use work.sensor_pkg.all;
 use work.video_pkg.all;
 
 package picture_pkg is
@@ -59,36 +61,27 @@ package picture_pkg is
     outputs : string
   ) return kinds_t;
 
-  -- The core of the generics of picture_core: a stack if an output needs all slices, else a raster_refocuser. Stops
-  -- elaboration if the core cannot be built; the message begins with the name.
+  -- The core of a picture: a stack if an output needs all slices, else a raster_refocuser. With a sensor the raster's
+  -- longest line replaces max_columns. Where no parameters say otherwise, the picture is that of screen_pkg and
+  -- sensor_pkg. Stops elaboration if core or picture cannot be built; the message begins with the name.
   function picture_core_of (
     name                : string;
     micro_image_size    : positive;
     shifts              : string;
-    interpolation_order : natural;
-    hold                : boolean;
+    interpolation_order : natural  := 0;
+    hold                : boolean  := false;
     max_columns         : positive;
-    channels            : positive;
-    exact               : boolean;
-    fraction_bits       : natural;
-    guard_bits          : natural;
-    broadcast_taps      : natural;
-    engine              : string;
-    outputs             : string
+    channels            : positive := PIXEL_CHANNELS;
+    exact               : boolean  := true;
+    fraction_bits       : natural  := 0;
+    guard_bits          : natural  := 0;
+    broadcast_taps      : natural  := 0;
+    engine              : string   := "fir";
+    outputs             : string   := work.screen_pkg.OUTPUTS;
+    radius              : natural  := SHARPNESS_RADIUS;
+    vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
+    colours             : string   := work.screen_pkg.COLOURS
   ) return core_t;
-
-  -- Returns true, or stops elaboration if the picture cannot be made; the message begins with the name. arithmetic
-  -- counts for the refocused slice only.
-  function takes_picture (
-    name        : string;
-    core        : core_t;
-    shifts      : string;
-    channels    : positive;
-    outputs     : string;
-    radius      : natural;
-    vote_radius : natural;
-    colours     : string
-  ) return boolean;
 
   -- Whether a letter is among the outputs.
   function has_output (
@@ -101,8 +94,26 @@ package picture_pkg is
     outputs : string
   ) return boolean;
 
+  -- The depth index of a stack, as a picture has it.
+  function picture_index (
+    name        : string;
+    core        : core_t;
+    between     : boolean;
+    radius      : natural;
+    confidence  : natural;
+    vote_radius : natural
+  ) return index_build_t;
+
   -- Delay of the picture in lines.
   function picture_delay_lines (
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural
+  ) return natural;
+
+  -- The largest lag of the picture in lines behind a sensor's raw frame: half of the lines that the raster has fewer is
+  -- at most half of the frame. Without a sensor picture_delay_lines.
+  function picture_lag_lines (
     core        : core_t;
     radius      : natural;
     vote_radius : natural
@@ -128,7 +139,7 @@ package picture_pkg is
   constant MOST_SHADES : positive := 8;
 
   function shades (
-    shifts  : string;
+    slices  : positive;
     colours : string
   ) return positive;
 
@@ -227,46 +238,7 @@ package body picture_pkg is
 
   end function are_outputs;
 
-  function picture_core_of (
-    name                : string;
-    micro_image_size    : positive;
-    shifts              : string;
-    interpolation_order : natural;
-    hold                : boolean;
-    max_columns         : positive;
-    channels            : positive;
-    exact               : boolean;
-    fraction_bits       : natural;
-    guard_bits          : natural;
-    broadcast_taps      : natural;
-    engine              : string;
-    outputs             : string
-  ) return core_t is
-  begin
-
-    if needs_stack(outputs) then
-      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
-      return stack_of(name, micro_image_size, shifts, max_columns => max_columns, channels => 3);
-    end if;
-
-    return core_of
-    (
-      name                => name,
-      micro_image_size    => micro_image_size,
-      shifts              => shifts,
-      interpolation_order => interpolation_order,
-      hold                => hold,
-      max_columns         => max_columns,
-      channels            => channels,
-      exact               => exact,
-      fraction_bits       => fraction_bits,
-      guard_bits          => guard_bits,
-      engine              => engine,
-      broadcast_taps      => broadcast_taps
-    );
-
-  end function picture_core_of;
-
+  -- Stops elaboration if the picture cannot be made; the message begins with the name.
   function takes_picture (
     name        : string;
     core        : core_t;
@@ -278,10 +250,12 @@ package body picture_pkg is
     colours     : string
   ) return boolean is
 
-    constant M      : positive := core.geometry.micro_image_size;
-    constant SLICES : positive := core.geometry.slices;
+    constant M       : positive := core.geometry.micro_image_size;
+    constant SLICES  : positive := core.geometry.slices;
+    constant BETWEEN : boolean  := shades(SLICES, colours) > 1;
 
-    variable fits : boolean;
+    variable index   : index_build_t;
+    variable ordered : shifts_t;
 
   begin
 
@@ -289,38 +263,103 @@ package body picture_pkg is
       report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
       severity failure;
 
+    assert WITH_SENSOR or not has_output(outputs, 'm')
+      report name & ": OUTPUTS of the letter m need a sensor"
+      severity failure;
+
+    assert not WITH_SENSOR or core.engine /= stack
+      report name & ": a sensor needs OUTPUTS of the letters r and m"
+      severity failure;
+
     assert channels /= 2
       report name & ": CHANNELS must be 1 or 3"
       severity failure;
-
-    fits := true;
 
     if core.engine = stack then
       assert M >= 2
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
-      fits := takes_index(name, M, SLICES, radius, vote_radius, core.columns, 1, 3, 8);
+      index := picture_index(name, core, BETWEEN, radius, 0, vote_radius);
 
       assert is_hex(colours) and
-             (colours'length = 6 * shades(shifts, colours) * SLICES or
+             (colours'length = 6 * shades(SLICES, colours) * SLICES or
               (colours'length = 0 and not has_output(outputs, 'd')))
         report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of " &
                "SHIFTS, or eight times as many"
         severity failure;
 
-      fits := fits and (shades(shifts, colours) = 1 or takes_between(name, shifts, SLICES));
+      if BETWEEN then
+        ordered := ordered_shifts(name, shifts, SLICES);
+      end if;
     end if;
 
     -- The counters of the delay have COUNT_BITS bits.
     assert picture_delay_lines(core, radius, vote_radius) < 2 ** COUNT_BITS and
-           picture_delay_pixels(core, radius, vote_radius, shades(shifts, colours) > 1) < 2 ** COUNT_BITS
+           picture_delay_pixels(core, radius, vote_radius, BETWEEN) < 2 ** COUNT_BITS
       report name & ": SHIFTS """ & shifts & """ delay the picture by more than a frame's 4095 lines and pixels"
       severity failure;
 
-    return fits;
+    assert picture_lag_lines(core, radius, vote_radius) < 2 ** COUNT_BITS
+      report name & ": SHIFTS """ & shifts & """ and the sensor need a lag of more than 4095 lines"
+      severity failure;
+
+    return true;
 
   end function takes_picture;
+
+  function picture_core_of (
+    name                : string;
+    micro_image_size    : positive;
+    shifts              : string;
+    interpolation_order : natural  := 0;
+    hold                : boolean  := false;
+    max_columns         : positive;
+    channels            : positive := PIXEL_CHANNELS;
+    exact               : boolean  := true;
+    fraction_bits       : natural  := 0;
+    guard_bits          : natural  := 0;
+    broadcast_taps      : natural  := 0;
+    engine              : string   := "fir";
+    outputs             : string   := work.screen_pkg.OUTPUTS;
+    radius              : natural  := SHARPNESS_RADIUS;
+    vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
+    colours             : string   := work.screen_pkg.COLOURS
+  ) return core_t is
+
+    constant LONGEST : positive := choose(WITH_SENSOR, RASTER_COLUMNS, max_columns);
+
+    variable core    : core_t;
+    variable refused : boolean;
+
+  begin
+
+    if needs_stack(outputs) then
+      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
+      core := stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3);
+    else
+      core := core_of
+              (
+                name                => name,
+                micro_image_size    => micro_image_size,
+                shifts              => shifts,
+                interpolation_order => interpolation_order,
+                hold                => hold,
+                max_columns         => LONGEST,
+                channels            => channels,
+                exact               => exact,
+                fraction_bits       => fraction_bits,
+                guard_bits          => guard_bits,
+                engine              => engine,
+                broadcast_taps      => broadcast_taps
+              );
+    end if;
+
+    refused := not takes_picture(name, core, shifts, channels, outputs, radius, vote_radius, colours);
+
+    return core;
+
+  end function picture_core_of;
 
   function needs_stack (
     outputs : string
@@ -331,6 +370,33 @@ package body picture_pkg is
     return has_output(outputs, 'a') or has_output(outputs, 'd');
 
   end function needs_stack;
+
+  function picture_index (
+    name        : string;
+    core        : core_t;
+    between     : boolean;
+    radius      : natural;
+    confidence  : natural;
+    vote_radius : natural
+  ) return index_build_t is
+  begin
+
+    return index_of
+    (
+      name             => name,
+      micro_image_size => core.geometry.micro_image_size,
+      slices           => core.geometry.slices,
+      shifts           => core.geometry.shifts,
+      between          => between,
+      radius           => radius,
+      confidence       => confidence,
+      vote_radius      => vote_radius,
+      max_columns      => core.columns,
+      cropped          => true,
+      chosen_too       => true
+    );
+
+  end function picture_index;
 
   function picture_delay_lines (
     core        : core_t;
@@ -349,6 +415,18 @@ package body picture_pkg is
     return core.plan.column_lines;
 
   end function picture_delay_lines;
+
+  function picture_lag_lines (
+    core        : core_t;
+    radius      : natural;
+    vote_radius : natural
+  ) return natural is
+  begin
+
+    return picture_delay_lines(core, radius, vote_radius) +
+           choose(WITH_SENSOR, sensor_delay_lines(core.geometry.micro_image_size, MOSAIC) + (SENSOR_ROWS + 1) / 2, 0);
+
+  end function picture_lag_lines;
 
   function picture_delay_pixels (
     core        : core_t;
@@ -381,13 +459,13 @@ package body picture_pkg is
   end function sensor_delay_lines;
 
   function shades (
-    shifts  : string;
+    slices  : positive;
     colours : string
   ) return positive is
   begin
 
     -- A text with more than one colour for each slice has MOST_SHADES for each.
-    return choose(colours'length > 6 * slice_count(shifts), MOST_SHADES, 1);
+    return choose(colours'length > 6 * slices, MOST_SHADES, 1);
 
   end function shades;
 

@@ -38,18 +38,8 @@ use work.video_pkg.all;
 
 entity refocus_video is
   generic (
-    -- Generics of picture_core.
-    MICRO_IMAGE_SIZE    : positive range 1 to 128;
-    SHIFTS              : string;
-    INTERPOLATION_ORDER : natural range 0 to 3  := 0;
-    HOLD                : boolean               := false;
-    EXACT               : boolean               := true;
-    FRACTION_BITS       : natural range 0 to 12 := 8;
-    GUARD_BITS          : natural range 0 to 12 := 2;
-    BROADCAST_TAPS      : natural               := 0;
-    ENGINE              : string                := "fir";
-    -- Longest line; with a sensor, the raster's longest line in sensor_pkg holds instead.
-    MAX_COLUMNS : positive range 1 to 8192
+    -- The core of the picture (picture_core_of).
+    CORE : core_t
   );
   port (
     clk   : in    std_logic;
@@ -78,34 +68,14 @@ end entity refocus_video;
 
 architecture rtl of refocus_video is
 
-  constant CORE_COLUMNS : positive := choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS);
+  constant M       : positive := CORE.geometry.micro_image_size;
+  constant BETWEEN : boolean  := shades(CORE.geometry.slices, COLOURS) > 1;
 
-  constant BUILT      : core_t  := picture_core_of("refocus_video", MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, HOLD,
-                                                   CORE_COLUMNS, PIXEL_CHANNELS, EXACT, FRACTION_BITS, GUARD_BITS,
-                                                   BROADCAST_TAPS, ENGINE, OUTPUTS);
-  constant REFUSED    : boolean := not takes_picture("refocus_video", BUILT, SHIFTS, PIXEL_CHANNELS, OUTPUTS,
-                                                     SHARPNESS_RADIUS, VOTE_RADIUS, COLOURS);
-  constant SENSORLESS : boolean := not takes(WITH_SENSOR or not has_output(OUTPUTS, 'm'),
-                                             "refocus_video: OUTPUTS of the letter m need a sensor");
-  constant STACKED    : boolean := not takes(not (WITH_SENSOR and needs_stack(OUTPUTS)),
-                                             "refocus_video: a sensor needs OUTPUTS of the letters r and m");
-
-  constant STACKS : boolean := needs_stack(OUTPUTS);
-
-  constant DELAY_LINES  : natural := picture_delay_lines(BUILT, SHARPNESS_RADIUS, VOTE_RADIUS);
-  constant DELAY_PIXELS : natural := picture_delay_pixels(BUILT, SHARPNESS_RADIUS, VOTE_RADIUS,
-                                                          shades(SHIFTS, COLOURS) > 1);
-
-  -- The largest lag: half of the lines that the raster has fewer is at most half of the frame.
-  constant LAG_LINES : natural := DELAY_LINES +
-                                  choose(WITH_SENSOR,
-                                          sensor_delay_lines(MICRO_IMAGE_SIZE, MOSAIC) + (SENSOR_ROWS + 1) / 2, 0);
-
-  constant TOO_LATE : boolean := not takes(LAG_LINES < 2 ** COUNT_BITS,
-                                           "refocus_video: SHIFTS and the sensor need a lag of more than 4095 lines");
+  constant DELAY_LINES  : natural := picture_delay_lines(CORE, SHARPNESS_RADIUS, VOTE_RADIUS);
+  constant DELAY_PIXELS : natural := picture_delay_pixels(CORE, SHARPNESS_RADIUS, VOTE_RADIUS, BETWEEN);
 
   -- Blank lines that the core needs behind a frame: moving sums and a stack go on to a multiple of M lines.
-  constant CORE_BLANK : natural := BUILT.plan.modulus - 1;
+  constant CORE_BLANK : natural := CORE.plan.modulus - 1;
 
   signal followed    : following_t;
   signal too_large   : std_logic;
@@ -158,11 +128,11 @@ begin
   -- The raster of video_to_stream defines the frames for all that follows: bit errors of the input do not move them.
   to_stream : entity work.video_to_stream
     generic map (
-      MAX_COLUMNS  => choose(WITH_SENSOR, SENSOR_COLUMNS, MAX_COLUMNS),
-      DELAY_LINES  => LAG_LINES,
+      MAX_COLUMNS  => choose(WITH_SENSOR, SENSOR_COLUMNS, CORE.columns),
+      DELAY_LINES  => picture_lag_lines(CORE, SHARPNESS_RADIUS, VOTE_RADIUS),
       DELAY_PIXELS => DELAY_PIXELS,
       BLANK_LINES  => larger(CORE_BLANK, choose(WITH_SENSOR, 3, 0)),
-      ROW_MODULUS  => choose(STACKS, MICRO_IMAGE_SIZE, 1),
+      ROW_MODULUS  => choose(CORE.engine = stack, M, 1),
       ONLY_COLUMNS => choose(WITH_SENSOR, SENSOR_COLUMNS, 0),
       ONLY_ROWS    => choose(WITH_SENSOR, SENSOR_ROWS, 0)
     )
@@ -214,7 +184,7 @@ begin
 
     in_front : entity work.sensor_front
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        MICRO_IMAGE_SIZE => M,
         CORE_LINES       => DELAY_LINES
       )
       port map (
@@ -256,24 +226,14 @@ begin
 
   end process go_past;
 
-  core : entity work.picture_core
+  picture : entity work.picture_core
     generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      MAX_COLUMNS         => CORE_COLUMNS,
-      CHANNELS            => PIXEL_CHANNELS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE,
-      OUTPUTS             => OUTPUTS,
-      RADIUS              => SHARPNESS_RADIUS,
-      CONFIDENCE          => CONFIDENCE,
-      VOTE_RADIUS         => VOTE_RADIUS,
-      COLOURS             => COLOURS
+      CORE        => CORE,
+      OUTPUTS     => OUTPUTS,
+      RADIUS      => SHARPNESS_RADIUS,
+      CONFIDENCE  => CONFIDENCE,
+      VOTE_RADIUS => VOTE_RADIUS,
+      COLOURS     => COLOURS
     )
     port map (
       clk           => clk,

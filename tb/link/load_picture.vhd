@@ -7,6 +7,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.core_pkg.all;
 use work.picture_pkg.all;
 use work.resample_pkg.all;
 use work.video_pkg.all;
@@ -35,6 +36,14 @@ entity load_picture is
 end entity load_picture;
 
 architecture test of load_picture is
+
+  constant CORE : core_t := picture_core_of
+                            (
+                              name             => "load_picture",
+                              MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+                              SHIFTS           => SHIFTS,
+                              MAX_COLUMNS      => MAX_COLUMNS
+                            );
 
   signal load_write   : std_logic;
   signal load_kind    : std_logic_vector(1 downto 0);
@@ -81,9 +90,7 @@ begin
 
   video : entity work.refocus_video
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      MAX_COLUMNS      => MAX_COLUMNS
+      CORE => CORE
     )
     port map (
       clk         => pixel_clk,

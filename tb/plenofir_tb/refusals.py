@@ -12,6 +12,7 @@ from pathlib import Path
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.tools.simulators import find_simulator, generic_text
+from plenofir.ground import project
 
 Generics = Mapping[str, int | bool | str]
 # GHDL 5 also writes "assert".
@@ -88,8 +89,9 @@ class Elaborator:
 
 
 def declared(entity: str) -> dict[str, str]:
-    """Generics of an entity and their types."""
-    (path,) = (path for path in hdl.all_sources() if path.stem == entity)
+    """Generics of an entity, or of a bench in VHDL, and their types."""
+    benches = (project.root() / "tb").rglob("*.vhd")
+    (path,) = (path for path in (*hdl.all_sources(), *benches) if path.stem == entity)
     return {g.name: g.type_name for g in declarations(path.read_text(), "generic")}
 
 

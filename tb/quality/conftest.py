@@ -20,6 +20,6 @@ def elaborator(
     with or_skip():
         find_simulator(request.param)
     folder = tmp_path_factory.mktemp(request.param)
-    places = ("quality/verdicts.vhd", "video/mode_ports.vhd", "moving_sum/control_ports.vhd")
-    benches = [TB / place for place in places]
+    places = ("quality/verdicts", "quality/picture_ports", "video/video_ports", "video/mode_ports")
+    benches = [TB / f"{place}.vhd" for place in (*places, "moving_sum/control_ports")]
     return Elaborator(request.param, folder, *benches)

@@ -41,8 +41,8 @@ CHOICES: dict[str, tuple[int | str | bool, ...]] = {
 }
 HUNTED = [
     *("raster_refocuser", "focal_stack"),
-    *("depth_index", "sharpness_index"),
-    *("picture_core", "refocus_video", "sensor_front", "sensor_raster", "resampler"),
+    "depth_index",
+    *("picture_ports", "video_ports", "sensor_front", "sensor_raster", "resampler"),
     *("colour_mosaic", "parallel_to_stream", "stream_to_parallel", "parallel_top", "self_test"),
     "csi_receiver",
     *("text_overlay", "load_port", "command_line", "board_control"),

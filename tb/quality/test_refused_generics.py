@@ -15,7 +15,6 @@ from plenofir_tb.refusals import Elaborator, Generics, seeded
 CORE = {"MICRO_IMAGE_SIZE": 5, "SHIFTS": "-3", "MAX_COLUMNS": 64}
 LANES_CORE = {**CORE, "ENGINE": "moving_sum"}
 NORMALISED = {"BORDER_NORMALISED": True}
-INDICES = ("depth_index", "sharpness_index")
 NO_SETS = ["2, 0", "2 x", "-", "2 -", "3-", "--2", "+2", "1.5", "99999999999", "-4097", "4097", " "]
 NO_SETS += ["1 " * 257]
 
@@ -114,31 +113,25 @@ REFUSED: list[Case] = [
         {"PIXELS_PER_CLOCK": 2, "BORDER_NORMALISED": True},
         "BORDER_NORMALISED",
     ),
-    *(
-        (entity, DEPTH, {"CHANNELS": 2}, "CHANNELS")
-        for entity in ("depth_index", "sharpness_index")
-    ),
-    *(
-        (entity, DEPTH, {"PIXELS_PER_CLOCK": pixels}, "PIXELS_PER_CLOCK")
-        for entity, pixels in zip(INDICES, (8, 3), strict=True)
-    ),
+    ("depth_index", DEPTH, {"CHANNELS": 2}, "CHANNELS"),
+    *(("depth_index", DEPTH, {"PIXELS_PER_CLOCK": p}, "PIXELS_PER_CLOCK") for p in (8, 3)),
+    ("depth_index", DEPTH, {"CHOSEN_TOO": True, "PICTURE": False}, "CHOSEN_TOO"),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
-    ("sharpness_index", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    ("index_verdict", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(
-        (entity, DEPTH, {"SLICES": 3, "SHIFTS": shifts}, "SHIFTS")
-        for entity in ("depth_index", "sharpness_index")
+        ("depth_index", DEPTH, {"SLICES": 3, "SHIFTS": shifts}, "SHIFTS")
         for shifts in ("0 1", "0 2 1", "1 0 x")
     ),
-    ("picture_core", PICTURE, {"OUTPUTS": "rx"}, "OUTPUTS"),
-    ("picture_core", PICTURE, {"OUTPUTS": "rrrrr"}, "OUTPUTS"),
-    ("picture_core", PICTURE, {"COLOURS": "00ff00"}, "COLOURS"),
-    ("picture_core", PICTURE, {"COLOURS": "00FF00" * 2}, "COLOURS"),
-    ("picture_core", PICTURE, {"CHANNELS": 2}, "CHANNELS"),
-    ("picture_core", PICTURE, {"MICRO_IMAGE_SIZE": 1}, "MICRO_IMAGE_SIZE"),
-    ("picture_core", PICTURE, {"SHIFTS": "2 x"}, "SHIFTS"),
-    ("picture_core", PICTURE, {"OUTPUTS": "r", "ENGINE": "x"}, "ENGINE"),
-    ("refocus_video", CORE, {"SHIFTS": "2, 0"}, "SHIFTS"),
-    ("refocus_video", CORE, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
+    ("picture_ports", PICTURE, {"OUTPUTS": "rx"}, "OUTPUTS"),
+    ("picture_ports", PICTURE, {"OUTPUTS": "rrrrr"}, "OUTPUTS"),
+    ("picture_ports", PICTURE, {"COLOURS": "00ff00"}, "COLOURS"),
+    ("picture_ports", PICTURE, {"COLOURS": "00FF00" * 2}, "COLOURS"),
+    ("picture_ports", PICTURE, {"CHANNELS": 2}, "CHANNELS"),
+    ("picture_ports", PICTURE, {"MICRO_IMAGE_SIZE": 1}, "MICRO_IMAGE_SIZE"),
+    ("picture_ports", PICTURE, {"SHIFTS": "2 x"}, "SHIFTS"),
+    ("picture_ports", PICTURE, {"OUTPUTS": "r", "ENGINE": "x"}, "ENGINE"),
+    ("video_ports", CORE, {"SHIFTS": "2, 0"}, "SHIFTS"),
+    ("video_ports", CORE, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
     (
         "sensor_raster",
         {"MICRO_IMAGE_SIZE": 5, "CHANNELS": 3},
@@ -188,8 +181,9 @@ def test_what_a_board_cannot_show(
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     folder = tmp_path / "library"
     folder.mkdir()
-    message = Elaborator("ghdl", folder).refusal("refocus_video", CORE)
-    assert message.startswith("refocus_video")
+    bench = Path(__file__).parents[1] / "video" / "video_ports.vhd"
+    message = Elaborator("ghdl", folder, bench).refusal("video_ports", CORE)
+    assert message.startswith("video_ports: ")
     assert "OUTPUTS" in message
     assert "sensor" in message
 

@@ -103,21 +103,35 @@ entity index_verdict is
     MICRO_IMAGE_SIZE : natural;
     MAX_COLUMNS      : natural;
     PIXELS_PER_CLOCK : natural := 1;
-    CHANNELS         : natural;
-    PIXEL_BITS       : natural;
+    CHANNELS         : natural := 1;
+    PIXEL_BITS       : natural := 8;
     SLICES           : natural;
-    RADIUS           : natural;
-    CONFIDENCE       : natural;
-    VOTE_RADIUS      : natural;
+    RADIUS           : natural := 1;
+    CONFIDENCE       : natural := 0;
+    VOTE_RADIUS      : natural := 0;
     SHIFTS           : string  := ""
   );
 end entity index_verdict;
 
 architecture rtl of index_verdict is
 
-  constant REFUSED  : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
-                                                 MAX_COLUMNS, PIXELS_PER_CLOCK, CHANNELS, PIXEL_BITS);
-  constant NO_ORDER : boolean := not takes_between("depth_index", SHIFTS, SLICES);
+  constant BUILD : index_build_t := index_of
+                                    (
+                                      name             => "depth_index",
+                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+                                      SLICES           => SLICES,
+                                      SHIFTS           => ordered_shifts("depth_index", SHIFTS, SLICES),
+                                      between          => SHIFTS'length > 0,
+                                      RADIUS           => RADIUS,
+                                      CONFIDENCE       => CONFIDENCE,
+                                      VOTE_RADIUS      => VOTE_RADIUS,
+                                      MAX_COLUMNS      => MAX_COLUMNS,
+                                      pixels           => PIXELS_PER_CLOCK,
+                                      CHANNELS         => CHANNELS,
+                                      PIXEL_BITS       => PIXEL_BITS,
+                                      cropped          => false,
+                                      chosen_too       => false
+                                    );
 
 begin
 

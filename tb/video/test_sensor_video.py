@@ -58,7 +58,7 @@ def case(
     built = chip.model_copy(update={"lines": chip.lines - fewer_lines, "channels": channels})
     packages = sensor_packages(built, cameras[0].shape, order)
     return Case(
-        "refocus_video",
+        "video_ports",
         "video.sensor_bench",
         generics,
         {

@@ -40,7 +40,7 @@ def video_case(
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
     delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
     return Case(
-        "refocus_video",
+        "video_ports",
         "video.video_bench",
         {
             "MICRO_IMAGE_SIZE": m,

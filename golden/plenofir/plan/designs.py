@@ -17,7 +17,7 @@ from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.estimate import Design as Estimated
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, with_part, wrapped
+from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, literal, with_part, wrapped
 from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.design import SceneDesign
@@ -33,6 +33,7 @@ from plenofir.refocus.shifts import shift_to_text
 
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
+PICTURE = "picture_core"
 
 
 @dataclass(frozen=True)
@@ -236,8 +237,13 @@ def picture_designs() -> Iterator[Design]:
     shifts = _STACK_SHIFTS[1]
     core = grey_core(5, shifts, channels=3, engine=StackEngine(input_lines=5))
     screen = Screen(outputs="rad", radius=1, colours=slice_colours(shifts))
-    generics, logic = screen.core_generics(core), SceneDesign(core, screen)
-    yield Design("picture M=5 slices=3", core, "picture_core", generics, logic=logic)
+    stack, shown = core.generics(), screen.generics()
+    sizes = {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")}
+    judged = {name: value for name, value in shown.items() if name != "CONFIDENCE"}
+    made = core_call(sizes | judged, of="work.picture_pkg.picture_core_of")
+    values = {"CORE": made} | {name: literal(value) for name, value in shown.items()}
+    wrapper, logic = wrapped(PICTURE, values), SceneDesign(core, screen)
+    yield Design("picture M=5 slices=3", core, PICTURE, logic=logic, wrapper=wrapper)
     text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
     generics = {**text.generics()}
     yield Design("text of 5 slices", None, "text_overlay", generics, logic=text)

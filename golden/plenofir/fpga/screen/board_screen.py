@@ -113,9 +113,9 @@ class Screen:
             clocks += self.index(core).latency_clocks(columns, rows)
         return clocks
 
-    def core_generics(self, core: CoreConfiguration) -> Generics:
-        stack = core.generics()
-        return {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")} | {
+    def generics(self) -> Generics:
+        """Generics of ``picture_core``, besides the core."""
+        return {
             "OUTPUTS": self.outputs,
             "RADIUS": self.radius,
             "CONFIDENCE": self.confidence,

@@ -11,14 +11,18 @@ from plenofir.fpga.hdl_text import declarations
 TOP = "part"
 
 
-def core_call(generics: Mapping[str, int | bool | str]) -> str:
-    """VHDL of the core that generics of ``raster_refocuser`` describe."""
+def literal(value: int | bool | str) -> str:
+    """A generic's value in VHDL."""
+    return f'"{value}"' if isinstance(value, str) else str(value).lower()
+
+
+def core_call(
+    generics: Mapping[str, int | bool | str], *, of: str = "work.refocuser_pkg.core_of"
+) -> str:
+    """VHDL of the core that generics of ``raster_refocuser`` describe, or parameters of `of`."""
     values = {"name": TOP, **generics}
-    chosen = ", ".join(
-        f"{name.lower()} => " + (f'"{value}"' if isinstance(value, str) else str(value).lower())
-        for name, value in values.items()
-    )
-    return f"work.refocuser_pkg.core_of({chosen})"
+    chosen = ", ".join(f"{name.lower()} => {literal(value)}" for name, value in values.items())
+    return f"{of}({chosen})"
 
 
 def wrapped(entity: str, values: Mapping[str, object]) -> str:
