@@ -174,21 +174,21 @@ begin
     );
 
   -- The text is at the bottom; there is no sensor to calibrate.
-  picture : entity work.shown_video
+  picture : entity work.refocus_video
     generic map (
       CORE => CORE
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      choice       => choice,
-      text_place   => "10",
-      errors       => errors_now,
-      load         => NO_LOAD,
-      in_video     => drawn,
-      out_video    => shown,
-      following    => following,
-      video_errors => video_errors
+      clk         => clk,
+      reset       => reset,
+      choice      => choice,
+      text_place  => "10",
+      text_errors => errors_now,
+      load        => NO_LOAD,
+      in_video    => drawn,
+      out_video   => shown,
+      following   => following,
+      errors      => video_errors
     );
 
   -- The core must fit the device's block RAM, so its lines are shorter than any HDMI mode's; black columns fill them.

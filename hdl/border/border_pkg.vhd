@@ -20,7 +20,7 @@ package border_pkg is
     number           : natural
   ) return positive;
 
-  -- Latency of border_counts in clocks.
+  -- Clocks from a token to the weights of its pixels, besides the lines and tokens of the delays.
   function border_latency (
     core : core_t
   ) return positive;

@@ -70,8 +70,7 @@ entity stream_shell is
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(OUT_BITS - 1 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
-    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
-    -- pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream by the bits of fault_pkg; they stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic;
     -- To the engine: a token; which of its rows are image lines; their pixels, row 0 in the low bits.

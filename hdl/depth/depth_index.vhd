@@ -2,9 +2,10 @@
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
 -- The entity makes the index from its generics; stack_index is a stream shell around sharpness_index, which finds the
--- slice of largest local sharpness for each micro image and takes all of its pixels from there. The output may also have the depth between slices, and the pixel of a
--- slice that was chosen for the frame. When nothing follows, the core pushes the rest of the frame out by itself, in
--- lines up to a multiple of M; a frame that arrives meanwhile waits in the source.
+-- slice of largest local sharpness for each micro image and takes all of its pixels from there. The output may also
+-- have the depth between slices, and the pixel of a slice that was chosen for the frame. When nothing follows, the core
+-- pushes the rest of the frame out by itself, in lines up to a multiple of M; a frame that arrives meanwhile waits in
+-- the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: PIXELS_PER_CLOCK pixels of all slices each clock.
@@ -82,8 +83,7 @@ entity depth_index is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream; bits stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started
-    -- early, 3 pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream by the bits of fault_pkg; they stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

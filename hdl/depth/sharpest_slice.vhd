@@ -5,8 +5,8 @@
 -- equally sharp slices the first counts. With a depth between slices they are weighted before the comparison.
 --
 -- Latency: SLICES - 1 clocks, 1 more with weights. Throughput: one micro image each clock.
--- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with a depth between slices,
---   else 1.
+-- Equation: index = argmax over the slices s of weight(s) sharpness(s), weight = slice_weight / 16 with a depth between
+--   slices, else 1.
 
 library ieee;
 use ieee.std_logic_1164.all;

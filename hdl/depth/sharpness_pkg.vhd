@@ -54,9 +54,9 @@ package sharpness_pkg is
     shifts : shifts_t;
     -- Longest line in pixels; pixels of a token, at most M; tokens and micro images of the longest line.
     columns : positive;
-    pixels : positive range 1 to 32;
-    tokens : positive;
-    lenses : positive;
+    pixels  : positive range 1 to 32;
+    tokens  : positive;
+    lenses  : positive;
     -- Channels: 1 (grey) or 3 (RGB); the width of a channel, and of a pixel with all channels.
     channels    : positive range 1 to 3;
     pixel_bits  : positive range 1 to 16;

@@ -202,13 +202,35 @@ end package hdmi_pkg;
 
 package body hdmi_pkg is
 
+  -- The place of each contact in a vector.
+  constant AT_BUTTON_UP      : natural := 0;
+  constant AT_BUTTON_DOWN    : natural := 1;
+  constant AT_BUTTON_CLEAR   : natural := 2;
+  constant AT_SWITCH_PATTERN : natural := 3;
+  constant AT_SWITCH_PASS    : natural := 4;
+  constant AT_SWITCH_SWEEP   : natural := 5;
+  constant AT_BUTTON_OUTPUT  : natural := 6;
+  constant AT_SWITCH_HIDE    : natural := 7;
+  constant AT_SWITCH_BOTTOM  : natural := 8;
+
   function to_vector (
     panel : panel_t
   ) return std_logic_vector is
+
+    variable vector : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
+
   begin
 
-    return panel.button_up & panel.button_down & panel.button_clear & panel.switch_pattern & panel.switch_pass &
-           panel.switch_sweep & panel.button_output & panel.switch_hide & panel.switch_bottom;
+    vector(AT_BUTTON_UP)      := panel.button_up;
+    vector(AT_BUTTON_DOWN)    := panel.button_down;
+    vector(AT_BUTTON_CLEAR)   := panel.button_clear;
+    vector(AT_SWITCH_PATTERN) := panel.switch_pattern;
+    vector(AT_SWITCH_PASS)    := panel.switch_pass;
+    vector(AT_SWITCH_SWEEP)   := panel.switch_sweep;
+    vector(AT_BUTTON_OUTPUT)  := panel.button_output;
+    vector(AT_SWITCH_HIDE)    := panel.switch_hide;
+    vector(AT_SWITCH_BOTTOM)  := panel.switch_bottom;
+    return vector;
 
   end function to_vector;
 
@@ -219,15 +241,15 @@ package body hdmi_pkg is
 
     return
     (
-      button_up      => vector(8),
-      button_down    => vector(7),
-      button_clear   => vector(6),
-      switch_pattern => vector(5),
-      switch_pass    => vector(4),
-      switch_sweep   => vector(3),
-      button_output  => vector(2),
-      switch_hide    => vector(1),
-      switch_bottom  => vector(0)
+      button_up      => vector(AT_BUTTON_UP),
+      button_down    => vector(AT_BUTTON_DOWN),
+      button_clear   => vector(AT_BUTTON_CLEAR),
+      switch_pattern => vector(AT_SWITCH_PATTERN),
+      switch_pass    => vector(AT_SWITCH_PASS),
+      switch_sweep   => vector(AT_SWITCH_SWEEP),
+      button_output  => vector(AT_BUTTON_OUTPUT),
+      switch_hide    => vector(AT_SWITCH_HIDE),
+      switch_bottom  => vector(AT_SWITCH_BOTTOM)
     );
 
   end function to_panel;

@@ -22,10 +22,10 @@ use work.video_pkg.all;
 entity monitor_edid is
   generic (
     -- Clocks in a quarter of a bit; clocks for which the monitor may hold the clock line low.
-    QUARTER : positive := 500;
-    STRETCH : positive := 3000000;
-    -- Clocks between two reads; the default is 2 s at 100 MHz.
-    PAUSE : positive := 200000000
+    QUARTER : positive;
+    STRETCH : positive;
+    -- Clocks between two reads.
+    PAUSE : positive
   );
   port (
     clk   : in    std_logic;

@@ -76,8 +76,7 @@ entity focal_stack is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream; bits stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started
-    -- early, 3 pixels without a start of frame, 4 frame size that the core does not support.
+    -- Faults of the stream by the bits of fault_pkg; they stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

@@ -329,35 +329,39 @@ package body picture_pkg is
 
     constant LONGEST : positive := choose(WITH_SENSOR, RASTER_COLUMNS, max_columns);
 
-    variable core    : core_t;
-    variable refused : boolean;
+    function chosen_core return core_t is
+    begin
+
+      if needs_stack(outputs) then
+        -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
+        return stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3);
+      end if;
+
+      return core_of
+      (
+        name                => name,
+        micro_image_size    => micro_image_size,
+        shifts              => shifts,
+        interpolation_order => interpolation_order,
+        hold                => hold,
+        max_columns         => LONGEST,
+        channels            => channels,
+        exact               => exact,
+        fraction_bits       => fraction_bits,
+        guard_bits          => guard_bits,
+        engine              => engine,
+        broadcast_taps      => broadcast_taps
+      );
+
+    end function chosen_core;
+
+    constant CORE    : core_t  := chosen_core;
+    constant REFUSED : boolean := not takes_picture(name, CORE, shifts, channels, outputs, radius, vote_radius,
+                                                    colours);
 
   begin
 
-    if needs_stack(outputs) then
-      -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
-      core := stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3);
-    else
-      core := core_of
-              (
-                name                => name,
-                micro_image_size    => micro_image_size,
-                shifts              => shifts,
-                interpolation_order => interpolation_order,
-                hold                => hold,
-                max_columns         => LONGEST,
-                channels            => channels,
-                exact               => exact,
-                fraction_bits       => fraction_bits,
-                guard_bits          => guard_bits,
-                engine              => engine,
-                broadcast_taps      => broadcast_taps
-              );
-    end if;
-
-    refused := not takes_picture(name, core, shifts, channels, outputs, radius, vote_radius, colours);
-
-    return core;
+    return CORE;
 
   end function picture_core_of;
 

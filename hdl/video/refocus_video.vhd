@@ -1,10 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Video in, refocused video out with the same timing, delayed by the latency of the refocuser.
+-- Video in, refocused video out with the same timing, delayed by the latency of the refocuser; a text over it.
 --
--- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> output. No frame is stored: the
--- output's syncs are generated from the measured timing, delayed as much as the pixels. With pass_through, or if the
--- timing cannot be followed (lines too long, frames not all alike), the input goes to the output unchanged. screen_pkg
--- has the possible outputs; sensor_pkg says whether the input is a sensor's raw frames.
+-- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> (text_overlay) -> output. No frame
+-- is stored: the output's syncs are generated from the measured timing, delayed as much as the pixels. With
+-- pass_through, or if the timing cannot be followed (lines too long, frames not all alike), the input goes to the
+-- output unchanged. screen_pkg has the possible outputs, and the text over them; sensor_pkg says whether the input is a
+-- sensor's raw frames.
 --
 -- Blanking. The refocuser pushes the last lines of a frame out in the vertical blanking, or with the first lines of the
 -- next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO (a line),
@@ -17,10 +18,10 @@
 --
 -- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the refocuser (in
 -- general picture_delay_lines lines and picture_delay_pixels + 5 pixels), equal for all slices and outputs; 1 clock
--- with pass_through. With a sensor sensor_delay_lines more, and half of the lines that the raster has fewer; micro
--- images D lines less.
+-- with pass_through; with a text OVERLAY_LATENCY clocks more. With a sensor sensor_delay_lines more, and half of the
+-- lines that the raster has fewer; micro images D lines less.
 -- Throughput: one pixel each clock.
--- Equation: out frame = picture of the in frame (picture_core).
+-- Equation: out frame = picture of the in frame (picture_core), with the text.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -46,6 +47,9 @@ entity refocus_video is
     reset : in    std_logic;
     -- What is to be shown.
     choice : in    picture_choice_t;
+    -- Place of the text: 0 none, 1 at the top, 2 at the bottom; errors whose number the text shows.
+    text_place  : in    std_logic_vector(1 downto 0)          := "00";
+    text_errors : in    std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
     -- Load port of the sensor's calibration.
     load : in    load_t;
     -- Video in, and out.
@@ -106,6 +110,10 @@ architecture rtl of refocus_video is
   -- Slice and output of the frame that is shown, read with its first pixel.
   signal slice_taken : std_logic_vector(7 downto 0) := x"00";
   signal place_taken : std_logic_vector(1 downto 0) := "00";
+
+  -- Video before the text is laid over it, and what that video shows.
+  signal bare_video : video_t;
+  signal on_bare    : on_show_t;
 
   signal sensor_errors : std_logic_vector(5 downto 0);
   signal unfit         : std_logic;
@@ -281,14 +289,14 @@ begin
         slice_taken <= from_core_id;
         place_taken <= shown_place;
       end if;
-      on_show.slice <= slice_taken;
-      on_show.place <= place_taken;
+      on_bare.slice <= slice_taken;
+      on_bare.place <= place_taken;
       -- Video that passes through has no delay, so its frames are not those of the core.
-      on_show.raw <= passes;
+      on_bare.raw <= passes;
       if passes = '1' then
-        out_video <= in_video;
+        bare_video <= in_video;
       else
-        out_video <= shown_video;
+        bare_video <= shown_video;
       end if;
       -- Each error is high for one clock; board_control collects them.
       errors <= (others => '0');
@@ -300,11 +308,64 @@ begin
       -- While no timing is followed, no pixel counts as lost.
       errors(PIXEL_LOST) <= overflow and followed.running;
       if reset = '1' then
-        out_video.active <= '0';
-        errors           <= (others => '0');
+        bare_video.active <= '0';
+        errors            <= (others => '0');
       end if;
     end if;
 
   end process choose_output;
+
+  on_show <= on_bare;
+
+  -- A board without a text has no overlay.
+  no_text : if not WITH_TEXT generate
+    out_video <= bare_video;
+  end generate no_text;
+
+  text : if WITH_TEXT generate
+
+    -- The meaning of an output's number depends on the build; the text names the kind of output.
+    constant KINDS : kinds_t := output_kinds(OUTPUTS);
+
+    -- For text_overlay: whether the text is shown, whether at the bottom, what is shown, and the lines of the picture.
+    signal show   : std_logic;
+    signal bottom : std_logic;
+    signal kind   : std_logic_vector(1 downto 0);
+    signal lines  : std_logic_vector(11 downto 0);
+
+  begin
+
+    -- 1: at the top, 2: at the bottom. 3 does not occur and would act like 2.
+    show   <= text_place(0) or text_place(1);
+    bottom <= text_place(1);
+    kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_bare.place))), 2));
+    lines  <= std_logic_vector(followed.timing.rows);
+
+    -- The ruler under the text has a field for each slice.
+    overlay : entity work.text_overlay
+      generic map (
+        SLICES        => CORE.geometry.slices,
+        FONT          => FONT,
+        TEXTS         => TEXTS,
+        TEXT_COLUMNS  => TEXT_COLUMNS,
+        LABELS        => LABELS,
+        LABEL_COLUMNS => LABEL_COLUMNS,
+        COLOURS       => COLOURS
+      )
+      port map (
+        clk       => clk,
+        reset     => reset,
+        show      => show,
+        bottom    => bottom,
+        rows      => lines,
+        slice     => on_bare.slice,
+        kind      => kind,
+        raw       => on_bare.raw,
+        errors    => text_errors,
+        in_video  => bare_video,
+        out_video => out_video
+      );
+
+  end generate text;
 
 end architecture rtl;

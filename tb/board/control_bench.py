@@ -6,7 +6,8 @@ from typing import Any
 
 import cocotb
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge, Timer, ValueChange
+from cocotb.triggers import FallingEdge, RisingEdge, Timer, ValueChange
+from cocotb.utils import get_sim_time
 
 from board.unit_bench import I2cMaster
 from plenofir_tb.case import read_case
@@ -50,7 +51,7 @@ class Control:
         Clock(dut.pixel_clk, 13, "ns").start()
         for name in (*WIDTHS, "taps", "hung_toggle", "word_errors", "v_sync_now", "tmds_clk"):
             port(dut, name).value = 0
-        for name in ("scl", "sda", "uart_rx"):
+        for name in ("scl", "sda", "out_scl", "uart_rx"):
             getattr(dut, name).value = 1
         dut.button_clear.value = 0
         for side in ("receive", "transmit"):
@@ -228,7 +229,7 @@ async def settings_cross(dut: Any) -> None:
     ] == [*((2,), (CASE["slices"],), (200,), (1,), (1,), (5,))]
 
 
-@cocotb.test(skip="runs" not in CASE, timeout_time=20, timeout_unit="ms")
+@cocotb.test(skip=not CASE.get("runs"), timeout_time=20, timeout_unit="ms")
 async def range_of_clocks(dut: Any) -> None:
     """Only a clock in the board's range is accepted."""
     control = Control(dut)
@@ -241,3 +242,17 @@ async def range_of_clocks(dut: Any) -> None:
         assert int(dut.run.value) == runs, f"{mhz} MHz"
         clock.stop()
         await control.windows(3)
+
+
+@cocotb.test(skip="stretch" not in CASE)
+async def clock_line_held_low(dut: Any) -> None:
+    """A monitor has held the clock line low for as long as it may: the control waits and asks anew."""
+    control = Control(dut)
+    await control.reset()
+    await RisingEdge(dut.out_scl_low)
+    dut.out_scl.value = 0
+    await FallingEdge(dut.out_scl_low)
+    released = get_sim_time("ns")
+    await RisingEdge(dut.out_scl_low)
+    clocks = (get_sim_time("ns") - released) / 10
+    assert 0 <= clocks - CASE["stretch"] - CASE["pause"] < 1000, clocks

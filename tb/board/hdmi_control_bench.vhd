@@ -20,7 +20,9 @@ entity hdmi_control_bench is
     DATA_PATIENCE : positive := 4;
     BIT_CLOCKS    : positive := 4;
     SWITCH_FRAMES : positive := 30;
-    CLOCK_RANGE   : natural  := 0
+    CLOCK_RANGE   : natural  := 0;
+    -- Times keep their clocks.
+    CONTROL_MHZ : positive := 100
   );
   port (
     clk             : in    std_logic;
@@ -35,6 +37,8 @@ entity hdmi_control_bench is
     scl             : in    std_logic;
     sda             : in    std_logic;
     sda_low         : out   std_logic;
+    out_scl         : in    std_logic;
+    out_scl_low     : out   std_logic;
     uart_rx         : in    std_logic;
     uart_tx         : out   std_logic;
     button_clear    : in    std_logic;
@@ -76,18 +80,25 @@ architecture test of hdmi_control_bench is
   signal clocks   : clocks_state_t;
   signal order    : clocks_order_t;
   signal in_ddc   : ddc_t;
+  signal out_ddc  : ddc_t;
   signal panel    : panel_t;
   signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
+
+  signal out_ddc_low : ddc_t;
 
 begin
 
   -- No clock of the board's own; a PLL that needs no setting counts as configured.
   clocks <= ('0', '1', receive_locked, transmit_locked);
   in_ddc <= (scl, sda);
-  panel  <= (button_clear => button_clear, others => '0');
-  lanes  <= (tracking, taps, hung_toggle);
+
+  out_ddc     <= (out_scl, '1');
+  out_scl_low <= out_ddc_low.scl;
+
+  panel <= (button_clear => button_clear, others => '0');
+  lanes <= (tracking, taps, hung_toggle);
 
   receive_reset  <= order.receive_reset;
   transmit_reset <= order.transmit_reset;
@@ -135,14 +146,15 @@ begin
     generic map (
       SLICES        => SLICES,
       MAX_COLUMNS   => MAX_COLUMNS,
-      METER_WINDOW  => METER_WINDOW,
-      LOCK_TIMEOUT  => LOCK_TIMEOUT,
+      CONTROL_MHZ   => CONTROL_MHZ,
+      METER_WINDOW  => METER_WINDOW * 100 / CONTROL_MHZ,
+      LOCK_TIMEOUT  => LOCK_TIMEOUT * 100 / CONTROL_MHZ,
       DATA_PATIENCE => DATA_PATIENCE,
       CLOCK_RANGE   => CLOCK_RANGE,
-      BUTTON_STABLE => 4,
-      BIT_TIME      => BIT_CLOCKS,
-      DDC_QUARTER   => 50,
-      DDC_PAUSE     => 20000,
+      BUTTON_STABLE => 400 / CONTROL_MHZ,
+      BIT_TIME      => BIT_CLOCKS * 100 / CONTROL_MHZ,
+      DDC_QUARTER   => 5000 / CONTROL_MHZ,
+      DDC_PAUSE     => 2000000 / CONTROL_MHZ,
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
@@ -154,8 +166,8 @@ begin
       order       => order,
       in_ddc      => in_ddc,
       in_sda_low  => sda_low,
-      out_ddc     => ('1', '1'),
-      out_ddc_low => open,
+      out_ddc     => out_ddc,
+      out_ddc_low => out_ddc_low,
       uart_rx     => uart_rx,
       uart_tx     => uart_tx,
       panel       => panel,

@@ -3,7 +3,7 @@
 
 import pytest
 
-from plenofir_tb.runner import Case, run_cases
+from plenofir_tb.runner import Case, run_case, run_cases
 
 
 def unit(entity: str, bench: str = "link", **case: int) -> Case:
@@ -75,3 +75,10 @@ def test_hdmi_control() -> None:
             of_range(4, [(19, 0), (22, 1), (38, 1), (41, 0)]),
         ]
     )
+
+
+@pytest.mark.slow
+def test_a_monitor_may_stretch_for_30_ms() -> None:
+    """At any frequency of the control's clock; the lowest takes the fewest clocks."""
+    case = {"entity": "hdmi_control_bench", "runs": [], "stretch": 30 * 5 * 1000, "pause": 20_000}
+    run_case("hdmi_control_bench", "board.control_bench", generics={"CONTROL_MHZ": 5}, case=case)

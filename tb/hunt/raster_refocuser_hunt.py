@@ -23,7 +23,7 @@ FAULTS = [
     # A mark of start that lasts two pixels begins two frames.
     ("frame_sequencer.vhd", "s_axis_tuser and not state.start_lasts;", "s_axis_tuser;"),
     # As if all views reached every line.
-    ("border_counts.vhd", "row_down(0)  <= down(PASSES)", "row_down(0)  <= down(0)"),
+    ("border_weights.vhd", "row_down(0)  <= down(PASSES)", "row_down(0)  <= down(0)"),
     # Halves of an even M are rounded down.
     ("divide_round.vhd", "HALF           : natural  := DIVISOR / 2;",
      "HALF           : natural  := (DIVISOR - 1) / 2;"),

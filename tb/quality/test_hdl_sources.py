@@ -207,6 +207,24 @@ end entity example;
     assert comments == ["", "", "Explains two ports.", "Explains two ports.", "", "beside", ""]
 
 
+# A larger default is a number of clocks at one frequency, but for STALL, the clocks of a line.
+MOST_PLAIN_DEFAULT = 2000
+_INSTANCE = re.compile(r": entity work\.(\w+)\s+(?:generic map \((.*?)\n +\)\s+)?port map", re.S)
+
+
+def test_boards_count_their_own_clocks() -> None:
+    """Where a board's frequency is known, no entity keeps the clocks of another one."""
+    texts = {path.stem: path.read_text() for path in hdl.all_sources()}
+    for path in hdl.all_sources():
+        if path.parent.name in ("control", "path", "board"):
+            for entity, values in _INSTANCE.findall(path.read_text()):
+                for generic in declarations(texts[entity], "generic"):
+                    counts = generic.default.isdecimal() and int(generic.default)
+                    named = re.search(rf"\b{generic.name}\s+=>", values)
+                    fits = counts <= MOST_PLAIN_DEFAULT or generic.name == "STALL"
+                    assert fits or named, (path.stem, entity, generic.name)
+
+
 # The folders that a folder may use, in the order of the data path.
 MAY_USE = {
     "common": set(),
@@ -227,7 +245,7 @@ MAY_USE = {
     "tmds": {"common"},
     # Registers of the sensor, over I2C.
     "csi": {"common", "serial"},
-    "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
+    "video": {"common", "core", "stack", "depth", "refocuser", "resample", "overlay"},
     "selftest": {"common", "core", "refocuser"},
     # Between the control of a board and its pins, clocks and video path.
     "link": {"common", "resample", "serial", "tmds", "video"},
@@ -237,23 +255,16 @@ MAY_USE = {
     "nexus": {"common"},
     "gowin": set(),
     "overlay": {"common"},
+    # Buttons, serial ports and reports of a board.
+    "control": {"common", "link", "resample", "serial", "tmds", "video"},
+    # From a camera's or a cable's bits to the picture.
+    "path": {
+        *("common", "core", "control", "csi", "link", "refocuser", "resample", "serial"),
+        *("tmds", "video"),
+    },
     "board": {
-        *(
-            "common",
-            "core",
-            "refocuser",
-            "resample",
-            "serial",
-            "link",
-            "tmds",
-            "video",
-            "overlay",
-            "spartan6",
-            "ecp5",
-            "gowin",
-            "nexus",
-            "csi",
-        ),
+        *("common", "core", "control", "csi", "link", "path", "refocuser", "resample"),
+        *("tmds", "video", "spartan6", "ecp5", "gowin", "nexus"),
     },
 }
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The board's status line: its fields, the VHDL package made of them, and a parser.
 
-``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` from this list of fields,
+``scripts/build_hdl.py`` makes ``hdl/control/status_pkg.vhd`` from this list of fields,
 ``scripts/build_docs.py`` the table of ``docs/boards/controls.md``.
 """
 
@@ -166,7 +166,7 @@ def example_line() -> str:
 
 
 def status_package() -> str:
-    """VHDL of ``hdl/board/status_pkg.vhd``: the text of the line and the record of its numbers."""
+    """VHDL of ``hdl/control/status_pkg.vhd``: the text of the line and the record of its numbers."""
     texts = [f"{f.name}={'/'.join('#' * len(f.example))}" for f in FIELDS]
     types = [
         f"std_logic_vector({16 * len(f.example) - 1} downto 0)"

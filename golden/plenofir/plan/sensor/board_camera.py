@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The camera on a board's CSI-2 lanes: ``hdl/board/camera_pkg.vhd``."""
+"""The camera on a board's CSI-2 lanes: ``hdl/path/camera_pkg.vhd``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -401,7 +401,7 @@ begin
   order   <=
   (
     columns      => lens_columns,
-    rows         => lens_rows,
+    ROWS         => lens_rows,
     slice        => slice,
     sweep        => '0',
     sweep_frames => x"00"

@@ -93,7 +93,8 @@ architecture rtl of hdmi_control is
   -- Further time in 10 ns by which the data line is delayed, so that a change at the same time as the clock line's is
   -- seen behind it (i2c_lines).
   constant LINE_HOLD : positive := 32;
-  -- A source that is silent for this time in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms).
+  -- A source that is silent for this time in the middle of a bit has gone away (SMBus 3.1: 25 to 35 ms). A monitor may
+  -- hold the clock line low for as long.
   constant LINE_LET_GO : positive := 3000000;
 
   -- Clocks of a time, which is a whole number of clocks. The division comes first, because 2 s in 10 ns times the
@@ -286,6 +287,7 @@ begin
   ask_monitor : entity work.monitor_edid
     generic map (
       QUARTER => clocks_of(DDC_QUARTER),
+      STRETCH => clocks_of(LINE_LET_GO),
       PAUSE   => clocks_of(DDC_PAUSE)
     )
     port map (

@@ -183,25 +183,25 @@ begin
 
   end process choose_source;
 
-  -- This entity is common to all boards.
-  picture : entity work.shown_video
+  picture : entity work.refocus_video
     generic map (
       CORE => CORE
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      choice       => settings.choice,
-      text_place   => settings.text_place,
-      errors       => errors_now,
-      load         => load,
-      in_video     => source,
-      out_video    => shown,
-      following    => following,
-      unsupported  => unsupported,
-      varying      => varying,
-      timing       => timing,
-      video_errors => video_errors
+      clk         => clk,
+      reset       => reset,
+      choice      => settings.choice,
+      text_place  => settings.text_place,
+      text_errors => errors_now,
+      load        => load,
+      in_video    => source,
+      out_video   => shown,
+      on_show     => open,
+      following   => following,
+      unsupported => unsupported,
+      varying     => varying,
+      timing      => timing,
+      errors      => video_errors
     );
 
   -- Marks are searched in the incoming video; the result is drawn into the outgoing video.
