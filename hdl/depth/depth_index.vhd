@@ -16,6 +16,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 use work.token_pkg.all;
 

@@ -20,6 +20,7 @@ use ieee.numeric_std.all;
 library work;
 use work.delay_pkg.all;
 use work.math_pkg.all;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 
 entity index_vote is

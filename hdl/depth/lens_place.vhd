@@ -12,6 +12,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.token_pkg.all;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 
 entity lens_place is

@@ -19,6 +19,7 @@ library work;
 use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.token_pkg.all;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 
 entity sharpest_pixels is

@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 library work;
 use work.delay_pkg.all;
 use work.math_pkg.all;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 
 entity sharpest_slice is

@@ -11,7 +11,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
-use work.sharpness_pkg.all;
+use work.index_pkg.all;
 use work.token_pkg.all;
 
 entity stack_index is

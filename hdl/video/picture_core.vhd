@@ -19,7 +19,7 @@ library work;
 use work.math_pkg.all;
 use work.fault_pkg.all;
 use work.core_pkg.all;
-use work.sharpness_pkg.all;
+use work.index_pkg.all;
 use work.token_pkg.all;
 use work.picture_pkg.all;
 use work.video_pkg.all;

@@ -12,6 +12,7 @@ use work.hex_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.core_pkg.all;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 use work.refocuser_pkg.all;
 use work.screen_pkg.all;

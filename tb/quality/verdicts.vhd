@@ -96,6 +96,7 @@ begin
 end architecture rtl;
 
 library work;
+use work.index_pkg.all;
 use work.sharpness_pkg.all;
 
 entity index_verdict is
