@@ -246,7 +246,7 @@ async def range_of_clocks(dut: Any) -> None:
 
 @cocotb.test(skip="stretch" not in CASE)
 async def clock_line_held_low(dut: Any) -> None:
-    """A monitor has held the clock line low for as long as it may: the control waits and asks anew."""
+    """A monitor held the clock line low for as long as it may: the control waits and asks anew."""
     control = Control(dut)
     await control.reset()
     await RisingEdge(dut.out_scl_low)

@@ -11,7 +11,7 @@ import pytest
 
 from lint_vhdl import NO_SUBJECT, positional_aggregates, unclear_comments
 from plenofir.fpga import hdl
-from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.hdl_text import declarations, used_components, used_units
 from plenofir.ground import project
 
 ROOT = project.root()
@@ -145,6 +145,22 @@ def test_entities_have_few_generics() -> None:
     for path in hdl.all_sources():
         if path.stem not in CORES and not path.stem.endswith("_top"):
             assert len(declarations(path.read_text(), "generic")) <= 16, path
+
+
+def test_few_levels_of_instances() -> None:
+    """From a core and from a board's top down to a block RAM, whatever the generics allow."""
+    texts = {path.stem: path.read_text() for path in hdl.all_sources()}
+    entities = {name for name, text in texts.items() if "\nentity " in text}
+    parts = {
+        name: (used_units(texts[name]) | used_components(texts[name])) & entities
+        for name in entities
+    }
+
+    def levels(entity: str) -> int:
+        return 1 + max((levels(part) for part in parts[entity]), default=0)
+
+    assert levels("raster_refocuser") <= 8
+    assert max(levels(entity) for entity in entities if entity.endswith("_top")) <= 11
 
 
 def test_files_are_short() -> None:

@@ -166,7 +166,7 @@ def example_line() -> str:
 
 
 def status_package() -> str:
-    """VHDL of ``hdl/control/status_pkg.vhd``: the text of the line and the record of its numbers."""
+    """VHDL of ``hdl/control/status_pkg.vhd``: text of the line and record of its numbers."""
     texts = [f"{f.name}={'/'.join('#' * len(f.example))}" for f in FIELDS]
     types = [
         f"std_logic_vector({16 * len(f.example) - 1} downto 0)"
