@@ -242,8 +242,9 @@ OWN = {
         "first <= '1' when number mod (lane_delay(G, 2) + 1 - odd) = 0 else '0';",
     ),
     "index_vote": (
-        "use work.sharpness_pkg.all;",
+        "use work.index_pkg.all;",
         "constant BUILD : index_build_t := (micro_image_size => 2, slices => 2, pixels => 1,"
+        "shifts => (others => 0), columns => 8,"
         "tokens => 8, lenses => 4, channels => 1, pixel_bits => 2, pixel_width => 2, radius => 0,"
         "vote_radius => 1, confidence => 1, cropped => false, between => false, picture => true,"
         "chosen_too => false, sum_bits => 4, row_bits => 4, sharpness_bits => 4, ring_lines => 2,"

@@ -97,7 +97,6 @@ end architecture rtl;
 
 library work;
 use work.index_pkg.all;
-use work.sharpness_pkg.all;
 
 entity index_verdict is
   generic (
