@@ -133,25 +133,38 @@ def test_project_of_the_ulx3s(fusesoc, tmp_path: Path) -> None:
     assert "constraints/ulx3s_self_test.lpf" in project_of(tmp_path, core, "synth-diamond")
 
 
+def defaults_of(name: str) -> dict[str, str]:
+    """Defaults of an entity's generics, or of the parameters of a function of ``picture_pkg``."""
+    sources = {path.stem: path.read_text() for path in hdl.all_sources()}
+    if name in sources:
+        return {part.name: part.default for part in declarations(sources[name], "generic")}
+    declared = re.search(rf"function {name} \((.*?)\n  \) return", sources["picture_pkg"], re.S)
+    assert declared is not None
+    return {
+        parameter.upper(): default
+        for parameter, default in re.findall(r"(\w+) +: \w+ +:= ([^;\n]+)", declared[1])
+    }
+
+
 @pytest.mark.parametrize(
-    ("example", "entity", "scene"),
+    ("example", "call", "scene"),
     [
         ("refocus_button", "raster_refocuser", "grey-microscope"),
-        ("pattern_video", "refocus_video", "rgb-480p"),
+        ("pattern_video", "picture_core_of", "rgb-480p"),
     ],
 )
-def test_examples_have_the_generics_of_a_scene(example: str, entity: str, scene: str) -> None:
+def test_examples_have_the_generics_of_a_scene(example: str, call: str, scene: str) -> None:
     text = (VHDL / f"{example}.vhd").read_text()
-    generics = re.search(rf"entity work\.{entity}\n.*?generic map \((.*?)\n    \)", text, re.S)[1]
-    found = dict(re.findall(r'(\w+) +=> "?([^",\n]*)', generics))
+    values = re.search(rf"\b{call}\n(?: +generic map)? *\((.*?)\n +\)", text, re.S)
+    assert values is not None
+    found = dict(re.findall(r'([A-Z]\w+) +=> "?([^",\n]*)', values[1]))
     want = {k: str(v) for k, v in make_plan(load_scene(scene)).core.generics().items()}
     assert {k: v.capitalize() if v in ("true", "false") else v for k, v in found.items()} == {
         name: want[name] for name in found
     }
-    # Generics left out have the entity's defaults.
-    source = next(path for path in hdl.hdl_sources() + hdl.board_sources() if path.stem == entity)
-    defaults = {part.name: part.default for part in declarations(source.read_text(), "generic")}
-    for name in want.keys() & defaults.keys() - found.keys():
+    # Generics left out have the entity's defaults; the channels of a picture are those of a sensor.
+    defaults = defaults_of(call)
+    for name in (want.keys() & defaults.keys()) - found.keys() - {"CHANNELS"}:
         assert defaults[name].strip('"').capitalize() == want[name].capitalize(), name
 
 
