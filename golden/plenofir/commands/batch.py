@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +13,7 @@ import typer
 from plenofir.commands import file_options, options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import progress_bar
-from plenofir.commands.looks import aperture_of, tilt_of
+from plenofir.commands.groups import CameraData, LookIfGiven, Operator, Pupil
 from plenofir.commands.rasters import check_aligned
 from plenofir.commands.results import VOLUMES, check_file, is_volume
 from plenofir.ground.errors import InputError
@@ -96,8 +97,7 @@ def _develop_all(
     sources: list[Path],
     job: "Job",
     out: Path,
-    scheduler: str,
-    workers: int | None,
+    workers: "_Workers",
     show: Callable[[int, int], None],
     *,
     per_frame: bool,
@@ -107,7 +107,7 @@ def _develop_all(
     from plenofir.ground.files import check_folder
     from plenofir.refocus.batch import dask_client, failure, worker_count
 
-    count = worker_count(scheduler, workers)
+    count = worker_count(workers.scheduler, workers.workers)
     folders = {source.stem: source for source in sources}
     for source in sources:
         if folders[source.stem] is not source:
@@ -124,7 +124,7 @@ def _develop_all(
     show(kept, len(sources))
     if not waiting:
         return kept, failed
-    with dask_client(scheduler, min(count, len(waiting))) as client:
+    with dask_client(workers.scheduler, min(count, len(waiting))) as client:
         from distributed import as_completed
 
         running = {
@@ -152,8 +152,7 @@ def _refocused(
     hints: "Hints",
     a: list[str] | None,
     out: Path,
-    scheduler: str,
-    workers: int | None,
+    workers: "_Workers",
     **how: Any,
 ) -> tuple[int, list[str], int]:
     """Refocus frames: how many were there already, what failed, and how many there are."""
@@ -173,9 +172,7 @@ def _refocused(
     sources = _unpacked(files, out)
     check_aligned(sources[0], hints)
     with progress_bar("refocusing") as show:
-        done = run_batch(
-            sources, settings, out, scheduler=scheduler, workers=workers, progress=show
-        )
+        done = run_batch(sources, settings, out, **asdict(workers), progress=show)
     failed = [frame.reason for frame in done if frame.state == "failed"]
     return sum(frame.state == "kept" for frame in done), failed, len(done)
 
@@ -191,8 +188,7 @@ def _volume(
     from plenofir.commands.volumes import Film, slices_of_volume, volume_of_film
     from plenofir.refocus.batch import find_frames
 
-    if hints.white is not None and hints.calib is not None:
-        raise InputError("cannot be combined with --calib; give one of them", where="white")
+    _Files(hints.white, hints.calib).check()
     if hints.dark is not None:
         options.require("dark", "calib", hints.white is None and hints.calib is None)
     sources = find_frames(patterns)
@@ -200,6 +196,151 @@ def _volume(
     film = Film(sources, hints)
     with progress_bar("refocusing") as show:
         return volume_of_film(film, lambda m: slices_of_volume(*planes, m), path, show, **how)
+
+
+@dataclass(frozen=True)
+class _Workers:
+    """Who computes."""
+
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            help="local for processes on this machine, or tcp://HOST:PORT of a Dask scheduler."
+        ),
+    ] = "local"
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Number of local processes; by default one for each processor.", min=1),
+    ] = None
+
+
+@dataclass(frozen=True)
+class _Files:
+    """Files of the camera; with them frames are captures."""
+
+    white: Annotated[
+        Path | None,
+        typer.Option(
+            help="White image of the camera; frames are then captures, which are developed."
+        ),
+    ] = None
+    calib: Annotated[
+        str | None,
+        typer.Option(
+            help="Calibration file of the camera; frames are then captures, which are developed."
+        ),
+    ] = None
+    dark: Dark = None
+
+    @property
+    def of_captures(self) -> bool:
+        """Whether frames are captures."""
+        return self.white is not None or self.calib is not None
+
+    def check(self) -> None:
+        """Refuse two calibrations."""
+        if self.white is not None and self.calib is not None:
+            raise InputError("cannot be combined with --calib; give one of them", where="white")
+
+
+@dataclass(frozen=True)
+class _Run:
+    """How all frames of a run are treated."""
+
+    workers: _Workers
+    operator: Operator
+    files: _Files
+    camera: CameraData
+    pupil: Pupil
+    look: LookIfGiven
+    per_frame: bool
+
+    def volume(
+        self, frames: list[str], hints: "Hints", a: list[str] | None, z: list[str] | None, out: str
+    ) -> str:
+        """Write the slices of all frames as one file; what was written, for people."""
+        of_folders = {
+            "scheduler": self.workers.scheduler != "local",
+            "workers": self.workers.workers,
+            "interpolation": self.operator.interpolation,
+            "sharpen": self.operator.sharpen,
+            "upsample": not self.operator.upsample,
+            "exposure": self.look.exposure,
+            "gamma": self.look.gamma,
+            "exposure_per_frame": self.per_frame,
+        }
+        options.refuse_used(of_folders, "is for a folder of results")
+        (aperture, tilt), camera = self.pupil.values(), self.camera
+        planes = (a, z, camera.camera, camera.focus)
+        return _volume(frames, hints, planes, out, aperture=aperture, tilt=tilt)
+
+    def refocus(
+        self, frames: list[str], hints: "Hints", a: list[str] | None, out: Path
+    ) -> tuple[int, list[str], int]:
+        """Refocus frames: how many were there already, what failed, and how many there are."""
+        from plenofir.refocus import interpolation_order
+
+        for name, given in (
+            ("dark", self.files.dark is not None),
+            ("camera", self.camera.camera is not None),
+        ):
+            options.require(name, "calib", given)
+        options.require("focus", "camera", self.camera.focus != inf)
+        for name, given in (
+            ("exposure", self.look.exposure is not None),
+            ("gamma", self.look.gamma is not None),
+            ("exposure_per_frame", self.per_frame),
+        ):
+            options.require(name, "calib", given)
+        if self.operator.wanted:
+            self.pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
+        aperture, tilt = self.pupil.values()
+        return _refocused(
+            frames,
+            hints,
+            a,
+            out,
+            self.workers,
+            order=interpolation_order(self.operator.interpolation or "nearest"),
+            upsample=self.operator.upsample,
+            sharpen=self.operator.sharpen or "off",
+            best=not self.operator.wanted,
+            aperture=aperture,
+            tilt=tilt,
+        )
+
+    def develop(
+        self, frames: list[str], hints: "Hints", a: list[str] | None, out: str
+    ) -> tuple[int, list[str], int]:
+        """Develop captures: how many were there already, what failed, and how many there are."""
+        from plenofir.commands.developed import Job
+        from plenofir.ground.files import check_folder
+        from plenofir.refocus.batch import find_frames
+
+        if a or self.operator.interpolation or self.operator.sharpen or not self.operator.upsample:
+            raise InputError(
+                "captures are developed with --white or --calib: leave out -a, "
+                "--interpolation, --sharpen and --no-upsample"
+            )
+        self.files.check()
+        self.camera.check()
+        check_folder(Path(out), out)
+        sources = _unpacked(find_frames(frames), Path(out))
+        aperture, tilt = self.pupil.values()
+        job = Job(
+            hints,
+            self.camera.camera,
+            self.camera.focus,
+            exposure=self.look.exposure or "auto",
+            gamma=self.look.gamma,
+            aperture=aperture,
+            tilt=tilt,
+        )
+        with progress_bar("developing") as show:
+            kept, failed = _develop_all(
+                sources, job, Path(out), self.workers, show, per_frame=self.per_frame
+            )
+        return kept, failed, len(sources)
 
 
 @app.command()
@@ -213,6 +354,7 @@ def batch(
         ),
     ],
     hints: "Hints",
+    *,
     a: options.SettingsIfGiven = None,
     z: options.Heights = None,
     out: Annotated[
@@ -223,38 +365,12 @@ def batch(
             "NAME.tif (a hyperstack of ImageJ).",
         ),
     ] = "batch",
-    scheduler: Annotated[
-        str,
-        typer.Option(
-            help="local for processes on this machine, or tcp://HOST:PORT of a Dask scheduler."
-        ),
-    ] = "local",
-    workers: Annotated[
-        int | None,
-        typer.Option(help="Number of local processes; by default one for each processor.", min=1),
-    ] = None,
-    interpolation: options.InterpolationIfGiven = None,
-    sharpen: options.SharpenIfGiven = None,
-    upsample: options.Upsample = True,
-    white: Annotated[
-        Path | None,
-        typer.Option(
-            help="White image of the camera; frames are then captures, which are developed."
-        ),
-    ] = None,
-    calib: Annotated[
-        str | None,
-        typer.Option(
-            help="Calibration file of the camera; frames are then captures, which are developed."
-        ),
-    ] = None,
-    dark: Dark = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
-    aperture: options.Aperture = None,
-    tilt: options.Tilt = None,
-    exposure: options.ExposureIfGiven = None,
-    gamma: options.Gamma = None,
+    workers: _Workers,
+    operator: Operator,
+    files: _Files,
+    camera: CameraData,
+    pupil: Pupil,
+    look: LookIfGiven,
     per_frame: Annotated[
         bool,
         typer.Option(
@@ -277,93 +393,31 @@ def batch(
     A volume has the slices of every frame, aligned or captured, in one file: the frames' values in
     16 bits, and with a microscope as --camera sizes in um. One frame is in memory at a time.
     """
-    from plenofir.commands.developed import Job
-    from plenofir.ground.files import check_folder
-    from plenofir.refocus import interpolation_order
-    from plenofir.refocus.batch import find_frames
-
-    pupil, rise = aperture_of(aperture), tilt_of(tilt)
-    captured = hints._replace(white=white, calib=calib, dark=dark)
+    run = _Run(workers, operator, files, camera, pupil, look, per_frame)
+    # A bad aperture or tilt is refused before anything else.
+    pupil.values()
+    captured = hints._replace(white=files.white, calib=files.calib, dark=files.dark)
     try:
         if is_volume(out):
-            of_folders = {
-                "scheduler": scheduler != "local",
-                "workers": workers,
-                "interpolation": interpolation,
-                "sharpen": sharpen,
-                "upsample": not upsample,
-                "exposure": exposure,
-                "gamma": gamma,
-                "exposure_per_frame": per_frame,
-            }
-            options.refuse_used(of_folders, "is for a folder of results")
-            planes = (a, z, camera, focus)
-            typer.echo(_volume(frames, captured, planes, out, aperture=pupil, tilt=rise))
+            typer.echo(run.volume(frames, captured, a, z, out))
             return
         if z:
             raise InputError(
                 "is for volumes; give --out NAME.ome.tif, too", where=options.typed("z")
             )
-        if white is None and calib is None:
-            for name, given in (("dark", dark), ("camera", camera)):
-                options.require(name, "calib", given is not None)
-            options.require("focus", "camera", focus != inf)
-            options.require("exposure", "calib", exposure is not None)
-            options.require("gamma", "calib", gamma is not None)
-            options.require("exposure_per_frame", "calib", per_frame)
-            operator = interpolation is not None or sharpen is not None or not upsample
-            for name, text in (("aperture", aperture), ("tilt", tilt)):
-                if text and operator:
-                    options.refuse_both(name, "--interpolation, --sharpen or --no-upsample")
-            kept, failed, total = _refocused(
-                frames,
-                hints,
-                a,
-                Path(out),
-                scheduler,
-                workers,
-                order=interpolation_order(interpolation or "nearest"),
-                upsample=upsample,
-                sharpen=sharpen or "off",
-                best=not operator,
-                aperture=pupil,
-                tilt=rise,
-            )
-            what = "frames refocused"
+        if files.of_captures:
+            kept, failed, total = run.develop(frames, captured, a, out)
         else:
-            plain = not (a or interpolation or sharpen) and upsample
-            if not plain:
-                raise InputError(
-                    "captures are developed with --white or --calib: leave out -a, "
-                    "--interpolation, --sharpen and --no-upsample"
-                )
-            if white is not None and calib is not None:
-                raise InputError("cannot be combined with --calib; give one of them", where="white")
-            options.require("focus", "camera", focus != inf and camera is None)
-            check_folder(Path(out), out)
-            sources = _unpacked(find_frames(frames), Path(out))
-            job = Job(
-                captured,
-                camera,
-                focus,
-                exposure=exposure or "auto",
-                gamma=gamma,
-                aperture=pupil,
-                tilt=rise,
-            )
-            with progress_bar("developing") as show:
-                kept, failed = _develop_all(
-                    sources, job, Path(out), scheduler, workers, show, per_frame=per_frame
-                )
-            total = len(sources)
-            what = "captures developed"
+            kept, failed, total = run.refocus(frames, hints, a, Path(out))
     except KeyboardInterrupt:
         rest = "nothing was written" if is_volume(out) else "the same command goes on from here"
         typer.echo(f"plenofir: stopped; {rest}", err=True)
         raise typer.Exit(130) from None
     for text in failed:
         typer.echo(f"failed: {text}", err=True)
-    done = total - kept - len(failed)
-    typer.echo(f"{out}: {done} {what}, {kept} there already, {len(failed)} failed")
+    what = "captures developed" if files.of_captures else "frames refocused"
+    typer.echo(
+        f"{out}: {total - kept - len(failed)} {what}, {kept} there already, {len(failed)} failed"
+    )
     if failed:
         raise typer.Exit(1)

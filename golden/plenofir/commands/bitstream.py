@@ -2,6 +2,7 @@
 """Commands for the bitstreams of boards: bitstream build, bitstream check."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,11 +10,13 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar
+from plenofir.commands.groups import grouped
 from plenofir.fpga.names import DEFAULT_BOARD, DEFAULT_ENGINE, BoardName
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.fpga.bitstream import top_level
+    from plenofir.fpga.bitstream.ise import BuildReport
     from plenofir.fpga.bitstream.open_build import NextpnrReport
     from plenofir.fpga.bitstream.steps import Progress
     from plenofir.fpga.boards import Board
@@ -162,19 +165,26 @@ def build_core(
     return nextpnr.build(board, device, generics, clocks, out, progress, beyond=beyond)
 
 
-@app.command()
-def build(
-    context: typer.Context,
-    micro_image: options.MicroImageIfGiven = None,
-    a: options.SettingsIfGiven = None,
+@dataclass(frozen=True)
+class _Core:
+    """The core, where no scene decides; the board's own where an option is missing."""
+
+    micro_image: options.MicroImageIfGiven = None
+    a: options.SettingsIfGiven = None
     max_columns: Annotated[
         int | None, typer.Option(help="Longest line that the core takes, in pixels.", min=1)
-    ] = None,
-    engine: options.EngineIfGiven = None,
-    interpolation: options.InterpolationIfGiven = None,
-    arith: options.ArithIfGiven = None,
-    fraction: options.FractionIfGiven = None,
-    guard: options.GuardIfGiven = None,
+    ] = None
+    engine: options.EngineIfGiven = None
+    interpolation: options.InterpolationIfGiven = None
+    arith: options.ArithIfGiven = None
+    fraction: options.FractionIfGiven = None
+    guard: options.GuardIfGiven = None
+
+
+@app.command()
+@grouped
+def build(
+    core: _Core,
     scene: options.SceneIfGiven = None,
     board: Annotated[
         BoardName | None,
@@ -204,12 +214,7 @@ def build(
     from plenofir.plan.board_build import build_scene
     from plenofir.plan.configure import board_packages, scene_generics
 
-    given = {
-        name: value
-        for name, value in context.params.items()
-        if value not in (None, [], ())
-        and name not in ("scene", "board", "device", "out", "ise", "beyond_data_sheet")
-    }
+    given = {name: value for name, value in asdict(core).items() if value not in (None, [], ())}
     if scene is not None and given:
         options.refuse_both(next(iter(given)), options.typed("scene"))
     if scene is None and not given and board is not None:
@@ -227,13 +232,16 @@ def build(
                 )
         _print_nextpnr(built, out)
         return
-    edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
-    packages = {} if plan is None else board_packages(plan)
     installation = tools.find_installation(ise)
+    packages = {} if plan is None else board_packages(plan)
     with steps_bar("bitstream") as show:
         report = tools.build(installation, generics, Path(out), show, packages)
-    if edid is not None:
-        print_line("edid", describe_edid(edid))
+    if plan is not None and plan.edid is not None:
+        print_line("edid", describe_edid(bytes.fromhex(plan.edid)))
+    _print_ise(report, out)
+
+
+def _print_ise(report: "BuildReport", out: str) -> None:
     for site, (used, there) in report.utilisation.items():
         print_line(site, f"{used} of {there}")
     for entry in report.timing:

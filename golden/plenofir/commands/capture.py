@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands from a camera's raw capture to an aligned raw image: calibrate, decode."""
 
+from dataclasses import dataclass
 from math import inf, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -9,6 +10,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, progress_bar
+from plenofir.commands.groups import CameraData, grouped
 from plenofir.commands.results import check_file, publish
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results
@@ -30,9 +32,29 @@ def _optional(path: Path | None) -> "Image | None":
     return read_image(path, as_stored=True) if path else None
 
 
+@dataclass(frozen=True)
+class _Reversed:
+    """A white image with the main lens reversed."""
+
+    reversed_lens: Annotated[
+        Path | None,
+        typer.Option(
+            help="White image taken with the main lens reversed; it tells the entrance pupil."
+        ),
+    ] = None
+    reversed_focus: Annotated[
+        float,
+        options.distance(
+            "--reversed-focus", "Focus distance of the camera in that picture in mm, or inf."
+        ),
+    ] = inf
+
+
 @app.command()
+@grouped
 def calibrate(
     white: Annotated[str, typer.Argument(help="White image: an evenly lit, diffuse surface.")],
+    *,
     out: Annotated[str, typer.Option(help="Calibration file to write.")] = "calib.json",
     dark: Dark = None,
     bayer: file_options.BayerIfGiven = None,
@@ -50,20 +72,8 @@ def calibrate(
         str | None,
         typer.Option(help="PNG file to write: the white image with the centres drawn in."),
     ] = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
-    reversed_lens: Annotated[
-        Path | None,
-        typer.Option(
-            help="White image taken with the main lens reversed; it tells the entrance pupil."
-        ),
-    ] = None,
-    reversed_focus: Annotated[
-        float,
-        options.distance(
-            "--reversed-focus", "Focus distance of the camera in that picture in mm, or inf."
-        ),
-    ] = inf,
+    camera: CameraData,
+    turned: _Reversed,
 ) -> None:
     """Find the micro image centres of a camera in its white image.
 
@@ -75,14 +85,17 @@ def calibrate(
     from plenofir.camera.captures.prepare import calibrated as find
     from plenofir.ground.images import read_picture
 
-    options.require("focus", "camera", camera is None and focus != inf)
-    options.require("reversed_lens", "camera", camera is None and reversed_lens is not None)
-    alone = reversed_lens is None and reversed_focus != inf
+    camera.check()
+    reversed_lens, name = turned.reversed_lens, camera.camera
+    options.require("reversed_lens", "camera", name is None and reversed_lens is not None)
+    alone = reversed_lens is None and turned.reversed_focus != inf
     options.require("reversed_focus", "reversed_lens", alone)
     inputs = white, dark, reversed_lens
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
-    pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
+    pupils = None
+    if name is not None:
+        pupils = _Pupils(name, camera.focus, reversed_lens, turned.reversed_focus)
     picture_of_white = read_picture(Path(white), as_stored=True)
     for text in picture_of_white.notes:
         note(f"{white}: {text}")
@@ -210,12 +223,62 @@ def _marked(image: "Image", centres: "Floats") -> "Image":
     return result
 
 
+@dataclass(frozen=True)
+class _Sensor:
+    """What a person may say about a capture's sensor."""
+
+    bayer: file_options.BayerIfGiven = None
+    white_balance: file_options.WhiteBalance = "auto"
+    roi: file_options.Roi = None
+    colour: Annotated[
+        Literal["camera", "balanced", "srgb"],
+        typer.Option(
+            help="Lytro files: the camera's own colours, with white balance, or converted to sRGB."
+        ),
+    ] = "balanced"
+    demosaic: Annotated[
+        Literal["edge-aware", "bilinear"],
+        typer.Option(help="Lytro files: how the colours of the mosaic are interpolated."),
+    ] = "edge-aware"
+
+    def check(self, *, lytro: bool) -> None:
+        """Refuse options for other files."""
+        for option, given, for_lytro in (
+            ("colour", self.colour != "balanced", True),
+            ("demosaic", self.demosaic != "edge-aware", True),
+            ("bayer", self.bayer is not None, False),
+            ("white_balance", self.white_balance != "auto", False),
+            ("roi", self.roi is not None, False),
+        ):
+            if given and lytro != for_lytro:
+                whose = "files of Lytro cameras" if for_lytro else "captures of other cameras"
+                raise InputError(f"{options.typed(option)} is for {whose} only")
+
+
+@dataclass(frozen=True)
+class _Resampling:
+    """How pixels are resampled."""
+
+    interpolation: Annotated[
+        Literal["nearest", "bilinear", "cubic"], typer.Option(help="How pixels are resampled.")
+    ] = "bilinear"
+    scale: Annotated[
+        Literal["native", "fit"],
+        typer.Option(help="native crops micro images to M pixels, fit scales them to M."),
+    ] = "native"
+    devignette: Annotated[
+        bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
+    ] = True
+
+
 @app.command()
+@grouped
 def decode(
     raw: Annotated[
         str,
         typer.Argument(help="Raw capture: a picture of 8 or 16 bit, or a Lytro .lfp, .lfr, .raw."),
     ],
+    *,
     calib: Annotated[
         str | None,
         typer.Option(help="Calibration file (plenofir calibrate); not needed for a Lytro's file."),
@@ -234,29 +297,8 @@ def decode(
             "is taken; it gives the grid too."
         ),
     ] = None,
-    interpolation: Annotated[
-        Literal["nearest", "bilinear", "cubic"], typer.Option(help="How pixels are resampled.")
-    ] = "bilinear",
-    scale: Annotated[
-        Literal["native", "fit"],
-        typer.Option(help="native crops micro images to M pixels, fit scales them to M."),
-    ] = "native",
-    devignette: Annotated[
-        bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
-    ] = True,
-    bayer: file_options.BayerIfGiven = None,
-    white_balance: file_options.WhiteBalance = "auto",
-    roi: file_options.Roi = None,
-    colour: Annotated[
-        Literal["camera", "balanced", "srgb"],
-        typer.Option(
-            help="Lytro files: the camera's own colours, with white balance, or converted to sRGB."
-        ),
-    ] = "balanced",
-    demosaic: Annotated[
-        Literal["edge-aware", "bilinear"],
-        typer.Option(help="Lytro files: how the colours of the mosaic are interpolated."),
-    ] = "edge-aware",
+    how: _Resampling,
+    sensor: _Sensor,
     gamma: Annotated[
         float,
         typer.Option(
@@ -278,16 +320,7 @@ def decode(
     from plenofir.ground.images import read_picture
 
     lytro = is_lytro(Path(raw)) or Path(raw).suffix.lower() in (".lfp", ".lfr")
-    for option, given, for_lytro in (
-        ("colour", colour != "balanced", True),
-        ("demosaic", demosaic != "edge-aware", True),
-        ("bayer", bayer is not None, False),
-        ("white_balance", white_balance != "auto", False),
-        ("roi", roi is not None, False),
-    ):
-        if given and lytro != for_lytro:
-            whose = "files of Lytro cameras" if for_lytro else "captures of other cameras"
-            raise InputError(f"{options.typed(option)} is for {whose} only")
+    sensor.check(lytro=lytro)
     if lytro and dark is not None:
         raise InputError(
             f"{options.typed('dark')} is not needed: a Lytro's file tells its black level"
@@ -297,7 +330,10 @@ def decode(
     with progress_bar("decoding") as show:
         if lytro:
             taken = read_lytro(
-                Path(raw), white=None if calib else white, colour=colour, demosaic=demosaic
+                Path(raw),
+                white=None if calib else white,
+                colour=sensor.colour,
+                demosaic=sensor.demosaic,
             )
             ready = of_lytro(taken, raw, calib, white)
         else:
@@ -308,7 +344,7 @@ def decode(
             ready = prepared(
                 read_picture(Path(raw), as_stored=True),
                 load_calibration(calib),
-                Told(bayer, white_balance, roi),
+                Told(sensor.bayer, sensor.white_balance, sensor.roi),
                 white=read_picture(white, as_stored=True) if white else None,
                 dark=read_picture(dark, as_stored=True) if dark else None,
                 where=raw,
@@ -316,9 +352,9 @@ def decode(
         raster, m = ready.decoded(
             micro_image,
             raw,
-            interpolation=interpolation,
-            scale=scale,
-            devignette=devignette,
+            interpolation=how.interpolation,
+            scale=how.scale,
+            devignette=how.devignette,
             progress=show,
         )
     for text in ready.notes:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``design``: every figure that follows from a camera's data, at once."""
 
+from dataclasses import asdict, dataclass
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,6 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
+from plenofir.commands.groups import Output, grouped
 from plenofir.commands.rasters import focused
 from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 from plenofir.ground.errors import InputError
@@ -91,8 +93,60 @@ def _print(found: "Design") -> None:
         typer.echo(f"note: {warning}")
 
 
+@dataclass(frozen=True)
+class _Lenses:
+    """Lengths that take the place of the camera's."""
+
+    focal_length: Annotated[float | None, _length("--focal-length", "Main lens, f_U")] = None
+    exit_pupil: Annotated[
+        float | None,
+        _length(
+            "--exit-pupil",
+            "Exit pupil from the micro lenses (inf if telecentric)",
+        ),
+    ] = None
+    pupil: Annotated[float | None, _length("--pupil", "Diameter of the entrance pupil")] = None
+    lens_focal_length: Annotated[
+        float | None, _length("--lens-focal-length", "Micro lenses, f_s")
+    ] = None
+    lens_pitch: Annotated[float | None, _length("--lens-pitch", "Micro lenses, p_M")] = None
+    pixel: Annotated[float | None, _length("--pixel", "Pixel pitch, p_p")] = None
+    columns: Annotated[int | None, typer.Option(help="Columns of the sensor.", min=1)] = None
+    rows: Annotated[int | None, typer.Option(help="Rows of the sensor.", min=1)] = None
+
+
+@dataclass(frozen=True)
+class _Served:
+    """The page with sliders."""
+
+    page: Annotated[
+        bool, typer.Option("--page", help="Open a page with sliders in the browser.")
+    ] = False
+    port: Annotated[
+        int, typer.Option(help="TCP port of the page; 0 for any free one.", min=0, max=65535)
+    ] = 0
+    browser: Annotated[
+        bool,
+        typer.Option("--browser/--no-browser", help="Open the browser, or only print the address."),
+    ] = True
+
+    def check(self, output: Output) -> None:
+        """Refuse options of the page without it, and others beside it."""
+        for name, given in (
+            ("json", output.as_json),
+            ("csv", output.csv_file),
+            ("plot", output.plot),
+        ):
+            if self.page and given:
+                options.refuse_both("page", options.typed(name), "the page shows numbers and plots")
+        options.require("port", "page", self.port > 0 and not self.page)
+        options.require("no-browser", "page", not self.browser and not self.page)
+
+
 @app.command()
+@grouped
 def design(
+    *,
     camera: options.CameraIfGiven = None,
     near: Annotated[
         float | None,
@@ -105,79 +159,39 @@ def design(
     ] = inf,
     focus: options.Focus = inf,
     micro_image: options.MicroImageIfGiven = None,
-    focal_length: Annotated[float | None, _length("--focal-length", "Main lens, f_U")] = None,
-    exit_pupil: Annotated[
-        float | None,
-        _length(
-            "--exit-pupil",
-            "Exit pupil from the micro lenses (inf if telecentric)",
-        ),
-    ] = None,
-    pupil: Annotated[float | None, _length("--pupil", "Diameter of the entrance pupil")] = None,
-    lens_focal_length: Annotated[
-        float | None, _length("--lens-focal-length", "Micro lenses, f_s")
-    ] = None,
-    lens_pitch: Annotated[float | None, _length("--lens-pitch", "Micro lenses, p_M")] = None,
-    pixel: Annotated[float | None, _length("--pixel", "Pixel pitch, p_p")] = None,
-    columns: Annotated[int | None, typer.Option(help="Columns of the sensor.", min=1)] = None,
-    rows: Annotated[int | None, typer.Option(help="Rows of the sensor.", min=1)] = None,
+    lenses: _Lenses,
     disparity_error: Annotated[
         float,
         options.number("--disparity-error", "Error of a disparity in pixels of the views."),
     ] = 0.1,
-    as_json: options.AsJson = False,
-    csv_file: options.CsvFile = None,
-    plot: options.PlotFile = None,
-    page: Annotated[
-        bool, typer.Option("--page", help="Open a page with sliders in the browser.")
-    ] = False,
-    port: Annotated[
-        int, typer.Option(help="TCP port of the page; 0 for any free one.", min=0, max=65535)
-    ] = 0,
-    browser: Annotated[
-        bool,
-        typer.Option("--browser/--no-browser", help="Open the browser, or only print the address."),
-    ] = True,
+    output: Output,
+    served: _Served,
 ) -> None:
     """Design a camera: everything that follows from its lenses, sensor and focus.
 
     Lengths that are given take the place of the camera's.
     """
-    from plenofir.camera.design import design as designed
+    from plenofir.camera.design import design as design_of
 
-    lengths = {
-        "focal_length": focal_length,
-        "exit_pupil": exit_pupil,
-        "pupil": pupil,
-        "lens_focal_length": lens_focal_length,
-        "lens_pitch": lens_pitch,
-        "pixel": pixel,
-        "columns": columns,
-        "rows": rows,
-    }
-    for name, used in (("json", as_json), ("csv", csv_file), ("plot", plot)):
-        if page and used:
-            options.refuse_both("page", options.typed(name), "the page shows numbers and plots")
-    options.require("port", "page", port > 0 and not page)
-    options.require("no-browser", "page", not browser and not page)
-    known = _camera(camera, lengths)
-    model = focused(known, focus, micro_image)
-    check_plot_and_csv(plot, csv_file, *filter(None, [camera]))
-    found = designed(model, near, far, disparity_error_px=disparity_error)
-    if page:
+    served.check(output)
+    model = focused(_camera(camera, asdict(lenses)), focus, micro_image)
+    check_plot_and_csv(output.plot, output.csv_file, *filter(None, [camera]))
+    result = design_of(model, near, far, disparity_error_px=disparity_error)
+    if served.page:
         from plenofir.commands.view import serve_page
         from plenofir.view.design import design_page
 
-        serve_page(design_page(found, focus), port, browser)
+        serve_page(design_page(result, focus), served.port, served.browser)
         return
 
-    def drawn() -> "Figure":
+    def plot() -> "Figure":
         from plenofir.camera.design.plots import design_plot
 
-        return design_plot(found)
+        return design_plot(result)
 
-    write_plot_and_csv(plot, drawn, csv_file, [plane.row() for plane in found.planes])
-    if as_json:
-        print_json(found.content())
+    rows = [plane.row() for plane in result.planes]
+    write_plot_and_csv(output.plot, plot, output.csv_file, rows)
+    if output.as_json:
+        print_json(result.content())
         return
-    _print(found)
+    _print(result)

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command develop: from a capture to all pictures that it holds, and a page that shows them."""
 
-from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plenofir.commands import file_options, options
+from plenofir.commands import file_options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import steps_bar
-from plenofir.commands.looks import aperture_of, tilt_of
+from plenofir.commands.groups import CameraData, LookOptions, Pupil
 from plenofir.commands.rasters import warn_of_camera
 from plenofir.ground.files import check_folder
 
@@ -32,6 +31,7 @@ def develop(
         ),
     ],
     hints: "Hints",
+    *,
     white: Annotated[
         Path | None, typer.Option(help="White image of the camera, from which it is calibrated.")
     ] = None,
@@ -39,17 +39,14 @@ def develop(
         str | None, typer.Option(help="Calibration file (plenofir calibrate) instead of --white.")
     ] = None,
     dark: Dark = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
+    camera: CameraData,
     out: Annotated[str, typer.Option(help="Folder for pictures and page.")] = "developed",
     slices: Annotated[
         int,
         typer.Option(help="Refocused pictures over the range of depths, at most.", min=1, max=99),
     ] = 9,
-    aperture: options.Aperture = None,
-    tilt: options.Tilt = None,
-    exposure: options.Exposure = "auto",
-    gamma: options.Gamma = None,
+    pupil: Pupil,
+    look: LookOptions,
 ) -> None:
     """Make all pictures of a capture: refocused, all in focus, depth, animations, and a page.
 
@@ -60,16 +57,15 @@ def develop(
 
     start, folder = perf_counter(), Path(out)
     check_folder(folder, out)
-    options.require("focus", "camera", focus != inf and camera is None)
+    camera.check()
     job = Job(
         hints._replace(white=white, calib=calib, dark=dark),
-        camera,
-        focus,
+        camera.camera,
+        camera.focus,
         slices,
-        exposure,
-        gamma,
-        aperture_of(aperture),
-        tilt_of(tilt),
+        look.exposure,
+        look.gamma,
+        *pupil.values(),
     )
     there = summary_there(Path(capture), job, folder)
     if there is not None:

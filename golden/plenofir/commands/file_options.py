@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options of all commands that read light fields: what a person may say about a file."""
 
-import functools
-import inspect
-from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from inspect import Parameter
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from plenofir.commands.groups import Command, grouped, spread
 from plenofir.commands.options import MicroImageIfGiven
+
+if TYPE_CHECKING:
+    from plenofir.camera.recognise.source import Hints
 
 BayerIfGiven = Annotated[
     Literal["rggb", "grbg", "gbrg", "bggr", "none"] | None,
@@ -100,26 +102,16 @@ _HINTS: dict[str, tuple[Any, Any]] = {
 }
 
 
-def takes_light_fields(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of `Hints`; the command gets them together, as `hints`."""
+def takes_light_fields(command: Command) -> Any:
+    """Give a command the options of `Hints`, which it gets together as `hints`, and its groups."""
 
-    @functools.wraps(command)
-    def with_hints(**values: Any) -> None:
+    def hints(**values: Any) -> "Hints":
         from plenofir.camera.recognise.source import Hints
 
-        command(hints=Hints(**{name: values.pop(name) for name in _HINTS}), **values)
+        return Hints(**values)
 
-    def keyword(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-        kind = inspect.Parameter.KEYWORD_ONLY
-        return inspect.Parameter(name, kind, default=default, annotation=annotation)
-
-    signature = inspect.signature(command)
-    own = [
-        keyword(name, one.annotation, one.default)
-        for name, one in signature.parameters.items()
-        if name != "hints"
+    taken = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in _HINTS.items()
     ]
-    added = [keyword(name, *of) for name, of in _HINTS.items()]
-    with_hints.__signature__ = inspect.Signature(own + added)  # type: ignore[attr-defined]
-    with_hints.__annotations__ = {one.name: one.annotation for one in own + added}
-    return with_hints
+    return grouped(spread(command, {"hints": (taken, hints)}))

@@ -2,8 +2,9 @@
 """Commands that refocus: refocus, stack."""
 
 import re
+from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, inf
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,8 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, print_lines, progress_bar
-from plenofir.commands.looks import aperture_of, look_for, setting_text, tilt_of
+from plenofir.commands.groups import CameraData, LookIfGiven, LookOptions, Operator, Pupil
+from plenofir.commands.looks import look_for, setting_text
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
 from plenofir.commands.results import PICTURES, VOLUMES, check_file, is_volume, publish, save
 from plenofir.ground.errors import InputError
@@ -20,6 +22,8 @@ from plenofir.ground.files import Results, check_folder
 
 if TYPE_CHECKING:
     from plenofir.camera.recognise import Hints
+    from plenofir.commands.looks import Look as FieldLook
+    from plenofir.refocus.operator import Image
     from plenofir.refocus.sharpness import Slices
 
 app = typer.Typer()
@@ -29,19 +33,15 @@ app = typer.Typer()
 @file_options.takes_light_fields
 def refocus_command(
     raster: options.LightField,
-    hints: "Hints",
     a: options.FocusSetting,
+    hints: "Hints",
+    *,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
-    interpolation: options.InterpolationIfGiven = None,
-    sharpen: options.SharpenIfGiven = None,
-    upsample: options.Upsample = True,
-    aperture: options.Aperture = None,
-    tilt: options.Tilt = None,
+    operator: Operator,
+    pupil: Pupil,
     border: options.Border = "normalise",
-    exposure: options.Exposure = "auto",
-    gamma: options.Gamma = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
+    exposed: LookOptions,
+    camera: CameraData,
     region: Annotated[
         str | None,
         typer.Option(
@@ -63,55 +63,55 @@ def refocus_command(
 
     path = check_file(out, PICTURES, raster)
     part = _region(region) if region else None
-    options.require("focus", "camera", focus != inf and camera is None)
-    operator = interpolation is not None or sharpen is not None or not upsample
-    for name, given in (("aperture", aperture), ("tilt", tilt)):
-        if given and operator:
-            options.refuse_both(name, "--interpolation, --sharpen or --no-upsample")
-    pupil, rise = aperture_of(aperture), tilt_of(tilt)
+    camera.check()
+    if operator.wanted:
+        pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
+    aperture, tilt = pupil.values()
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     rectangle = is_rectangle(raw.pixels)
     if rectangle:
         used = {
-            "interpolation": interpolation,
-            "sharpen": sharpen,
-            "upsample": not upsample,
-            "aperture": aperture,
-            "tilt": tilt,
+            "interpolation": operator.interpolation,
+            "sharpen": operator.sharpen,
+            "upsample": not operator.upsample,
+            "aperture": pupil.aperture,
+            "tilt": pupil.tilt,
             "border": border != "normalise",
-            "camera": camera,
+            "camera": camera.camera,
             "region": region,
         }
         options.refuse_used(used, "is for a square of views")
-    setting = options.one_focus_setting(a, m, rounded=operator)
-    if operator:
+    setting = options.one_focus_setting(a, m, rounded=operator.wanted)
+    if operator.wanted:
         options.shifts_of((setting,), m)
-    model = model_of(camera, focus, m)
-    look = look_for(raw, m, exposure, gamma)
-    order = interpolation_order(interpolation or ("linear" if upsample else "nearest"))
-    weight = sharpen or "off"
+    model = model_of(camera.camera, camera.focus, m)
+    look = look_for(raw, m, exposed.exposure, exposed.gamma)
+    order = interpolation_order(
+        operator.interpolation or ("linear" if operator.upsample else "nearest")
+    )
+    weight = operator.sharpen or "off"
     with progress_bar("refocusing"):
         if rectangle:
             image = refocus_views(look.source, float(setting))
-        elif operator:
+        elif operator.wanted:
             image = refocus(
                 look.source,
                 m,
                 setting,
                 interpolation=order,
                 sharpen=weight,
-                upsample=upsample,
+                upsample=operator.upsample,
                 border=border,
                 region=part,
             )
         else:
             image = best_picture(
-                look.source, m, setting, aperture=pupil, tilt=rise, border=border, region=part
+                look.source, m, setting, aperture=aperture, tilt=tilt, border=border, region=part
             )
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=described(m, setting, model))}, path.parent)
-    units = sharpening_units(weight, m, int(setting * m), order) if operator else 0
+    units = sharpening_units(weight, m, int(setting * m), order) if operator.wanted else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")
@@ -135,8 +135,7 @@ def _volume(
     hints: "Hints",
     planes: tuple[list[str] | None, list[str] | None],
     out: str,
-    camera: str | None,
-    focus: float,
+    camera: CameraData,
     **how: Any,
 ) -> str:
     """Write the stack of a light field as one file; what was written, for people."""
@@ -148,10 +147,10 @@ def _volume(
     field, m, *_ = read_field(raster, hints, rectangles=True)
     pixels = deepened(field.pixels)
     if is_rectangle(pixels):
-        used: dict[str, object] = {"camera": camera, "aperture": how["aperture"]}
+        used: dict[str, object] = {"camera": camera.camera, "aperture": how["aperture"]}
         used["tilt"] = any(how["tilt"])
         options.refuse_used(used, "is for a square of views")
-    chosen = slices_of_volume(*planes, camera, focus, m)
+    chosen = slices_of_volume(*planes, camera.camera, camera.focus, m)
     with progress_bar("refocusing") as show:
         slices = pictures_of(pixels, m, chosen.settings, show, **how)
         total = len(chosen.settings)
@@ -159,11 +158,40 @@ def _volume(
     return f"{out}: {chosen.words(1, shape[3:], pixels.dtype)}"
 
 
+@dataclass(frozen=True)
+class _Extra:
+    """Results beside the slices."""
+
+    everywhere: Annotated[
+        bool,
+        typer.Option(
+            "--all-in-focus", help="Write a picture that is sharp everywhere too, all_in_focus.png."
+        ),
+    ] = False
+    index: Annotated[
+        bool,
+        typer.Option(
+            "--depth-index",
+            help="Write, as the VHDL computes them: the slice in which each micro image is "
+            "sharpest (depth_index.png), the picture made of these slices (all_in_focus.png) and, "
+            "of three slices or more, depth between slices (depth.png, depth.npy, confidence.png).",
+        ),
+    ] = False
+    radius: options.Radius = 1
+
+    def check(self) -> None:
+        """Refuse options that cannot be combined."""
+        if self.index and self.everywhere:
+            raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
+        options.require("radius", "depth_index", self.radius != 1 and not self.index)
+
+
 @app.command()
 @file_options.takes_light_fields
 def stack(
     raster: options.LightField,
     hints: "Hints",
+    *,
     a: options.SettingsIfGiven = None,
     z: options.Heights = None,
     out: Annotated[
@@ -173,29 +201,11 @@ def stack(
             "hyperstack of ImageJ)."
         ),
     ] = "stack",
-    everywhere: Annotated[
-        bool,
-        typer.Option(
-            "--all-in-focus", help="Write a picture that is sharp everywhere too, all_in_focus.png."
-        ),
-    ] = False,
-    index: Annotated[
-        bool,
-        typer.Option(
-            "--depth-index",
-            help="Write, as the VHDL computes them: the slice in which each micro image is "
-            "sharpest (depth_index.png), the picture made of these slices (all_in_focus.png) and, "
-            "of three slices or more, depth between slices (depth.png, depth.npy, confidence.png).",
-        ),
-    ] = False,
-    radius: options.Radius = 1,
-    aperture: options.Aperture = None,
-    tilt: options.Tilt = None,
+    extra: _Extra,
+    pupil: Pupil,
     border: options.BorderIfGiven = None,
-    exposure: options.ExposureIfGiven = None,
-    gamma: options.Gamma = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
+    exposed: LookIfGiven,
+    camera: CameraData,
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
 
@@ -204,9 +214,6 @@ def stack(
     VHDL's. A volume keeps the light field's values, in 16 bits, and with a microscope as --camera
     has sizes in um.
     """
-    import numpy as np
-
-    from plenofir.camera.depth_picture import depth_picture
     from plenofir.camera.described import described
     from plenofir.camera.lightfield.any_field import (
         is_rectangle,
@@ -215,10 +222,116 @@ def stack(
         sharp_everywhere,
         slices_of,
     )
-    from plenofir.camera.lightfield.stack import sharpness_curve
     from plenofir.refocus import setting_names
+    from plenofir.refocus.sharpness import MAX_STACK
+
+    aperture, tilt = pupil.values()
+    if is_volume(out):
+        used = {
+            "all_in_focus": extra.everywhere,
+            "depth_index": extra.index,
+            "radius": extra.radius != 1,
+            "exposure": exposed.exposure is not None,
+            "gamma": exposed.gamma is not None,
+        }
+        options.refuse_used(used, "is for a folder of slices")
+        how = {"aperture": aperture, "tilt": tilt, "border": border or "normalise"}
+        typer.echo(_volume(raster, hints, (a, z), out, camera, **how))
+        return
+    if z:
+        raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
+    extra.check()
+    camera.check()
+    if extra.index:
+        pupil.refuse_beside("--depth-index")
+    check_folder(Path(out), out)
+    raw, m, *_ = read_field(raster, hints, rectangles=True)
+    if is_rectangle(raw.pixels):
+        beside = {"border": border, "aperture": pupil.aperture, "tilt": pupil.tilt}
+        options.refuse_used({"depth_index": extra.index, **beside}, "is for a square of views")
+    settings = options.focus_settings(a or ["0:1"], m, rounded=extra.index)
+    shifts = options.shifts_of(settings, m) if extra.index else ()
+    if extra.index and len(settings) > MAX_STACK:
+        raise InputError(
+            f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
+        )
+    model = model_of(camera.camera, camera.focus, m)
+    look = look_for(raw, m, exposed.exposure or "auto", exposed.gamma)
+    lines = [f"{out}: {len(settings)} slices", look.words()]
+    with progress_bar("refocusing") as show, Results(Path(out)) as results:
+        # Slices are made again where they are needed again: that takes less than keeping them.
+        edge = border or ("zero" if extra.index else "normalise")
+        slices: Slices
+        shown: Slices
+        if extra.index:
+            slices = slices_of(raw.pixels, m, settings, show, border=edge)
+            shown = slices_of(look.source, m, settings, show, border=edge)
+        else:
+            slices = shown = pictures_of(
+                look.source, m, settings, show, aperture=aperture, tilt=tilt, border=edge
+            )
+        names = iter(zip(setting_names(settings, m), settings, strict=True))
+        for image in shown:
+            name, setting = next(names)
+            about = described(m, setting, model)
+            save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))
+            # Before the next one is made.
+            del image
+        if sharpest := _save_curve(results, slices, settings, raw.pixels, m):
+            lines.insert(0, sharpest)
+        if extra.everywhere:
+            disparity = search_depth(raw.pixels, m, progress=show).disparity
+            nearest = disparity.limited(float(min(settings)), float(max(settings)))
+            save(results, "all_in_focus.png", look(sharp_everywhere(look.source, m, nearest, show)))
+        if extra.index:
+            _save_index(results, slices, shifts, raw.pixels, m, extra.radius, look)
+    print_lines(*lines)
+    warn_of_camera(model)
+
+
+def _save_curve(
+    results: Results, slices: "Slices", settings: tuple[Fraction, ...], pixels: "Image", m: int
+) -> str:
+    """Plot how sharp slices are; which is the sharpest, for people. Nothing of small pictures."""
+    import numpy as np
+
+    from plenofir.camera.lightfield.any_field import is_rectangle
+    from plenofir.camera.lightfield.stack import sharpness_curve
+
+    # Pixels of a picture, and for each micro lens.
+    shape, lens = pixels.shape[:2], m
+    if is_rectangle(pixels):
+        shape, lens = pixels.shape[2:4], 1
+    # Near the borders views are missing.
+    margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * lens
+    if min(shape) < 2 * margin + 8 * lens:
+        return ""
+    inside = slice(margin, shape[0] - margin), slice(margin, shape[1] - margin)
+    curve = sharpness_curve(slices, inside, lens)
+    try:
+        from plenofir.camera.plots import sharpness_picture
+    except ModuleNotFoundError as error:
+        note(f"no sharpness.png: {missing(error.name or '').problem}")
+    else:
+        plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
+        save(results, "sharpness.png", plot)
+    return f"sharpest: a = {settings[int(np.argmax(curve))]}"
+
+
+def _save_index(
+    results: Results,
+    slices: "Slices",
+    shifts: tuple[int, ...],
+    pixels: "Image",
+    m: int,
+    radius: int,
+    look: "FieldLook",
+) -> None:
+    """Write the sharpest slice of each micro image, as the VHDL finds it, and depth between."""
+    import numpy as np
+
+    from plenofir.camera.depth_picture import depth_picture
     from plenofir.refocus.sharpness import (
-        MAX_STACK,
         SURE,
         TEXTURE,
         confidence_level,
@@ -227,96 +340,17 @@ def stack(
         has_order,
     )
 
-    how: dict[str, Any] = {"aperture": aperture_of(aperture), "tilt": tilt_of(tilt)}
-    used: dict[str, object]
-    if is_volume(out):
-        used = {
-            "all_in_focus": everywhere,
-            "depth_index": index,
-            "radius": radius != 1,
-            "exposure": exposure is not None,
-            "gamma": gamma is not None,
-        }
-        options.refuse_used(used, "is for a folder of slices")
-        how["border"] = border or "normalise"
-        typer.echo(_volume(raster, hints, (a, z), out, camera, focus, **how))
-        return
-    if z:
-        raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
-    if index and everywhere:
-        raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
-    options.require("radius", "depth_index", radius != 1 and not index)
-    options.require("focus", "camera", focus != inf and camera is None)
-    for name, given in (("aperture", aperture), ("tilt", tilt)):
-        if given and index:
-            options.refuse_both(name, "--depth-index")
-    check_folder(Path(out), out)
-    raw, m, *_ = read_field(raster, hints, rectangles=True)
-    if is_rectangle(raw.pixels):
-        used = {"depth_index": index, "border": border, "aperture": aperture, "tilt": tilt}
-        options.refuse_used(used, "is for a square of views")
-    settings = options.focus_settings(a or ["0:1"], m, rounded=index)
-    shifts = options.shifts_of(settings, m) if index else ()
-    if index and len(settings) > MAX_STACK:
-        raise InputError(
-            f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
-        )
-    model = model_of(camera, focus, m)
-    # Pixels of a picture, and for each micro lens.
-    shape, lens = raw.pixels.shape[:2], m
-    if is_rectangle(raw.pixels):
-        shape, lens = raw.pixels.shape[2:4], 1
-    # Near the borders views are missing.
-    margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * lens
-    look = look_for(raw, m, exposure or "auto", gamma)
-    lines = [f"{out}: {len(settings)} slices", look.words()]
-    with progress_bar("refocusing") as show, Results(Path(out)) as results:
-        # Slices are made again where they are needed again: that takes less than keeping them.
-        edge = border or ("zero" if index else "normalise")
-        pixels = raw.pixels
-        slices: Slices
-        shown: Slices
-        if index:
-            slices = slices_of(pixels, m, settings, show, border=edge)
-            shown = slices_of(look.source, m, settings, show, border=edge)
-        else:
-            slices = shown = pictures_of(look.source, m, settings, show, border=edge, **how)
-        names = iter(zip(setting_names(settings, m), settings, strict=True))
-        for image in shown:
-            name, setting = next(names)
-            about = described(m, setting, model)
-            save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))
-            # Before the next one is made.
-            del image
-        if min(shape) >= 2 * margin + 8 * lens:
-            inside = slice(margin, shape[0] - margin), slice(margin, shape[1] - margin)
-            curve = sharpness_curve(slices, inside, lens)
-            try:
-                from plenofir.camera.plots import sharpness_picture
-            except ModuleNotFoundError as error:
-                note(f"no sharpness.png: {missing(error.name or '').problem}")
-            else:
-                plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
-                save(results, "sharpness.png", plot)
-            lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
-        if everywhere:
-            found = search_depth(pixels, m, progress=show).disparity
-            nearest = found.limited(float(min(settings)), float(max(settings)))
-            sharp = sharp_everywhere(look.source, m, nearest, show)
-            save(results, "all_in_focus.png", look(sharp))
-        if index:
-            channels, bits = (1, 3)[pixels.ndim > 2], 8 * pixels.dtype.itemsize
-            level = confidence_level(TEXTURE, m, radius, channels, bits)
-            between = shifts if len(shifts) > 2 and has_order(shifts) else ()
-            sharpest = depth_index(slices, m, radius, confidence=level, shifts=between)
-            if sharpest.confidence is not None:
-                depth = sharpest.focus(shifts, m)
-                sure = np.where(sharpest.confidence < SURE, np.nan, depth)
-                save(results, "depth.npy", depth)
-                save(results, "depth.png", depth_picture(sure))
-                save(results, "confidence.png", sharpest.confidence)
-            save(results, "all_in_focus.png", look.of_field(sharpest.image))
-            of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
-            save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
-    print_lines(*lines)
-    warn_of_camera(model)
+    channels, bits = (1, 3)[pixels.ndim > 2], 8 * pixels.dtype.itemsize
+    level = confidence_level(TEXTURE, m, radius, channels, bits)
+    between = shifts if len(shifts) > 2 and has_order(shifts) else ()
+    sharpest = depth_index(slices, m, radius, confidence=level, shifts=between)
+    if sharpest.confidence is not None:
+        depth = sharpest.focus(shifts, m)
+        sure = np.where(sharpest.confidence < SURE, np.nan, depth)
+        save(results, "depth.npy", depth)
+        save(results, "depth.png", depth_picture(sure))
+        save(results, "confidence.png", sharpest.confidence)
+    save(results, "all_in_focus.png", look.of_field(sharpest.image))
+    rows, columns = pixels.shape[:2]
+    of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+    save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))

@@ -3,6 +3,7 @@
 
 import random
 import tempfile
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
+from plenofir.commands.groups import grouped
 from plenofir.commands.rasters import recognised, tell
 from plenofir.fpga.names import (
     DEFAULT_BOARD,
@@ -61,87 +63,128 @@ def _only(field: str) -> str:
     return f" (engine {', '.join(engines_with(field))})"
 
 
-@app.command()
-def sim(
-    context: typer.Context,
+@dataclass(frozen=True)
+class _Capture:
+    """What is simulated."""
+
     raw: Annotated[
         Path | None,
         typer.Option(
             help="Raw image: 8 or 16 bit, grey or RGB; by default a photograph of a flower."
         ),
-    ] = None,
+    ] = None
     calib: Annotated[
         Path | None,
         typer.Option(
             help="Calibration; the raw image is then a camera's capture, which the VHDL resamples."
         ),
-    ] = None,
+    ] = None
     bayer: Annotated[
         options.Bayer | None,
         typer.Option(
             help="Colour filters of the first 2 x 2 pixels, for a capture with a colour mosaic."
         ),
-    ] = None,
-    scene: options.SceneIfGiven = None,
-    micro_image: options.MicroImage = 5,
-    a: options.SettingsIfGiven = None,
-    engine: options.EngineOrStack = DEFAULT_ENGINE,
-    radius: options.Radius = 1,
+    ] = None
+    scene: options.SceneIfGiven = None
+
+
+@dataclass(frozen=True)
+class _Core:
+    """The core, where no scene decides."""
+
+    micro_image: options.MicroImage = 5
+    a: options.SettingsIfGiven = None
+    engine: options.EngineOrStack = DEFAULT_ENGINE
+    radius: options.Radius = 1
     parallel_rows: Annotated[
         int, typer.Option(help=f"Rows filtered at once{_only('parallel_rows')}.", min=1)
-    ] = 1,
+    ] = 1
     any_rows: Annotated[
         bool,
         typer.Option(
             "--any-rows",
             help=f"Take frames of any number of rows without a pause between{_only('any_rows')}.",
         ),
-    ] = False,
+    ] = False
     pixels: Annotated[
         options.Pixels,
         typer.Option(
             help="Neighbouring pixels taken at each clock; above 1 the engine is "
             f"{engines_with('pixels_per_clock')[0]}, if it is not stack."
         ),
-    ] = "1",
-    interpolation: options.Interpolation = "nearest",
-    sharpen: options.Sharpen = "off",
-    border: options.Border = "zero",
-    arith: options.Arith = "exact",
-    fraction: options.FractionIfGiven = None,
-    guard: options.GuardIfGiven = None,
-    simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = DEFAULT_SIMULATOR,
+    ] = "1"
+    interpolation: options.Interpolation = "nearest"
+    sharpen: options.Sharpen = "off"
+    border: options.Border = "zero"
+    arith: options.Arith = "exact"
+    fraction: options.FractionIfGiven = None
+    guard: options.GuardIfGiven = None
+
+    def shifts(self) -> tuple[int, ...]:
+        """The a' in pixels of the focus settings."""
+        settings = options.focus_settings(self.a or ["-3/5"], self.micro_image)
+        return options.shifts_of(settings, self.micro_image)
+
+    def configuration(
+        self, raw: Path, chain: Chain, shifts: tuple[int, ...]
+    ) -> "CoreConfiguration":
+        """The core for a raw image, and the slices of the focus settings."""
+        from plenofir.fpga.simulate.request import core_for_image
+        from plenofir.refocus import interpolation_order, sharpening_units
+
+        order, m = interpolation_order(self.interpolation), self.micro_image
+        weights = [sharpening_units(self.sharpen, m, shift, order) for shift in shifts]
+        return core_for_image(
+            raw,
+            chain,
+            micro_image_size=m,
+            shifts=shifts,
+            arithmetic=options.arithmetic(self.arith, self.fraction, self.guard),
+            order=order,
+            sharpening=tuple(weights) if any(weights) else (),
+            border=self.border,
+            engine=_engine(
+                self.engine, self.parallel_rows, any_rows=self.any_rows, pixels=self.pixels
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class _Bench:
+    """What is around the core, and how it is simulated."""
+
+    simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = DEFAULT_SIMULATOR
     chain: Annotated[
         Chain,
         typer.Option(
             help="What to simulate: the core, a whole board from HDMI to HDMI, or the core behind "
             "a camera's MIPI CSI-2."
         ),
-    ] = "core",
-    board: Annotated[
-        HdmiBoardName, typer.Option(help="Board to simulate (chain hdmi).")
-    ] = DEFAULT_BOARD,
-    lanes: Annotated[Lanes, typer.Option(help="Lanes of the camera (chain csi).")] = "1",
+    ] = "core"
+    board: Annotated[HdmiBoardName, typer.Option(help="Board to simulate (chain hdmi).")] = (
+        DEFAULT_BOARD
+    )
+    lanes: Annotated[Lanes, typer.Option(help="Lanes of the camera (chain csi).")] = "1"
     raw_bits: Annotated[
         RawBits | None,
         typer.Option(
             help="Bits of a pixel on the lanes; the capture is scaled to them (chain csi)."
         ),
-    ] = None,
+    ] = None
     waves: Annotated[
         WaveChoice,
         typer.Option(
             help="Write a waveform: 1 of the signals that explain the picture, with a GTKWave save "
             "file; all: of all signals."
         ),
-    ] = "0",
+    ] = "0"
     waves_depth: Annotated[
         int,
         typer.Option(
             help="Write the signals of so many levels of instances (waves all); 0: of all levels.",
             min=0,
         ),
-    ] = 0,
+    ] = 0
     stalls: Annotated[
         int | None,
         typer.Option(
@@ -151,7 +194,52 @@ def sim(
             min=0,
             max=MAX_SEED,
         ),
-    ] = None,
+    ] = None
+
+    @property
+    def seed(self) -> int:
+        """Seed of the stalls: a camera's whole capture takes as long as the run without them."""
+        if self.chain == "csi":
+            return self.stalls or 0
+        return random.SystemRandom().randint(1, MAX_SEED) if self.stalls is None else self.stalls
+
+
+def _check(context: typer.Context, capture: _Capture, core: _Core, bench: _Bench) -> None:
+    """Refuse options that cannot be combined."""
+    used = {
+        parameter.name
+        for parameter in context.command.params
+        if context.params[parameter.name] != parameter.default
+    }
+    scene, calib = capture.scene, capture.calib
+    if scene is not None:
+        for name in (*_BY_SCENE, "fraction", "guard", "radius"):
+            if _was_typed(context, name):
+                options.refuse_both(name, options.typed("scene"))
+    decided = {name: getattr(bench, name) for name in ("chain", "simulator", "waves")}
+    decided["arith"] = core.arith
+    options.check_combinations(used, decided if scene else {**decided, "engine": core.engine})
+    options.require("bayer", "calib", calib is None and capture.bayer is not None)
+    options.require("calib", "raw", capture.raw is None and calib is not None)
+    options.require("chain", "calib", bench.chain == "csi" and calib is None)
+    if scene is not None and calib is not None:
+        options.refuse_both("calib", options.typed("scene"))
+    if bench.stalls and bench.chain == "hdmi" and calib is None:
+        options.refuse_both("stalls", options.typed("chain", bench.chain), "video cannot wait")
+
+
+def _was_typed(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+@app.command()
+@grouped
+def sim(
+    context: typer.Context,
+    capture: _Capture,
+    core: _Core,
+    bench: _Bench,
     out: options.OutFolder = "build/sim",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model.
@@ -159,95 +247,57 @@ def sim(
     Several focus settings make a sweep, a frame for each; with the engine stack they come out in
     one pass, with a depth index.
     """
-    used = {
-        parameter.name
-        for parameter in context.command.params
-        if context.params[parameter.name] != parameter.default
-    }
-    if scene is not None:
-        for name in (*_BY_SCENE, "fraction", "guard", "radius"):
-            source = context.get_parameter_source(name)
-            if source is not None and source.name == "COMMANDLINE":
-                options.refuse_both(name, options.typed("scene"))
-    given = context.get_parameter_source("engine")
-    if pixels != "1" and not (given is not None and given.name == "COMMANDLINE"):
-        (engine, *_) = engines_with("pixels_per_clock")
-    decided = {"arith": arith, "chain": chain, "simulator": simulator, "waves": waves}
-    options.check_combinations(used, decided if scene else {**decided, "engine": engine})
-    options.require("bayer", "calib", calib is None and bayer is not None)
-    options.require("calib", "raw", raw is None and calib is not None)
-    options.require("chain", "calib", chain == "csi" and calib is None)
-    if scene is not None and calib is not None:
-        options.refuse_both("calib", options.typed("scene"))
-    if stalls and chain == "hdmi" and calib is None:
-        options.refuse_both("stalls", options.typed("chain", chain), "video cannot wait")
-    settings = options.focus_settings(a or ["-3/5"], micro_image)
-    shifts = options.shifts_of(settings, micro_image)
+    if core.pixels != "1" and not _was_typed(context, "engine"):
+        core = replace(core, engine=engines_with("pixels_per_clock")[0])
+    _check(context, capture, core, bench)
     from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.request import DEFAULT_RAW, Run
 
-    seed = random.SystemRandom().randint(1, MAX_SEED) if stalls is None else stalls
-
-    def core_for(path: Path) -> "CoreConfiguration":
-        from plenofir.fpga.simulate.request import core_for_image
-        from plenofir.refocus import interpolation_order, sharpening_units
-
-        order = interpolation_order(interpolation)
-        weights = [sharpening_units(sharpen, micro_image, shift, order) for shift in shifts]
-        return core_for_image(
-            path,
-            chain,
-            micro_image_size=micro_image,
-            shifts=shifts,
-            arithmetic=options.arithmetic(arith, fraction, guard),
-            order=order,
-            sharpening=tuple(weights) if any(weights) else (),
-            border=border,
-            engine=_engine(engine, parallel_rows, any_rows=any_rows, pixels=pixels),
-        )
+    raw, calib, m, seed = capture.raw, capture.calib, core.micro_image, bench.seed
+    # Focus settings are refused, and noted, before a file is read.
+    shifts = core.shifts()
 
     def run_of(
-        path: Path,
-        core: "CoreConfiguration",
-        folder: Path,
-        screen: "Screen | None" = None,
+        path: Path, configuration: "CoreConfiguration", folder: Path, screen: Screen | None = None
     ) -> Run:
         return Run(
             raw=path,
-            core=core,
-            radius=radius,
+            core=configuration,
+            radius=core.radius,
             out=folder,
-            simulator=simulator,
-            waves=waves,
-            waves_depth=waves_depth,
-            # A camera's whole capture takes as long as the run without stalls.
-            stalls=(stalls or 0) if chain == "csi" else seed,
-            chain=chain,
-            board=board,
+            simulator=bench.simulator,
+            waves=bench.waves,
+            waves_depth=bench.waves_depth,
+            stalls=seed,
+            chain=bench.chain,
+            board=bench.board,
             screen=screen or Screen(),
         )
+
+    def core_for(path: Path) -> "CoreConfiguration":
+        return core.configuration(path, bench.chain, shifts)
 
     if raw is not None and calib is not None:
         from plenofir.plan.sensor.sensor_run import load_sensor
 
-        bits = None if raw_bits is None else int(raw_bits)
-        sensor = load_sensor(raw, calib, micro_image, bayer, bits=bits)
+        bits = None if bench.raw_bits is None else int(bench.raw_bits)
+        sensor = load_sensor(raw, calib, m, capture.bayer, bits=bits)
         for note in sensor.notes:
             typer.echo(f"note: {raw}: {note}", err=True)
         _run_raw(
             *(sensor, lambda path, folder: run_of(path, core_for(path), folder)),
-            *(Path(out), int(lanes)),
-            stalls=stalls or 0,
+            *(Path(out), int(bench.lanes)),
+            stalls=bench.stalls or 0,
         )
         return
-    if raw is not None and scene is None:
-        _warn(raw, micro_image)
-    path = raw or DEFAULT_RAW
+    if raw is not None and capture.scene is None:
+        _warn(raw, m)
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
-        if scene:
-            path, core, screen = _of_scene(scene, raw, chain, Path(drawn))
-            _run(run_of(path, core, Path(out), screen))
+        if capture.scene:
+            path, of_scene, screen = _of_scene(capture.scene, raw, bench.chain, Path(drawn))
+            _run(run_of(path, of_scene, Path(out), screen))
         else:
+            path = raw or DEFAULT_RAW
             _run(run_of(path, core_for(path), Path(out)))
 
 

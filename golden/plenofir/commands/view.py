@@ -4,7 +4,6 @@
 import threading
 import webbrowser
 from dataclasses import dataclass, replace
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +11,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import print_notes, progress_bar
+from plenofir.commands.groups import CameraData, LookOptions
 from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
@@ -32,10 +32,30 @@ app = typer.Typer()
 _LEAST_VIEWS = 9
 
 
+@dataclass(frozen=True)
+class _Where:
+    """Where the page goes: into a file, or to the browser."""
+
+    export: Annotated[
+        str | None,
+        typer.Option(help="Write the page and its data into this HTML file instead of serving it."),
+    ] = None
+    limit: Annotated[
+        float, typer.Option(help="Largest size of the exported file in MB.", min=0.2, max=500)
+    ] = 8.0
+    port: Annotated[
+        int, typer.Option(help="Port on this machine; 0 for any free one.", min=0, max=65535)
+    ] = 0
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True
+
+
 @app.command()
 @file_options.takes_light_fields
 def view(
     hints: "Hints",
+    *,
     raster: Annotated[
         str | None,
         typer.Argument(
@@ -44,8 +64,7 @@ def view(
             "time."
         ),
     ] = None,
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
+    camera: CameraData,
     calib: Annotated[
         str | None,
         typer.Option(
@@ -75,21 +94,8 @@ def view(
             help="Range of the focus slider and of the depth; by default -1 to 2, more if needed.",
         ),
     ] = None,
-    exposure: options.Exposure = "auto",
-    gamma: options.Gamma = None,
-    export: Annotated[
-        str | None,
-        typer.Option(help="Write the page and its data into this HTML file instead of serving it."),
-    ] = None,
-    limit: Annotated[
-        float, typer.Option(help="Largest size of the exported file in MB.", min=0.2, max=500)
-    ] = 8.0,
-    port: Annotated[
-        int, typer.Option(help="Port on this machine; 0 for any free one.", min=0, max=65535)
-    ] = 0,
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
-    ] = True,
+    look: LookOptions,
+    where: _Where,
 ) -> None:
     """Refocus a light field in the browser: click to focus, distances in mm.
 
@@ -97,10 +103,12 @@ def view(
     """
     if (raster is None) == (source is None):
         raise InputError("give either a raw image or a folder of pictures, or --source")
-    if source is not None and export is not None:
+    if source is not None and where.export is not None:
         raise InputError("--export cannot be combined with --source; it is for a picture")
-    out = check_file(export, (".html", ".htm"), raster, calib) if export is not None else None
-    settings = _Settings(hints._replace(calib=calib), camera, focus, a, exposure, gamma)
+    out = None
+    if where.export is not None:
+        out = check_file(where.export, (".html", ".htm"), raster, calib)
+    settings = _Settings(hints._replace(calib=calib), camera, a, look)
     with progress_bar("searching depth") as show:
         if source is not None:
             page = settings.live(source, rate)
@@ -115,12 +123,12 @@ def view(
         if out is not None:
             from plenofir.view import export as exported
 
-            content = exported(page, int(limit * 1e6))
+            content = exported(page, int(where.limit * 1e6))
             write_file(out, content)
-            typer.echo(f"{export}: {len(content) / 1e6:.1f} MB")
+            typer.echo(f"{where.export}: {len(content) / 1e6:.1f} MB")
             return
     print_notes()
-    serve_page(page, port, browser)
+    serve_page(page, where.port, where.browser)
 
 
 def serve_page(page: "Page", port: int, browser: bool) -> None:
@@ -158,21 +166,19 @@ class _Settings:
     """Options of a light field."""
 
     hints: "Hints"
-    camera: str | None
-    focus: float
+    camera: CameraData
     a: str | None
-    exposure: str
-    gamma: float | None
+    look: LookOptions
 
     def pictures(self, folder: Path) -> "Page":
         """The page of a folder of pictures, for which there are no such options."""
         from plenofir.view import pictures_page
 
         for name, value in (
-            ("camera", self.camera),
+            ("camera", self.camera.camera),
             ("calib", self.hints.calib),
             ("a", self.a),
-            ("gamma", self.gamma),
+            ("gamma", self.look.gamma),
         ):
             if value is not None:
                 raise InputError(f"{options.typed(name)} is for a light field, not for a folder")
@@ -246,13 +252,13 @@ class _Settings:
         """The exposure that the page starts with."""
         from plenofir.camera.exposure import exposure
 
-        return exposure(picture, m, self.exposure, self.gamma)
+        return exposure(picture, m, self.look.exposure, self.look.gamma)
 
     def _checked(
         self, m: int
     ) -> "tuple[tuple[float, float] | None, RayModel | MicroscopeModel | None]":
         """The range of focus settings, if one is given, and the camera."""
-        model = model_of(self.camera, self.focus, m)
+        model = model_of(self.camera.camera, self.camera.focus, m)
         search = None
         if self.a is not None:
             parts = [options.focus_settings([part], m) for part in self.a.split(":")]

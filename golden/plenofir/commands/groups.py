@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Groups of options: dataclasses whose fields a command takes as options of its own."""
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from inspect import Parameter, Signature, signature
+from math import inf
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from plenofir.commands import options
+
+if TYPE_CHECKING:
+    from plenofir.refocus import Aperture
+
+if TYPE_CHECKING:
+    pass
+
+
+Command = Callable[..., None]
+
+
+def spread(
+    command: Command, groups: Mapping[str, tuple[list[Parameter], Callable[..., Any]]]
+) -> Any:
+    """A command that takes options in place of some parameters.
+
+    Each of these comes with its options, and with what makes its value of them.
+    """
+
+    @functools.wraps(command)
+    def with_options(**values: Any) -> None:
+        together = {
+            name: make(**{option.name: values.pop(option.name) for option in taken})
+            for name, (taken, make) in groups.items()
+        }
+        command(**together, **values)
+
+    parameters = [
+        option.replace(kind=Parameter.KEYWORD_ONLY)
+        for name, parameter in signature(command).parameters.items()
+        for option in (groups[name][0] if name in groups else [parameter])
+    ]
+    with_options.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {one.name: one.annotation for one in parameters}
+    return with_options
+
+
+def _options_of(group: type[Any]) -> list[Parameter]:
+    """The fields of a dataclass as parameters."""
+    hints = get_type_hints(group, include_extras=True)
+    return [
+        Parameter(
+            field.name,
+            Parameter.KEYWORD_ONLY,
+            default=Parameter.empty if field.default is MISSING else field.default,
+            annotation=hints[field.name],
+        )
+        for field in fields(group)
+    ]
+
+
+def grouped(command: Command) -> Any:
+    """Give a command the options of each parameter that is a dataclass, in its place."""
+    groups: dict[str, tuple[list[Parameter], Callable[..., Any]]] = {}
+    for parameter in signature(command).parameters.values():
+        group = parameter.annotation
+        if isinstance(group, type) and is_dataclass(group):
+            groups[parameter.name] = _options_of(group), group
+    return spread(command, groups)
+
+
+@dataclass(frozen=True)
+class CameraData:
+    """The camera of a light field, and what it was focused on."""
+
+    camera: options.CameraIfGiven = None
+    focus: options.Focus = inf
+
+    def check(self) -> None:
+        """Refuse a focus without a camera."""
+        options.require("focus", "camera", self.focus != inf and self.camera is None)
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """The part of the pupil that counts, and the tilt of the focal plane."""
+
+    aperture: options.Aperture = None
+    tilt: options.Tilt = None
+
+    def values(self) -> "tuple[Aperture | None, tuple[float, float]]":
+        """Aperture and rise of the focal plane."""
+        from plenofir.commands.looks import aperture_of, tilt_of
+
+        return aperture_of(self.aperture), tilt_of(self.tilt)
+
+    def refuse_beside(self, other: str) -> None:
+        """Refuse both beside what takes all views, and planes."""
+        for name, text in (("aperture", self.aperture), ("tilt", self.tilt)):
+            if text:
+                options.refuse_both(name, other)
+
+
+@dataclass(frozen=True)
+class Operator:
+    """The operator as the thesis and the VHDL have it, instead of the best picture."""
+
+    interpolation: options.InterpolationIfGiven = None
+    sharpen: options.SharpenIfGiven = None
+    upsample: options.Upsample = True
+
+    @property
+    def wanted(self) -> bool:
+        """Whether one of its options was given."""
+        return self.interpolation is not None or self.sharpen is not None or not self.upsample
+
+
+@dataclass(frozen=True)
+class LookOptions:
+    """Exposure and gamma of pictures to look at."""
+
+    exposure: options.Exposure = "auto"
+    gamma: options.Gamma = None
+
+
+@dataclass(frozen=True)
+class LookIfGiven:
+    """The same, of commands that also write values as they are."""
+
+    exposure: options.ExposureIfGiven = None
+    gamma: options.Gamma = None
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where numbers go besides the terminal."""
+
+    as_json: options.AsJson = False
+    csv_file: options.CsvFile = None
+    plot: options.PlotFile = None
