@@ -161,10 +161,8 @@ def load(file: Path) -> dict[Key, tuple[int, str]]:
     }
 
 
-def main() -> int:
-    """Run the mutants; exit code 1 if the sources themselves fail, or a survivor is not known."""
-    if sys.argv[1:2] == ["--tests"]:
-        return run_tests(Path(sys.argv[2]), sys.argv[3:])
+def argument_parser() -> argparse.ArgumentParser:
+    """Parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1], help="a sample for each")
     parser.add_argument("--count", type=int, default=120, help="mutants of a sample")
@@ -175,6 +173,14 @@ def main() -> int:
     parser.add_argument(
         "--resume", action="store_true", help="go on from --out; only while nothing has changed"
     )
+    return parser
+
+
+def main() -> int:
+    """Run the mutants; exit code 1 if the sources themselves fail, or a survivor is not known."""
+    if sys.argv[1:2] == ["--tests"]:
+        return run_tests(Path(sys.argv[2]), sys.argv[3:])
+    parser = argument_parser()
     arguments = parser.parse_args()
     if shutil.which("ghdl-mcode") is not None:
         # The mcode back end, as most simulations are short.
@@ -246,6 +252,15 @@ def main() -> int:
             f"survives: {mutant.file}:{mutant.line} ({mutant.place}): "
             f"{mutant.new.strip() or 'dropped'}   (was {mutant.old.strip()})"
         )
+    report_samples(samples, done, known)
+    print(f"{len(every)} possible; {time.perf_counter() - started:.0f} s")
+    return 1 if unexplained else 0
+
+
+def report_samples(
+    samples: dict[str, list[Mutant]], done: dict[Key, tuple[int, str]], known: set[Key]
+) -> None:
+    """Print how many mutants of each sample were killed."""
     for name, sample in samples.items():
         outcomes = [done[mutant.key][1] for mutant in sample]
         equal = sum(found.startswith("equal") for found in outcomes)
@@ -259,8 +274,6 @@ def main() -> int:
             f"{equal} equal by proof, {len(survivors) - unknown} explained in "
             f"scripts/survivors_vhdl.toml, {invalid} that are not valid VHDL"
         )
-    print(f"{len(every)} possible; {time.perf_counter() - started:.0f} s")
-    return 1 if unexplained else 0
 
 
 if __name__ == "__main__":

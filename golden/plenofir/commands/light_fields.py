@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands on light fields: views, mosaic, quilt, compose, depth-map."""
 
-from math import inf
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -9,6 +9,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import print_lines, progress_bar
+from plenofir.commands.groups import CameraData
 from plenofir.commands.looks import look_for
 from plenofir.commands.rasters import (
     MAPS,
@@ -161,13 +162,44 @@ def compose(
     typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")
 
 
+@dataclass(frozen=True)
+class _Exports:
+    """Maps in formats of other programs."""
+
+    pfm: Annotated[
+        bool,
+        typer.Option(
+            "--pfm",
+            help="Write disparity.pfm too, with --camera distance_mm.pfm or height_um.pfm; unknown "
+            "is inf.",
+        ),
+    ] = False
+    tiff: Annotated[
+        bool,
+        typer.Option("--tiff", help="Write the same as .tif too, 32 bit floats; unknown is nan."),
+    ] = False
+    ply: Annotated[
+        bool,
+        typer.Option(
+            "--ply", help="Write points.ply too, a coloured point cloud in mm, of the views' size."
+        ),
+    ] = False
+
+    def check(self, hints: "Hints", unit: str) -> None:
+        """Refuse points of a microscope, or of a part."""
+        if self.ply and unit == "um":
+            raise InputError("is in mm, of cameras; leave it out for a microscope", where="ply")
+        if self.ply and hints.crop:
+            options.refuse_both("ply", "--crop", "the axis is that of the whole light field")
+
+
 @app.command("depth-map")
 @file_options.takes_light_fields
 def depth_map(
     raster: options.LightField,
     hints: "Hints",
-    camera: options.CameraIfGiven = None,
-    focus: options.Focus = inf,
+    *,
+    camera: CameraData,
     near: Annotated[
         float | None,
         options.number(
@@ -199,24 +231,7 @@ def depth_map(
             "the raw image."
         ),
     ] = "views",
-    pfm: Annotated[
-        bool,
-        typer.Option(
-            "--pfm",
-            help="Write disparity.pfm too, with --camera distance_mm.pfm or height_um.pfm; unknown "
-            "is inf.",
-        ),
-    ] = False,
-    tiff: Annotated[
-        bool,
-        typer.Option("--tiff", help="Write the same as .tif too, 32 bit floats; unknown is nan."),
-    ] = False,
-    ply: Annotated[
-        bool,
-        typer.Option(
-            "--ply", help="Write points.ply too, a coloured point cloud in mm, of the views' size."
-        ),
-    ] = False,
+    more: _Exports,
 ) -> None:
     """Find the depth in an aligned raw image: in mm if --camera is given, else as a.
 
@@ -234,25 +249,22 @@ def depth_map(
     from plenofir.camera.lightfield.enlarged import at_sensor
     from plenofir.camera.rays import RayModel
 
-    options.require("ply", "camera", ply and camera is None)
-    options.require("focus", "camera", focus != inf and camera is None)
+    options.require("ply", "camera", more.ply and camera.camera is None)
+    camera.check()
     check_folder(Path(out), out)
     field = read_field(raster, hints, rectangles=True)
     picture, m, *_ = field
     raw = picture.pixels
-    if is_rectangle(raw) and camera is not None:
+    if is_rectangle(raw) and camera.camera is not None:
         raise InputError(
             "is for a plenoptic camera's square of views; leave it out", where="camera"
         )
     if is_rectangle(raw) and resolution == "sensor":
         raise InputError("sensor is for a square of views; take views", where="resolution")
-    model = model_of(camera, focus, m)
+    model = model_of(camera.camera, camera.focus, m)
     unit = unit_of(model)
     name = MAPS[unit]
-    if ply and unit == "um":
-        raise InputError("is in mm, of cameras; leave it out for a microscope", where="ply")
-    if ply and hints.crop:
-        options.refuse_both("ply", "--crop", "the axis is that of the whole light field")
+    more.check(hints, unit)
     with progress_bar("matching") as show:
         searched = search_depth(
             raw,
@@ -281,11 +293,11 @@ def depth_map(
     with Results(Path(out)) as results:
         for file, values in files.items():
             save(results, file, values)
-        if pfm:
+        if more.pfm:
             results.write(f"{name}.pfm", exports.encode_pfm(depth))
-        if tiff:
+        if more.tiff:
             results.write(f"{name}.tif", exports.encode_float_tiff(depth))
-        if ply and isinstance(model, RayModel):
+        if more.ply and isinstance(model, RayModel):
             places = exports.points(sure_distances(searched.disparity, model, confidence), model)
             colours = exposure(picture, m).apply(view)
             results.write("points.ply", exports.encode_ply(places, colours))

@@ -136,8 +136,8 @@ def print_placed(plan: "Plan") -> None:
     )
 
 
-def print_plan(plan: "Plan") -> None:
-    """Print a plan for a person."""
+def _print_frames(plan: "Plan") -> None:
+    """Print what comes in: frames, sensor, camera, video, and the clock."""
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.hdmi.edid import describe_edid
 
@@ -173,6 +173,12 @@ def print_plan(plan: "Plan") -> None:
         )
     if plan.edid is not None:
         print_line("edid", f"the scene's own: {describe_edid(bytes.fromhex(plan.edid))}")
+
+
+def print_plan(plan: "Plan") -> None:
+    """Print a plan for a person."""
+    _print_frames(plan)
+    core = plan.core
     for part in plan.slices:
         depth = (
             ""

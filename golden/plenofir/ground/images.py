@@ -333,36 +333,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
     images, or its depth or number of channels is not supported.
     """
     where = str(path)
-    try:
-        if path.is_char_device():  # a device may have no end
-            raise InputError(f"is a device; {_ADVICE}", where=where)
-        data = input_file(path).read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"no such file; {_ADVICE}", where=where) from None
-    except IsADirectoryError:
-        raise InputError(f"is a folder; {_ADVICE}", where=where) from None
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read ({reason}); {_ADVICE}", where=where) from None
-    read = next((read for magic, read in _READERS if data.startswith(magic)), None)
-    if read is None:
-        content = "an empty file" if not data else "no image of a known kind"
-        raise InputError(f"{content}; {_ADVICE}", where=where)
-    try:
-        picture = read(data)
-    except InputError as error:
-        raise InputError(error.problem, where=where) from None
-    except MemoryError:
-        raise InputError("is too large for the memory; use a smaller image", where=where) from None
-    except ModuleNotFoundError as error:
-        raise InputError(missing(error.name or "").problem, where=where) from None
-    except Exception as error:  # Decoders raise whatever a damaged file leads them to.
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(
-            f"is damaged ({reason}); copy or convert the file again", where=where
-        ) from None
+    picture = _decoded(_content(path), where)
     image, full_scale = picture.pixels, picture.full_scale
     if 0 < full_scale < 128:
         raise InputError(f"pixels of {full_scale.bit_length()} bit; {_ADVICE}", where=where)
@@ -396,6 +367,45 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
         orientation=picture.orientation if picture.orientation in range(1, 9) else 1,
     )
     return picture if as_stored else upright(picture)
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file; InputError if it cannot be read."""
+    where = str(path)
+    try:
+        if path.is_char_device():  # a device may have no end
+            raise InputError(f"is a device; {_ADVICE}", where=where)
+        return input_file(path).read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"no such file; {_ADVICE}", where=where) from None
+    except IsADirectoryError:
+        raise InputError(f"is a folder; {_ADVICE}", where=where) from None
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read ({reason}); {_ADVICE}", where=where) from None
+
+
+def _decoded(data: bytes, where: str) -> Picture:
+    """The picture of a file, as stored; InputError if it is none, or damaged."""
+    read = next((read for magic, read in _READERS if data.startswith(magic)), None)
+    if read is None:
+        content = "an empty file" if not data else "no image of a known kind"
+        raise InputError(f"{content}; {_ADVICE}", where=where)
+    try:
+        return read(data)
+    except InputError as error:
+        raise InputError(error.problem, where=where) from None
+    except MemoryError:
+        raise InputError("is too large for the memory; use a smaller image", where=where) from None
+    except ModuleNotFoundError as error:
+        raise InputError(missing(error.name or "").problem, where=where) from None
+    except Exception as error:  # Decoders raise whatever a damaged file leads them to.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(
+            f"is damaged ({reason}); copy or convert the file again", where=where
+        ) from None
 
 
 def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:

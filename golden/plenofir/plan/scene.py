@@ -366,69 +366,79 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
             f"cannot be read ({error}); it must be a TOML file of a scene", where=str(file)
         ) from None
     if device is not None:
-        build = {**content.get("build", {}), "device": device}
-        board = board_of(device_name(device))
-        has_video = board is not None and _takes(board, content.get("frame", {}))
-        has_camera = board is not None and board.camera is not None
-        if "lanes" in content:
-            has_camera = board is not None and bool(board.camera and board.camera.out_bits)
-        if not (has_camera if build.get("path") == "camera" else has_video):
-            build = {**build, "path": "core"}
-            build.pop("edid", None)
-            content.pop("stored", None)
-            content.pop("lanes", None)
-            # Text is a part of the board; outputs other than the refocused one need another core.
-            if _text_alone(content.get("screen")):
-                content.pop("screen")
-            if isinstance(content.get("sensor"), dict):
-                content["sensor"] = {**content["sensor"], "input": "frames"}
-        content["build"] = build
+        content = _for_device(content, device)
     try:
         scene = Scene.model_validate(_with_a_frame(content, str(file)))
     except ValidationError as error:
         raise validation_error(error, where=str(file)) from None
     chip = None
     if scene.sensor is not None:
-        board = board_of(scene.build.device)
-        camera_in = board.camera if board is not None and scene.build.path == "camera" else None
-        shows = camera_in is not None and camera_in.screen is not None
-        video = scene.build.path == "video" or shows
-        m, colour = scene.camera.micro_image_size, scene.frame.colour
-        chip = sensor_chip(scene.sensor, m, colour, file, video=video)
+        chip = _chip_of(scene, scene.sensor, file)
         scene = scene.model_copy(update={"frame": _raster_frame(scene, chip, str(file))})
-    camera = None
-    if scene.camera.model is not None:
-        beside = file.parent / scene.camera.model
-        camera = load_camera(beside if beside.is_file() else scene.camera.model)
-    shifts = None
-    if scene.depth.slices is not None:
-        m = scene.camera.micro_image_size
-        where = f"{file}: depth.slices"
-        shifts = tuple(focus_to_shift(a, m, where=where) for a in scene.depth.slices)
-        for number, shift in enumerate(shifts):
-            if shift in shifts[:number]:
-                raise InputError(f"a = {Fraction(shift, m)} is given twice", where=where)
-    edid = None
-    if scene.build.edid is not None:
-        edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
-    registers: tuple[Entry, ...] = ()
-    if scene.lanes is not None and scene.lanes.registers is not None:
-        registers = load_registers(
-            file.parent / scene.lanes.registers, where=f"{file}: lanes.registers"
-        )
-    stored = None
-    if scene.stored is not None:
-        stored = load_stored(scene.stored, scene.camera.micro_image_size, file)
+    model = scene.camera.model
+    beside = file.parent / (model or "")
+    edid, lanes = scene.build.edid, scene.lanes
+    registers = None if lanes is None else lanes.registers
     return LoadedScene(
         path=file,
         scene=scene,
-        camera=camera,
-        shifts=shifts,
-        edid=edid,
         sensor=chip,
-        registers=registers,
-        stored=stored,
+        camera=None if model is None else load_camera(beside if beside.is_file() else model),
+        shifts=_shifts_of(scene, file),
+        edid=None if edid is None else _read_edid(file.parent / edid, where=f"{file}: build.edid"),
+        registers=(
+            ()
+            if registers is None
+            else load_registers(file.parent / registers, where=f"{file}: lanes.registers")
+        ),
+        stored=(
+            None
+            if scene.stored is None
+            else load_stored(scene.stored, scene.camera.micro_image_size, file)
+        ),
     )
+
+
+def _for_device(content: dict[str, Any], device: str) -> dict[str, Any]:
+    """Content of a scene for another device: with the core alone, if its boards have no input."""
+    build = {**content.get("build", {}), "device": device}
+    board = board_of(device_name(device))
+    has_video = board is not None and _takes(board, content.get("frame", {}))
+    has_camera = board is not None and board.camera is not None
+    if "lanes" in content:
+        has_camera = board is not None and bool(board.camera and board.camera.out_bits)
+    if has_camera if build.get("path") == "camera" else has_video:
+        return {**content, "build": build}
+    build["path"] = "core"
+    build.pop("edid", None)
+    kept = {name: part for name, part in content.items() if name not in ("stored", "lanes")}
+    # Text is a part of the board; outputs other than the refocused one need another core.
+    if _text_alone(kept.get("screen")):
+        del kept["screen"]
+    if isinstance(kept.get("sensor"), dict):
+        kept["sensor"] = {**kept["sensor"], "input": "frames"}
+    return {**kept, "build": build}
+
+
+def _chip_of(scene: Scene, sensor: SceneSensor, file: Path) -> SensorChip:
+    """The resampling hardware of a scene with a sensor."""
+    board = board_of(scene.build.device)
+    camera = board.camera if board is not None and scene.build.path == "camera" else None
+    shows = camera is not None and camera.screen is not None
+    video = scene.build.path == "video" or shows
+    return sensor_chip(sensor, scene.camera.micro_image_size, scene.frame.colour, file, video=video)
+
+
+def _shifts_of(scene: Scene, file: Path) -> tuple[int, ...] | None:
+    """The a' in pixels that a scene lists, each once; None for a range of depths."""
+    if scene.depth.slices is None:
+        return None
+    m, where = scene.camera.micro_image_size, f"{file}: depth.slices"
+    shifts = tuple(focus_to_shift(a, m, where=where) for a in scene.depth.slices)
+    for number, shift in enumerate(shifts):
+        if shift in shifts[:number]:
+            raise InputError(f"a = {Fraction(shift, m)} is given twice", where=where)
+    return shifts
 
 
 def _text_alone(screen: object) -> bool:
