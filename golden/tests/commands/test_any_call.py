@@ -106,7 +106,7 @@ def as_shown(p: Parameters, made: Callable[[np.ndarray], np.ndarray]) -> np.ndar
     field, m = read(p)
     if p["exposure"] == "off" and p["gamma"] is None:
         return made(field.pixels)
-    look = exposure(field, m, p["exposure"], p["gamma"])
+    look = exposure(field, m, p["exposure"] or "auto", p["gamma"])
     if look.as_stored(field):
         return made(field.pixels)
     fine, unit = finer(field)
