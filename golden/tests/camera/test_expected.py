@@ -7,11 +7,17 @@ import pytest
 from plenofir.camera.calibration import calibrate, decode, largest_odd_size
 from plenofir.camera.calibration.resample import odd_size_within
 from plenofir.camera.patterns.rasters import coherence
-from plenofir.camera.recognise.expected import doubt
-from plenofir.ground.images import bare, read_image
+from plenofir.camera.recognise import expected
+from plenofir.ground.images import Picture, bare, read_image
 from plenofir.ground.project import DATA
 
 MICROSCOPE = DATA / "microscope"
+
+
+def doubt(picture: Picture, m: int, name: str) -> expected.Doubt | None:
+    """What speaks against M, by the picture's own joints."""
+    raster = expected.joints(picture.pixels, is_jpeg=False)
+    return expected.doubt(picture, m, name, raster, is_jpeg=False)
 
 
 @pytest.fixture(scope="module")
@@ -22,14 +28,14 @@ def microscope() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", ["flower_5x5", "flower_detail_5x5", "planes_5x5"])
 def test_rasters_of_the_project(name: str) -> None:
     picture = bare(read_image(DATA / f"{name}.png"))
-    assert doubt(picture, 5, name, is_jpeg=False) is None
+    assert doubt(picture, 5, name) is None
     for m in (3, 4, 6, 7, 13):
-        found = doubt(picture, m, name, is_jpeg=False)
+        found = doubt(picture, m, name)
         assert found is not None
         assert found.certain
         assert found.text == f"its micro images have 5 x 5 pixels, not {m}; give -M 5"
     # Every second joint is one of M = 10 too.
-    found = doubt(picture, 10, name, is_jpeg=False)
+    found = doubt(picture, 10, name)
     assert found is not None
     assert not found.certain
 
@@ -40,14 +46,14 @@ def test_the_microscope(microscope) -> None:
     # What inspect advises and the documentation uses.
     assert largest_odd_size(calibration) == 13
     for image, m in ((raw, 5), (raw, 15), (white, 13)):
-        found = doubt(bare(image), m, "raw.png", is_jpeg=False)
+        found = doubt(bare(image), m, "raw.png")
         assert found is not None
         assert found.certain
         assert "a capture that is not decoded, its micro images are 15.4" in found.text
     for m in (11, 15):
         picture = bare(decode(raw, calibration, m, dark=dark))
-        assert doubt(picture, m, "aligned.png", is_jpeg=False) is None
-        found = doubt(picture, m - 1, "aligned.png", is_jpeg=False)
+        assert doubt(picture, m, "aligned.png") is None
+        found = doubt(picture, m - 1, "aligned.png")
         assert found is not None
         assert f"not {m - 1}; give -M {m}" in found.text
 
@@ -70,7 +76,7 @@ def test_pictures_without_lenses_are_taken() -> None:
         np.zeros((3, 4), np.uint8),
     ):
         for m in (1, 2, 5, 11, 400):
-            assert doubt(bare(image), m, "x.png", is_jpeg=False) is None
+            assert doubt(bare(image), m, "x.png") is None
 
 
 def test_waves_of_a_pitch_drift_where_it_is_another() -> None:

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.patterns.lenslets import find_lenslets
-from plenofir.camera.patterns.rasters import COHERENT, coherence, find_raster
+from plenofir.camera.patterns.rasters import COHERENT, Raster, coherence, find_raster
 from plenofir.camera.recognise.picture import is_flat, middle, recognise_picture
-from plenofir.ground.images import Picture
+from plenofir.ground.images import Image, Picture
 
 _LARGEST_SIDE = 4096
 # Least number of lenses along each side for a verdict.
@@ -26,20 +26,29 @@ class Doubt(NamedTuple):
     certain: bool
 
 
-def doubt(picture: Picture, micro_image_size: int, name: str, *, is_jpeg: bool) -> Doubt | None:
-    """What speaks against a picture's being an aligned raw image of M; None if nothing does."""
+def joints(image: Image, *, is_jpeg: bool) -> Raster | None:
+    """Micro images by the joints between them, in the first 4096 rows and columns."""
+    return find_raster(grey(image[:_LARGEST_SIDE, :_LARGEST_SIDE]), is_jpeg=is_jpeg)
+
+
+def doubt(
+    picture: Picture, micro_image_size: int, name: str, raster: Raster | None, *, is_jpeg: bool
+) -> Doubt | None:
+    """What speaks against a picture's being an aligned raw image of M; None if nothing does.
+
+    `raster`: its `joints`.
+    """
     m, shape = micro_image_size, picture.pixels.shape[:2]
     if m < 2 or min(shape) < _FEWEST * m:
         return None
     whole = picture.pixels[:_LARGEST_SIDE, :_LARGEST_SIDE]
-    levels = grey(whole)
-    raster = find_raster(levels, is_jpeg=is_jpeg)
     if raster is not None:
         size = raster.micro_image_size
         if size == m or is_flat(whole, size):
             return None
         text = f"its micro images have {size} x {size} pixels, not {m}; give -M {size}"
         return Doubt(text, certain=size % m != 0 and m % size != 0)
+    levels = grey(whole)
     inner = middle(levels.shape)
     lenses = find_lenslets(levels[inner])
     if lenses is None or coherence(levels, m) > COHERENT:

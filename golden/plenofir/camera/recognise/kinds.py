@@ -20,7 +20,7 @@ from plenofir.camera.patterns.elemental import find_elemental
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.camera.recognise.answers import mosaic_source, raster_source, views_source
 from plenofir.camera.recognise.captures import capture_source
-from plenofir.camera.recognise.expected import doubt
+from plenofir.camera.recognise.expected import doubt, joints
 from plenofir.camera.recognise.picture import is_mosaic, recognise_picture
 from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.recognise.source import (
@@ -108,10 +108,12 @@ def _given_size(stored: Stored, hints: Hints) -> LightFieldSource | None:
         return None
     picture = stored.load()
     check_raw(picture.pixels, m, where=stored.where)
-    mosaic = is_mosaic(picture.pixels, m, is_jpeg=_is_jpeg(stored))
+    is_jpeg = _is_jpeg(stored)
+    raster = joints(picture.pixels, is_jpeg=is_jpeg)
+    mosaic = is_mosaic(picture.pixels, m) if raster is None else None
     if mosaic is not None:
         return mosaic_source(stored, hints, mosaic)
-    against = doubt(picture, m, stored.where, is_jpeg=_is_jpeg(stored))
+    against = doubt(picture, m, stored.where, raster, is_jpeg=is_jpeg)
     if against is not None and against.certain:
         raise InputError(against.text, where=stored.where)
     source = raster_source(

@@ -173,10 +173,10 @@ def _mosaic(levels: Image32, whole: bool, size: Finding, name: str) -> LightFiel
     )
 
 
-def is_mosaic(image: Image, m: int, *, is_jpeg: bool = False) -> tuple[int, int] | None:
-    """Rows and columns of a mosaic of views, if they are M; None for micro images of M."""
+def is_mosaic(image: Image, m: int) -> tuple[int, int] | None:
+    """Rows and columns of a mosaic of views, if they are M; the image has no micro images."""
     levels = grey_levels(image[:LARGEST_SIDE, :LARGEST_SIDE])
-    if levels.shape != image.shape[:2] or find_raster(levels, is_jpeg=is_jpeg) is not None:
+    if levels.shape != image.shape[:2]:
         return None
     mosaic = find_mosaic(levels)
     if mosaic is None or m not in (mosaic.rows, mosaic.columns):
