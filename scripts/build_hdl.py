@@ -14,7 +14,7 @@ from core_files import core_files
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.marks import MARKS_PACKAGE, marks_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
-from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
+from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, stored_package
 from plenofir.ground import project
 from plenofir.plan.sensor.board_camera import CAMERA_PACKAGE, camera_package
 from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, sensor_package

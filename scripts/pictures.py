@@ -44,7 +44,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import load_record
-from plenofir.fpga.screen.shown import ShownFrame, golden_frame
+from plenofir.fpga.screen.board_frames import ShownFrame, golden_frame
 from plenofir.fpga.simulate.chain import check_chain, run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts

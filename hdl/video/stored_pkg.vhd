@@ -1,5 +1,5 @@
 -- The light field that is kept on the chip, two colours a micro image; built by
--- scripts/build_hdl.py from plenofir.fpga.screen.stored.
+-- scripts/build_hdl.py from plenofir.fpga.screen.chip_light_field.
 
 library ieee;
 use ieee.std_logic_1164.all;

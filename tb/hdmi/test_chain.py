@@ -6,7 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.fpga.screen.stored import STORED_PACKAGE, StoredLightField, store, stored_package
+from plenofir.fpga.screen.chip_light_field import (
+    STORED_PACKAGE,
+    StoredLightField,
+    store,
+    stored_package,
+)
 from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720

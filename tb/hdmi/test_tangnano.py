@@ -15,7 +15,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.link import ReceivedFrame, decode_frames
 from plenofir.fpga.hdmi.modes import VGA, VGA_MIDDLE, VideoMode
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
-from plenofir.fpga.screen.stored import STORED_PACKAGE, store, stored_package
+from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, store, stored_package
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import board_packages

@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from plenofir.fpga.screen.stored import STORED_PACKAGE, store, stored_package
+from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, store, stored_package
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 

@@ -11,7 +11,7 @@ from math import ceil, floor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plenofir.commands.earlier import Earlier, key_of
+from plenofir.commands.last_run import Earlier, key_of
 from plenofir.commands.rasters import MAPS, doubt_of_depth, unit_of
 from plenofir.commands.results import save
 from plenofir.ground.files import Results

@@ -20,7 +20,7 @@ from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.camera.recognise import Hints
-    from plenofir.commands.developed import Job
+    from plenofir.commands.development import Job
 
 app = typer.Typer()
 
@@ -69,7 +69,7 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
 
 def _develop_frame(source: Path, job: "Job", folder: Path) -> tuple[str, tuple[str, ...]]:
     """Develop a capture: what is wrong with it, if anything is, and what changes its result."""
-    from plenofir.commands.developed import develop_capture
+    from plenofir.commands.development import develop_capture
 
     try:
         done = develop_capture(source, job, folder, lambda *_: None)
@@ -103,7 +103,7 @@ def _develop_all(
     per_frame: bool,
 ) -> tuple[int, list[str]]:
     """Develop captures into folders of their own: how many were there already, what failed."""
-    from plenofir.commands.developed import is_developed, run_exposure
+    from plenofir.commands.development import is_developed, run_exposure
     from plenofir.ground.files import check_folder
     from plenofir.refocus.batch import dask_client, failure, worker_count
 
@@ -313,7 +313,7 @@ class _Run:
         self, frames: list[str], hints: "Hints", a: list[str] | None, out: str
     ) -> tuple[int, list[str], int]:
         """Develop captures: how many were there already, what failed, and how many there are."""
-        from plenofir.commands.developed import Job
+        from plenofir.commands.development import Job
         from plenofir.ground.files import check_folder
         from plenofir.refocus.batch import find_frames
 

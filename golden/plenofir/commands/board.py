@@ -55,7 +55,7 @@ def picture(
     from plenofir.ground.files import publish
     from plenofir.ground.images import read_image
     from plenofir.plan import load_scene
-    from plenofir.plan.scene_stored import stored_raw
+    from plenofir.plan.scene_light_field import stored_raw
 
     kept = None
     m, (columns, rows) = first_light.FLOWER_MICRO_IMAGE_SIZE, _size(size or "640x480")

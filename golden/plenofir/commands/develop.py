@@ -53,7 +53,7 @@ def develop(
     Data are kept beside them: aligned.png is linear, disparity.npy are numbers. What an earlier run
     left in the folder is reused where nothing that it was made from has changed.
     """
-    from plenofir.commands.developed import Job, develop_capture, summary_there
+    from plenofir.commands.development import Job, develop_capture, summary_there
 
     start, folder = perf_counter(), Path(out)
     check_folder(folder, out)

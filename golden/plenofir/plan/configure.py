@@ -14,7 +14,7 @@ from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
-from plenofir.fpga.screen.stored import STORED_PACKAGE, stored_package
+from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, stored_package
 from plenofir.ground.files import publish
 from plenofir.plan.plan import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text

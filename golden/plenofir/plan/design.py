@@ -9,7 +9,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import VIDEO, Block
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.stored import StoredLightField
+from plenofir.fpga.screen.chip_light_field import StoredLightField
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
 from plenofir.plan.sensor.resampler import SensorLogic

@@ -9,7 +9,7 @@ from plenofir.fpga.devices import Device
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.stored import StoredLightField
+from plenofir.fpga.screen.chip_light_field import StoredLightField
 from plenofir.plan.omissions import LeftOut
 from plenofir.plan.sensor.board_camera import PlannedCamera
 from plenofir.plan.sensor.board_load import Shown, description

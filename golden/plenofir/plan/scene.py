@@ -22,14 +22,14 @@ from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, device_name
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.stored import StoredLightField
+from plenofir.fpga.screen.chip_light_field import StoredLightField
 from plenofir.fpga.sensors import Entry
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
+from plenofir.plan.scene_light_field import SceneStored, load_stored
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.scene_stack import SceneStack
-from plenofir.plan.scene_stored import SceneStored, load_stored
 from plenofir.plan.sensor.scene_lanes import SceneLanes, load_registers
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus import Border

@@ -19,7 +19,13 @@ from plenofir.ground.images import Image, Picture
 from plenofir.ground.viridis import VIRIDIS_BASE64
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Page, Part, Wanted
-from plenofir.view.viewed import LEAST_GPU_LAYERS, LEAST_GPU_TEXTURE, Depth, LightField, reduced
+from plenofir.view.views_and_depth import (
+    LEAST_GPU_LAYERS,
+    LEAST_GPU_TEXTURE,
+    Depth,
+    LightField,
+    reduced,
+)
 
 if TYPE_CHECKING:
     from plenofir.camera.lightfield.disparity import Disparity

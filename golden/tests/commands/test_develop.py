@@ -20,7 +20,7 @@ from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.source import Hints
 from plenofir.commands import earlier
 from plenofir.commands.app import run
-from plenofir.commands.developed import Job, Marks
+from plenofir.commands.development import Job, Marks
 from plenofir.ground.errors import InputError
 from plenofir.ground.films import film_frames, write_webm
 from plenofir.ground.images import read_image, write_png

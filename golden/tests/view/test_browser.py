@@ -27,7 +27,7 @@ from plenofir.view import (
     export,
     light_field_page,
 )
-from plenofir.view.viewed import LightField
+from plenofir.view.views_and_depth import LightField
 
 SAVED = """async () => {
     const bytes = new Uint8Array(await (await plenofir.picture()).arrayBuffer());

@@ -47,7 +47,7 @@ from plenofir.view.light_field import plane_table
 from plenofir.view.live import Captured
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Wanted
-from plenofir.view.viewed import Depth, LightField
+from plenofir.view.views_and_depth import Depth, LightField
 
 RNG = np.random.default_rng(3)
 RAW = RNG.integers(0, 256, (23, 31, 3), dtype=np.uint8)

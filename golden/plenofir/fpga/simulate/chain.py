@@ -16,8 +16,8 @@ from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_fra
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.names import DEFAULT_BOARD
+from plenofir.fpga.screen.board_frames import ShownFrame, shown_frames, told_before
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
-from plenofir.fpga.screen.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.waves import wave_signals_of
 from plenofir.fpga.tools.simulators import SimulationError, Simulator, Waves

@@ -5,7 +5,7 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.names import BoardName, Chain
-from plenofir.fpga.screen.shown import ShownReport
+from plenofir.fpga.screen.board_frames import ShownReport
 from plenofir.refocus import Border
 from plenofir.refocus.arithmetic import Arithmetic
 

@@ -18,8 +18,8 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.names import SLICE_ENGINE_NAMES
+from plenofir.fpga.screen.board_frames import bare_slices, shown_frames, shown_names, write_shown
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.screen.shown import bare_slices, shown_frames, shown_names, write_shown
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
 from plenofir.fpga.simulate.report import Report, ScreenReport, StackReport, StallReport

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from plenofir.fpga.screen.stored import COLOUR_BITS, move_focus, store, stored_package
+from plenofir.fpga.screen.chip_light_field import COLOUR_BITS, move_focus, store, stored_package
 from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.refocus import refocus

@@ -157,7 +157,7 @@ def stored_package(stored: StoredLightField | None = None) -> str:
     words = ["0" * bits] if stored is None else stored.words()
     lines = [
         "-- The light field that is kept on the chip, two colours a micro image; built by",
-        "-- scripts/build_hdl.py from plenofir.fpga.screen.stored.",
+        "-- scripts/build_hdl.py from plenofir.fpga.screen.chip_light_field.",
         "",
         "library ieee;",
         "use ieee.std_logic_1164.all;",

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.screen.stored import StoredLightField, move_focus, store
+from plenofir.fpga.screen.chip_light_field import StoredLightField, move_focus, store
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import eight_bits, read_picture

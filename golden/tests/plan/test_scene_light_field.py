@@ -8,7 +8,7 @@ import pytest
 from in_process import plenofir
 
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.screen.stored import store, stored_package
+from plenofir.fpga.screen.chip_light_field import store, stored_package
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png

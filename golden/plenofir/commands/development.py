@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 from plenofir.commands.album import Album, Show, page
-from plenofir.commands.earlier import Earlier, content_mark, key_of
+from plenofir.commands.last_run import Earlier, content_mark, key_of
 from plenofir.commands.looks import look_of
 from plenofir.commands.rasters import model_of, read_field
 from plenofir.commands.results import save
