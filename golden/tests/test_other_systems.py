@@ -6,6 +6,7 @@ Windows and macOS themselves were not at hand.
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -40,10 +41,9 @@ def guarded(tree: ast.AST) -> set[ast.AST]:
     """What runs only where the system has it: below `hasattr`, or a question for the platform."""
     inside: set[ast.AST] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.If | ast.IfExp):
-            asks = {ast.unparse(part) for part in ast.walk(node.test)}
-            if "sys.platform" in asks or "hasattr" in asks:
-                inside |= set(ast.walk(node))
+        conditional = isinstance(node, ast.If | ast.IfExp)
+        if conditional and re.search("sys.platform|hasattr", ast.unparse(node.test)):
+            inside |= set(ast.walk(node))
     return inside
 
 

@@ -25,6 +25,8 @@ patient = False
 
 # Loading kept code takes less; a disk that takes longer is no reason to wait.
 _LOADING_SECONDS = 1.5
+# Whoever is interrupted gives no answer.
+_ANSWER_SECONDS = 60
 # A thread that adds lines asks for the interpreter's lock thousands of times, and waits this long
 # each time for a thread that compiles; Python's own 5 ms would make a second half a minute.
 _SWITCH_SECONDS = 2e-5
@@ -71,7 +73,7 @@ class _Job:
         if not self.compiles:
             self.compiles = True
             self._decided.set()
-            self.answered.wait()
+            self.answered.wait(_ANSWER_SECONDS)
             sys.setswitchinterval(_SWITCH_SECONDS)
 
     def ready(self) -> bool:
@@ -134,11 +136,11 @@ def refocus_image(raw: Image, m: int, shift: int, *, order: int, units: int, **m
     job = None
     if m > 1 or units:
         job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, order, units))
-    if job and job.ready():
-        from plenofir.refocus.fast import fast_refocus
-
-        return fast_refocus(raw, m, shift, order=order, units=units, **more)
     try:
+        if job and job.ready():
+            from plenofir.refocus.fast import fast_refocus
+
+            return fast_refocus(raw, m, shift, order=order, units=units, **more)
         return plain_refocus(raw, m, shift, order=order, units=units, **more)
     finally:
         if job:

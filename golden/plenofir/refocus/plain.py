@@ -32,8 +32,10 @@ def _word(largest: int, *, signed: bool) -> Any:
 def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Integers:
     """Sums S[p] of M lines of x for places p, shape (places, ...); lines outside of x are zero."""
     sums = np.zeros((len(places), *x.shape[1:]), word)
-    # Pixels u of a micro image whose lines enter at places of each rest modulo M.
-    entering = [[u * (shift - 1) for u in range(m) if u * shift % m == rest] for rest in range(m)]
+    # How far back the lines lie that enter at places of each rest modulo M.
+    entering: list[list[int]] = [[] for _ in range(m)]
+    for u in range(m):
+        entering[u * shift % m].append(u * (shift - 1))
     total = sums[:1].reshape(x.shape[1:])
     for u in range(m) if len(places) else ():
         line = m * ((places[0] - u * shift) // m) + u
@@ -187,8 +189,9 @@ def _quotients(
         return np.where(divisors > 0, np.clip(x, 0, white), 0)
     divisor = scale * int(weights[0][0] * weights[1][0])
     x += x.dtype.type(divisor // 2)
-    np.maximum(x, 0, out=x)
+    if scale > 1:
+        np.clip(x, 0, (white + 1) * divisor - 1, out=x)
     # NumPy divides numbers without a sign in less time.
     x = x.view(f"u{x.itemsize}")
     x //= x.dtype.type(divisor)
-    return np.minimum(x, white, out=x) if scale > 1 else x
+    return x

@@ -25,7 +25,7 @@ def test_plain_equals_compiled() -> None:
     seed = random.randrange(1 << 30)
     print("seed", seed)
     draw = random.Random(seed)
-    for _ in range(150):
+    for _ in range(80):
         m, order = draw.randint(1, 9), draw.choice([0, 0, 1, 2, 3])
         shape = (draw.randint(1, 50), draw.randint(1, 50), *draw.choice([(), (1,), (3,)]))
         shift = clamped_shift(m, draw.randint(-20, 25), shape)
@@ -133,7 +133,8 @@ def test_a_fork_while_loops_compile(slow: SlowCompiler) -> None:
     child = os.fork()
     if child == 0:
         kinds = refocus(RAW, 5, "2/5"), refocus(RAW.astype(np.uint16), 5, "2/5")
-        os._exit(not all(np.array_equal(kind, WANTED) for kind in kinds))
+        equal = all(np.array_equal(kind, WANTED) for kind in kinds)
+        os._exit(not (equal and not first_calls._jobs))
     assert os.waitpid(child, 0)[1] == 0
 
 
