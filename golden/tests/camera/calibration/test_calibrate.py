@@ -202,6 +202,18 @@ def test_clipped_share() -> None:
         calibrate(white, full_scale=1000)
 
 
+def test_profile_of_a_micro_image() -> None:
+    """From -0.6 to 0.6 pitches along the grid's axes, without the light."""
+    shape = (110, 120)
+    grid = regular_grid(shape, 18.4, rotation_degrees=2)
+    known = calibrate(white_image(shape, grid, form="spot", radius=0.2, noise=0))
+    places = np.linspace(-0.6, 0.6, len(known.profile))
+    away = np.hypot(*np.meshgrid(places, places))
+    alone = away < 0.45  # Beyond, there are neighbours.
+    expected = np.exp(-0.5 * (away / 0.205) ** 2)
+    assert np.array(known.profile)[alone] == pytest.approx(expected[alone], abs=0.04)
+
+
 def test_few_micro_images() -> None:
     grid = regular_grid((300, 300), 60.0, layout="hexagonal-rows", offset=(3.0, 5.0))
     calibration = calibrate(white_image((300, 300), grid))

@@ -10,6 +10,7 @@ from plenofir.camera.calibration.frames import (
     clipped_share,
     equalised,
     grey,
+    median_of,
     white_signal,
 )
 from plenofir.ground.errors import InputError
@@ -27,6 +28,8 @@ def test_grey_is_the_luminance_of_television() -> None:
     expected = colours @ np.array([0.2125, 0.7154, 0.0721])
     assert grey(colours) == pytest.approx(expected, rel=1e-5)
     assert grey(colours[..., 0]) == pytest.approx(colours[..., 0])
+    assert median_of(colours) == pytest.approx(np.median(expected), rel=1e-5)
+    assert median_of(colours[..., 0]) == np.median(colours[..., 0])
     assert grey(colours).dtype == grey(colours[..., 0]).dtype == np.float32
 
 
