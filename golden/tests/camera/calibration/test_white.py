@@ -137,6 +137,9 @@ def test_a_dark_level_takes_light_that_varies() -> None:
         gains = 1 + slope * (y // 10 + x // 10 * 10 - usual)
         white = WhiteImage((dark + 1000 * gains * middle).astype(np.float32), grid)
         assert white.base() == pytest.approx(dark if told else 0.0, abs=20)
+    # Below a dark frame, by noise, there is no light either.
+    below = WhiteImage((1000 * gains * middle - 0.5).astype(np.float32), grid)
+    assert below.base() == 0
 
 
 def test_clipped_micro_images_are_cut_off_and_tell_their_light_by_their_width() -> None:

@@ -201,7 +201,7 @@ def test_all_of_a_calibration_is_mapped(layout: str, way: int) -> None:
         update={
             "missing": ((2, 3),),
             "uneven": ((4, 5, 0.5),),
-            "shading": (-0.1, 0.2, -0.3),
+            "shading": (-0.1, 0.2, -0.3, -0.2, 0.1, -0.1),
             "profile": ((0.1, 0.2, 0.3), (0.4, 1.0, 0.6), (0.7, 0.8, 0.9)),
         }
     )
