@@ -73,17 +73,6 @@ architecture rtl of three_taps is
 
   end function lowest_bit;
 
-  constant LOW_BIT : natural := lowest_bit(SIDE);
-  -- The side weight without its trailing zeros.
-  constant ODD : positive := SIDE / 2 ** LOW_BIT;
-  -- The power of two that is nearest to ODD.
-  constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
-  -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder. Others are
-  -- multiplied as negative numbers, because Yosys takes a product with a factor that is never negative for one of
-  -- numbers without a sign, which needs a second multiplier for the copies of the other factor's sign.
-  constant MULTIPLIES : boolean := not one_weight(BUILD.weights) or
-                                   (ODD /= 1 and ODD /= 2 ** HIGH_BIT + 1 and ODD /= 2 ** HIGH_BIT - 1);
-
   -- Names of signals end in the number of clocks behind the value.
   signal value_1   : signed(VALUE_BITS - 1 downto 0)      := (others => '0');
   signal value_2   : signed(VALUE_BITS - 1 downto 0)      := (others => '0');
@@ -120,16 +109,23 @@ begin
       change_2 <= resize(earlier_1, DIFFERENCE_BITS + 1) + resize(later_1, DIFFERENCE_BITS + 1);
 
       value_3 <= value_2;
-      if MULTIPLIES then
-        result <= scaled_3 - resize(change_3, RESULT_BITS);
-      else
+      if one_weight(BUILD.weights) then
         result <= scaled_3 + resize(change_3, RESULT_BITS);
+      else
+        result <= scaled_3 - resize(change_3, RESULT_BITS);
       end if;
     end if;
 
   end process add;
 
+  -- A single side weight is a sum or a difference of two powers of two (all but 11 and 13): one adder.
   one_side : if one_weight(BUILD.weights) generate
+
+    constant LOW_BIT : natural := lowest_bit(SIDE);
+    -- The side weight without its trailing zeros.
+    constant ODD : positive := SIDE / 2 ** LOW_BIT;
+    -- The power of two that is nearest to ODD.
+    constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
 
     signal scaled : signed(PRODUCT_BITS - 1 downto 0);
     signal high   : signed(PRODUCT_BITS - 1 downto 0);
@@ -150,7 +146,7 @@ begin
         elsif ODD = 2 ** HIGH_BIT - 1 then
           change_3 <= high - scaled;
         else
-          change_3 <= change_2 * to_signed(-SIDE, SIDE_BITS);
+          change_3 <= change_2 * to_signed(SIDE, SIDE_BITS);
         end if;
       end if;
 
@@ -158,6 +154,8 @@ begin
 
   end generate one_side;
 
+  -- Weights are multiplied as negative numbers, because Yosys takes a product with a factor that is never negative for
+  -- one of numbers without a sign, which needs a second multiplier for the copies of the other factor's sign.
   many_sides : if not one_weight(BUILD.weights) generate
 
     type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
