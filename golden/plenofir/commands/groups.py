@@ -126,7 +126,7 @@ class LookOptions:
 
 @dataclass(frozen=True)
 class LookIfGiven:
-    """The same, of commands that also write values as they are."""
+    """Options of the look, for commands that also write values as they are."""
 
     exposure: options.ExposureIfGiven = None
     gamma: options.Gamma = None
