@@ -18,7 +18,7 @@ from plenofir.camera.lightfield import views as views_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.source import Hints
-from plenofir.commands import earlier
+from plenofir.commands import last_run
 from plenofir.commands.app import run
 from plenofir.commands.development import Job, Marks
 from plenofir.ground.errors import InputError
@@ -132,7 +132,7 @@ def test_marks_change_with_what_results_are_made_from(tmp_path: Path, monkeypatc
     assert empty.field != marks(capture=folder).field
     os.mkfifo(tmp_path / "pipe")
     assert marks(capture=tmp_path / "pipe").field != marks(capture=tmp_path / "pipe").field
-    monkeypatch.setattr(earlier, "program_mark", lambda: "another version")
+    monkeypatch.setattr(last_run, "program_mark", lambda: "another version")
     assert changed(marks()) == everything
 
 
