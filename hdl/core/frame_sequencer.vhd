@@ -252,7 +252,16 @@ architecture rtl of frame_sequencer is
   -- A start of frame inside a frame.
   signal frame_broken : std_logic;
 
+  -- Parts of `state` for waveforms, because GHDL writes no records into them: the token's place, the frame's slice.
+  signal column     : unsigned(COLUMN_BITS - 1 downto 0);
+  signal row        : unsigned(15 downto 0);
+  signal slice_held : slice_t;
+
 begin
+
+  column     <= state.column;
+  row        <= state.row;
+  slice_held <= state.frame.slice;
 
   -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
   offered.last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);

@@ -15,7 +15,6 @@ format has them.
 import io
 import logging
 import struct
-import warnings
 import zlib
 from collections.abc import Callable
 from functools import partial
@@ -31,6 +30,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.extras import missing
 from plenofir.ground.files import input_file, write_file
 from plenofir.ground.levels import levels
+from plenofir.ground.orientation import TAG_ORIENTATION, exif_orientation, page_orientation, turned
 from plenofir.ground.png import SIGNATURE as PNG_SIGNATURE
 from plenofir.ground.png import png_chunk, png_file
 
@@ -46,7 +46,6 @@ _JPEG_QUALITY = 92
 _WHITE_LEVEL = b"White level"
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
-_TAG_ORIENTATION = 274
 _NUMBER_OF_IMAGES = 0xB001  # of the index of a multi-picture file
 # What a Raspberry Pi's raspistill -r writes behind a JPEG.
 _BROADCOM = b"BRCMo"
@@ -97,17 +96,6 @@ def bare(pixels: Image) -> Picture:
     return Picture(pixels, int(np.iinfo(pixels.dtype).max))
 
 
-def turned(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
-    """Pixels (rows, columns, ...) turned as an orientation says, a view of them."""
-    if orientation in (5, 6, 7, 8):
-        pixels = pixels.swapaxes(0, 1)
-    if orientation in (3, 4, 7, 8):
-        pixels = pixels[::-1]
-    if orientation in (2, 3, 6, 7):
-        pixels = pixels[:, ::-1]
-    return pixels
-
-
 def upright(picture: Picture) -> Picture:
     """A picture turned as its orientation says, with the mosaic of its first pixels then."""
     if picture.orientation == 1:
@@ -150,7 +138,7 @@ def _png(data: bytes) -> Picture:
             packed = body.partition(b"\0")[2][1:]
             profile = zlib.decompressobj().decompress(packed, _LARGEST_PROFILE)
         elif kind == b"eXIf":
-            orientation = _orientation(body)
+            orientation = exif_orientation(body)
         elif kind == b"acTL":
             frames = int.from_bytes(body[:4], "big")
         elif kind == b"tEXt" and body.startswith(_WHITE_LEVEL + b"\0"):
@@ -163,26 +151,6 @@ def _png(data: bytes) -> Picture:
         orientation=orientation,
         notes=_first_of(frames, "frames of the animation (APNG)"),
     )
-
-
-def _orientation(exif: bytes) -> int:
-    """Orientation in EXIF metadata; 1, as stored, if they do not tell or are damaged."""
-    from PIL.Image import Exif
-
-    content = Exif()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            content.load(exif)
-            return int(content.get(_TAG_ORIENTATION, 1))
-    except (SyntaxError, ValueError, TypeError, OSError, struct.error):
-        # What Pillow raises at damaged metadata, which are no reason to refuse a picture.
-        return 1
-
-
-def page_orientation(page: Any) -> int:
-    """Orientation of a page of a TIFF file (tifffile's), as EXIF counts."""
-    return int(page.tags[_TAG_ORIENTATION].value) if _TAG_ORIENTATION in page.tags else 1
 
 
 def page_pixels(page: Any, where: str = "") -> Image:
@@ -289,7 +257,7 @@ def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
             255,
             gamma,
             image.info.get("icc_profile"),
-            orientation=_orientation(image.info.get("exif", b"")),
+            orientation=exif_orientation(image.info.get("exif", b"")),
             notes=(
                 *_first_of(_pictures_of_mpo(image), "pictures in the JPEG (MPO)"),
                 *((_RAW_BEHIND,) if _BROADCOM in data else ()),
@@ -442,7 +410,7 @@ def _chunks(picture: Picture) -> bytes:
         chunks.append(png_chunk(b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale))
     if picture.orientation != 1:
         # A TIFF header, and a directory of one tag.
-        short = struct.pack("<HHIHHI", _TAG_ORIENTATION, 3, 1, picture.orientation, 0, 0)
+        short = struct.pack("<HHIHHI", TAG_ORIENTATION, 3, 1, picture.orientation, 0, 0)
         chunks.append(png_chunk(b"eXIf", b"II*\0\x08\0\0\0\x01\0" + short))
     if picture.xmp is not None:
         # Neither compressed nor translated.

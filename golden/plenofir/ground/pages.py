@@ -10,8 +10,9 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import Image, Picture, page_orientation, page_pixels
+from plenofir.ground.images import Image, Picture, page_pixels
 from plenofir.ground.levels import levels
+from plenofir.ground.orientation import page_orientation
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 

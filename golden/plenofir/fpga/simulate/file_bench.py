@@ -39,8 +39,8 @@ def stream_waves(prefix: str, more: str = "") -> tuple[Scope, ...]:
 def _engine_waves(engine: Iterable[Scope]) -> tuple[Scope, ...]:
     """An engine in its shell, which makes tokens of its stream."""
     return (
-        # GHDL writes no records, so the signals that a token is made of stand for it.
-        ("bit", "shell/sequencer/", "take starts_frame line_ends"),
+        # GHDL writes no records, so the signals beside the sequencer's records stand for it.
+        ("bit", "shell/sequencer/faults/", "take starts_frame line_ends"),
         ("downto", "shell/sequencer/", "column row slice_held"),
         ("downto", "shell/", "token_rows token_data"),
         *engine,

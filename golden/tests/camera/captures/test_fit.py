@@ -14,7 +14,7 @@ from plenofir.camera.calibration.moving import mapped, turning
 from plenofir.camera.captures.fit import fitted
 from plenofir.camera.patterns.match import match_capture
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import turned
+from plenofir.ground.orientation import turned
 
 SEED = 20_261_127
 PAIRS = 6
