@@ -25,10 +25,10 @@ MODULES = {
     "pillow": "PIL",
     "pyserial": "serial",
 }
-# Of users' own libraries, and one that saves processor time.
-IF_THERE = {"cupy", "torch", "threadpoolctl"}
-# Brought by typer.
-BY_TYPER = {"rich"}
+# Of users' own libraries.
+IF_THERE = {"cupy", "torch"}
+# Brought by numba and by typer.
+BROUGHT = {"llvmlite", "rich"}
 
 
 def modules(requirements: list[str]) -> set[str]:
@@ -52,7 +52,7 @@ def test_nine_packages_are_required() -> None:
 
 
 def test_every_import_is_required_or_an_extra() -> None:
-    required = modules(PROJECT["dependencies"]) | BY_TYPER
+    required = modules(PROJECT["dependencies"]) | BROUGHT
     others = {name for path in PACKAGE.rglob("*.py") for name in imported(path)} - required
     assert others - EXTRAS.keys() - IF_THERE == set()
     assert required - {"imagecodecs"} <= {n for p in PACKAGE.rglob("*.py") for n in imported(p)}
@@ -79,7 +79,7 @@ for words in {calls}:
 
 def without_extras(folder: Path, *calls: str) -> tuple[list[str], list[str]]:
     """Exit codes with the calls, and lines on standard error, of an environment without extras."""
-    names = sorted(EXTRAS.keys() | {"threadpoolctl", "skimage", "mpmath"})
+    names = sorted(EXTRAS.keys() | {"skimage", "mpmath"})
     code = CALLS.format(names=names, calls=[call.split() for call in calls])
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True

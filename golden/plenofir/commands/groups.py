@@ -13,9 +13,6 @@ from plenofir.commands import options
 if TYPE_CHECKING:
     from plenofir.refocus import Aperture
 
-if TYPE_CHECKING:
-    pass
-
 
 Command = Callable[..., None]
 

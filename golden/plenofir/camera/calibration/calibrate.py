@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a white image to a calibration."""
 
-from contextlib import AbstractContextManager, nullcontext
-from typing import Any, cast
-
 import numpy as np
 from scipy import ndimage
+from threadpoolctl import threadpool_limits
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.fit import Fit, fit_grid
@@ -20,19 +18,6 @@ _PROFILE_SAMPLES = 31
 _PROFILE_LENSES = 600
 _UNEVEN = 0.02
 _UNUSUAL = 4.0
-
-
-def _one_thread() -> AbstractContextManager[Any]:
-    """Keep linear algebra to one thread, where threadpoolctl is installed.
-
-    No matrix here is large enough for a second thread to help, and threads that wait spin.
-    Commands have one anyway.
-    """
-    try:
-        from threadpoolctl import threadpool_limits
-    except ModuleNotFoundError:
-        return nullcontext()
-    return cast("AbstractContextManager[Any]", threadpool_limits(limits=1, user_api="blas"))
 
 
 def calibrate(
@@ -69,7 +54,8 @@ def calibrate(
     signal = white_signal(white, dark, where=where, dark_where=dark_where, full_scale=full_scale)
     try:
         clipped = clipped_level(white, signal, full_scale)
-        with _one_thread():
+        # No matrix here is large enough for a second thread to help, and threads that wait spin.
+        with threadpool_limits(limits=1, user_api="blas"):
             fit = fit_grid(signal, layout=layout, order=order, clipped=clipped)
     except InputError as error:
         raise InputError(error.problem, where=where) from None
