@@ -17,7 +17,7 @@ package register_map_pkg is
 
   -- Constant contents of registers.
   constant IDENTIFICATION_WORD : word_t := x"506C6E66";
-  constant VERSION_WORD        : word_t := x"01000200";
+  constant VERSION_WORD        : word_t := x"01000300";
 
   -- Places of the registers: a quarter of the address in bytes.
   constant AT_IDENTIFICATION   : natural := 0;
