@@ -244,7 +244,7 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
             "lens_sharpness.vhd",
             "bend    <= along + across;",
             "bend    <= along;",
-            "index.find.slice[0].judge.laplacian",
+            "index.planned.find.slice[0].judge.laplacian",
         ),
     ],
 )

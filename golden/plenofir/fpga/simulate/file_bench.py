@@ -57,7 +57,7 @@ def core_waves(
         return within("raster/core/planned", engine)
     return within(
         "stack_and_index",
-        (*within("core/planned", engine), *within("index", _engine_waves(index.waves))),
+        (*within("core/planned", engine), *within("index/planned", _engine_waves(index.waves))),
     )
 
 

@@ -31,7 +31,7 @@ WAVES: tuple[Scope, ...] = (
     *within(
         "lenses_out",
         (
-            ("bit", "sequencer/", "take starts_frame line_ends"),
+            ("bit", "sequencer/faults/", "take starts_frame line_ends"),
             ("downto", "sequencer/", "column row"),
             ("downto", "", "token_data"),
             ("downto", "writer/", "line_number column frame_first done"),
