@@ -41,12 +41,12 @@ def depth_picture(depth: Floats, unit: Unit = "a") -> Image:
     if unit == "mm":
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             values = np.where(depth > 0, 1 / depth, np.nan)
-    known = np.isfinite(values)
-    low, high = np.percentile(values[known], [2, 98]) if known.any() else (0.001, 0.01)
+    has_depth = np.isfinite(values)
+    low, high = np.percentile(values[has_depth], [2, 98]) if has_depth.any() else (0.001, 0.01)
     high = max(high, low + 0.01 * (low if unit == "mm" else 1))
-    shares = np.where(known, (values - low) / (high - low), 0.0)
+    shares = np.where(has_depth, (values - low) / (high - low), 0.0)
     colours = VIRIDIS[np.clip(256 * shares, 0, 255).astype(np.uint8)]
-    colours[~known] = _UNKNOWN
+    colours[~has_depth] = _UNKNOWN
     if unit == "mm":
         ticks = distance_ticks(1 / high, 1 / low)
         of_metres, name = (1000, name[1:]) if 1 / low >= 10_000 else (1, name)
@@ -54,7 +54,7 @@ def depth_picture(depth: Floats, unit: Unit = "a") -> Image:
     else:
         marks = {f"{tick:g}": tick for tick in _round_steps(low, high, 8)}
     places = {text: (value - low) / (high - low) for text, value in marks.items()}
-    return _with_scale(colours, places, name, "" if known.all() else _REASONS[unit])
+    return _with_scale(colours, places, name, "" if has_depth.all() else _REASONS[unit])
 
 
 def _with_scale(colours: Image, marks: dict[str, float], name: str, reason: str) -> Image:

@@ -415,9 +415,9 @@ def batch(
         raise typer.Exit(130) from None
     for text in failed:
         typer.echo(f"failed: {text}", err=True)
-    what = "captures developed" if files.of_captures else "frames refocused"
+    results = "captures developed" if files.of_captures else "frames refocused"
     typer.echo(
-        f"{out}: {total - kept - len(failed)} {what}, {kept} there already, {len(failed)} failed"
+        f"{out}: {total - kept - len(failed)} {results}, {kept} there already, {len(failed)} failed"
     )
     if failed:
         raise typer.Exit(1)

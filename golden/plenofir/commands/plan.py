@@ -462,7 +462,7 @@ def synth(
         chosen = [scene_design(planned)]
     else:
         chosen = [design for design in designs() if not design.slow]
-    known = load_record().counted_with(ghdl, yosys)
+    recorded_figures = load_record().counted_with(ghdl, yosys)
     rows = []
     with steps_bar("synthesis") as show:
         for number, design in enumerate(chosen):
@@ -473,7 +473,7 @@ def synth(
                     publish_files(Path(work), folder)
                     # Written again, because the lists of sources are relative to their folder.
                     write_project(design.plan, folder)
-            same = known.get(design.name)
+            same = recorded_figures.get(design.name)
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")

@@ -26,5 +26,5 @@ def missing(module: str) -> InputError:
     """The refusal where a module is not installed."""
     package = module.partition(".")[0]
     extra = EXTRAS.get(package)
-    wanted = f"'plenofir[{extra}]'" if extra else package
-    return InputError(f"the package {package} is missing; pip install {wanted}")
+    requirement = f"'plenofir[{extra}]'" if extra else package
+    return InputError(f"the package {package} is missing; pip install {requirement}")

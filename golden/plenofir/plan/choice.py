@@ -115,14 +115,16 @@ def _variants(
 def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> CoreConfiguration:
     """A core with the scene's pixels per clock; by default the fewest for its rate, else one."""
     # The resampler gives one pixel a clock.
-    wanted = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
+    pixels_asked = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
     if "pixels_per_clock" not in type(core.engine).model_fields:
         return core
-    for pixels in PIXELS_PER_CLOCK if wanted == "auto" else (wanted,):
+    for pixels in PIXELS_PER_CLOCK if pixels_asked == "auto" else (pixels_asked,):
         engine = core.engine.model_copy(update={"pixels_per_clock": pixels})
-        other = core.model_copy(update={"engine": engine})
-        if wanted != "auto" or not (_refused(loaded, other) or too_slow(loaded, other, device)):
-            return other
+        candidate = core.model_copy(update={"engine": engine})
+        if pixels_asked != "auto" or not (
+            _refused(loaded, candidate) or too_slow(loaded, candidate, device)
+        ):
+            return candidate
     return core
 
 
@@ -146,9 +148,9 @@ def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
         _check_limits(loaded, core)
     except InputError as error:
         return error.problem
-    wanted = loaded.scene.build.pixels_per_clock
-    if wanted not in ("auto", core.pixels_per_clock):
-        return f"takes one pixel a clock, not {wanted}"
+    pixels_asked = loaded.scene.build.pixels_per_clock
+    if pixels_asked not in ("auto", core.pixels_per_clock):
+        return f"takes one pixel a clock, not {pixels_asked}"
     return misfit(loaded, core)
 
 

@@ -17,12 +17,12 @@ def too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> st
     if loaded.scene.build.path == "video" or needed is None or needed <= kept:
         return ""
     each = "a pixel" if pixels == 1 else f"{pixels} pixels"
-    known = f"cores keep {kept:g} MHz" if kept else "no clock is known for so many"
+    limit = f"cores keep {kept:g} MHz" if kept else "no clock is known for so many"
     size = f"{frame.columns} x {frame.rows}"
-    what = size if frame.rate_hz is None else f"{size} at {frame.rate_hz:g} Hz"
+    load = size if frame.rate_hz is None else f"{size} at {frame.rate_hz:g} Hz"
     if lanes is not None and needed == lanes.pixels_mhz(frame.bits) / pixels:
-        what = f"{lanes.number} x {lanes.mbits:g} Mb/s of {frame.bits} bits"
-    return f"{what} needs {needed:.4g} MHz at {each} a clock; on the {device.name.upper()} {known}"
+        load = f"{lanes.number} x {lanes.mbits:g} Mb/s of {frame.bits} bits"
+    return f"{load} needs {needed:.4g} MHz at {each} a clock; on the {device.name.upper()} {limit}"
 
 
 def misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:

@@ -57,9 +57,10 @@ def _otsu(image: Image32, bins: int = 256) -> float:
     counts, edges = np.histogram(image, bins)
     levels = (edges[:-1] + edges[1:]) / 2
     number, total = counts.cumsum()[:-1], (counts * levels).cumsum()
-    others = image.size - number
-    apart = total[:-1] / number - (total[-1] - total[:-1]) / np.maximum(others, 1)
-    return float(levels[:-1][np.argmax(number * others * apart**2)])
+    above = image.size - number
+    # One level alone leaves bins with no pixel below them.
+    means = total[:-1] / np.maximum(number, 1), (total[-1] - total[:-1]) / np.maximum(above, 1)
+    return float(levels[:-1][np.argmax(number * above * (means[0] - means[1]) ** 2)])
 
 
 def region_centroids(regions: Flags) -> tuple[Floats, Floats]:

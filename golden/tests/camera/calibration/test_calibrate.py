@@ -20,7 +20,7 @@ from plenofir.camera.calibration import (
 )
 from plenofir.camera.calibration.fit import fit_grid
 from plenofir.camera.calibration.frames import clipped_share, grey
-from plenofir.camera.calibration.thesis_method import normalised, regression, rotated
+from plenofir.camera.calibration.thesis_method import binary, normalised, regression, rotated
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.ground.errors import InputError
 
@@ -389,6 +389,10 @@ def test_equations_of_the_text() -> None:
     image = np.array([[10.0, 20.0], [30.0, 50.0]], dtype=np.float32)
     assert normalised(image) == pytest.approx(np.array([[1, 64.75], [128.5, 256]]))
     assert (normalised(np.ones((2, 2), np.float32)) == 1).all()
+    with np.errstate(all="raise"):
+        assert binary(np.ones((2, 2), np.float32)).all()
+    # Variances between the classes, times 4: 1633, 2500, 2700 for 1, 2, 3 pixels below.
+    assert (binary(image) == [[False, False], [False, True]]).all()
     points = np.array([[1.0, 0.0], [3.0, 1.0], [5.0, 2.0]])
     assert regression(points) == pytest.approx((1.0, 2.0))
     ramp = np.arange(5, dtype=np.float32)
