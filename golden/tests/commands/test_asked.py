@@ -95,6 +95,7 @@ def test_films_and_volumes_are_balanced_and_cropped(tmp_path: Path) -> None:
         ("refocus RAW -M 5 -a 0 --white-balance nan,1", "RED,BLUE"),
         ("refocus GREY -M 5 -a 0 --white-balance 2,1", "it has no colours to balance"),
         ("refocus RAW -M 5 -a 0 --crop 1,2,3", "LEFT,TOP,WIDTH,HEIGHT"),
+        ("refocus RAW -M 5 -a 0 --crop ²,0,5,5", "LEFT,TOP,WIDTH,HEIGHT"),
         ("refocus RAW -M 5 -a 0 --crop 0,0,0,9", "does not lie within"),
         ("refocus RAW -M 5 -a 0 --crop 700,0,51,9", "within the picture of 750 x 400"),
         ("batch RAW -M 5 --out b --crop 0,0,9,9", "for captures and volumes"),

@@ -29,6 +29,7 @@ from plenofir.camera.captures.fit import fitted
 from plenofir.camera.resampling.mosaic import BayerOrder
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture, upright
+from plenofir.ground.whole_numbers import whole_numbers
 
 
 class Told(NamedTuple):
@@ -42,12 +43,12 @@ class Told(NamedTuple):
         """Column and row of `roi`."""
         if self.roi is None:
             return None
-        parts = self.roi.split(",")
-        if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
+        corner = whole_numbers(self.roi, 2)
+        if corner is None:
             raise InputError(
                 f"{self.roi!r} is no column and row; write them as in --roi 200,100", where="roi"
             )
-        return int(parts[0]), int(parts[1])
+        return corner[0], corner[1]
 
 
 _NOTHING_TOLD = Told()

@@ -7,6 +7,7 @@ from plenofir.camera.captures.colours import Colours, told_gains
 from plenofir.camera.recognise.source import Hints
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import SCREEN_GAMMA, Image, Picture
+from plenofir.ground.whole_numbers import whole_numbers
 
 
 def as_asked(picture: Picture, micro_image_size: int, hints: Hints, where: str = "") -> Picture:
@@ -31,13 +32,13 @@ def as_asked(picture: Picture, micro_image_size: int, hints: Hints, where: str =
 
 def _cropped(pixels: Image, m: int, text: str) -> Image:
     """A part in pixels of a refocused picture, LEFT,TOP,WIDTH,HEIGHT, in whole micro images."""
-    parts = text.split(",")
-    if len(parts) != 4 or not all(part.strip().isdigit() for part in parts):
+    numbers = whole_numbers(text, 4)
+    if numbers is None:
         raise InputError(
             f"{text!r} is no part of a picture; write LEFT,TOP,WIDTH,HEIGHT as in 200,100,640,480",
             where="crop",
         )
-    left, top, width, height = map(int, parts)
+    left, top, width, height = numbers
     # Each pixel of a view is one of the picture.
     is_views = pixels.ndim > 3
     step = 1 if is_views else m
