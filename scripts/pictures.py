@@ -175,7 +175,7 @@ def screens() -> None:
             Path(folder) / "bench",
             board="ulx3s",
             screen=screen,
-            told=tuple(names),
+            entries=tuple(names),
         )
     slices = core.golden(raw)
     for frame, picture in zip(names, result.frames, strict=True):

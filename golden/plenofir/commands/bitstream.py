@@ -154,7 +154,7 @@ def build_core(
         return gowin.build(board, device, generics, out, progress)
     if board.flow == "nexus":
         # A camera whose frames are rasters.
-        return nexus.build(board, device, generics, nexus.OWN_CLOCKS, out, progress)
+        return nexus.build(board, device, generics, nexus.DEFAULT_CLOCKS, out, progress)
     clocks = 0
     if board.modes:
         # The slowest mode that has such lines.

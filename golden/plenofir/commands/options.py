@@ -353,7 +353,7 @@ _RADIUS = typer.Option(
     min=0,
     max=8,
 )
-_ENGINES = ", ".join(f"{name} ({row.what})" for name, row in ENGINE_ROWS.items())
+_ENGINES = ", ".join(f"{name} ({row.method})" for name, row in ENGINE_ROWS.items())
 _ENGINE = typer.Option(help=f"How the core computes: {_ENGINES}.")
 _ENGINE_OR_STACK = typer.Option(
     help=f"How the core computes: {_ENGINES}, stack (all focus settings in one pass)."

@@ -88,13 +88,13 @@ def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:
     InputError if there is none or more than one.
     """
     entries = sorted(classes.glob("uio*/name"))
-    found = {file.parent.name: file.read_text().strip() for file in entries}
-    fitting = [device for device, text in found.items() if name in text]
+    devices = {file.parent.name: file.read_text().strip() for file in entries}
+    fitting = [device for device, text in devices.items() if name in text]
     if len(fitting) == 1:
         return Path("/dev") / fitting[0]
-    seen = ", ".join(f"{device} ({text})" for device, text in found.items()) or "none"
+    listed = ", ".join(f"{device} ({text})" for device, text in devices.items()) or "none"
     raise InputError(
-        f"{len(fitting)} UIO devices are named {name!r}, of {seen}; name one of "
+        f"{len(fitting)} UIO devices are named {name!r}, of {listed}; name one of "
         "them, or see the device tree in docs/registers.md"
     )
 

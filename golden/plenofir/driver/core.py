@@ -73,10 +73,10 @@ class Core:
         self.registers = Registers(access)
         self._access = access
         self._pause = pause
-        found = self.registers.read_identification()
-        if found != IDENTIFICATION_VALUE:
+        first = self.registers.read_identification()
+        if first != IDENTIFICATION_VALUE:
             raise InputError(
-                f"the first word reads as {found:#010x}, not {IDENTIFICATION_VALUE:#010x}; "
+                f"the first word reads as {first:#010x}, not {IDENTIFICATION_VALUE:#010x}; "
                 "is this the core's address?",
                 where="core",
             )
@@ -114,8 +114,8 @@ class Core:
             release=(version.major, version.minor, version.patch),
             parts=parts,
             micro_image_size=geometry.micro_image_size,
-            shifts=tuple(found.shift for found in slices),
-            sharpening=tuple(found.sharpening for found in slices),
+            shifts=tuple(record.shift for record in slices),
+            sharpening=tuple(record.sharpening for record in slices),
             channels=geometry.channels,
             pixel_bits=geometry.pixel_bits,
             pixels_per_clock=geometry.pixels_per_clock,
@@ -214,13 +214,13 @@ class Core:
 
         InputError if there is none.
         """
-        wanted = Fraction(a)
+        focus = Fraction(a)
         settings = self.description.settings
-        if wanted not in settings:
+        if focus not in settings:
             names = ", ".join(str(setting) for setting in settings)
-            raise InputError(f"has no slice for a = {wanted}; use one of {names}", where="core")
-        self.set_slice(settings.index(wanted))
-        return settings.index(wanted)
+            raise InputError(f"has no slice for a = {focus}; use one of {names}", where="core")
+        self.set_slice(settings.index(focus))
+        return settings.index(focus)
 
     def set_distance(self, distance_mm: float, model: "RayModel") -> int:
         """Choose the slice that is nearest to a distance, in a; its number.
@@ -234,13 +234,13 @@ class Core:
             raise InputError(
                 f"was built for M = {m}, the camera has M = {model.micro_image_size}", where="core"
             )
-        wanted = float(model.focus_setting(distance_mm))
-        number = min(range(len(settings)), key=lambda i: abs(float(settings[i]) - wanted))
+        focus = float(model.focus_setting(distance_mm))
+        number = min(range(len(settings)), key=lambda i: abs(float(settings[i]) - focus))
         ordered = sorted(float(setting) for setting in settings)
         gaps = [b - a for a, b in pairwise(ordered)]
-        if abs(float(settings[number]) - wanted) > max([*gaps, 1 / m]) / 2:
+        if abs(float(settings[number]) - focus) > max([*gaps, 1 / m]) / 2:
             raise InputError(
-                f"{distance_mm:g} mm needs a = {wanted:.3f}; the core has a = "
+                f"{distance_mm:g} mm needs a = {focus:.3f}; the core has a = "
                 f"{ordered[0]:.3f} to {ordered[-1]:.3f}",
                 where="core",
             )
@@ -279,10 +279,10 @@ class Core:
 
     def errors(self, *, clear: bool = False) -> set[str]:
         """Names of the faults so far (fields of the register `errors`); clears those it returns."""
-        found = self.registers.read_errors()._asdict()
-        names = {name for name, bit in found.items() if bit}
+        bits = self.registers.read_errors()._asdict()
+        names = {name for name, bit in bits.items() if bit}
         if clear and names:
-            self.registers.write_errors(**found)
+            self.registers.write_errors(**bits)
         return names
 
     def wait(self, event: Event, timeout_s: float = 1.0) -> bool:
@@ -318,12 +318,12 @@ class Core:
         from plenofir.plan.sensor.board_load import BoardResampler, calibration_loads
         from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
-        what, details = self.description, self.description.details
+        described, details = self.description, self.description.details
         core = ResamplerConfiguration(
-            micro_image_size=what.micro_image_size,
-            max_columns=what.max_columns,
-            channels=what.channels,
-            pixel_bits=what.pixel_bits,
+            micro_image_size=described.micro_image_size,
+            max_columns=described.max_columns,
+            channels=described.channels,
+            pixel_bits=described.pixel_bits,
             lenses=details["lenses.count"],
             hexagonal=bool(details["resampler.hexagonal"]),
             moves=bool(details["resampler.moves"]),

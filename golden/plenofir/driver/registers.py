@@ -46,7 +46,7 @@ class _Register:
 
 
 def _registers(entries: Mapping[str, Any]) -> dict[str, _Register]:
-    found: dict[str, _Register] = {}
+    registers: dict[str, _Register] = {}
     for name, entry in entries.items():
         low, fields = 0, {}
         for field, about in entry.items():
@@ -59,8 +59,8 @@ def _registers(entries: Mapping[str, Any]) -> dict[str, _Register]:
         parts = re.match(r"\(([a-z_, ]+)\) ", entry["description"])
         needs = tuple(parts[1].split(", ")) if parts else ()
         values = namedtuple(name, list(fields))  # type: ignore[misc]
-        found[name] = _Register(4 * len(found), entry["mode"], needs, fields, values)
-    return found
+        registers[name] = _Register(4 * len(registers), entry["mode"], needs, fields, values)
+    return registers
 
 
 def _bits(enumeration: Mapping[str, Any]) -> int:
@@ -111,8 +111,8 @@ class Registers:
         return values[0] if len(values) == 1 else register.values(*values)
 
     def _write(self, register: _Register, *value: int, **fields: int) -> None:
-        given = dict(zip(register.fields, value, strict=False)) | fields
+        arguments = dict(zip(register.fields, value, strict=False)) | fields
         if not register.mode.endswith("wpulse"):
-            given = register.values(**given)._asdict()
-        word = sum(register.fields[name].bits(part) for name, part in given.items())
+            arguments = register.values(**arguments)._asdict()
+        word = sum(register.fields[name].bits(part) for name, part in arguments.items())
         self._access.write(register.address, word)

@@ -45,12 +45,14 @@ class Crossing:
 @cache
 def described_crossings() -> Mapping[str, tuple[Crossing, ...]]:
     """Crossings by the entity that has them, from the files beside the VHDL."""
-    found = {}
+    crossings = {}
     for file in sorted((root() / "hdl").rglob("*.toml")):
         paths = tomllib.loads(file.read_text()).get("path", ())
         if paths:
-            found[file.stem] = tuple(Crossing(p["to"], p["limit"], p.get("from")) for p in paths)
-    return found
+            crossings[file.stem] = tuple(
+                Crossing(p["to"], p["limit"], p.get("from")) for p in paths
+            )
+    return crossings
 
 
 @dataclass(frozen=True)

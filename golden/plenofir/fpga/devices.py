@@ -193,8 +193,8 @@ ECP5 = {name: device for name, device in DEVICES.items() if device.family == "ec
 def device_name(text: str) -> str:
     """A device's name in the table from what people type: any case, with package and grade."""
     typed = text.strip().lower()
-    known = _OTHER_NAMES | {device.part.lower(): name for name, device in DEVICES.items()}
-    if typed in known:
-        return known[typed]
-    found = [name for name in DEVICES if re.match(rf"{name}(?!\d)", typed)]
-    return max(found, key=len, default=typed)
+    names = _OTHER_NAMES | {device.part.lower(): name for name, device in DEVICES.items()}
+    if typed in names:
+        return names[typed]
+    prefixes = [name for name in DEVICES if re.match(rf"{name}(?!\d)", typed)]
+    return max(prefixes, key=len, default=typed)

@@ -11,8 +11,8 @@ from plenofir.ground.project import root
 
 def _listed(path: str) -> list[Path]:
     """What a list below ``hdl`` names, each beside it."""
-    found = input_file(root() / "hdl" / path)
-    return [input_file(found.parent / line) for line in found.read_text().splitlines()]
+    listing = input_file(root() / "hdl" / path)
+    return [input_file(listing.parent / line) for line in listing.read_text().splitlines()]
 
 
 def hdl_sources() -> list[Path]:
@@ -25,16 +25,16 @@ def board_sources(board: str = DEFAULT_BOARD) -> list[Path]:
 
     Those of no board, then what ``hdl/sources_NAME.txt`` lists, which needs a vendor's library.
     """
-    own = f"sources_{board}.txt"
-    return hdl_sources() + (_listed(own) if (root() / "hdl" / own).exists() else [])
+    listing = f"sources_{board}.txt"
+    return hdl_sources() + (_listed(listing) if (root() / "hdl" / listing).exists() else [])
 
 
 def all_sources() -> list[Path]:
     """All synthesisable VHDL sources, in the order of analysis."""
     lists = sorted(path.name for path in (root() / "hdl").glob("sources_*.txt"))
     # Boards of one family share its wrappers.
-    own = dict.fromkeys(source for name in lists for source in _listed(name))
-    return hdl_sources() + list(own)
+    sources = dict.fromkeys(source for name in lists for source in _listed(name))
+    return hdl_sources() + list(sources)
 
 
 def with_packages(sources: Sequence[Path], packages: Mapping[str, str], folder: Path) -> list[Path]:

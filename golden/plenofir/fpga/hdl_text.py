@@ -35,7 +35,7 @@ def declarations(text: str, kind: str) -> list[Declaration]:
     """
     clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
     body = re.sub(r"\n {5,}", " ", clause[1]) if clause else ""
-    found: list[Declaration] = []
+    entries: list[Declaration] = []
     above: list[str] = []
     complete = False
     for line in body.splitlines():
@@ -51,8 +51,8 @@ def declarations(text: str, kind: str) -> list[Declaration]:
         if kind == "port":
             mode, rest = rest.split(None, 1)
         type_name, _, default = (part.strip() for part in rest.partition(":="))
-        found.append(Declaration(name, mode, type_name, default, beside or " ".join(above)))
-    return found
+        entries.append(Declaration(name, mode, type_name, default, beside or " ".join(above)))
+    return entries
 
 
 def unexplained_ports(text: str) -> list[str]:
@@ -104,12 +104,12 @@ def _map(text: str, kind: str) -> dict[str, str]:
 def instances(text: str) -> Iterator[Instance]:
     """Read the instances of a source; those in a generate statement come once."""
     plain = _without_comments(text)
-    for found in _INSTANCE.finditer(plain):
-        rest = plain[found.end() :].split(";", 1)[0]
+    for match in _INSTANCE.finditer(plain):
+        rest = plain[match.end() :].split(";", 1)[0]
         generics = _map(rest, "generic")
         at_ports = re.search(r"\bport map\b", rest)
         ports = _map(rest[at_ports.start() :], "port") if at_ports else {}
-        yield Instance(found[1], found[3], found[2] == "component ", generics, ports)
+        yield Instance(match[1], match[3], match[2] == "component ", generics, ports)
 
 
 def used_units(text: str) -> set[str]:

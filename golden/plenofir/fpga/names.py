@@ -15,7 +15,7 @@ DEFAULT_ENGINE: SliceEngineName = "fir"
 class EngineRow(NamedTuple):
     """What the command line knows of an engine."""
 
-    what: str  # how it computes
+    method: str  # how it computes
     fields: tuple[str, ...]  # options that users set and not all engines have
 
 

@@ -21,7 +21,7 @@ def _warn(text: str) -> None:
 tell: Callable[[str], None] = _warn
 """Says a sentence to the user."""
 
-_told: set[str] = set()
+_announced: set[str] = set()
 
 
 def begin(name: str) -> None:
@@ -39,8 +39,8 @@ def end(name: str) -> None:
 
 def hindered(kind: str, text: str) -> None:
     """Say what hinders keeping code; of each kind only the first."""
-    if kind not in _told:
-        _told.add(kind)
+    if kind not in _announced:
+        _announced.add(kind)
         tell(text)
 
 

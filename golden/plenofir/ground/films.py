@@ -64,7 +64,7 @@ def film_frames(path: Path) -> Iterator[Image]:
     try:
         import cv2
 
-        told, count = float(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0
+        stated, count = float(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0
         while True:
             with _quiet():
                 there, image = video.read()
@@ -72,9 +72,10 @@ def film_frames(path: Path) -> Iterator[Image]:
                 break
             count += 1
             yield np.ascontiguousarray(image[..., ::-1])
-        if count == 0 or count + 2 < _SHARE * told:
+        if count == 0 or count + 2 < _SHARE * stated:
             raise InputError(
-                f"ends after {count} of {max(told, 0):.0f} frames; copy it again", where=str(path)
+                f"ends after {count} of {max(stated, 0):.0f} frames; copy it again",
+                where=str(path),
             )
     finally:
         video.release()

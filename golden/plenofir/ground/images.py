@@ -217,17 +217,17 @@ def _tiff(data: bytes) -> Picture:
         if image.ndim == 3 and page.planarconfig != 1:
             image = np.moveaxis(image, 0, -1)
 
-        def told(tag: int) -> Any:
+        def tag_value(tag: int) -> Any:
             return page.tags[tag].value if tag in page.tags else None
 
-        full_scale = int(np.max(told(_TAG_WHITE_LEVEL) or (1 << page.bitspersample) - 1))
-        above, below = told(_TAG_GAMMA) or (0, 0)
+        full_scale = int(np.max(tag_value(_TAG_WHITE_LEVEL) or (1 << page.bitspersample) - 1))
+        above, below = tag_value(_TAG_GAMMA) or (0, 0)
         gamma = above / below if below else None
         return Picture(
             image,
             full_scale,
             gamma,
-            told(_TAG_PROFILE),
+            tag_value(_TAG_PROFILE),
             orientation=page_orientation(page),
             is_jpeg=page.compression == COMPRESSION.JPEG,
             notes=("of a pyramid of sizes the largest is taken",) if page.subifds else (),

@@ -115,22 +115,22 @@ def write_volume(
 
 def _metadata(ome: bool, voxel: Voxel | None, about: str, channels: int) -> dict[str, Any]:
     """What each of the two formats says of axes and sizes."""
-    found: dict[str, Any] = {"axes": "TZCYX"}
+    metadata: dict[str, Any] = {"axes": "TZCYX"}
     if not ome:
         if channels > 1:
-            found["mode"] = "composite"
+            metadata["mode"] = "composite"
         if voxel is not None:
-            found["unit"] = "um"
+            metadata["unit"] = "um"
             if voxel.along:
                 # The origin counts slices.
-                found |= {"spacing": voxel.along, "zorigin": -voxel.first / voxel.along}
-        return found
+                metadata |= {"spacing": voxel.along, "zorigin": -voxel.first / voxel.along}
+        return metadata
     if about:
-        found["Description"] = about
+        metadata["Description"] = about
     if channels > 1:
-        found["Channel"] = {"Name": ["red", "green", "blue"]}
+        metadata["Channel"] = {"Name": ["red", "green", "blue"]}
     if voxel is not None:
         sizes = {"X": voxel.across, "Y": voxel.across, "Z": voxel.along}
         for axis, um in filter(itemgetter(1), sizes.items()):
-            found |= {f"PhysicalSize{axis}": um, f"PhysicalSize{axis}Unit": "µm"}
-    return found
+            metadata |= {f"PhysicalSize{axis}": um, f"PhysicalSize{axis}Unit": "µm"}
+    return metadata

@@ -9,7 +9,7 @@ from typing import Any
 from plenofir.camera.design import Design, design
 from plenofir.camera.rays import FIELDS, RayModel, camera_of
 from plenofir.ground.errors import InputError
-from plenofir.view.page import Page, Part, Wanted
+from plenofir.view.page import Page, Part, PartRequest
 
 # Sliders: name, text, unit, and range relative to the given value.
 _SLIDERS = (
@@ -26,16 +26,16 @@ _SLIDERS = (
 )
 
 
-def _values(found: Design, focus_mm: float) -> dict[str, float | None]:
+def _values(design: Design, focus_mm: float) -> dict[str, float | None]:
     """The sliders' values for a design; None where there is none."""
-    camera = found.model.camera
+    camera = design.model.camera
     values = {name: getattr(getattr(camera, FIELDS[name][0]), FIELDS[name][1]) for name in FIELDS}
     return {
         **values,
         "focus": focus_mm,
-        "near": found.near_mm,
-        "far": found.far_mm,
-        "disparity_error": found.disparity_error_px,
+        "near": design.near_mm,
+        "far": design.far_mm,
+        "disparity_error": design.disparity_error_px,
     }
 
 
@@ -46,17 +46,17 @@ def _number(query: Mapping[str, str], name: str) -> float:
         raise InputError(f"{query[name]!r} is not a number", where=name) from None
 
 
-def _changed(found: Design, focus_mm: float, query: Mapping[str, str]) -> Design:
+def _changed(current: Design, focus_mm: float, query: Mapping[str, str]) -> Design:
     """The design for a page's sliders; M follows from the lengths if they change."""
-    own = {**_values(found, focus_mm)}
-    given = {name: _number(query, name) for name, *_ in _SLIDERS if name in query}
-    lengths = {name: value for name, value in given.items() if name in FIELDS}
-    camera = camera_of(found.model.camera, lengths)
-    m = found.model.micro_image_size
+    start = {**_values(current, focus_mm)}
+    typed = {name: _number(query, name) for name, *_ in _SLIDERS if name in query}
+    lengths = {name: value for name, value in typed.items() if name in FIELDS}
+    camera = camera_of(current.model.camera, lengths)
+    m = current.model.micro_image_size
     if {"lens_pitch", "pixel"} & lengths.keys():
         m = max(2, camera.micro_image_size)
     near, far, focus, error = (
-        given.get(name, own[name]) for name in ("near", "far", "focus", "disparity_error")
+        typed.get(name, start[name]) for name in ("near", "far", "focus", "disparity_error")
     )
     assert None not in (near, far, focus, error)
     model = RayModel.focused(camera, focus, m)  # type: ignore[arg-type]
@@ -67,9 +67,9 @@ def _slider(
     name: str, text: str, unit: str, times: float, value: float | None, assumed: str
 ) -> dict[str, Any]:
     # A slider of an infinite or unknown value has an arbitrary start, used once it is moved.
-    known = value is not None and isfinite(value)
-    start = value if value is not None and known and value > 0 else 20.0 if value is None else 1e3
-    shown = f"{value:g} {unit}" if known else "infinity" if value == inf else "unknown"
+    finite = value is not None and isfinite(value)
+    start = value if value is not None and finite and value > 0 else 20.0 if value is None else 1e3
+    value_text = f"{value:g} {unit}" if finite else "infinity" if value == inf else "unknown"
     return {
         "name": name,
         "text": text,
@@ -78,39 +78,39 @@ def _slider(
         "high": start * times,
         "start": start,
         # Values that follow from other sliders are not sent until they are moved.
-        "shown": assumed or shown,
+        "shown": assumed or value_text,
     }
 
 
-def design_page(found: Design, focus_mm: float) -> Page:
+def design_page(design: Design, focus_mm: float) -> Page:
     """A page whose sliders change the camera; figures and plots are computed here.
 
-    `found`: what it begins with. `focus_mm`: the focus distance of its camera.
+    `design`: the one that the page begins with. `focus_mm`: the focus distance of its camera.
     """
     from plenofir.camera.design.plots import design_plot
     from plenofir.camera.plots import encode_figure
 
-    values = _values(found, focus_mm)
-    camera = found.model.camera
+    values = _values(design, focus_mm)
+    camera = design.model.camera
     assumed = {"exit_pupil": "f_U (thin lens)"} if camera.thin_lens_note() else {}
     field = {
         "title": camera.name,
         "sliders": [
             _slider(*slider, values[slider[0]], assumed.get(slider[0], "")) for slider in _SLIDERS
         ],
-        "texts": {f.name: [f.text, f.unit] for f in found.figures},
+        "texts": {f.name: [f.text, f.unit] for f in design.figures},
     }
 
-    def figures(wanted: Wanted) -> Part:
+    def figures(request: PartRequest) -> Part:
         try:
-            content = _changed(found, focus_mm, wanted.query).content()
+            content = _changed(design, focus_mm, request.query).content()
         except InputError as error:
             # The page shows the error of impossible lengths beside the sliders.
             content = {"refused": str(error)}
         return Part(json.dumps(content, allow_nan=False).encode(), "application/json")
 
-    def plot(wanted: Wanted) -> Part:
-        drawing = design_plot(_changed(found, focus_mm, wanted.query))
+    def plot(request: PartRequest) -> Part:
+        drawing = design_plot(_changed(design, focus_mm, request.query))
         return Part(encode_figure(drawing, ".svg"), "image/svg+xml")
 
     return Page(

@@ -18,7 +18,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 from plenofir.ground.viridis import VIRIDIS_BASE64
 from plenofir.view.mosaic import packed_views
-from plenofir.view.page import Page, Part, Wanted
+from plenofir.view.page import Page, Part, PartRequest
 from plenofir.view.views_and_depth import (
     LEAST_GPU_LAYERS,
     LEAST_GPU_TEXTURE,
@@ -109,8 +109,8 @@ def exposures(
     """Exposures for JSON: initial, auto, and as stored; with the largest value."""
     auto = exposure(picture, micro_image_size)
     stored = exposure(picture, micro_image_size, "off")
-    found: dict[str, Any] = {"start": look or auto, "auto": auto, "stored": stored}
-    described = {name: each._asdict() for name, each in found.items()}
+    settings: dict[str, Any] = {"start": look or auto, "auto": auto, "stored": stored}
+    described = {name: each._asdict() for name, each in settings.items()}
     return {**described, "largest": int(picture.pixels.max(initial=0))}
 
 
@@ -139,9 +139,9 @@ class _Content:
         # Several requests come at once.
         self._lock = Lock()
 
-    def views(self, wanted: Wanted) -> Part:
+    def views(self, request: PartRequest) -> Part:
         """See `views_part`."""
-        return views_part(self.field, wanted.binning)
+        return views_part(self.field, request.binning)
 
     @cached_property
     def _found(self) -> Depth:
@@ -159,7 +159,7 @@ class _Content:
         facts = {"size": "x".join(str(n) for n in values.shape), "range": f"{low:.6f},{high:.6f}"}
         return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", facts)
 
-    def depth(self, _: Wanted) -> Part:
+    def depth(self, _: PartRequest) -> Part:
         """Depth map: 16 bit from the first to the last focus setting of its range, deflated.
 
         Odd values are sure.
@@ -174,9 +174,9 @@ class _Content:
                 self._in_focus = self.field.in_focus(self._found)
         return reduced(self._in_focus, binning)
 
-    def everywhere(self, wanted: Wanted) -> Part:
+    def everywhere(self, request: PartRequest) -> Part:
         """`in_focus`, samples of 16 bit with the low byte first."""
-        picture = self.in_focus(wanted.binning * self.field.least_binning())
+        picture = self.in_focus(request.binning * self.field.least_binning())
         content = picture.astype(picture.dtype.newbyteorder("<"), copy=False).tobytes()
         size = "x".join(str(n) for n in picture.shape[:2])
         return Part(content, "application/octet-stream", {"size": size})
@@ -262,7 +262,7 @@ def light_field_page(
     picture = Picture(raw, full_scale, gamma)
     described = _described(field, picture, title, search, model, look)
     content = _Content(field, search, progress, disparity, in_focus)
-    parts: dict[str, Callable[[Wanted], Part]] = {"views": content.views}
+    parts: dict[str, Callable[[PartRequest], Part]] = {"views": content.views}
     if described["has_depth"]:
         parts |= {"depth": content.depth, "everywhere": content.everywhere}
 
@@ -289,19 +289,19 @@ def live_page(
     described = _described(field, first.picture, title, search, model, look)
     described |= {"has_depth": False, "live": True}
 
-    def views(wanted: Wanted) -> Part:
-        return views_part(field, wanted.binning)
+    def views(request: PartRequest) -> Part:
+        return views_part(field, request.binning)
 
-    def frame(wanted: Wanted) -> Part:
-        found = live.newest(wanted.after)
-        if found is None:
+    def frame(request: PartRequest) -> Part:
+        newest = live.newest(request.after)
+        if newest is None:
             ended = {"ended": "1"} if live.ended else {}
             return Part(b"", "application/octet-stream", ended)
-        facts = {"number": str(found.number), "captured": f"{1000 * found.captured:.0f}"}
-        auto = exposure(found.picture, live.micro_image_size)
+        facts = {"number": str(newest.number), "captured": f"{1000 * newest.captured:.0f}"}
+        auto = exposure(newest.picture, live.micro_image_size)
         facts["levels"] = f"{auto.black:.3f},{auto.white:.3f},{auto.shoulder:.3f}"
-        field = LightField(found.picture.pixels, live.micro_image_size)
-        return views_part(field, wanted.binning, facts)
+        field = LightField(newest.picture.pixels, live.micro_image_size)
+        return views_part(field, request.binning, facts)
 
     def packed(_: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
         raise InputError("--export cannot be combined with --source; it is for a picture")
@@ -316,7 +316,7 @@ def _packed(
     parts = {}
     binning = described["scale"]
     if described["has_depth"]:
-        parts["depth"] = content.depth(Wanted())
+        parts["depth"] = content.depth(PartRequest())
         share = int(_IN_FOCUS * (limit - len(parts["depth"].content)))
         parts["everywhere"] = _packed_picture(content, binning, share)
     room = limit - sum(len(part.content) for part in parts.values())
@@ -324,14 +324,14 @@ def _packed(
         binning += 1
     while True:
         views = field.views(binning)
-        found = packed_views(views, room)
-        if found is not None:
+        mosaic = packed_views(views, room)
+        if mosaic is not None:
             break
         if min(views.shape[2:4]) == 1:
             raise InputError("the light field does not fit; take a larger limit", where="limit")
         binning += 1
     rows, columns = field.size
-    notes = [described["notes"][0], found.words]
+    notes = [described["notes"][0], mosaic.words]
     if binning > 1:
         notes.append(f"Scaled down: {binning} x {binning} micro lenses are one.")
     changed = {
@@ -339,23 +339,23 @@ def _packed(
         "columns": -(-columns // binning),
         "lens_rows": views.shape[2],
         "lens_columns": views.shape[3],
-        "codes": found.codes,
+        "codes": mosaic.codes,
         "scale": binning,
         "notes": notes,
     }
-    return {**described, **changed}, {"views": found.part, **parts}
+    return {**described, **changed}, {"views": mosaic.part, **parts}
 
 
 def _packed_picture(content: _Content, binning: int, limit: int) -> Part:
     """The picture in focus everywhere, scaled down until it fits."""
     picture = content.in_focus(binning)
     step = -(-max(picture.shape[:2]) // LEAST_GPU_TEXTURE)
-    while (found := packed_views(reduced(picture, step)[np.newaxis, np.newaxis], limit)) is None:
+    while (mosaic := packed_views(reduced(picture, step)[np.newaxis, np.newaxis], limit)) is None:
         if step >= min(picture.shape[:2]):
             raise InputError("the light field does not fit; take a larger limit", where="limit")
         step *= 2
-    codes = {"codes": json.dumps(found.codes)} if found.codes else {}
-    return found.part._replace(facts={**found.part.facts, **codes})
+    codes = {"codes": json.dumps(mosaic.codes)} if mosaic.codes else {}
+    return mosaic.part._replace(facts={**mosaic.part.facts, **codes})
 
 
 def _fits_every_gpu(field: LightField, binning: int) -> bool:

@@ -42,12 +42,12 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
 
     `rate`: frames a second for those present at the start. Files that cannot be read are left out.
     """
-    known: set[Path] = set()
+    handled: set[Path] = set()
     start = time.time()
     old = True
     while True:
         there = (path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
-        added = sorted(path for path in there if path not in known)
+        added = sorted(path for path in there if path not in handled)
         for path in added:
             written = time.time()
             try:
@@ -55,9 +55,9 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
                 picture = read_picture(path, as_stored=True)
             except (InputError, OSError):
                 if not path.exists() or time.time() - written > _WRITING_SECONDS:
-                    known.add(path)
+                    handled.add(path)
                 continue
-            known.add(path)
+            handled.add(path)
             if old:
                 yield Captured(picture, time.time())
                 start += 1 / rate

@@ -45,8 +45,8 @@ def packed_views(views: Image, limit: int) -> Mosaic | None:
         if part is not None:
             return Mosaic(part, "Views without loss, 16 bit.")
     levels = _coded(whole)
-    found = _packed(levels.codes, limit, "Views in 256 steps of brightness")
-    return None if found is None else found._replace(codes=levels.values)
+    mosaic = _packed(levels.codes, limit, "Views in 256 steps of brightness")
+    return None if mosaic is None else mosaic._replace(codes=levels.values)
 
 
 class _Codes(NamedTuple):

@@ -11,7 +11,7 @@ ASSETS = Path(__file__).resolve().parent / "assets"
 STYLE = "view.css"
 
 
-class Wanted(NamedTuple):
+class PartRequest(NamedTuple):
     """Parameters of a page's request for a part."""
 
     binning: int = 1  # of micro lenses, in each dimension
@@ -34,7 +34,7 @@ class Page:
     document: str  # HTML file of the folder ``assets``
     scripts: tuple[str, ...]  # modules of that folder, the main one last
     field: Mapping[str, Any]  # description of the page, for JSON
-    parts: Mapping[str, Callable[[Wanted], Part]]  # data by name, made when requested
+    parts: Mapping[str, Callable[[PartRequest], Part]]  # data by name, made when requested
     # Description and parts of an export of at most a number of bytes.
     packed: Callable[[int], tuple[Mapping[str, Any], Mapping[str, Part]]]
 

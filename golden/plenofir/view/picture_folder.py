@@ -12,7 +12,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, checksum, input_file
 from plenofir.ground.images import Picture, encode_png, read_picture
 from plenofir.view.mosaic import planes
-from plenofir.view.page import Page, Part, Wanted
+from plenofir.view.page import Page, Part, PartRequest
 
 REPORT = "report.json"
 # In this order: the VHDL beside its golden model.
@@ -27,8 +27,8 @@ _MAPS = ("diff", "depth", "confidence", "sharpness")
 
 def _order(path: Path) -> tuple[str, int, str]:
     kind, _, rest = path.stem.partition("_")
-    known = kind in _FIRST
-    return (rest if known else "~", _FIRST.index(kind) if known else 0, path.name)
+    is_listed = kind in _FIRST
+    return (rest if is_listed else "~", _FIRST.index(kind) if is_listed else 0, path.name)
 
 
 def pictures_page(folder: Path, title: str = "") -> Page:
@@ -49,7 +49,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
         _read(path)
     first = next(iter(files.values()))
 
-    def part(path: Path) -> Callable[[Wanted], Part]:
+    def part(path: Path) -> Callable[[PartRequest], Part]:
         return lambda _: _part(path, first)
 
     notes = _of_report(folder / REPORT)
@@ -75,12 +75,12 @@ def _report(path: Path) -> dict[str, Any]:
 
 def _read(path: Path) -> Picture:
     """A picture of the folder; InputError if it is not from the report's run."""
-    known = _report(path.with_name(REPORT)).get("sha256")
+    checksums = _report(path.with_name(REPORT)).get("sha256")
     picture = read_picture(path)
-    if isinstance(known, dict) and known.get(path.name) != checksum(path):
-        what = "was changed since" if path.name in known else "is not of"
+    if isinstance(checksums, dict) and checksums.get(path.name) != checksum(path):
+        problem = "was changed since" if path.name in checksums else "is not of"
         raise InputError(
-            f"{what} the run that {REPORT} tells of; run make sim again, or move it elsewhere",
+            f"{problem} the run that {REPORT} tells of; run make sim again, or move it elsewhere",
             where=str(path),
         )
     return picture
@@ -118,13 +118,13 @@ def _of_report(path: Path) -> list[str]:
 
 
 def _within(
-    parts: dict[str, Callable[[Wanted], Part]], limit: int, files: Iterable[Path]
+    parts: dict[str, Callable[[PartRequest], Part]], limit: int, files: Iterable[Path]
 ) -> dict[str, Part]:
     """All parts, in at most `limit` bytes; where files are far too large they are not packed."""
     size = sum(path.stat().st_size for path in files)
     contents: dict[str, Part] = {}
     if size <= _FAR * limit:
-        contents = {name: make(Wanted()) for name, make in parts.items()}
+        contents = {name: make(PartRequest()) for name, make in parts.items()}
         size = sum(len(part.content) for part in contents.values())
     if size > limit:
         # Base64 has four bytes for three; and the page itself.

@@ -17,7 +17,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 
 from plenofir.ground.errors import InputError
-from plenofir.view.page import STYLE, Page, Part, Wanted
+from plenofir.view.page import STYLE, Page, Part, PartRequest
 
 ADDRESS = "127.0.0.1"
 _BINNINGS = {str(n) for n in range(1, 65)}
@@ -51,18 +51,18 @@ class _Parts:
         file = self.assets[name]
         return Part(self.page.asset(file), f"{_KINDS[file.rpartition('.')[2]]}; charset=utf-8")
 
-    def make(self, name: str, wanted: Wanted) -> "Future[Part]":
+    def make(self, name: str, request: PartRequest) -> "Future[Part]":
         """Make a part in a thread, which does not keep the program from ending."""
-        made: Future[Part] = Future()
+        part: Future[Part] = Future()
 
         def work() -> None:
             try:
-                made.set_result(self.page.parts[name](wanted))
+                part.set_result(self.page.parts[name](request))
             except Exception as error:
-                made.set_exception(error)
+                part.set_exception(error)
 
         threading.Thread(target=work, daemon=True).start()
-        return made
+        return part
 
 
 class _Nothing(RequestHandler):
@@ -111,8 +111,8 @@ class _Handler(_Nothing):
             if binning not in _BINNINGS or not _NUMBER.fullmatch(after):
                 raise HTTPError(400)
             query = {name: self.get_query_argument(name) for name in self.request.query_arguments}
-            wanted = Wanted(int(binning), int(after), query)
-            part = await asyncio.wrap_future(self.parts.make(name, wanted))
+            request = PartRequest(int(binning), int(after), query)
+            part = await asyncio.wrap_future(self.parts.make(name, request))
         if part is None:
             raise HTTPError(404)
         self.set_header("Content-Type", part.kind)

@@ -157,7 +157,7 @@ def test_a_film_of_captures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     """Pages of captures are played with their calibration; what does not fit is told once."""
     from plenofir.commands import view
     from plenofir.view import Page
-    from plenofir.view.page import Wanted
+    from plenofir.view.page import PartRequest
 
     raw = read_picture(folder / "raw_shifted.png").pixels
     imwrite(folder / "pages.tif", np.stack([raw, raw // 2]), photometric="rgb")
@@ -168,7 +168,7 @@ def test_a_film_of_captures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("did not fit") == 1
-    assert pages[0].parts["frame"](Wanted(1, 0)).content
+    assert pages[0].parts["frame"](PartRequest(1, 0)).content
 
 
 def test_batch_tells_what_it_changes(

@@ -17,7 +17,7 @@ from plenofir.fpga.hdmi.modes import (
     CLOCK_RANGES,
     HD720,
     HD720_30,
-    OWN_CLOCKS,
+    PLL_CLOCKS,
     SVGA,
     VGA,
     modes_of_range,
@@ -85,7 +85,7 @@ def test_ranges_of_pixel_clocks() -> None:
         low, high = range_limits(clock_range)
         # Frequencies of the PLL's oscillator in kHz.
         assert 5 * clock_range * low >= 400_000 < 5 * clock_range * high <= 800_000
-        divide, mode = OWN_CLOCKS[clock_range]
+        divide, mode = PLL_CLOCKS[clock_range]
         assert low <= 600_000 / divide <= high
         assert abs(600_000 / divide / mode.pixel_clock - 1) < 0.01
         assert modes_of_range(clock_range)

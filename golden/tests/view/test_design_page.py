@@ -14,7 +14,7 @@ from in_process import plenofir
 from plenofir.camera.design import design
 from plenofir.camera.rays import RayModel, camera_of, load_camera
 from plenofir.view.design import design_page
-from plenofir.view.page import Wanted
+from plenofir.view.page import PartRequest
 
 CAMERA = load_camera("f193-mla2")
 
@@ -152,5 +152,5 @@ def same(cell: str, value: object) -> bool:
 
 def test_what_is_no_number_is_refused() -> None:
     page = design_page(design(RayModel.focused(CAMERA, 1500.0, 13), 500.0), 1500.0)
-    answer = json.loads(page.parts["figures.json"](Wanted(query={"near": "x"})).content)
+    answer = json.loads(page.parts["figures.json"](PartRequest(query={"near": "x"})).content)
     assert answer == {"refused": "near: 'x' is not a number"}

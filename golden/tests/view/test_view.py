@@ -46,7 +46,7 @@ from plenofir.view import (
 from plenofir.view.light_field import plane_table
 from plenofir.view.live import Captured
 from plenofir.view.mosaic import packed_views
-from plenofir.view.page import Wanted
+from plenofir.view.page import PartRequest
 from plenofir.view.views_and_depth import Depth, LightField
 
 RNG = np.random.default_rng(3)
@@ -110,7 +110,7 @@ def test_depth_tells_what_is_sure_and_the_steepest_tilt_is_that_of_the_commands(
     disparity = Disparity(np.full((7, 10), 0.5), np.ones((7, 10)))
     disparity.confidence[2, 4] = 0.2
     page = light_field_page(RAW[:21, :30], 3, full_scale=255, title="", disparity=disparity)
-    values = np.frombuffer(zlib.decompress(page.parts["depth"](Wanted()).content), "<u2")
+    values = np.frombuffer(zlib.decompress(page.parts["depth"](PartRequest()).content), "<u2")
     assert np.flatnonzero(values % 2 == 0).tolist() == [24]
     assert f"STEEPEST = {_STEEPEST};" in page.asset("state.js").decode()
 
@@ -285,7 +285,7 @@ def test_pictures_of_another_run_are_refused(tmp_path: Path) -> None:
     assert page.field["notes"] == ["0 pixels differ between VHDL and golden model."]
     write_png(tmp_path / "golden.png", RAW[::-1])
     with pytest.raises(InputError, match=r"golden.png: was changed since the run"):
-        page.parts["golden.png"](Wanted())
+        page.parts["golden.png"](PartRequest())
     done = plenofir("view", str(tmp_path), "--no-browser")
     assert done.returncode == 2
     assert "golden.png: was changed since the run that report.json tells of" in done.stderr
@@ -308,7 +308,7 @@ def test_depth_that_is_there_is_not_searched_again() -> None:
         disparity=disparity,
         progress=lambda done, _: told.append(done),
     )
-    part = page.parts["depth"](Wanted())
+    part = page.parts["depth"](PartRequest())
     low, high = (float(end) for end in part.facts["range"].split(","))
     values = np.frombuffer(zlib.decompress(part.content), "<u2").reshape(7, 10)
     settings = low + (high - low) * values / 65535
@@ -386,9 +386,9 @@ def test_a_source_that_changes_or_fails_is_refused() -> None:
     with pytest.raises(InputError, match="no frame"):
         Live(frames_of(0), lambda picture: picture, 3, "test")
     page = live_page(Live(frames_of(2), lambda picture: picture, 3, "test"), title="")
-    found = page.parts["frame"](Wanted(1, 0))
+    found = page.parts["frame"](PartRequest(1, 0))
     assert len(found.content) == 36
-    assert page.parts["frame"](Wanted(1, 2)).facts == {"ended": "1"}
+    assert page.parts["frame"](PartRequest(1, 2)).facts == {"ended": "1"}
 
 
 def test_each_live_frame_has_its_own_levels() -> None:
@@ -404,7 +404,7 @@ def test_each_live_frame_has_its_own_levels() -> None:
     page = live_page(live, title="")
     levels = []
     for last in (0, 1):
-        facts = page.parts["frame"](Wanted(1, last)).facts
+        facts = page.parts["frame"](PartRequest(1, last)).facts
         levels.append([float(level) for level in facts["levels"].split(",")])
     assert [round(white, -2) for _, white, _ in levels] == [300, 900]
     assert page.field["exposure"]["start"]["gamma"] == 2.2
@@ -448,7 +448,7 @@ def test_films_and_pages_are_played(page_of: Callable[..., Page], tmp_path: Path
     page = page_of(str(tmp_path / "pages.tif"), "--rate", "20")
     seen: dict[int, bytes] = {}
     while len(set(seen.values())) < 2 and len(seen) < 20:
-        part = page.parts["frame"](Wanted(1, max(seen, default=0)))
+        part = page.parts["frame"](PartRequest(1, max(seen, default=0)))
         seen[int(part.facts["number"])] = bytes(part.content)
     assert set(seen.values()) == {
         np.ascontiguousarray(views_of(frame, 5)).tobytes() for frame in frames
@@ -462,7 +462,7 @@ def test_films_and_pages_are_played(page_of: Callable[..., Page], tmp_path: Path
     for _ in range(3):
         film.write(grey)
     film.release()
-    content = page_of(str(tmp_path / "film.avi")).parts["frame"](Wanted(1, 0)).content
+    content = page_of(str(tmp_path / "film.avi")).parts["frame"](PartRequest(1, 0)).content
     shown = np.frombuffer(content, np.uint8).astype(int)
     assert np.abs(shown - views_of(grey, 5).ravel()).mean() < 12
 

@@ -128,12 +128,12 @@ def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> l
             out.append(f"TNM_NET {net} is no net of {TOP}")
         elif net not in ports and net not in kept:
             out.append(f"TNM_NET {net}: without the attribute keep its name may vanish")
-    known = {*constraints.groups, *constraints.unions}
+    grouped_nets = {*constraints.groups, *constraints.unions}
     for group in {
         *constraints.periods,
         *(name for pair in constraints.limits for name in pair),
         *(name for parts in constraints.unions.values() for name in parts),
-    } - known:
+    } - grouped_nets:
         out.append(f"group {group} is not declared")
     # The tools derive no period behind a PLL or DCM from a group that is in other constraints too.
     shared = {name for pair in constraints.limits for name in pair}
@@ -170,10 +170,12 @@ def _check_synthesizers(netlist: Netlist, timed: Mapping[Net, float]) -> list[st
         ("dcm_clkgen", "clkin", "CLKIN_PERIOD"),
     ):
         for place in netlist.all_of(kind):
-            told = float(place.instance.generics[generic])
+            stated = float(place.instance.generics[generic])
             period = timed.get(netlist.port(place, port))
-            if period is not None and told != period:
-                out.append(f"{place.path}: {generic} is {told:g} ns, the constraint {period:g} ns")
+            if period is not None and stated != period:
+                out.append(
+                    f"{place.path}: {generic} is {stated:g} ns, the constraint {period:g} ns"
+                )
     return out
 
 
@@ -300,13 +302,13 @@ def check_project(lines: Sequence[str]) -> list[str]:
     out += [f"{path} is listed twice" for path, number in Counter(listed).items() if number > 1]
     folder = project.root() / "hdl"
     others = set(hdl.all_sources()) - set(hdl.board_sources())
-    wanted = {
+    sources = {
         path
         for path in folder.rglob("*.vhd")
         if not path.is_relative_to(folder / "sim") and path not in others
     }
-    out += [f"{path} is missing" for path in sorted(wanted - set(listed))]
-    out += [f"{path} is no synthesisable source" for path in listed if path not in wanted]
+    out += [f"{path} is missing" for path in sorted(sources - set(listed))]
+    out += [f"{path} is no synthesisable source" for path in listed if path not in sources]
     return out
 
 
@@ -326,17 +328,17 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
         ],
     ]
     for step in steps:
-        done = subprocess.run(
+        process = subprocess.run(
             step, cwd=folder, env=environment, capture_output=True, text=True, check=False
         )
-        if done.returncode != 0:
-            lines = (done.stderr + done.stdout).splitlines()
+        if process.returncode != 0:
+            lines = (process.stderr + process.stdout).splitlines()
             placed = re.compile(r"\S+:\d+:\d+:(?!warning:|note:)|.*:error: ")
             errors = [line for line in lines if placed.match(line)] or lines
             return [errors[0] if errors else f"{' '.join(step[:2])} failed"], Counter()
     names = {path.stem for path in hdl.model_sources()} - {"vcomponents", "model_faults"}
-    found = re.findall(r"-(\w+) \[entity\]", done.stdout)
-    return [], Counter(name for name in found if name in names)
+    entities = re.findall(r"-(\w+) \[entity\]", process.stdout)
+    return [], Counter(name for name in entities if name in names)
 
 
 def check_options(folder: Path) -> list[str]:
@@ -363,10 +365,10 @@ def run_checks(report: Report) -> int:
     """
     total = 0
 
-    def tell(name: str, problems: Sequence[str], found: str) -> None:
+    def tell(name: str, problems: Sequence[str], summary: str) -> None:
         nonlocal total
         total += len(problems)
-        report(name, problems, found)
+        report(name, problems, summary)
 
     lines = project_lines()
     sources = [source_of_line(line) for line in lines]

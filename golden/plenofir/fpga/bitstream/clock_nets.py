@@ -61,16 +61,16 @@ class Netlist:
 
     def reach(self, net: Net, *, through_synthesizers: bool = False) -> set[Net]:
         """Nets of the same clock: `net`, those behind buffers and, if wanted, PLLs and DCMs."""
-        found = {self.same(net)}
+        reached = {self.same(net)}
         while True:
             more = {
                 self.same(target)
                 for source, target, is_buffer in self._arcs
-                if self.same(source) in found and (is_buffer or through_synthesizers)
+                if self.same(source) in reached and (is_buffer or through_synthesizers)
             }
-            if more <= found:
-                return found
-            found |= more
+            if more <= reached:
+                return reached
+            reached |= more
 
     def add(self, text: str, sources: Mapping[str, str], path: str = "") -> None:
         """Take in an entity and all below it."""

@@ -47,14 +47,14 @@ Driver = tuple[Place | None, str]
 
 def _drivers(netlist: Netlist) -> dict[Net, Driver]:
     """What drives the nets that come out of clock primitives, or of clock pins."""
-    found: dict[Net, Driver] = {net: (None, IMPLIED) for net in netlist.clock_nets if not net[0]}
+    drivers: dict[Net, Driver] = {net: (None, IMPLIED) for net in netlist.clock_nets if not net[0]}
     outputs = {name for names in device().routes.values() for name in names}
     for place in netlist.places:
         for port in place.instance.ports:
             name = f"{place.instance.of}.{port}"
             if any(fnmatch(name, output) for output in outputs):
-                found[netlist.port(place, port)] = (place, name)
-    return found
+                drivers[netlist.port(place, port)] = (place, name)
+    return drivers
 
 
 def _check_routes(netlist: Netlist, drivers: Mapping[Net, Driver]) -> list[str]:
@@ -67,8 +67,8 @@ def _check_routes(netlist: Netlist, drivers: Mapping[Net, Driver]) -> list[str]:
                 continue
             source, name = drivers.get(netlist.port(place, port), (None, "logic or a port"))
             # XST inserts a BUFG behind a clock pin.
-            seen = "bufg.o" if name == IMPLIED else name
-            if not any(fnmatch(seen, pattern) for pattern in allowed):
+            pin = "bufg.o" if name == IMPLIED else name
+            if not any(fnmatch(pin, pattern) for pattern in allowed):
                 where = f" of {source.path}" if source else ""
                 out.append(f"{place.path}: no way from {name}{where} to {port}")
     for place in netlist.all_of("bufpll"):
@@ -101,7 +101,7 @@ def global_buffers(
             return lines(netlist.port(place, "i"))
         return _ANY_LINE
 
-    found = [
+    buffers = [
         GlobalBuffer(
             place.path,
             tuple((net, lines(net)) for net in (netlist.port(place, port) for port in inputs)),
@@ -109,14 +109,14 @@ def global_buffers(
         for kind, inputs in (("bufg", ("i",)), ("bufgmux", ("i0", "i1")))
         for place in netlist.all_of(kind)
     ]
-    found += [
+    buffers += [
         GlobalBuffer(f"pin {net[1]}", ((net, lines(net)),))
         for net, (_, name) in drivers.items()
         if name == IMPLIED
     ]
     # Buffers with the fewest choices come first; of equals, those that take two lines.
     return sorted(
-        found, key=lambda b: (min(len(lines) for _, lines in b.inputs), -len(b.inputs), b.name)
+        buffers, key=lambda b: (min(len(lines) for _, lines in b.inputs), -len(b.inputs), b.name)
     )
 
 
@@ -133,12 +133,12 @@ def _check_places(buffers: Sequence[GlobalBuffer]) -> list[str]:
 
 def can_place(
     buffers: Sequence[GlobalBuffer],
-    taken: frozenset[int] = frozenset(),
+    occupied: frozenset[int] = frozenset(),
     lines: Mapping[int, Net] | None = None,
 ) -> bool:
     """Whether all buffers find a clock multiplexer; those with the fewest choices come first.
 
-    `taken` are multiplexers that others have, `lines` the lines in use, with their nets.
+    `occupied` are multiplexers of other nets, `lines` the lines in use, with their nets.
     """
     if not buffers:
         return True
@@ -149,17 +149,17 @@ def can_place(
     def new_lines(site: int) -> int:
         return sum(line_of[site ^ i] not in lines for i in range(len(buffer.inputs)))
 
-    for site in sorted(set(range(len(line_of))) - taken, key=new_lines):
-        wanted = {line_of[site ^ i]: (net, able) for i, (net, able) in enumerate(buffer.inputs)}
+    for site in sorted(set(range(len(line_of))) - occupied, key=new_lines):
+        needs = {line_of[site ^ i]: (net, able) for i, (net, able) in enumerate(buffer.inputs)}
         if all(
             lines.get(line, net) == net
             # A BUFIO2 drives one line, and its net is on that or on none.
             and line in able
             and (able == _ANY_LINE or net not in lines.values() or lines.get(line) == net)
-            for line, (net, able) in wanted.items()
+            for line, (net, able) in needs.items()
         ):
-            used = {**lines, **{line: net for line, (net, _) in wanted.items()}}
-            if can_place(rest, taken | {site}, used):
+            used = {**lines, **{line: net for line, (net, _) in needs.items()}}
+            if can_place(rest, occupied | {site}, used):
                 return True
             if buffer.is_free:
                 # The buffers behind it are free too; no other place would be better for them.

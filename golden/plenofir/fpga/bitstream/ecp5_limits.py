@@ -23,7 +23,7 @@ class Beyond:
     """What exceeds the data sheet in a build, one sentence each."""
 
     refused: tuple[str, ...]  # not built unless the user asks for it
-    told: tuple[str, ...]
+    notes: tuple[str, ...]  # built, and said
 
 
 def beyond_data_sheet(fastest_mhz: float) -> Beyond:
@@ -34,10 +34,10 @@ def beyond_data_sheet(fastest_mhz: float) -> Beyond:
         refused.append(f"lanes' clock of {lanes:g} MHz, {PRIMARY_CLOCK_MHZ:g} MHz specified")
     if 2 * lanes > LANE_MBITS:
         refused.append(f"lanes of {2 * lanes:g} Mb/s, {LANE_MBITS:g} Mb/s specified")
-    told = []
+    notes = []
     if lanes > LVCMOS33_OUTPUT_MHZ:
-        told.append(
+        notes.append(
             f"outputs of up to {lanes:g} MHz at {fastest_mhz:g} MHz pixel clock, "
             f"{LVCMOS33_OUTPUT_MHZ:g} MHz specified for LVCMOS33"
         )
-    return Beyond(tuple(refused), tuple(told))
+    return Beyond(tuple(refused), tuple(notes))

@@ -76,16 +76,16 @@ def read_timing(content: Mapping[str, Any], mode: VideoMode) -> tuple[ClockTimin
 
     The serialisers' clock drives only hard blocks, whose timing nextpnr does not know.
     """
-    wanted = mode.pixel_clock / 1000
-    found = content["fmax"].get("clk")
-    if found is None or abs(found["constraint"] / wanted - 1) > 0.01:
-        was = "nothing" if found is None else f"{found['constraint']:.1f} MHz"
+    clock_mhz = mode.pixel_clock / 1000
+    placed = content["fmax"].get("clk")
+    if placed is None or abs(placed["constraint"] / clock_mhz - 1) > 0.01:
+        was = "nothing" if placed is None else f"{placed['constraint']:.1f} MHz"
         raise InputError(
-            f"clock clk was placed for {was}, the constraints want {wanted:.1f} MHz",
+            f"clock clk was placed for {was}, the constraints want {clock_mhz:.1f} MHz",
             where="nextpnr's report",
         )
-    reached = round(found["achieved"], 1)
-    return (ClockTiming(clock="clk", wanted_mhz=round(wanted, 2), reached_mhz=reached),)
+    reached = round(placed["achieved"], 1)
+    return (ClockTiming(clock="clk", wanted_mhz=round(clock_mhz, 2), reached_mhz=reached),)
 
 
 def build(

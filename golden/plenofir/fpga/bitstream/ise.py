@@ -228,9 +228,9 @@ def build(
         begin = time.monotonic()
         log = _run(installation, tool, command, work, out)
         seconds[tool] = round(time.monotonic() - begin, 1)
-        given = messages(tool, log, "WARNING")
-        _check_warnings(given, treated, out / f"{tool}.log")
-        warnings += given
+        tool_warnings = messages(tool, log, "WARNING")
+        _check_warnings(tool_warnings, treated, out / f"{tool}.log")
+        warnings += tool_warnings
         if tool == "trce":
             timing = read_timing((work / f"{TOP}.twr").read_text(errors="replace"))
             clocks = check_timing(timing, work / f"{TOP}.twr")
@@ -262,7 +262,7 @@ def _run(
     log = out / f"{tool}.log"
     try:
         with log.open("wb") as output:
-            done = subprocess.run(
+            process = subprocess.run(
                 installation.command(command),
                 cwd=work,
                 env=installation.environment(),
@@ -276,7 +276,7 @@ def _run(
             f"{tool} cannot be run ({error.strerror}); is this ISE 14.7?", where="ISE"
         ) from None
     text = log.read_text(errors="replace")
-    if done.returncode != 0 or not (work / _RESULTS[tool]).is_file():
+    if process.returncode != 0 or not (work / _RESULTS[tool]).is_file():
         errors = messages(tool, text, "ERROR")
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         if errors:
@@ -284,7 +284,7 @@ def _run(
         elif lines:
             reason = lines[-1]
         else:
-            reason = f"exit status {done.returncode}"
+            reason = f"exit status {process.returncode}"
         raise InputError(f"{tool} failed: {reason}", where=str(log))
     return text
 
@@ -308,10 +308,10 @@ def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
     Returns the constraint that the tools derived for each clock behind a PLL.
     """
     places = derived(timing, ROOT_CONSTRAINT)
-    found = {entry.constraint: places.get(entry.constraint) for entry in timing if entry.paths}
+    pll_places = {entry.constraint: places.get(entry.constraint) for entry in timing if entry.paths}
     clocks: dict[str, str] = {}
     for clock, (plls, multiple) in DERIVED_CLOCKS.items():
-        mine = [text for text, place in found.items() if place == (plls, multiple)]
+        mine = [text for text, place in pll_places.items() if place == (plls, multiple)]
         if not mine:
             raise InputError(
                 f"clock {clock} is not timed: no constraint derived from {ROOT_CONSTRAINT}, "

@@ -26,7 +26,7 @@ _MESSAGE = re.compile(r"^\s*(WARNING|ERROR):(\w+(?::\d+)?) - (.*)$")
 
 def messages(tool: str, log: str, severity: str) -> list[Message]:
     """Messages of a log, those with one code and text together."""
-    found: dict[tuple[str, str], int] = {}
+    counts: dict[tuple[str, str], int] = {}
     lines = log.splitlines()
     for i, line in enumerate(lines):
         begin = _MESSAGE.match(line)
@@ -38,8 +38,8 @@ def messages(tool: str, log: str, severity: str) -> list[Message]:
             if not re.match(r"^   ?\S", more):
                 break
             text += " " + more.strip()
-        found[begin[2], text] = found.get((begin[2], text), 0) + 1
-    return [Message(tool, code, text, times) for (code, text), times in found.items()]
+        counts[begin[2], text] = counts.get((begin[2], text), 0) + 1
+    return [Message(tool, code, text, times) for (code, text), times in counts.items()]
 
 
 class Treatment(StrEnum):
@@ -107,12 +107,12 @@ def derived(timing: Sequence[Timing], root: str) -> dict[str, tuple[int, float]]
     Text of each to how many PLLs it is behind, and how many times the root's frequency it has; the
     root's period is in ns.
     """
-    found = [(match, entry) for entry in timing if (match := _PERIOD.match(entry.constraint))]
+    entries = [(match, entry) for entry in timing if (match := _PERIOD.match(entry.constraint))]
     names = {root: (0, 1.0)}
     out: dict[str, tuple[int, float]] = {}
     # TRCE lists a derived constraint before or after the one that it comes from.
-    for _ in found:
-        for match, entry in found:
+    for _ in entries:
+        for match, entry in entries:
             name, parent, sign, factor = match.groups()
             if parent in names:
                 depth, frequency = names[parent]
@@ -126,7 +126,7 @@ def derived(timing: Sequence[Timing], root: str) -> dict[str, tuple[int, float]]
 _UTILISATION = re.compile(
     r"^\s*Number (?:of|used as) ([\w/ ]+?):\s+([\d,]+) out of\s+([\d,]+)", re.M
 )
-_SHOWN = (
+_LISTED_SITES = (
     *(
         "Slice Registers",
         "Slice LUTs",
@@ -141,8 +141,8 @@ _SHOWN = (
 
 def read_utilisation(report: str) -> dict[str, tuple[int, int]]:
     """Read Map's report (``.mrp``): kind of site to how many are used, and how many there are."""
-    found = {
+    used = {
         match[1]: (int(match[2].replace(",", "")), int(match[3].replace(",", "")))
         for match in _UTILISATION.finditer(report)
     }
-    return {name: found[name] for name in _SHOWN if name in found}
+    return {name: used[name] for name in _LISTED_SITES if name in used}

@@ -11,10 +11,10 @@ def name_nets(module: dict[str, Any], nets: Mapping[str, tuple[str, str]]) -> No
     `nets` is each name with the cell and port that the net is joined to; what has no such cell
     is left as it is.
     """
-    cells, known = module["cells"], module["netnames"]
+    cells, names = module["cells"], module["netnames"]
     for name, (cell, port) in nets.items():
         if cell in cells:
             bits = cells[cell]["connections"][port]
-            for other in [other for other, net in known.items() if net["bits"] == bits]:
-                del known[other]
-            known[name] = {"hide_name": 0, "bits": bits, "attributes": {}}
+            for other in [other for other, net in names.items() if net["bits"] == bits]:
+                del names[other]
+            names[name] = {"hide_name": 0, "bits": bits, "attributes": {}}

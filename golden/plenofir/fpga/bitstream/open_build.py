@@ -151,7 +151,7 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
     netlist, report, log = work / f"{top}.json", work / "nextpnr.json", work / "nextpnr.log"
     judged: Judged = ((), ())
     content: dict[str, Any] = {}
-    found: Mapping[str, Any] = {}
+    entries: Mapping[str, Any] = {}
 
     def analyse() -> None:
         library = build.board.library
@@ -162,16 +162,16 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
     def place() -> None:
         nonlocal content, judged
         files = ("--json", netlist.name, "--report", report.name, "--timing-allow-fail")
-        told = lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(steps))  # noqa: E731
-        run_tool([*build.place, *files], log, poll=told)
+        stage_bar = lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(steps))  # noqa: E731
+        run_tool([*build.place, *files], log, poll=stage_bar)
         check_constraints(log)
         content = json.loads(report.read_text())
         judged = build.judge(content)
         check_timing(*judged, report)
 
     def pack() -> None:
-        nonlocal found
-        found = build.finish(work)
+        nonlocal entries
+        entries = build.finish(work)
         run_tool(list(build.pack), work / f"{build.packer}.log")
 
     steps = {
@@ -200,7 +200,7 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
         },
         tools=tools,
         seconds=seconds,
-        **found,
+        **entries,
     )
     publish(
         {

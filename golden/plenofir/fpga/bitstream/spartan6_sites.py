@@ -34,9 +34,9 @@ class Pin:
     @property
     def pair(self) -> str:
         """Number of its differential pair, ``L43``."""
-        found = re.match(r"IO_(L\d+)[PN]_", self.name)
-        assert found, self.name
-        return found[1]
+        match = re.match(r"IO_(L\d+)[PN]_", self.name)
+        assert match, self.name
+        return match[1]
 
     @property
     def is_positive(self) -> bool:
@@ -51,10 +51,10 @@ class Pin:
     @property
     def clock_lines(self) -> frozenset[int]:
         """Lines to the clock multiplexers that the BUFIO2s of a clock input drive."""
-        found = re.search(r"_GCLK(\d+)", self.name)
-        assert found, self.name
+        match = re.search(r"_GCLK(\d+)", self.name)
+        assert match, self.name
         lines = device().clock_lines
-        reached = lines.of_pins[int(found[1]) // 2 % 2]
+        reached = lines.of_pins[int(match[1]) // 2 % 2]
         return frozenset(lines.first_of_bank[self.bank] + k for k in reached)
 
 

@@ -38,12 +38,12 @@ def project_lines(sources: Sequence[Path] | None = None) -> list[str]:
 
 def source_of_line(line: str) -> Path:
     """File that a line of a project file names; it must be VHDL for the library work."""
-    found = re.fullmatch(r'vhdl work "([^"]+)"', line)
-    if found is None:
+    match = re.fullmatch(r'vhdl work "([^"]+)"', line)
+    if match is None:
         raise InputError(
             f'{line!r} is not understood; write vhdl work "path"', where="project file"
         )
-    return Path(found[1])
+    return Path(match[1])
 
 
 def default_generics(top: str = TOP) -> dict[str, Value]:
@@ -67,12 +67,12 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
     the sake of messages.
     """
     text = top_source(top).read_text()
-    known = default_generics(top)
+    defaults = default_generics(top)
     for name, value in values.items():
-        if name not in known:
-            raise InputError(f"{top} has no generic {name}; it has {', '.join(known)}")
-        if type(value) is not type(known[name]):
-            kind = type(known[name]).__name__
+        if name not in defaults:
+            raise InputError(f"{top} has no generic {name}; it has {', '.join(defaults)}")
+        if type(value) is not type(defaults[name]):
+            kind = type(defaults[name]).__name__
             raise InputError(f"{value!r} is not of type {kind}", where=name)
         if isinstance(value, str):
             if not re.fullmatch(r"[-0-9 ]*|[a-z_]+", value):
@@ -80,13 +80,13 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
             literal = f'"{value}"'
         else:
             literal = str(value).lower()
-        text, found = re.subn(
+        text, replaced = re.subn(
             rf"^(    {name}\s*: \w+(?: range \d+ to \d+)?\s*:= )(\"[^\"]*\"|[^;\n]+)",
             rf"\g<1>{literal}",
             text,
             flags=re.M,
         )
-        assert found == 1, name
+        assert replaced == 1, name
     return text
 
 
@@ -111,16 +111,16 @@ def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
     Refused is what no board's refocuser has: it takes three channels of 8 bits, one row at once,
     and centred outputs.
     """
-    known = default_generics(top)
+    defaults = default_generics(top)
     if isinstance(core.engine, StackEngine):
         stack = core.generics()
         # The rest has no meaning then, see picture_core.
-        wanted = core.channels == 3 and core.pixel_bits == 8 and core.align == "centred"
-        if wanted and "PIXEL_BITS" not in known:
+        is_rgb8 = core.channels == 3 and core.pixel_bits == 8 and core.align == "centred"
+        if is_rgb8 and "PIXEL_BITS" not in defaults:
             return {name: stack[name] for name in _STACK_GENERICS}
         raise _no_such_refocuser(top)
-    values = {name: value for name, value in core.generics().items() if name in known}
-    if configuration({**known, **values}) != core:
+    values = {name: value for name, value in core.generics().items() if name in defaults}
+    if configuration({**defaults, **values}) != core:
         raise _no_such_refocuser(top)
     return values
 
@@ -131,12 +131,12 @@ def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
     Channels and bits stand in ``camera_pkg``. Refused is what `camera_refocuser` has not: several
     rows at once, sharpening, normalised borders, other than centred outputs.
     """
-    known, values = default_generics(top), core.generics()
+    defaults, values = default_generics(top), core.generics()
     plain = core.model_copy(update={"align": "centred", "sharpening": (), "border": "zero"})
     if plain != core or core.parallel_rows != 1 or values.get("ANY_ROWS", False):
         raise _no_such_refocuser(top)
-    pixels = {"PIXELS_PER_CLOCK": 1} if "PIXELS_PER_CLOCK" in known else {}
-    return {**pixels, **{name: value for name, value in values.items() if name in known}}
+    pixels = {"PIXELS_PER_CLOCK": 1} if "PIXELS_PER_CLOCK" in defaults else {}
+    return {**pixels, **{name: value for name, value in values.items() if name in defaults}}
 
 
 def _no_such_refocuser(top: str) -> InputError:
@@ -154,7 +154,9 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             {"fraction_bits": values["FRACTION_BITS"], "guard_bits": values["GUARD_BITS"]}
         )
     kind = SLICE_ENGINES[cast(SliceEngineName, values["ENGINE"])]
-    own = {field: values[field.upper()] for field in kind.model_fields if field.upper() in values}
+    fields = {
+        field: values[field.upper()] for field in kind.model_fields if field.upper() in values
+    }
     return CoreConfiguration.model_validate(
         {
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
@@ -165,7 +167,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "pixel_bits": values.get("PIXEL_BITS", 10 if "PIXELS_PER_CLOCK" in values else 8),
             "arithmetic": arithmetic,
             "order": values["INTERPOLATION_ORDER"],
-            "engine": kind.model_validate(own),
+            "engine": kind.model_validate(fields),
         }
     )
 

@@ -68,15 +68,15 @@ def pin_settings(config: Configuration, place: tuple[int, int, str]) -> Settings
     """
     x, y, pio = place
     at = (y, x + (pio == "PIOB")) if y == 0 else (y + 1, x)
-    found = config.tiles.get(at, {})
-    if f"{pio}.BASE_TYPE" not in found:
-        found = config.tiles.get((y, x + (pio == "PIOB")), {})
+    enums = config.tiles.get(at, {})
+    if f"{pio}.BASE_TYPE" not in enums:
+        enums = config.tiles.get((y, x + (pio == "PIOB")), {})
     return {
-        name.partition(".")[2]: value for name, value in found.items() if name.startswith(f"{pio}.")
+        name.partition(".")[2]: value for name, value in enums.items() if name.startswith(f"{pio}.")
     }
 
 
-def wanted_settings(constraints: str) -> dict[str, Settings]:
+def constrained_settings(constraints: str) -> dict[str, Settings]:
     """Settings of each port in an LPF file."""
     return {
         port: dict(item.split("=") for item in items.split())
@@ -99,15 +99,15 @@ def check_configuration(
             raise ToolError(f"PLL {corner} is configured with {plls[corner]}, not {PLL_WORDS}")
     places = pin_places(log)
     pins = {}
-    for port, wanted in wanted_settings(constraints).items():
+    for port, asked in constrained_settings(constraints).items():
         if port not in places:
             raise ToolError(f"pin {port} is not in the configuration")
-        found = pin_settings(config, places[port])
-        kind = found.pop("BASE_TYPE", "nothing")
-        pins[port] = " ".join([kind, *(f"{name}={value}" for name, value in found.items())])
+        placed = pin_settings(config, places[port])
+        kind = placed.pop("BASE_TYPE", "nothing")
+        pins[port] = " ".join([kind, *(f"{name}={value}" for name, value in placed.items())])
         is_output = not kind.startswith("INPUT")
-        for name, value in wanted.items():
-            there = kind.partition("_")[2] if name == "IO_TYPE" else found.get(name)
+        for name, value in asked.items():
+            there = kind.partition("_")[2] if name == "IO_TYPE" else placed.get(name)
             if name in ("DRIVE", "SLEWRATE") and not is_output:
                 continue
             if (there or _DEFAULTS.get(name)) != value:
@@ -123,14 +123,14 @@ def match_complements(text: str, log: str, constraints: str) -> str:
     """
     places = pin_places(log)
     config = read_configuration(text)
-    for port, wanted in wanted_settings(constraints).items():
-        if not wanted.get("IO_TYPE", "").endswith("D") or "SLEWRATE" not in wanted:
+    for port, settings in constrained_settings(constraints).items():
+        if not settings.get("IO_TYPE", "").endswith("D") or "SLEWRATE" not in settings:
             continue
         x, y, pio = places[port]
         if (y, pio) != (0, "PIOA"):
             continue
-        slew = f"enum: PIOB.SLEWRATE {wanted['SLEWRATE']}"
-        if config.tiles.get((0, x + 1), {}).get("PIOB.SLEWRATE") == wanted["SLEWRATE"]:
+        slew = f"enum: PIOB.SLEWRATE {settings['SLEWRATE']}"
+        if config.tiles.get((0, x + 1), {}).get("PIOB.SLEWRATE") == settings["SLEWRATE"]:
             continue
         # The complement's tile is the one with its drive.
         head = re.compile(rf"(^\.tile \w*R0C{x + 1}:\S+\n(?:(?!\.tile).*\n)*?)(enum: PIOB\.)", re.M)

@@ -43,7 +43,7 @@ _ATTRIBUTES = {"LOC", "IOSTANDARD", "PULLUP", "DRIVE", "SLEW", "TNM_NET"}
 
 def _statements(path: Path) -> list[tuple[int, str]]:
     """Statements with the line that each begins in."""
-    found = []
+    statements = []
     current, begin = "", 0
     lines = path.read_text().splitlines()
     for number, line in enumerate(lines, 1):
@@ -54,11 +54,11 @@ def _statements(path: Path) -> list[tuple[int, str]]:
             current = f"{current} {part.strip()}".strip()
             rest = rest.strip()
             if end:
-                found.append((begin, current))
+                statements.append((begin, current))
                 current, begin = "", 0
     if current:
         raise InputError(f"there is no ; behind {current!r}", where=f"{path}:{begin}")
-    return found
+    return statements
 
 
 def read_constraints(path: Path) -> Constraints:
@@ -67,22 +67,22 @@ def read_constraints(path: Path) -> Constraints:
     for line, text in _statements(path):
         where = f"{path}:{line}"
         statement = " ".join(text.split())
-        if found := re.fullmatch(r"CONFIG (\w+) ?= ?(\S+)", statement):
-            out.config[found[1]] = found[2]
-        elif found := re.fullmatch(rf"NET {_NAME} TIG", statement):
-            out.untimed.append(found[1])
-        elif found := re.fullmatch(rf"NET {_NAME} (.+)", statement):
-            _net(out, found[1], found[2], where)
-        elif found := re.fullmatch(rf'TIMEGRP {_NAME} = ((?:"[^"]+" ?)+)', statement):
-            out.unions[found[1]] = re.findall(_NAME, found[2])
-        elif found := re.fullmatch(
+        if match := re.fullmatch(r"CONFIG (\w+) ?= ?(\S+)", statement):
+            out.config[match[1]] = match[2]
+        elif match := re.fullmatch(rf"NET {_NAME} TIG", statement):
+            out.untimed.append(match[1])
+        elif match := re.fullmatch(rf"NET {_NAME} (.+)", statement):
+            _net(out, match[1], match[2], where)
+        elif match := re.fullmatch(rf'TIMEGRP {_NAME} = ((?:"[^"]+" ?)+)', statement):
+            out.unions[match[1]] = re.findall(_NAME, match[2])
+        elif match := re.fullmatch(
             rf'TIMESPEC "TS_\w+" = PERIOD {_NAME} ([\d.]+) ns HIGH 50 ?%', statement
         ):
-            out.periods[found[1]] = float(found[2])
-        elif found := re.fullmatch(
+            out.periods[match[1]] = float(match[2])
+        elif match := re.fullmatch(
             rf'TIMESPEC "TS_\w+" = FROM {_NAME} TO {_NAME} ([\d.]+) ns DATAPATHONLY', statement
         ):
-            out.limits[found[1], found[2]] = float(found[3])
+            out.limits[match[1], match[2]] = float(match[3])
         else:
             raise InputError(
                 f"{statement!r} is not understood; use CONFIG, NET, TIMEGRP, or TIMESPEC "

@@ -71,8 +71,8 @@ def border_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> Iter
 def check_border(raster: Raster, parallel_rows: int) -> None:
     """Refuse cores that cannot normalise their border."""
 
-    def refuse(what: str, advice: str) -> InputError:
-        return InputError(f"cannot be combined with {what}; use {advice}", where="border")
+    def refuse(feature: str, advice: str) -> InputError:
+        return InputError(f"cannot be combined with {feature}; use {advice}", where="border")
 
     if not raster.exact:
         raise refuse(

@@ -292,19 +292,19 @@ class CoreConfiguration(Raster):
     def check_limits(self) -> None:
         """Refuse what the core cannot be built for, by field and limit."""
 
-        def refuse(what: str, field: str, limit: str) -> InputError:
-            return InputError(f"{what} exceeds the core's limit of {limit}", where=field)
+        def refuse(size: str, field: str, limit: str) -> InputError:
+            return InputError(f"{size} exceeds the core's limit of {limit}", where=field)
 
         m = self.micro_image_size
         largest_shift = max(self.shifts, key=abs)
         if m > MAX_MICRO_IMAGE_SIZE:
             raise refuse(f"M = {m}", "micro_image_size", f"{MAX_MICRO_IMAGE_SIZE}")
         if self.max_columns > MAX_COLUMNS:
-            what = f"a line of {self.max_columns} pixels"
-            raise refuse(what, "max_columns", f"{MAX_COLUMNS} columns")
+            size = f"a line of {self.max_columns} pixels"
+            raise refuse(size, "max_columns", f"{MAX_COLUMNS} columns")
         if len(self.shifts) > MAX_SLICES:
-            what = f"a set of {len(self.shifts)} slices"
-            raise refuse(what, "shifts", f"{MAX_SLICES}")
+            size = f"a set of {len(self.shifts)} slices"
+            raise refuse(size, "shifts", f"{MAX_SLICES}")
         self.engine.check(self)
         self._check_plan()
         if self.sharpens:

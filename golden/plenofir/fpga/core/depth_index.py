@@ -70,16 +70,16 @@ class DepthIndexConfiguration(BaseModel):
     @property
     def waves(self) -> tuple[Scope, ...]:
         """Signals that a waveform shows."""
-        found: list[Scope] = [("bit", "place_token/", "inside_now")]
+        signals: list[Scope] = [("bit", "place_token/", "inside_now")]
         for number in range(self.slices):
-            found += [
+            signals += [
                 ("downto", f"slice({number})/", "sum"),
                 ("downto", f"slice({number})/judge/", "laplacian row_sum total"),
             ]
         return within(
             "find",
             (
-                *found,
+                *signals,
                 ("bit", "", "complete_live complete_start scan_on"),
                 ("downto", "", "energies best most least"),
                 ("bit", "", "final_write final_kept"),
@@ -176,9 +176,9 @@ class DepthIndexConfiguration(BaseModel):
 
     def generics(self) -> Generics:
         # One pixel a clock and the picture are the entity's defaults.
-        own = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
-        own |= {"picture"} if self.picture else set()
-        fields = self.model_dump(exclude=own)
+        python_fields = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
+        python_fields |= {"picture"} if self.picture else set()
+        fields = self.model_dump(exclude=python_fields)
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})
 

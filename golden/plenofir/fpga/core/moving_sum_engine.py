@@ -78,15 +78,15 @@ class MovingSumEngine(SliceEngine):
         return "moving sums"
 
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
-        found: list[Scope] = []
+        signals: list[Scope] = []
         for stage in range(2 * raster.passes):
             rows = stage not in self._column_stages(raster)
             place = f"moving_sum_engine/moving_sums/every_stage({stage})"
             if not rows:
-                found += within(f"{place}/columns_stage/stage", STAGE_WAVES)
+                signals += within(f"{place}/columns_stage/stage", STAGE_WAVES)
             else:
-                found += within(f"{place}/rows_stage/stage", row_waves(self.pixels_per_clock))
-        return (*found, ("downto", "tail/", "last_sums"))
+                signals += within(f"{place}/rows_stage/stage", row_waves(self.pixels_per_clock))
+        return (*signals, ("downto", "tail/", "last_sums"))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:
@@ -175,10 +175,10 @@ class MovingSumEngine(SliceEngine):
         if parallel_rows > 1:
             return
         plain, any_rows = cls(), cls(any_rows=True)
-        wanted = rows is not None and (
+        takes_rows = rows is not None and (
             any_rows.frame_lines(raster, rows) < plain.frame_lines(raster, rows)
         )
-        yield any_rows if wanted else plain
+        yield any_rows if takes_rows else plain
 
     def extent(self, raster: Raster) -> int:
         return sum(self.layout(raster).ring_lines)

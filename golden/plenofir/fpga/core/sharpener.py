@@ -50,8 +50,8 @@ def sharpener_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> I
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:
     """Refuse cores that cannot have a sharpener."""
 
-    def refuse(what: str, advice: str) -> InputError:
-        return InputError(f"cannot be combined with {what}; use {advice}", where="sharpening")
+    def refuse(feature: str, advice: str) -> InputError:
+        return InputError(f"cannot be combined with {feature}; use {advice}", where="sharpening")
 
     if not raster.exact:
         raise refuse("stored products", "exact arithmetic, as products are rounded before")

@@ -59,11 +59,11 @@ class StackEngine(Engine):
         return "moving sums, all slices in one pass"
 
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
-        found: list[Scope] = [("bit", "columns/", "active step")]
+        signals: list[Scope] = [("bit", "columns/", "active step")]
         for number in range(len(raster.shifts)):
-            found += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
-            found += within(f"slice({number})/rows", row_waves(self.pixels_per_clock))
-        return within("stack_engine/slices", (*found, ("downto", "", "column_data sums")))
+            signals += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
+            signals += within(f"slice({number})/rows", row_waves(self.pixels_per_clock))
+        return within("stack_engine/slices", (*signals, ("downto", "", "column_data sums")))
 
     @property
     def pixels_at_once(self) -> PixelsPerClock:

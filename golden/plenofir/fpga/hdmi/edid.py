@@ -215,23 +215,23 @@ def standard_code(mode: VideoMode) -> int:
     return 0
 
 
-def edid_package(own: bytes | None = None) -> str:
+def edid_package(custom: bytes | None = None) -> str:
     """VHDL of ``hdl/link/edid_pkg.vhd``: the blocks, and what the modes are called in other EDIDs.
 
-    `own` is an EDID to serve instead of the board's, whatever the longest line of the build.
+    `custom` is an EDID to serve instead of the board's, whatever the longest line of the build.
     """
     edids = {
         (clocks, mode.h_active): make_edid(offered_modes(mode.h_active, clocks))
         for clocks in (0, *CLOCK_RANGES)
         for mode in modes_of_range(clocks)
     }
-    if own is not None:
+    if custom is not None:
         # Entry 0 serves every clock range without an EDID of its own.
-        edids = {(0, 1): own}
+        edids = {(0, 1): custom}
     size = len(next(iter(edids.values())))
     content = b"".join(edids.values())
     rows = [f'x"{content[i : i + 16].hex().upper()}"' for i in range(0, len(content), 16)]
-    known = [
+    entries = [
         f"    {number} => ({mode.h_active}, {mode.v_active}, {round(10 * mode.frame_rate)}, "
         f'x"{ESTABLISHED.get(mode.name, 0):04X}", x"{standard_code(mode):04X}", '
         f'"{mode.vic:07b}")'
@@ -243,7 +243,7 @@ def edid_package(own: bytes | None = None) -> str:
             "-- with a fixed PLL those of its range, 1280x720p30 besides.\n"
             "-- A build serves the block whose modes fit its longest line and its PLL; no\n"
             "-- extension, so sources send DVI."
-            if own is None
+            if custom is None
             else "an EDID of the user's own."
         ),
         bytes=size,
@@ -254,8 +254,8 @@ def edid_package(own: bytes | None = None) -> str:
         rows=(" &\n" + 30 * " ").join(rows),
         last_bit=8 * len(content) - 1,
         last_offer=len(edids) - 1,
-        known=",\n".join(known),
-        last_known=len(MODES) - 1,
+        modes=",\n".join(entries),
+        last_mode=len(MODES) - 1,
     )
 
 
@@ -304,12 +304,12 @@ package edid_pkg is
     vic         : std_logic_vector(6 downto 0);
   end record known_mode_t;
 
-  type known_modes_t is array (0 to {last_known}) of known_mode_t;
+  type known_modes_t is array (0 to {last_mode}) of known_mode_t;
 
   -- Rates in 0.1 Hz.
   constant KNOWN_MODES : known_modes_t :=
   (
-{known}
+{modes}
   );
 
 end package edid_pkg;

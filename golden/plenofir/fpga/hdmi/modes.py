@@ -86,7 +86,7 @@ _FASTEST = 74_300
 # Limit by the lanes' 500 Mb/s (`plenofir.fpga.bitstream.ecp5_limits`), below the PLL's.
 _FASTEST_LANES = {3: 50_000}
 
-OWN_CLOCKS = {4: (24, VGA), 3: (15, SVGA), 2: (12, SVGA_72)}
+PLL_CLOCKS = {4: (24, VGA), 3: (15, SVGA), 2: (12, SVGA_72)}
 """For each range of pixel clocks what 600 MHz are divided by for the board's own, and the timing of
 the test pattern with it: 25 MHz, which is 640x480 at 59.5 Hz, 40 MHz, 50 MHz."""
 

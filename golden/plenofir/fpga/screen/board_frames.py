@@ -35,19 +35,21 @@ class ShownFrame:
     text: Place  # position of the text
 
 
-def told_before(frames: tuple[ShownFrame, ...], screen: Screen) -> list[list[Command]]:
+def commands_before(frames: tuple[ShownFrame, ...], screen: Screen) -> list[list[Command]]:
     """Commands before each frame that change the board's settings to the frame's."""
-    told, known = [], dict[str, int]()
+    commands, current = [], dict[str, int]()
     for frame in frames:
-        wanted = {"s": frame.slice_, "o": frame.output}
+        settings = {"s": frame.slice_, "o": frame.output}
         if screen.overlay is not None:
-            wanted["h"] = frame.text
-        lines = [f"{letter} {n}" for letter, n in wanted.items() if known.get(letter) != n]
+            settings["h"] = frame.text
+        lines = [f"{letter} {n}" for letter, n in settings.items() if current.get(letter) != n]
         # Characters that come while the board answers are lost, so blanks, which do nothing,
         # follow.
-        told.append([command for line in lines for command in typed(f"{line}\n{_BLANKS * ' '}")])
-        known = wanted
-    return told
+        commands.append(
+            [command for line in lines for command in typed(f"{line}\n{_BLANKS * ' '}")]
+        )
+        current = settings
+    return commands
 
 
 class ShownReport(BaseModel):
@@ -89,12 +91,12 @@ def golden_frame(
     kind = _KINDS[screen.outputs[frame.output]]
     picture: Image = slices[frame.slice_]
     if kind != "refocused":
-        found = screen.index(core).golden(slices)
-        picture, m = found.image, core.micro_image_size
+        depth = screen.index(core).golden(slices)
+        picture, m = depth.image, core.micro_image_size
         if kind == "depth":
-            colour = found.index.astype(int)
-            if found.fraction is not None:
-                fraction = found.fraction.astype(int)
+            colour = depth.index.astype(int)
+            if depth.fraction is not None:
+                fraction = depth.fraction.astype(int)
                 colour = SHADES * colour + fraction * SHADES // (1 << FRACTION_BITS)
             index = colour.repeat(m, 0).repeat(m, 1)
             rows, columns = slices.shape[1:3]

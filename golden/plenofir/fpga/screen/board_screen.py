@@ -135,11 +135,11 @@ def _literal(value: str | int | bool) -> tuple[str, str]:
 
 
 def _constants(values: dict[str, str | int]) -> list[str]:
-    found = {name: _literal(value) for name, value in values.items()}
-    names, types = max(map(len, found)), max(len(kind) for kind, _ in found.values())
+    literals = {name: _literal(value) for name, value in values.items()}
+    names, types = max(map(len, literals)), max(len(kind) for kind, _ in literals.values())
     return [
         f"  constant {name.ljust(names)} : {kind.ljust(types)} := {text};"
-        for name, (kind, text) in found.items()
+        for name, (kind, text) in literals.items()
     ]
 
 
@@ -147,7 +147,7 @@ def screen_package(screen: Screen | None = None) -> str:
     """VHDL of ``hdl/video/screen_pkg.vhd``; None: the refocused slice alone, without a text."""
     screen = screen or Screen()
     overlay = screen.overlay
-    shown: dict[str, str | int] = {
+    settings: dict[str, str | int] = {
         "OUTPUTS": screen.outputs,
         "SHARPNESS_RADIUS": screen.radius,
         "CONFIDENCE": screen.confidence,
@@ -168,7 +168,7 @@ def screen_package(screen: Screen | None = None) -> str:
         f"package {SCREEN_PACKAGE} is",
         "",
         "  -- Generics of picture_core: the possible outputs, and how depth is found.",
-        *_constants(shown),
+        *_constants(settings),
         "",
         "  -- Generics of text_overlay: the text over the picture.",
         *_constants(written),

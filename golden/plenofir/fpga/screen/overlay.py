@@ -107,16 +107,16 @@ class Overlay:
         characters = Memory("characters", bits_for(self.codes - 1), 7, 1, rom=True)
         yield Block("text", {"text": 1}, (characters, Memory("font", 11, 8, 1, rom=True)))
 
-    def _ruler(self, shown: Shown, slice_: int) -> npt.NDArray[np.uint8]:
+    def _ruler(self, output: Shown, slice_: int) -> npt.NDArray[np.uint8]:
         """Colour of each pixel of the ruler's lines, shape (columns, 3)."""
         field = self.label_columns * GLYPH_COLUMNS
         line = np.zeros((self.columns * GLYPH_COLUMNS, 3), np.uint8)
         shades = len(self.colours) // self.slices
         for number in range(self.slices):
             colour: tuple[int, ...] = (0x40,) * 3
-            if shown == "depth":
+            if output == "depth":
                 colour = self.colours[number * shades + shades // 2] if shades else (0, 0, 0)
-            elif shown == "all-in-focus" or (shown == "refocused" and number == slice_):
+            elif output == "all-in-focus" or (output == "refocused" and number == slice_):
                 colour = (255,) * 3
             line[number * field : (number + 1) * field - 2] = colour
         return line
@@ -124,7 +124,7 @@ class Overlay:
     def draw(
         self,
         picture: npt.NDArray[np.uint8],
-        shown: Shown,
+        output: Shown,
         slice_: int,
         *,
         errors: int = 0,
@@ -132,10 +132,11 @@ class Overlay:
     ) -> npt.NDArray[np.uint8]:
         """Write over a picture (rows, columns, 3), cut at its edges.
 
-        `shown` and `slice_` say what it shows, `errors` is the sum of the errors, 0 to 31.
+        `output` and `slice_` say what the picture shows, `errors` is the sum of the errors,
+        0 to 31.
         """
         number = slice_ if slice_ < self.slices else 0
-        entry = number if shown == "refocused" else self.slices + _ORDER.index(shown)
+        entry = number if output == "refocused" else self.slices + _ORDER.index(output)
         text = self.texts[entry].ljust(self.text_columns)
         if errors:
             text += f"{ERROR_TEXT}{errors:02d}"
@@ -144,7 +145,7 @@ class Overlay:
         # -1: the picture, darkened.
         drawn = np.full((ROWS, white.shape[1], 3), -1, np.int16)
         drawn[: len(white)][white] = 255
-        drawn[len(white) :] = self._ruler(shown, slice_)
+        drawn[len(white) :] = self._ruler(output, slice_)
         out = picture.copy()
         first = picture.shape[0] - ROWS - MARGIN if bottom else MARGIN
         box = out[max(first, 0) : max(first + ROWS, 0), MARGIN : MARGIN + white.shape[1]]

@@ -16,7 +16,7 @@ from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_fra
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.names import DEFAULT_BOARD
-from plenofir.fpga.screen.board_frames import ShownFrame, shown_frames, told_before
+from plenofir.fpga.screen.board_frames import ShownFrame, commands_before, shown_frames
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.waves import wave_signals_of
@@ -86,8 +86,8 @@ def mode_for(columns: int, rows: int) -> VideoMode:
 def check_core(configuration: CoreConfiguration) -> None:
     """Refuse a core that a video path cannot have."""
 
-    def refuse(field: str, what: str, advice: str) -> InputError:
-        return InputError(f"{what} cannot go over HDMI; use {advice}", where=field)
+    def refuse(field: str, feature: str, advice: str) -> InputError:
+        return InputError(f"{feature} cannot go over HDMI; use {advice}", where=field)
 
     if configuration.pixel_bits != 8:
         raise refuse("raw", f"a picture with pixels of {configuration.pixel_bits} bits", "8 bits")
@@ -97,8 +97,8 @@ def check_core(configuration: CoreConfiguration) -> None:
         raise refuse("border", "a normalised border", "zero, or the chain core")
     for field in ("parallel_rows", "pixels_per_clock"):
         if (number := getattr(configuration, field)) != 1:
-            what = f"{number} {'rows' if field == 'parallel_rows' else 'pixels'} at once"
-            raise refuse(field, what, "1, as a video stream brings one pixel a clock")
+            feature_text = f"{number} {'rows' if field == 'parallel_rows' else 'pixels'} at once"
+            raise refuse(field, feature_text, "1, as a video stream brings one pixel a clock")
     if configuration.engine != configuration.engine.for_video():
         raise refuse(
             "any_rows",
@@ -125,13 +125,13 @@ def check_chain(
             "focus settings a closer to 1/M, or a larger picture",
             where="shifts",
         )
-    told = told_before(shown_frames(configuration, screen), screen)
-    letters = max((len(commands) for commands in told[1:]), default=0)
-    left = max(mode.v_total - lines - LINES_BEHIND, 0)
-    if left * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
+    scripts = commands_before(shown_frames(configuration, screen), screen)
+    letters = max((len(commands) for commands in scripts[1:]), default=0)
+    spare = max(mode.v_total - lines - LINES_BEHIND, 0)
+    if spare * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
         raise InputError(
             f"a frame of {mode.v_total} lines of {mode.h_total} pixels, blanking "
-            f"included, leaves {left} lines beside the {lines} of delay to tell what the "
+            f"included, leaves {spare} lines beside the {lines} of delay to tell what the "
             "next frame shows; use a picture of more lines",
             where="raw",
         )
@@ -145,7 +145,7 @@ def range_of(board: Board, mode: VideoMode) -> int:
             return clock_range
     raise InputError(
         f"has no pixel clock of {mode.pixel_clock / 1000:g} MHz ({mode.name}); its "
-        f"modes are {', '.join(known.name for known in board.modes)}",
+        f"modes are {', '.join(offered.name for offered in board.modes)}",
         where=board.title,
     )
 
@@ -171,10 +171,10 @@ class BoardRun:
     core: CoreConfiguration  # of the generics of its top
     packages: Mapping[str, str]  # VHDL packages in place of the board's own: name to text
     script: Sequence[Command | Packed]  # words and commands after the settling time
-    shown: int  # frames to find at the end
+    frame_count: int  # frames to find at the end
     sweeps: bool  # the board goes through its slices
     delay_pixels: int  # from input to output, whole lines included
-    behind: int  # words after the last shown frame
+    behind: int  # words after the last of these frames
     progress: Callable[[float], None]  # called with the finished share
 
     def run(
@@ -215,23 +215,23 @@ class BoardRun:
             waves=waves,
             poll=poll,
         )
-        taken = np.fromfile(output, "<u4")
+        received = np.fromfile(output, "<u4")
         # Both signals end at the same time; before the first frame followed there is only blanking.
-        sent_to_end = self.shown * self.mode.h_total * self.mode.v_total + self.behind
+        sent_to_end = self.frame_count * self.mode.h_total * self.mode.v_total + self.behind
         shown_to_end = sent_to_end - self.delay_pixels
         try:
-            frames = decode_frames(taken[-shown_to_end - self.mode.h_total :], from_start=True)
+            frames = decode_frames(received[-shown_to_end - self.mode.h_total :], from_start=True)
         except LinkError as error:
             raise SimulationError(f"no picture at the output: {error}") from None
-        wanted = self.mode.as_measured()
-        if len(frames) != self.shown or any(frame.mode != wanted for frame in frames):
-            found = ", ".join(
+        expected = self.mode.as_measured()
+        if len(frames) != self.frame_count or any(frame.mode != expected for frame in frames):
+            sizes = ", ".join(
                 f"{frame.mode.h_active} x {frame.mode.v_active} in "
                 f"{frame.mode.h_total} x {frame.mode.v_total}"
                 for frame in frames
             )
             raise SimulationError(
-                f"{self.shown} frames of {self.mode.name} expected, found: {found or 'none'}"
+                f"{self.frame_count} frames of {self.mode.name} expected, found: {sizes or 'none'}"
             )
         return frames, words, sent_to_end - frames[0].to_end, seconds
 
@@ -245,16 +245,16 @@ def run_chain(
     progress: Callable[[int], None] | None = None,
     board: str = DEFAULT_BOARD,
     screen: Screen | None = None,
-    told: tuple[ShownFrame, ...] | None = None,
+    entries: tuple[ShownFrame, ...] | None = None,
 ) -> BenchResult:
     """Show a picture at the board's input and take what its output shows.
 
     The source shows the same picture (rows, columns, 3), uint8, all the time; with several shifts
     the board sweeps through them, one frame each. With a screen, commands over the serial port
-    choose what it shows: `told`, or else `shown_frames`. `directory` is empty; `progress` is called
-    with the number of pixels that came out so far, blanking included in proportion.
+    choose what it shows: `entries`, or else `shown_frames`. `directory` is empty; `progress` is
+    called with the number of pixels that came out so far, blanking included in proportion.
 
-    The result has one frame for each slice or each entry of `told`; clocks are pixel clocks, and
+    The result has one frame for each slice or each of `entries`; clocks are pixel clocks, and
     the latency is accurate to one or two of them. SimulationError if the output signal is not as
     expected.
     """
@@ -265,15 +265,15 @@ def run_chain(
     frame = encode_frames(mode, [raw.astype(np.uint8)])
     lines = screen.delay_lines(configuration)
     begun = (lines + LINES_BEHIND) * mode.h_total
-    if told is None:
-        told = shown_frames(configuration, screen)
-    count = len(told) or slices
-    script: list[Command | Packed] = [*told_before(told, screen)[0]] if told else []
+    if entries is None:
+        entries = shown_frames(configuration, screen)
+    count = len(entries) or slices
+    script: list[Command | Packed] = [*commands_before(entries, screen)[0]] if entries else []
     script.append(np.concatenate([frame] * FRAMES_TO_FOLLOW))
     # The commands for the next frame are sent once this one has begun to come out.
-    for commands in told_before(told, screen)[1:]:
+    for commands in commands_before(entries, screen)[1:]:
         script += [frame[:begun], *commands, frame[begun:]]
-    script.append(np.concatenate([frame] * (1 if told else count)))
+    script.append(np.concatenate([frame] * (1 if entries else count)))
     script.append(np.resize(frame, begun))
     frames, words, latency, seconds = BoardRun(
         board=board,
@@ -281,14 +281,14 @@ def run_chain(
         core=configuration,
         packages={} if screen == Screen() else {SCREEN_PACKAGE: screen_package(screen)},
         script=script,
-        shown=count,
-        sweeps=slices > 1 and not told,
+        frame_count=count,
+        sweeps=slices > 1 and not entries,
         delay_pixels=lines * mode.h_total + configuration.delay,
         behind=begun,
         progress=in_pixels(progress, slices * rows * columns),
     ).run(simulator, directory, waves)
     return BenchResult(
-        frames=np.stack([shown.pixels for shown in frames]),
+        frames=np.stack([picture.pixels for picture in frames]),
         clocks=words,
         input_clocks=slices * rows * columns,
         latency_clocks=latency,

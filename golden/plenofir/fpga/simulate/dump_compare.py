@@ -130,7 +130,7 @@ def compare_dumps(
     levels may be left out; none: all. `begin` and `end` are the first and last cycle or time, in
     times of `a`. `clock` names the clock: empty for the outermost signal named clk, if there is
     one, ``"none"`` for no clock. `strict` compares undefined values too. `progress` is called with
-    the number of signals done and of all.
+    the number of compared signals and of all.
 
     InputError if a file cannot be read, a name or the range selects nothing, or there is no such
     clock.
@@ -155,20 +155,20 @@ def compare_dumps(
     }
     compared = {n: (a, b) for n, (a, b) in chosen.items() if strict or _are_alike(a, b)}
     if not compared:
-        what = f"no signal besides the clock {clock_name}"
+        problem = f"no signal besides the clock {clock_name}"
         if chosen:
-            what = f"{', '.join(chosen)}: the files have them with different types or widths"
-        raise InputError(f"{what}; choose signals that can be compared", where="--signals")
+            problem = f"{', '.join(chosen)}: the files have them with different types or widths"
+        raise InputError(f"{problem}; choose signals that can be compared", where="--signals")
 
     if clock_name is None:
         samples = _all_instants(dumps, list(compared.values()), begin, end)
     else:
         samples = _cycles(dumps, clock_name, pairs[clock_name], begin, end)
-    found: list[tuple[int, Difference]] = []
+    entries: list[tuple[int, Difference]] = []
     never_defined = []
-    for done, (name, pair) in enumerate(compared.items()):
+    for count, (name, pair) in enumerate(compared.items()):
         if progress is not None:
-            progress(done, len(compared))
+            progress(count, len(compared))
         changes = [dump.changes(signal) for dump, signal in zip(dumps, pair, strict=True)]
         held = [c.before(i) for c, i in zip(changes, samples.instants, strict=True)]
         codes: dict[str, int] = {}
@@ -184,14 +184,14 @@ def compare_dumps(
                 _value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
                 for c, i, s in zip(changes, held, pair, strict=True)
             ]
-            found.append((at, Difference(name, *samples.place(at), values[0], values[1])))
+            entries.append((at, Difference(name, *samples.place(at), values[0], values[1])))
     # Sorting keeps the order of the file, outer signals first, within a cycle.
-    found.sort(key=lambda entry: entry[0])
+    entries.sort(key=lambda entry: entry[0])
     return DumpComparison(
         clock=clock_name,
         samples=samples.count,
         signals=len(compared),
-        differences=tuple(difference for _, difference in found),
+        differences=tuple(difference for _, difference in entries),
         only_in_a=_names(lone_a, selected),
         only_in_b=_names(lone_b, selected),
         not_comparable=tuple(name for name in chosen if name not in compared),
@@ -250,13 +250,13 @@ def _value_text(value: Value | None, signal: DumpSignal, strict: bool) -> str:
 
 def _by_name(dump: Dump, levels: int) -> dict[str, DumpSignal]:
     """Signals by canonical name without its outer levels; a name that comes again is numbered."""
-    found: dict[str, DumpSignal] = {}
+    signals: dict[str, DumpSignal] = {}
     times: dict[str, int] = defaultdict(int)
     for signal in dump.signals:
         name = ".".join(signal.canonical.split(".")[levels:])
         times[name] += 1
-        found[name if times[name] == 1 else f"{name} ({times[name]})"] = signal
-    return found
+        signals[name if times[name] == 1 else f"{name} ({times[name]})"] = signal
+    return signals
 
 
 def _shared_levels(dump: Dump) -> int:
@@ -331,11 +331,11 @@ def _clock_name(
     """Name of the clock: the outermost that fits."""
     if canonical_name(clock) == NO_CLOCK:
         return None
-    wanted = canonical_name(clock or CLOCK_NAME)
+    typed = canonical_name(clock or CLOCK_NAME)
     fitting = [
         name
         for name, pair in pairs.items()
-        if wanted in (name, pair[0].canonical, pair[1].canonical) or name.endswith(f".{wanted}")
+        if typed in (name, pair[0].canonical, pair[1].canonical) or name.endswith(f".{typed}")
     ]
     if not fitting:
         if clock:
@@ -345,8 +345,7 @@ def _clock_name(
     outermost = [name for name in fitting if name.count(".") == depth]
     if len(outermost) > 1:
         raise InputError(
-            f"{len(outermost)} signals fit {wanted!r}; choose {', '.join(outermost)}, or "
-            f"{NO_CLOCK}",
+            f"{len(outermost)} signals fit {typed!r}; choose {', '.join(outermost)}, or {NO_CLOCK}",
             where="--clock",
         )
     return outermost[0]
@@ -359,7 +358,7 @@ class _Samples:
     # In ticks of each file.
     instants: tuple[Times, Times]
     # In ticks of each file, for the report.
-    shown: tuple[Times, Times]
+    reported: tuple[Times, Times]
     ticks: tuple[Fraction, Fraction]
     # Number of the first cycle, None without a clock.
     first_cycle: int | None
@@ -371,11 +370,14 @@ class _Samples:
         return int(self.instants[0].size)
 
     def place(self, at: int) -> tuple[int | None, Fraction, Fraction]:
-        times = [int(shown[at]) * tick for shown, tick in zip(self.shown, self.ticks, strict=True)]
+        times = [
+            int(reported[at]) * tick
+            for reported, tick in zip(self.reported, self.ticks, strict=True)
+        ]
         return None if self.first_cycle is None else self.first_cycle + at, times[0], times[1]
 
 
-def _nothing_there() -> InputError:
+def _no_instants() -> InputError:
     return InputError("nothing happens in this range; widen it", where="--from, --to")
 
 
@@ -396,27 +398,27 @@ def _cycles(
                 f"{name} never rises; name another clock with --clock", where=str(dump.path)
             )
     first = 0
-    wanted = [len(edges[0]), len(edges[1])]
+    available = [len(edges[0]), len(edges[1])]
     if isinstance(begin, Fraction):
         first = int(np.searchsorted(edges[0], ceil(begin / dumps[0].tick), side="left"))
     elif begin is not None:
         first = begin
     if isinstance(end, Fraction):
         counts = [
-            int(np.searchsorted(found, floor(end / dump.tick), side="right"))
-            for found, dump in zip(edges, dumps, strict=True)
+            int(np.searchsorted(rising, floor(end / dump.tick), side="right"))
+            for rising, dump in zip(edges, dumps, strict=True)
         ]
         # The last cycle is that of A's clock; if A ends earlier, B may have more cycles.
-        last = counts[0] if counts[0] < wanted[0] else max(counts)
-        wanted = [min(n, last) for n in wanted]
+        last = counts[0] if counts[0] < available[0] else max(counts)
+        available = [min(n, last) for n in available]
     elif end is not None:
-        wanted = [min(n, end + 1) for n in wanted]
-    cycles = slice(first, min(wanted))
+        available = [min(n, end + 1) for n in available]
+    cycles = slice(first, min(available))
     instants = (edges[0][cycles], edges[1][cycles])
     if not instants[0].size:
-        raise _nothing_there()
+        raise _no_instants()
     return _Samples(
-        instants, instants, (dumps[0].tick, dumps[1].tick), first, (wanted[0], wanted[1])
+        instants, instants, (dumps[0].tick, dumps[1].tick), first, (available[0], available[1])
     )
 
 
@@ -446,8 +448,8 @@ def _all_instants(
     if end is not None:
         instants = instants[instants <= floor(end / step)]
     if not instants.size:
-        raise _nothing_there()
-    shown = (instants // scales[0], instants // scales[1])
+        raise _no_instants()
+    at_ticks = (instants // scales[0], instants // scales[1])
     # The values after an instant hold just before the next tick.
-    after = (shown[0] + 1, shown[1] + 1)
-    return _Samples(after, shown, (dumps[0].tick, dumps[1].tick), None, (0, 0))
+    after = (at_ticks[0] + 1, at_ticks[1] + 1)
+    return _Samples(after, at_ticks, (dumps[0].tick, dumps[1].tick), None, (0, 0))

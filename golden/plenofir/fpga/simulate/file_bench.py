@@ -269,27 +269,27 @@ def run_bench(
     values = np.fromfile(output, "<i4").reshape(count, rows, tokens, words * together)
     parts = np.split(values, [core.channels * together, (core.channels + 1) * together], axis=3)
     lines = [part.reshape(count, rows, tokens * together, -1) for part in parts[: 1 + 2 * stack]]
-    found = np.concatenate(lines, axis=3)
-    if found[:, :, columns:].any():
+    results = np.concatenate(lines, axis=3)
+    if results[:, :, columns:].any():
         raise SimulationError("what comes out behind a line's last pixel is not zero")
-    found = found[:, :, :columns]
-    stacks = found_index = found_depth = None
+    results = results[:, :, :columns]
+    stacks = disparity_index = depth = None
     if stack:
-        found_index = found[..., -2].astype(np.uint8)
-        found_depth = found[..., -1].astype(np.uint16)
+        disparity_index = results[..., -2].astype(np.uint8)
+        depth = results[..., -1].astype(np.uint16)
         shape = (count, rows, tokens * together, len(core.shifts), *frames.shape[3:])
         pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)[:, :, :columns]
         stacks = np.ascontiguousarray(np.moveaxis(pixels, 3, 1).astype(frames.dtype))
     return BenchResult(
-        frames=found[..., : core.channels].reshape(frames.shape).astype(frames.dtype),
+        frames=results[..., : core.channels].reshape(frames.shape).astype(frames.dtype),
         clocks=counts["clocks"],
         input_clocks=counts["input_clocks"],
         latency_clocks=counts.get("latency"),
         slices=tuple(value for name, value in pairs if name == "slice"),
         seconds=seconds,
         stacks=stacks,
-        index=found_index,
-        depth=found_depth,
+        index=disparity_index,
+        depth=depth,
     )
 
 

@@ -162,7 +162,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
     ]
     pictures = [name for slice_ in report.slices for name in slice_.pictures]
     if isinstance(report, ScreenReport):
-        pictures += [shown.picture for shown in report.shown]
+        pictures += [entry.picture for entry in report.shown]
     if isinstance(report, StackReport):
         for slice_, count in zip(report.slices, report.micro_images_of_slice, strict=True):
             lines.append((f"a = {slice_.a}", f"sharpest in {count} micro images"))

@@ -93,8 +93,8 @@ def scene_image(core: CoreConfiguration, rows: int) -> Image:
 
     def places(length: int, limit: int) -> npt.NDArray[np.intp]:
         lenses = min(length // have, max(limit // want, 1))
-        found: npt.NDArray[np.intp] = (np.arange(lenses)[:, None] * have + views).ravel()
-        return found[:limit]
+        columns: npt.NDArray[np.intp] = (np.arange(lenses)[:, None] * have + views).ravel()
+        return columns[:limit]
 
     image = flower[np.ix_(places(flower.shape[0], rows), places(flower.shape[1], core.max_columns))]
     if core.channels == 1:
@@ -104,16 +104,16 @@ def scene_image(core: CoreConfiguration, rows: int) -> Image:
     return np.right_shift(image, 8 - core.pixel_bits)
 
 
-def read_raw(what: Run) -> Picture:
+def read_raw(request: Run) -> Picture:
     """The raw image; InputError if the core cannot take it."""
-    core, where = what.core, str(what.raw)
+    core, where = request.core, str(request.raw)
     if len(set(core.shifts)) < len(core.shifts):
         raise InputError("a slice is given twice; give each once", where="shifts")
-    picture = read_picture(what.raw)
+    picture = read_picture(request.raw)
     raw = picture.pixels
     check_raw(raw, core.micro_image_size, where=where)
     core.check_limits()
-    if what.chain == "hdmi" and raw.ndim == 2:
+    if request.chain == "hdmi" and raw.ndim == 2:
         raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
     (rows, columns), channels = raw.shape[:2], 1 if raw.ndim == 2 else 3
     largest = int(raw.max())

@@ -25,24 +25,24 @@ from plenofir.refocus.sharpening import WEIGHT_UNITS
 
 
 def run(
-    what: Run,
+    request: Run,
     progress: Progress | None = None,
     way: Callable[[Run, Picture], Simulation] = simulation_of,
 ) -> Report:
     """Refocus a raw image in the VHDL and in the golden model, and compare them.
 
-    Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``what.out`` (of
-    a sweep three pictures for each slice, with a in the name), and with waves ``refocused.fst``
-    and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
+    Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``request.out``
+    (three pictures for each slice of a sweep, with a in the name), and with waves
+    ``refocused.fst`` and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
     ``all_in_focus.png`` and ``depth_index.png``. All appear at the end or not at all.
     """
-    picture = read_raw(what)
-    simulation = way(what, picture)
+    picture = read_raw(request)
+    simulation = way(request, picture)
     raw = simulation.raw
     simulation.check()
     pictures = simulation.pictures
-    check_folder(what.out, "out", (*sum(pictures, ()), *simulation.more_files, REPORT))
-    simulator = find_simulator(what.simulator)
+    check_folder(request.out, "out", (*sum(pictures, ()), *simulation.more_files, REPORT))
+    simulator = find_simulator(request.simulator)
     pixels = raw.shape[0] * raw.shape[1] * simulation.frames
     step = f"VHDL {simulation.name} in {simulator.name.upper()}"
 
@@ -55,43 +55,43 @@ def run(
         results = work / "results"
         results.mkdir()
         tell("golden model", 0, 1)
-        golden = what.core.golden(raw)
+        golden = request.core.golden(raw)
         tell("golden model", 1, 1)
 
         def place(name: str) -> Place:
-            waves = waves_in(results / name, what, simulator, simulation.wave_signals)
+            waves = waves_in(results / name, request, simulator, simulation.wave_signals)
             return Place(simulator, work / "bench", waves, lambda done: tell(step, done, pixels))
 
         tell(step, 0, pixels)
         at = place("refocused")
-        with watched(at.waves, simulation.wave_signals, what.out):
+        with watched(at.waves, simulation.wave_signals, request.out):
             result = simulation.run(at)
         tell(step, pixels, pixels)
         refocused = simulation.slices(result)
-        slices = _slices(what, picture, refocused, golden, pictures, results) if pictures else ()
-        report = _report(what, raw, simulator, result, slices, pixels)
+        slices = _slices(request, picture, refocused, golden, pictures, results) if pictures else ()
+        report = _report(request, raw, simulator, result, slices, pixels)
         report = simulation.complete(report, result, golden, results)
-        if what.stalls:
+        if request.stalls:
             at = place("stalled")._replace(progress=lambda _: None)
-            with watched(at.waves, simulation.wave_signals, what.out):
-                stalls = simulation.stalled(at, what.stalls)
+            with watched(at.waves, simulation.wave_signals, request.out):
+                stalls = simulation.stalled(at, request.stalls)
             report = report.model_copy(update={"stalls": stalls})
         (results / REPORT).write_text(report.model_dump_json(indent=2) + "\n")
-        publish_run(results, what.out, REPORT)
+        publish_run(results, request.out, REPORT)
     return report
 
 
 def waves_in(
-    path: Path, what: Run, simulator: Simulator, signals: Sequence[WaveSignal]
+    path: Path, request: Run, simulator: Simulator, signals: Sequence[WaveSignal]
 ) -> Waves | None:
     """The waveform that a run writes: `path` with the suffix for it, or none."""
-    if what.waves == "0":
+    if request.waves == "0":
         return None
-    if what.waves == "1":
+    if request.waves == "1":
         return named_waves(path.with_suffix(".fst"), signals)
     # GHDL's GHW files alone hold records, arrays, and integers of more than a bit.
     suffix = ".ghw" if simulator.name == "ghdl" else ".fst"
-    return Waves(path.with_suffix(suffix), depth=what.waves_depth)
+    return Waves(path.with_suffix(suffix), depth=request.waves_depth)
 
 
 @contextmanager
@@ -113,7 +113,7 @@ def watched(waves: Waves | None, signals: Sequence[WaveSignal], out: Path) -> It
 
 
 def _slices(
-    what: Run,
+    request: Run,
     raw: Picture,
     refocused: Image,
     golden: Image,
@@ -121,7 +121,7 @@ def _slices(
     folder: Path,
 ) -> tuple[SliceReport, ...]:
     """Compare each slice with the golden model and the operator, and write its pictures."""
-    core, m, found = what.core, what.core.micro_image_size, []
+    core, m, reports = request.core, request.core.micro_image_size, []
     for shift, units, names, got, want in zip(
         core.shifts, core.weights, pictures, refocused, golden, strict=True
     ):
@@ -129,7 +129,7 @@ def _slices(
         error = error_against_operator(
             got, raw.pixels, m, shift=shift, order=core.order, units=units, border=core.border
         )
-        found.append(
+        reports.append(
             SliceReport(
                 a=shift_to_text(shift, m),
                 shift=shift,
@@ -142,25 +142,25 @@ def _slices(
             )
         )
         # A stack has only the first of the three.
-        shown = raw.like(got), raw.like(want), bare(difference_picture(got, want))
-        for name, picture in zip(names, shown, strict=False):
+        stored = raw.like(got), raw.like(want), bare(difference_picture(got, want))
+        for name, picture in zip(names, stored, strict=False):
             write_png(folder / name, picture)
-    return tuple(found)
+    return tuple(reports)
 
 
 def _report(
-    what: Run,
+    request: Run,
     raw: Image,
     simulator: Simulator,
     result: BenchResult,
     slices: tuple[SliceReport, ...],
     pixels: int,
 ) -> Report:
-    core, (rows, columns) = what.core, raw.shape[:2]
+    core, (rows, columns) = request.core, raw.shape[:2]
     return Report(
-        raw=as_text(what.raw.name),
-        chain=what.chain,
-        board=what.board if what.chain == "hdmi" else None,
+        raw=as_text(request.raw.name),
+        chain=request.chain,
+        board=request.board if request.chain == "hdmi" else None,
         M=core.micro_image_size,
         slices=slices,
         columns=columns,

@@ -75,9 +75,9 @@ class Simulation(ABC):
     # Signals of the waveform.
     wave_signals: tuple[WaveSignal, ...] = ()
 
-    def __init__(self, what: Run, raw: Picture) -> None:
+    def __init__(self, request: Run, raw: Picture) -> None:
         """Keep the request and its raw image."""
-        self.what, self.core, self.picture = what, what.core, raw
+        self.request, self.core, self.picture = request, request.core, raw
         self.raw = raw.pixels
 
     @property
@@ -121,9 +121,9 @@ class Simulation(ABC):
 class RasterSimulation(Simulation):
     """A raster core, set to one slice after the other."""
 
-    def __init__(self, what: Run, raw: Picture) -> None:
-        super().__init__(what, raw)
-        self.wave_signals = wave_signals(what.core)
+    def __init__(self, request: Run, raw: Picture) -> None:
+        super().__init__(request, raw)
+        self.wave_signals = wave_signals(request.core)
 
     def run(self, place: Place) -> BenchResult:
         """Pass one frame for each slice through the core."""
@@ -156,16 +156,16 @@ class StackSimulation(Simulation):
     more_files: tuple[str, ...] = (DEPTH_INDEX,)
     frames = 1
 
-    def __init__(self, what: Run, raw: Picture) -> None:
-        super().__init__(what, raw)
+    def __init__(self, request: Run, raw: Picture) -> None:
+        super().__init__(request, raw)
         # The scene's depth index, or one with the radius of the request.
-        core = what.core
+        core = request.core
         between = len(core.shifts) > 2 and has_order(core.shifts)
         level = confidence_level(
-            TEXTURE, core.micro_image_size, what.radius, core.channels, core.pixel_bits
+            TEXTURE, core.micro_image_size, request.radius, core.channels, core.pixel_bits
         )
-        own = Screen(radius=what.radius, confidence=level if between else 0, between=between)
-        self.depth = depth_index_of(core, what.screen if what.screen.needs_index else own)
+        screen = Screen(radius=request.radius, confidence=level if between else 0, between=between)
+        self.depth = depth_index_of(core, request.screen if request.screen.needs_index else screen)
         if self.depth.picture:
             self.more_files = (ALL_IN_FOCUS, *self.more_files)
         if self.depth.shifts:
@@ -240,12 +240,12 @@ class StackSimulation(Simulation):
             )
             write_png(folder / DEPTH, depth_between_picture(index, fraction, depth.slices))
             write_png(folder / CONFIDENCE, sure)
-        found = [compare_frames(*pair) for pair in self._judged(result, golden)]
+        comparisons = [compare_frames(*pair) for pair in self._judged(result, golden)]
         waiting, judged = depth.memory_bits
         counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
         more = {
-            "pixels_compared": report.pixels_compared + sum(part.pixels for part in found),
-            "mismatches": report.mismatches + sum(part.mismatches for part in found),
+            "pixels_compared": report.pixels_compared + sum(part.pixels for part in comparisons),
+            "mismatches": report.mismatches + sum(part.mismatches for part in comparisons),
         }
         return StackReport(
             **{**dict(report), **more},
@@ -265,63 +265,63 @@ class BoardSimulation(Simulation):
     name = "board"
     wave_signals = chain.WAVE_SIGNALS
 
-    def __init__(self, what: Run, raw: Picture) -> None:
-        super().__init__(what, raw)
-        self.shown = shown_frames(self.core, what.screen)
+    def __init__(self, request: Run, raw: Picture) -> None:
+        super().__init__(request, raw)
+        self.shown = shown_frames(self.core, request.screen)
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
         """Pictures of a core, if plain slices are shown."""
-        has_slices = not self.shown or bare_slices(self.what.screen, self.shown)
+        has_slices = not self.shown or bare_slices(self.request.screen, self.shown)
         return super().pictures if has_slices else []
 
     @property
     def more_files(self) -> tuple[str, ...]:
-        return shown_names(self.core, self.what.screen)
+        return shown_names(self.core, self.request.screen)
 
     def check(self) -> None:
         """Refuse frames that the video path cannot carry."""
         if isinstance(self.core.engine, StackEngine):
-            if not self.what.screen.needs_stack:
+            if not self.request.screen.needs_stack:
                 raise InputError(
                     "a board shows one slice at a time, a focal stack gives all; use engine "
                     f"{_ONE_SLICE}, or a scene whose screen shows depth",
                     where="chain",
                 )
-            depth_index_of(self.core, self.what.screen)
+            depth_index_of(self.core, self.request.screen)
         rows, columns = self.raw.shape[:2]
-        chain.check_chain(self.core, rows, columns, self.what.screen)
-        chain.range_of(BOARDS[self.what.board], chain.mode_for(columns, rows))
+        chain.check_chain(self.core, rows, columns, self.request.screen)
+        chain.range_of(BOARDS[self.request.board], chain.mode_for(columns, rows))
 
     def run(self, place: Place) -> BenchResult:
         """Show the raw image at the input and capture the output."""
-        what = self.what
+        request = self.request
         return chain.run_chain(
-            *(place.simulator, self.core, self.raw, *place[1:], what.board, what.screen)
+            *(place.simulator, self.core, self.raw, *place[1:], request.board, request.screen)
         )
 
     def slices(self, result: BenchResult) -> Image:
         """Frames that show a plain slice."""
         if not self.shown:
             return super().slices(result)
-        shown: Image = result.frames[bare_slices(self.what.screen, self.shown)]
-        return shown
+        bare: Image = result.frames[bare_slices(self.request.screen, self.shown)]
+        return bare
 
     def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
         """Compare the outputs besides the slices, and write them."""
         if not self.shown:
             return report
-        shown = write_shown(self.core, self.what.screen, result.frames, golden, folder)
-        pixels = report.rows * report.columns * len(shown)
+        frames = write_shown(self.core, self.request.screen, result.frames, golden, folder)
+        pixels = report.rows * report.columns * len(frames)
         more = {
             "pixels_compared": report.pixels_compared + pixels,
-            "mismatches": report.mismatches + sum(part.mismatches for part in shown),
+            "mismatches": report.mismatches + sum(part.mismatches for part in frames),
         }
-        return ScreenReport(**{**dict(report), **more}, shown=shown)
+        return ScreenReport(**{**dict(report), **more}, shown=frames)
 
 
-def simulation_of(what: Run, raw: Picture) -> Simulation:
-    if what.chain == "hdmi":
-        return BoardSimulation(what, raw)
-    stack = isinstance(what.core.engine, StackEngine)
-    return (StackSimulation if stack else RasterSimulation)(what, raw)
+def simulation_of(request: Run, raw: Picture) -> Simulation:
+    if request.chain == "hdmi":
+        return BoardSimulation(request, raw)
+    stack = isinstance(request.core.engine, StackEngine)
+    return (StackSimulation if stack else RasterSimulation)(request, raw)

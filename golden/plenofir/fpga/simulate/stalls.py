@@ -34,7 +34,7 @@ def run_stalled(
     """
     try:
         result = run(STALL_PERCENT, seed)
-        found = [compare_frames(got, want) for got, want in pairs(result)]
+        comparisons = [compare_frames(got, want) for got, want in pairs(result)]
     except SimulationError as error:
         raise SimulationError(
             f"with stalls in up to {STALL_PERCENT} % of the clocks, seed {seed}: {error}"
@@ -42,7 +42,7 @@ def run_stalled(
     return StallReport(
         seed=seed,
         percent=STALL_PERCENT,
-        pixels_compared=sum(part.pixels for part in found),
-        mismatches=sum(part.mismatches for part in found),
-        first_mismatch=next((part.first for part in found if part.mismatches), None),
+        pixels_compared=sum(part.pixels for part in comparisons),
+        mismatches=sum(part.mismatches for part in comparisons),
+        first_mismatch=next((part.first for part in comparisons if part.mismatches), None),
     )

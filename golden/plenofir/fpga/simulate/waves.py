@@ -46,17 +46,17 @@ def write_save_file(path: Path, dump: Path, signals: Sequence[WaveSignal]) -> No
     for signal in signals:
         whole = signal.path.strip("/").replace("/", ".")
         inner = whole.partition(".")[2]
-        found = held.get(canonical_name(whole)) or held.get(canonical_name(inner))
-        if found is None:
+        match = held.get(canonical_name(whole)) or held.get(canonical_name(inner))
+        if match is None:
             near = get_close_matches(canonical_name(inner), held, 1, cutoff=0)
             nearest = "; the nearest is " + ", ".join(near) if near else ""
             raise InputError(f"has no signal {signal.path}{nearest}", where=dump.name)
-        name = found.name
+        name = match.name
         instance = whole.rpartition(".")[0]
         if instance != group:
             lines += ["@200", f"-{instance}"]
             group = instance
-        last = found.width - 1
+        last = match.width - 1
         ends = {"bit": "", "downto": f"[{last}:0]", "to": f"[0:{last}]"}[signal.kind]
         bounds = "[0]" if ends == "[0:0]" else ends
         # 28: one bit; 22: hexadecimal.

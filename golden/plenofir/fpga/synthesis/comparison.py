@@ -46,10 +46,10 @@ class Cell:
     def name(self) -> str:
         """Name in the record."""
         first, last = self.shifts[0], self.shifts[-1]
-        shown = f"{first}" if first == last else f"{first}..{last}"
+        shifts = f"{first}" if first == last else f"{first}..{last}"
         colour = "RGB" if self.channels == 3 else "grey"
         at_once = f" P={self.pixels_per_clock}" if self.pixels_per_clock > 1 else ""
-        return f"{self.engine} M={self.micro_image_size} a'={shown} {colour}{at_once}"
+        return f"{self.engine} M={self.micro_image_size} a'={shifts} {colour}{at_once}"
 
     def core(self, columns: int = COLUMNS) -> CoreConfiguration:
         """Raster core of the cell: 8 bit, exact arithmetic, nearest neighbour."""

@@ -63,10 +63,10 @@ def three_pins(verilog: str, top: str) -> str:
 
 def _ports(verilog: str, top: str) -> list[tuple[str, int, str]]:
     """Mode, width and name of each port of a module."""
-    found = re.search(rf"^module {top}\b(.*?)\);", verilog, re.MULTILINE | re.DOTALL)
-    if found is None:
+    match = re.search(rf"^module {top}\b(.*?)\);", verilog, re.MULTILINE | re.DOTALL)
+    if match is None:
         raise ValueError(f"no module {top}")
-    return [(mode, int(high or 0) + 1, name) for mode, high, name in _PORT.findall(found[1])]
+    return [(mode, int(high or 0) + 1, name) for mode, high, name in _PORT.findall(match[1])]
 
 
 def _module(top: str, pins: list[str], body: list[str], links: list[str]) -> str:

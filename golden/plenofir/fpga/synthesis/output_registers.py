@@ -66,14 +66,16 @@ def _move_behind(
         for port, bits in nets.items()
         if port.startswith("DO") and port[2] in halves and bits and users[bits[0]]
     }
-    found = {port: users[bit][0][0] for port, bit in words.items() if _is_kept(cells, users[bit])}
+    registers = {
+        port: users[bit][0][0] for port, bit in words.items() if _is_kept(cells, users[bit])
+    }
     if (
         not words
-        or len(found) < len(words)
+        or len(registers) < len(words)
         or (nets[f"CE{half}"], nets[f"RST{half}"]) != (["1"], ["0"])
     ):
         return 0
-    kinds = {_kind(cells[name]) for name in found.values()}
+    kinds = {_kind(cells[name]) for name in registers.values()}
     clock, enable = next(iter(kinds))[:2]
     if (
         len(kinds) > 1
@@ -83,12 +85,12 @@ def _move_behind(
         or enable is None
     ):
         return 0
-    for port, name in found.items():
+    for port, name in registers.items():
         nets[port] = cells.pop(name)["connections"]["Q"]
     for each in halves:
         ram["parameters"][f"REGMODE_{each}"] = "OUTREG"
         nets[f"OCE{each}"] = [enable]
-    return len(found)
+    return len(registers)
 
 
 def _is_kept(cells: dict[str, Cell], users: list[tuple[str, str]]) -> bool:

@@ -45,10 +45,10 @@ TMDS_ENDS = {
 
 def count_instances(verilog: str, top: str) -> Counter[str]:
     """Count the instances of all modules and cells below a module of GHDL's Verilog, by name."""
-    found = re.findall(r"^module (\w+)\n(.*?)^endmodule", verilog, re.M | re.S)
+    modules = re.findall(r"^module (\w+)\n(.*?)^endmodule", verilog, re.M | re.S)
     below = {
         name: Counter(re.findall(r"^  (\w+) (?:#\([^;]*?\) )?\w+ \(", body, re.M))
-        for name, body in found
+        for name, body in modules
     }
 
     @cache
@@ -72,12 +72,12 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
         for entity, part in _ENTITIES.items():
             # GHDL appends generics that are numbers: a filter's first is TAPS, that of lane
             # registers LANES.
-            found = re.match(rf"{entity}_(?:(\d+)_)?", name)
+            match = re.match(rf"{entity}_(?:(\d+)_)?", name)
             # A single lane is a wire.
-            if found and not (part == "lane registers" and found[1] == "1"):
+            if match and not (part == "lane registers" and match[1] == "1"):
                 counts[part] += number
                 if part == "filters":
-                    counts["taps"] += number * int(found[1])
+                    counts["taps"] += number * int(match[1])
     return counts
 
 
@@ -123,7 +123,7 @@ def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
     }
     yield "nothing", everything
     fitted: dict[str, object] = {}
-    for what, change in things.items():
-        yield what, everything.model_copy(update=change)
+    for feature, change in things.items():
+        yield feature, everything.model_copy(update=change)
         fitted |= change
     yield "all of these", everything.model_copy(update=fitted)

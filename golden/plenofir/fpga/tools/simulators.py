@@ -221,12 +221,12 @@ def generic_text(value: int | bool | str) -> str:
 
 def _first_line(command: Sequence[str], environment: Mapping[str, str]) -> str:
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, capture_output=True, text=True, env={**os.environ, **environment}, check=False
         )
     except OSError:
         return ""
-    return done.stdout.splitlines()[0] if done.returncode == 0 and done.stdout else ""
+    return process.stdout.splitlines()[0] if process.returncode == 0 and process.stdout else ""
 
 
 def ghdl_environment() -> dict[str, str]:
@@ -265,10 +265,10 @@ def _nvc(brief: bool) -> Simulator:
     del brief
     version = _first_line(["nvc", "--version"], {})
     numbers = re.search(r"(\d+)\.(\d+)", version)
-    found = tuple(int(n) for n in numbers.groups()) if numbers else None
-    if found is None or found < _NVC_OLDEST:
-        what = "nvc is not on the PATH" if found is None else f"{version} is too old"
-        raise InputError(f"{what}; version 1.8 or newer is needed: {NVC_RELEASES}")
+    number = tuple(int(n) for n in numbers.groups()) if numbers else None
+    if number is None or number < _NVC_OLDEST:
+        problem = "nvc is not on the PATH" if number is None else f"{version} is too old"
+        raise InputError(f"{problem}; version 1.8 or newer is needed: {NVC_RELEASES}")
     return Simulator("nvc", version, {})
 
 

@@ -39,7 +39,7 @@ def run_tool(
     ToolError with the last lines of the log if it fails.
     """
     with log.open("wb") as messages, (output or Path(os.devnull)).open("wb") as result:
-        done = subprocess.Popen(
+        process = subprocess.Popen(
             command,
             cwd=directory or log.parent,
             stdin=subprocess.DEVNULL,
@@ -48,29 +48,29 @@ def run_tool(
             env={**os.environ, **(environment or {})},
         )
         try:
-            while poll is not None and done.poll() is None:
+            while poll is not None and process.poll() is None:
                 poll()
                 with contextlib.suppress(subprocess.TimeoutExpired):
-                    done.wait(0.5)
-            done.wait()
+                    process.wait(0.5)
+            process.wait()
         except BaseException:
-            done.kill()
+            process.kill()
             raise
-    if done.returncode != 0:
+    if process.returncode != 0:
         lines = log.read_text(errors="replace").splitlines()
         # For a failed assertion, the line with the reason, not the one that only says that it
         # failed.
         reasons = [line for line in lines if re.search(r"\(assert(ion)? failure\)", line)]
         wrong = reasons or [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
         raise ToolError(
-            f"{Path(command[0]).name} failed with status {done.returncode}:\n" + "\n".join(wrong)
+            f"{Path(command[0]).name} failed with status {process.returncode}:\n" + "\n".join(wrong)
         )
 
 
 def ghdl_version() -> str:
     """Version number of the installed GHDL, for instance ``"2.0.0"``."""
-    found = re.search(r"GHDL (\d+\.\d+\.\d+)", find_simulator("ghdl").version)
-    return found.group(1) if found else "unknown"
+    match = re.search(r"GHDL (\d+\.\d+\.\d+)", find_simulator("ghdl").version)
+    return match.group(1) if match else "unknown"
 
 
 def yosys_version() -> str:
@@ -108,11 +108,11 @@ def move_contents(verilog: Path, least: int = 4096) -> None:
 
     def moved(match: re.Match[str]) -> str:
         words = re.findall(r"(\w+)\[(\d+)\] = \d+'b([01]+);", match[1])
-        name, found = words[0][0], {int(place): bits for _, place, bits in words}
-        if len(found) < least or sorted(found) != list(range(len(found))):
+        name, bits_of = words[0][0], {int(place): bits for _, place, bits in words}
+        if len(bits_of) < least or sorted(bits_of) != list(range(len(bits_of))):
             return match[0]
         file = verilog.with_name(f"{verilog.stem}_{match.start()}.mem")
-        file.write_text("".join(f"{found[place]}\n" for place in range(len(found))))
+        file.write_text("".join(f"{bits_of[place]}\n" for place in range(len(bits_of))))
         return f'  initial $readmemb("{file.name}", {name});\n'
 
     verilog.write_text(_INITIAL.sub(moved, verilog.read_text()))
@@ -195,15 +195,15 @@ def with_crossings(verilog: str, sources: Iterable[Path]) -> str:
     for source in sources:
         for key, names, value in _ATTRIBUTE.findall(source.read_text()):
             for name in names.split(", "):
-                told = f"{key} = {'1' if value == 'true' else value}"
-                attributes.setdefault(name, []).append(told)
+                attribute = f"{key} = {'1' if value == 'true' else value}"
+                attributes.setdefault(name, []).append(attribute)
 
     def named(module: str) -> str:
         for name, register in _COPIED.findall(module):
             module = re.sub(rf"^ *reg [^;\n]*\b{register};\n", "", module, flags=re.M)
             module = re.sub(rf"\b{register}\b", name, module)
-            told = f"(* {', '.join(attributes[name])} *)\n" if name in attributes else ""
-            module = re.sub(rf"^( *reg [^;\n]*\b{name};)", rf"  {told}\1", module, flags=re.M)
+            prefix = f"(* {', '.join(attributes[name])} *)\n" if name in attributes else ""
+            module = re.sub(rf"^( *reg [^;\n]*\b{name};)", rf"  {prefix}\1", module, flags=re.M)
         return _COPIED_ITSELF.sub("", module)
 
     return "".join(named(module) for module in re.split(r"(?<=\nendmodule\n)", verilog))

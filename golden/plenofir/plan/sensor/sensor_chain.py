@@ -42,9 +42,9 @@ class SensorFrame:
         """Raw lines in the resampler's ring."""
         return self.sensor.core.lines
 
-    def simulation(self, what: Run, raster: Picture) -> Simulation:
+    def simulation(self, request: Run, raster: Picture) -> Simulation:
         """Simulation of this frame; the raw image is its raster by the model."""
-        return SensorBoardSimulation(what, raster, self)
+        return SensorBoardSimulation(request, raster, self)
 
     @property
     def mode(self) -> VideoMode:
@@ -63,16 +63,16 @@ class SensorBoardSimulation(Simulation):
     name = "board"
     wave_signals = chain.WAVE_SIGNALS
 
-    def __init__(self, what: Run, raw: Picture, frame: SensorFrame) -> None:
+    def __init__(self, request: Run, raw: Picture, frame: SensorFrame) -> None:
         """Keep the frame, with its raster by the model as the raw image."""
-        super().__init__(what, raw)
+        super().__init__(request, raw)
         self.frame = frame
 
     def check(self) -> None:
         """Refuse frames that the board's video path cannot carry."""
         frame, mode = self.frame, self.frame.mode
         chain.check_chain(self.core, frame.sensor.rows, frame.sensor.columns)
-        chain.range_of(BOARDS[self.what.board], mode)
+        chain.range_of(BOARDS[self.request.board], mode)
         lines = frame.delay_lines(self.core, 0)
         if lines >= mode.v_total:
             raise InputError(
@@ -92,7 +92,7 @@ class SensorBoardSimulation(Simulation):
         behind = (delay + chain.LINES_BEHIND) * mode.h_total
         words = np.concatenate([sent] * (_FRAMES_TO_FOLLOW + slices) + [np.resize(sent, behind)])
         shown, _, latency, seconds = chain.BoardRun(
-            board=self.what.board,
+            board=self.request.board,
             mode=mode,
             # Channels and the raster's line length are in sensor_pkg.
             core=self.core.model_copy(update={"max_columns": sensor.columns}),
@@ -101,7 +101,7 @@ class SensorBoardSimulation(Simulation):
                 SCREEN_PACKAGE: screen_package(Screen(outputs=SENSOR_OUTPUTS)),
             },
             script=[words],
-            shown=slices,
+            frame_count=slices,
             sweeps=slices > 1,
             delay_pixels=delay * mode.h_total,
             behind=behind,

@@ -82,7 +82,7 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     content = json.loads((tmp_path / "report.json").read_text())
     assert content["timing"][2] == {"clock": "clk", "wanted_mhz": FASTEST, "reached_mhz": 80.0}
     assert content["plls"] == {"UL": {"ICP_CURRENT": 12}}
-    assert content["beyond_data_sheet"] == list(beyond_data_sheet(FASTEST).told)
+    assert content["beyond_data_sheet"] == list(beyond_data_sheet(FASTEST).notes)
     assert content["utilisation"]["LUT4"] == [7, 100]
     assert content["tools"] == {"nextpnr": "1"}
     assert result.generics["CLOCK_RANGE"] == RANGE

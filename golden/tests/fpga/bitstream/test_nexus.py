@@ -155,7 +155,7 @@ def test_camera_of_the_ulx3s_has_the_times_of_its_screen() -> None:
 
 def test_build_of_a_board_with_a_camera_by_nextpnr() -> None:
     clocks = nextpnr.CameraClocks(228, 25)
-    assert clocks.wanted() == {"clk": 25, "clk_x5": 125, "bits_clk": 114, "byte_clk": 57}
+    assert clocks.required() == {"clk": 25, "clk_x5": 125, "bits_clk": 114, "byte_clk": 57}
     assert 'FREQUENCY PORT "cam_hs_clk" 228.000 MHZ;' in clocks.frequencies()
 
 

@@ -11,10 +11,10 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ecp5_netlist import CLOCK_PLACES, PLL_WORDS, prepare_netlist
 from plenofir.fpga.bitstream.trellis_config import (
     check_configuration,
+    constrained_settings,
     match_complements,
     pin_places,
     read_configuration,
-    wanted_settings,
 )
 from plenofir.fpga.boards import BOARDS
 from plenofir.ground.errors import ToolError
@@ -123,7 +123,7 @@ def test_complements_have_the_slew_of_their_pins() -> None:
 
 
 def test_constraints_ask_for_what_monitors_and_sources_need() -> None:
-    wanted = wanted_settings(BOARD.constraints.read_text())
+    wanted = constrained_settings(BOARD.constraints.read_text())
     for port in ("out_clk", *(f"out_data[{c}]" for c in range(3))):
         fast = {"DRIVE": "16", "SLEWRATE": "FAST"}
         assert wanted[port] == {"PULLMODE": "NONE", "IO_TYPE": "LVCMOS33D", **fast}
