@@ -52,9 +52,9 @@ class Exposure(NamedTuple):
         kind = np.dtype(image.dtype if dtype is None else dtype)
         most = int(np.iinfo(kind).max)
         levels = np.arange(_most(image) + 1) / unit - self.black
-        shown = 2 ** (self.ev / SCREEN_GAMMA) * self._curve(levels / (self.white - self.black))
+        lightness = 2 ** (self.ev / SCREEN_GAMMA) * self._curve(levels / (self.white - self.black))
         # Halves up, as the viewer rounds.
-        table = np.floor(most * np.minimum(shown, 1) + 0.5).astype(kind)
+        table = np.floor(most * np.minimum(lightness, 1) + 0.5).astype(kind)
         return np.asarray(table[image])
 
     def _curve(self, shares: Floats) -> Floats:
@@ -70,11 +70,13 @@ class Exposure(NamedTuple):
         grey = values.mean(-1) if values.ndim > 2 else values
         if min(grey.shape) < 2:
             return self
-        shown = np.minimum(self._curve((grey - self.black) / (self.white - self.black)), 1).ravel()
-        weights = np.hypot(*np.gradient(shown.reshape(grey.shape))).ravel()
-        order = np.argsort(shown)
+        lightness = np.minimum(
+            self._curve((grey - self.black) / (self.white - self.black)), 1
+        ).ravel()
+        weights = np.hypot(*np.gradient(lightness.reshape(grey.shape))).ravel()
+        order = np.argsort(lightness)
         below = np.cumsum(weights[order])
-        key = float(shown[order][np.searchsorted(below, below[-1] / 2)])
+        key = float(lightness[order][np.searchsorted(below, below[-1] / 2)])
         if not 0 < key < _KEY:
             return self
         most = 2 ** (_MOST_LIFT * self.gamma / SCREEN_GAMMA)
@@ -162,14 +164,14 @@ def one_exposure(
 def _asked_for(picture: Picture, setting: str, gamma: float | None) -> tuple[Exposure, bool]:
     """Exposure of values as they are, and whether auto was asked for."""
     brighter = SCREEN_GAMMA / (picture.gamma or SCREEN_GAMMA) if gamma is None else gamma
-    found = _SETTING.fullmatch("0" if setting == "off" else setting)
-    ev = float(found[2] or 0) if found and setting else np.nan
-    if found is None or not abs(ev) <= _MOST_EV:
+    match = _SETTING.fullmatch("0" if setting == "off" else setting)
+    ev = float(match[2] or 0) if match and setting else np.nan
+    if match is None or not abs(ev) <= _MOST_EV:
         raise InputError(
             f"{setting!r} is not an exposure; use auto, off, or a number of EV such as 1.5",
             where="exposure",
         )
-    return Exposure(0.0, float(picture.full_scale), brighter, ev), bool(found[1])
+    return Exposure(0.0, float(picture.full_scale), brighter, ev), bool(match[1])
 
 
 def _binned(image: Image, m: int) -> Floats:

@@ -80,11 +80,11 @@ def draw_ranges(
 
     A slice in which nothing in front of the lens is sharp is given as text: its name and why.
     """
-    known = [r for r in ranges if isinstance(r, SharpRange)]
+    finite = [r for r in ranges if isinstance(r, SharpRange)]
     # Distances inside of a lens may be negative; the axis, of logarithms, has none of them.
-    ends = [v for r in known for v in (r.near, r.far, r.centre) if v is not None and 0 < v < inf]
+    ends = [v for r in finite for v in (r.near, r.far, r.centre) if v is not None and 0 < v < inf]
     # Room for the arrows: the last third of a plot to infinity.
-    room = 4.0 if any(r.far == inf for r in known) else 1.1
+    room = 4.0 if any(r.far == inf for r in finite) else 1.1
     low, high = min(ends, default=100.0) / 1.1, max(ends, default=1000.0) * room
     for n, one in enumerate(ranges):
         colour = colours[n % len(colours)]
@@ -141,9 +141,9 @@ def disparity_picture(view: Floats, maps: Mapping[str, Floats]) -> Image:
     figure, axes = plt.subplots(count, 1, figsize=(width, height), constrained_layout=True)
     axes[0].imshow(view, cmap="gray")
     for part, (name, disparities) in zip(axes[1:], maps.items(), strict=True):
-        shown = part.imshow(disparities, cmap="viridis")
+        image = part.imshow(disparities, cmap="viridis")
         part.set_title(name, fontsize=9)
-        figure.colorbar(shown, ax=part, label="pixels")
+        figure.colorbar(image, ax=part, label="pixels")
     for part in axes:
         part.set_axis_off()
     return figure_pixels(figure)

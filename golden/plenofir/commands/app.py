@@ -160,9 +160,9 @@ def run(arguments: Sequence[str]) -> int:
     called_by_make(None)
     try:
         if by_make:
-            found, variables = arguments_of_make("".join(words[:1]), parameters, os.environ)
+            more, variables = arguments_of_make("".join(words[:1]), parameters, os.environ)
             called_by_make(variables)
-            words += found
+            words += more
             options = parameters
         # Not command.main, which ends the program at a broken pipe.
         with inputs_kept(), command.make_context("plenofir", words) as context:
@@ -196,19 +196,19 @@ def explained(error: BaseException) -> tuple[int, str]:
             return 128 + signal.SIGINT, "interrupted"
         case MemoryError():
             cause = f" ({error})" if str(error) else ""
-            known = f"not enough memory{cause}; use smaller images or ranges"
+            problem = f"not enough memory{cause}; use smaller images or ranges"
         case RecursionError():
-            known = "the input is nested too deeply"
+            problem = "the input is nested too deeply"
         case OverflowError():
-            known = f"a number in the input is too large ({error})"
+            problem = f"a number in the input is too large ({error})"
         case ModuleNotFoundError():
-            known = missing(error.name or str(error)).problem
+            problem = missing(error.name or str(error)).problem
         case OSError():
-            known = str(unusable(error))
+            problem = str(unusable(error))
         case _:
             text = "".join(traceback.format_exception_only(error)).partition("\n")[0]
-            known = f"internal error ({text[:200]}); run again with --debug and report the output"
-    return EXIT_BAD_INPUT, _one_line(known)
+            problem = f"internal error ({text[:200]}); run again with --debug and report the output"
+    return EXIT_BAD_INPUT, _one_line(problem)
 
 
 def _one_line(message: str) -> str:

@@ -72,12 +72,12 @@ def _develop_frame(source: Path, job: "Job", folder: Path) -> tuple[str, tuple[s
     from plenofir.commands.development import develop_capture
 
     try:
-        done = develop_capture(source, job, folder, lambda *_: None)
+        developed = develop_capture(source, job, folder, lambda *_: None)
     except InputError as error:
         return str(error), ()
     except MemoryError:
         return f"{source}: too large for the memory; use a smaller capture", ()
-    return "", done.notes
+    return "", developed.notes
 
 
 def _calibrated(job: "Job", out: Path) -> "Job":
@@ -172,9 +172,9 @@ def _refocused(
     sources = _unpacked(files, out)
     check_aligned(sources[0], hints)
     with progress_bar("refocusing") as show:
-        done = run_batch(sources, settings, out, **asdict(workers), progress=show)
-    failed = [frame.reason for frame in done if frame.state == "failed"]
-    return sum(frame.state == "kept" for frame in done), failed, len(done)
+        outcomes = run_batch(sources, settings, out, **asdict(workers), progress=show)
+    failed = [frame.reason for frame in outcomes if frame.state == "failed"]
+    return sum(frame.state == "kept" for frame in outcomes), failed, len(outcomes)
 
 
 def _volume(
@@ -280,19 +280,19 @@ class _Run:
         """Refocus frames: how many were there already, what failed, and how many there are."""
         from plenofir.refocus import interpolation_order
 
-        for name, given in (
+        for name, is_given in (
             ("dark", self.files.dark is not None),
             ("camera", self.camera.camera is not None),
         ):
-            options.require(name, "calib", given)
+            options.require(name, "calib", is_given)
         options.require("focus", "camera", self.camera.focus != inf)
-        for name, given in (
+        for name, is_given in (
             ("exposure", self.look.exposure is not None),
             ("gamma", self.look.gamma is not None),
             ("exposure_per_frame", self.per_frame),
         ):
-            options.require(name, "calib", given)
-        if self.operator.wanted:
+            options.require(name, "calib", is_given)
+        if self.operator.is_set:
             self.pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
         aperture, tilt = self.pupil.values()
         return _refocused(
@@ -304,7 +304,7 @@ class _Run:
             order=interpolation_order(self.operator.interpolation or "nearest"),
             upsample=self.operator.upsample,
             sharpen=self.operator.sharpen or "off",
-            best=not self.operator.wanted,
+            best=not self.operator.is_set,
             aperture=aperture,
             tilt=tilt,
         )

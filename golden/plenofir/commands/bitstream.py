@@ -23,38 +23,43 @@ if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.plan import Plan
 
-_SHOWN_WARNINGS = 20
+_MOST_WARNINGS = 20
 
 app = typer.Typer(no_args_is_help=True, help="Build the bitstream of a board.")
 
 
-def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
+def board_generics(core: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     """Generics of the top level that options mean; the others keep the top level's defaults."""
     from plenofir.fpga.bitstream import top_level
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.arithmetic import StoredProductArithmetic
 
     options.check_combinations(
-        given,
-        {"engine": given.get("engine", DEFAULT_ENGINE), "arith": given.get("arith", "stored")},
+        core,
+        {
+            "engine": core.get("engine", DEFAULT_ENGINE),
+            "arith": core.get("arith", "stored"),
+        },
     )
     values: dict[str, top_level.Value] = {}
-    if "micro_image" in given:
-        options.require("micro_image", "a", "a" not in given)
-        values["MICRO_IMAGE_SIZE"] = given["micro_image"]
-    if "a" in given:
+    if "micro_image" in core:
+        options.require("micro_image", "a", "a" not in core)
+        values["MICRO_IMAGE_SIZE"] = core["micro_image"]
+    if "a" in core:
         size = int(values.get("MICRO_IMAGE_SIZE", top_level.default_generics()["MICRO_IMAGE_SIZE"]))
-        shifts = options.shifts_of(options.focus_settings(given["a"], size), size)
+        shifts = options.shifts_of(options.focus_settings(core["a"], size), size)
         values["SHIFTS"] = " ".join(map(str, shifts))
-    if "max_columns" in given:
-        values["MAX_COLUMNS"] = given["max_columns"]
-    if "engine" in given:
-        values["ENGINE"] = given["engine"]
-    if "interpolation" in given:
-        values["INTERPOLATION_ORDER"] = interpolation_order(given["interpolation"])
-    if {"arith", "fraction", "guard"} & set(given):
+    if "max_columns" in core:
+        values["MAX_COLUMNS"] = core["max_columns"]
+    if "engine" in core:
+        values["ENGINE"] = core["engine"]
+    if "interpolation" in core:
+        values["INTERPOLATION_ORDER"] = interpolation_order(core["interpolation"])
+    if {"arith", "fraction", "guard"} & set(core):
         arithmetic = options.arithmetic(
-            given.get("arith", "stored"), given.get("fraction"), given.get("guard")
+            core.get("arith", "stored"),
+            core.get("fraction"),
+            core.get("guard"),
         )
         values["EXACT"] = not isinstance(arithmetic, StoredProductArithmetic)
         if isinstance(arithmetic, StoredProductArithmetic):
@@ -65,13 +70,13 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
 
 def device_of(board: "Board", device: str) -> str:
     """A board's device by any of its names; InputError if it has none of it."""
-    found = board.device(device)
-    if found is None:
+    name = board.device(device)
+    if name is None:
         raise InputError(
             f"the {board.title} has no {device}; choose from {', '.join(board.devices)}",
             where=options.typed("device"),
         )
-    return found
+    return name
 
 
 def scene_plan(path: str, board: str | None = None, device: str | None = None) -> "Plan":
@@ -80,19 +85,19 @@ def scene_plan(path: str, board: str | None = None, device: str | None = None) -
     from plenofir.plan import load_scene, make_plan
 
     loaded = load_scene(path)
-    own, path_of_own = loaded.scene.build.device, loaded.scene.build.path
-    target = BOARDS[board] if board else board_of(own)
+    scene_device, project_path = loaded.scene.build.device, loaded.scene.build.path
+    target = BOARDS[board] if board else board_of(scene_device)
     if target is not None and not target.modes and target.camera is None:
         raise InputError(
             f"the {target.title} takes no scene; give -M, -a and the other options instead",
             where=options.typed("board", str(board)),
         )
     if target is not None:
-        usual = own if own in target.devices else target.devices[0]
-        wanted = device_of(target, device) if device else usual
-        loaded = loaded if wanted == own else load_scene(path, wanted)
+        usual = scene_device if scene_device in target.devices else target.devices[0]
+        chosen = device_of(target, device) if device else usual
+        loaded = loaded if chosen == scene_device else load_scene(path, chosen)
     plan = make_plan(loaded)
-    if plan.path == "core" and path_of_own != "core" and target is not None:
+    if plan.path == "core" and project_path != "core" and target is not None:
         raise InputError(
             f"the {target.title} has no input for {plan.scene} and does not show "
             f"{plan.columns} x {plan.rows} pixels; name another board",
@@ -214,14 +219,16 @@ def build(
     from plenofir.plan.board_build import build_scene
     from plenofir.plan.configure import board_packages, scene_generics
 
-    given = {name: value for name, value in asdict(core).items() if value not in (None, [], ())}
-    if scene is not None and given:
-        options.refuse_both(next(iter(given)), options.typed("scene"))
-    if scene is None and not given and board is not None:
+    options_of_core = {
+        name: value for name, value in asdict(core).items() if value not in (None, [], ())
+    }
+    if scene is not None and options_of_core:
+        options.refuse_both(next(iter(options_of_core)), options.typed("scene"))
+    if scene is None and not options_of_core and board is not None:
         scene = BOARDS[board].scene or None
     plan = None if scene is None else scene_plan(scene, board, device)
     target, part = chosen_board(board, device, plan)
-    generics = board_generics(given) if plan is None else scene_generics(plan)
+    generics = board_generics(options_of_core) if plan is None else scene_generics(plan)
     if target.flow != "ise":
         with steps_bar("bitstream", 0.0) as show:
             if plan is not None:
@@ -249,10 +256,10 @@ def _print_ise(report: "BuildReport", out: str) -> None:
         print_line("timing", f"{entry.constraint}: met, {best}")
     for clock, constraint in report.clocks.items():
         print_line("clock", f"{clock}: timed by {constraint.split(' = ')[0]}")
-    for warning in report.warnings[:_SHOWN_WARNINGS]:
+    for warning in report.warnings[:_MOST_WARNINGS]:
         times = f" ({warning.times} times)" if warning.times > 1 else ""
         print_line("warning", f"{warning.tool}: {warning.code}: {warning.text}{times}")
-    rest = len(report.warnings) - _SHOWN_WARNINGS
+    rest = len(report.warnings) - _MOST_WARNINGS
     if rest > 0:
         print_line("", f"{rest} more in report.json")
     print_line("files", f"{out}/plenofir.bit, report.json, logs, work/")
@@ -290,8 +297,8 @@ def check() -> None:
     """Check what a bitstream build needs, as far as that goes without ISE."""
     from plenofir.fpga.bitstream.check import run_checks
 
-    def report(name: str, problems: Sequence[str], found: str) -> None:
-        print_line(name, f"{len(problems)} problems" if problems else f"ok: {found}")
+    def report(name: str, problems: Sequence[str], summary: str) -> None:
+        print_line(name, f"{len(problems)} problems" if problems else f"ok: {summary}")
         for problem in problems:
             typer.echo(f"  {problem}", err=True)
 

@@ -23,12 +23,12 @@ def _board() -> None:
 
 
 def _size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
-    if found is None:
+    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
+    if match is None:
         raise InputError(
             f"{text!r} is not a size; use columns x rows, such as 640x480", where="--size"
         )
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 @app.command()
@@ -61,19 +61,19 @@ def picture(
     m, (columns, rows) = first_light.FLOWER_MICRO_IMAGE_SIZE, _size(size or "640x480")
     if scene is not None:
         loaded = load_scene(scene)
-        wanted = loaded.scene
-        m = wanted.camera.micro_image_size
-        columns, rows = _size(size) if size else (wanted.frame.columns, wanted.frame.rows)
-        if wanted.stored is not None:
-            kept = stored_raw(wanted.stored, m, loaded.path)
+        frame_scene = loaded.scene
+        m = frame_scene.camera.micro_image_size
+        columns, rows = _size(size) if size else (frame_scene.frame.columns, frame_scene.frame.rows)
+        if frame_scene.stored is not None:
+            kept = stored_raw(frame_scene.stored, m, loaded.path)
     m = micro_image or m
     if raw is not None:
-        shown = first_light.screen_picture(read_image(Path(raw)), columns, rows, m, where=raw)
+        content = first_light.screen_picture(read_image(Path(raw)), columns, rows, m, where=raw)
     elif kept is not None and micro_image is None:
-        shown = first_light.screen_picture(kept, columns, rows, m, where=str(scene))
+        content = first_light.screen_picture(kept, columns, rows, m, where=str(scene))
     else:
-        shown = first_light.flower_picture(columns, rows, m)
-    png = first_light.marked_png(shown)
+        content = first_light.flower_picture(columns, rows, m)
+    png = first_light.marked_png(content)
     page = first_light.full_screen_page(png, columns, rows)
     publish({"picture.png": png, "picture.html": page}, Path(out))
     print_line("picture", f"{columns} x {rows} pixels, micro images of {m} x {m}")

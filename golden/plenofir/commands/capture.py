@@ -243,14 +243,14 @@ class _Sensor:
 
     def check(self, *, lytro: bool) -> None:
         """Refuse options for other files."""
-        for option, given, for_lytro in (
+        for option, is_given, for_lytro in (
             ("colour", self.colour != "balanced", True),
             ("demosaic", self.demosaic != "edge-aware", True),
             ("bayer", self.bayer is not None, False),
             ("white_balance", self.white_balance != "auto", False),
             ("roi", self.roi is not None, False),
         ):
-            if given and lytro != for_lytro:
+            if is_given and lytro != for_lytro:
                 whose = "files of Lytro cameras" if for_lytro else "captures of other cameras"
                 raise InputError(f"{options.typed(option)} is for {whose} only")
 
@@ -313,7 +313,7 @@ def decode(
     By default M is the largest odd number of pixels that fits into a micro image.
     """
     from plenofir.camera.calibration import load_calibration
-    from plenofir.camera.captures.prepare import Told, prepared
+    from plenofir.camera.captures.prepare import CaptureHints, prepared
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import with_gamma
     from plenofir.camera.recognise.captures import of_lytro
@@ -329,13 +329,13 @@ def decode(
     path = check_file(out, (".png", ".tif", ".tiff"), *inputs)
     with progress_bar("decoding") as show:
         if lytro:
-            taken = read_lytro(
+            capture_read = read_lytro(
                 Path(raw),
                 white=None if calib else white,
                 colour=sensor.colour,
                 demosaic=sensor.demosaic,
             )
-            ready = of_lytro(taken, raw, calib, white)
+            ready = of_lytro(capture_read, raw, calib, white)
         else:
             if calib is None:
                 raise InputError(
@@ -344,7 +344,7 @@ def decode(
             ready = prepared(
                 read_picture(Path(raw), as_stored=True),
                 load_calibration(calib),
-                Told(sensor.bayer, sensor.white_balance, sensor.roi),
+                CaptureHints(sensor.bayer, sensor.white_balance, sensor.roi),
                 white=read_picture(white, as_stored=True) if white else None,
                 dark=read_picture(dark, as_stored=True) if dark else None,
                 where=raw,

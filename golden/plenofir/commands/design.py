@@ -36,21 +36,21 @@ def _camera(name: str | None, lengths: dict[str, float | int | None]) -> "Camera
     """A known camera with some of its lengths changed, or one from its lengths alone."""
     from plenofir.camera.rays import camera_of, load_camera
 
-    given = {key: value for key, value in lengths.items() if value is not None}
+    lengths_given = {key: value for key, value in lengths.items() if value is not None}
     if name is None:
         needed = ("focal_length", "lens_focal_length", "lens_pitch", "pixel")
-        missing = [options.typed(key) for key in needed if key not in given]
+        missing = [options.typed(key) for key in needed if key not in lengths_given]
         if missing:
             raise InputError(
                 f"give --camera, or {', '.join(missing)} too: a camera needs these lengths"
             )
-    known = None if name is None else load_camera(name)
-    return camera_of(known, given)
+    base = None if name is None else load_camera(name)
+    return camera_of(base, lengths_given)
 
 
-def _print(found: "Design") -> None:
-    model = found.model
-    rows = [[f.text, f"{f.value:.6g}", f.unit] for f in found.figures if f.value is not None]
+def _print(result: "Design") -> None:
+    model = result.model
+    rows = [[f.text, f"{f.value:.6g}", f.unit] for f in result.figures if f.value is not None]
     print_table(
         ["figure", "", "unit"],
         rows,
@@ -67,17 +67,17 @@ def _print(found: "Design") -> None:
             f"{round(p.disparity_px, 9) + 0.0:.4g}",
             f"{p.depth_error_mm:.4g}",
         ]
-        for p in found.planes
+        for p in result.planes
     ]
-    far = "infinity" if found.far_mm == inf else f"{found.far_mm:g} mm"
+    far = "infinity" if result.far_mm == inf else f"{result.far_mm:g} mm"
     print_table(
         heads,
         cells,
-        title=f"slices from {found.near_mm:g} mm to {far}; mm, disparity in pixels for G = "
-        f"{found.gap}, error of the distance for {found.disparity_error_px:g} pixels",
+        title=f"slices from {result.near_mm:g} mm to {far}; mm, disparity in pixels for G = "
+        f"{result.gap}, error of the distance for {result.disparity_error_px:g} pixels",
         width=100,
     )
-    unknown = len(found.figures) - len(rows)
+    unknown = len(result.figures) - len(rows)
     if unknown:
         camera = model.camera
         facts = {
@@ -87,9 +87,9 @@ def _print(found: "Design") -> None:
         }
         needed = ", ".join(options.typed(name) for name, value in facts.items() if value is None)
         typer.echo(f"left out: {unknown} figures, which follow from {needed}")
-    for near, far_end in found.gaps_mm:
+    for near, far_end in result.gaps_mm:
         typer.echo(f"not covered: {near:.1f} to {far_end:.1f} mm")
-    for warning in found.warnings:
+    for warning in result.warnings:
         typer.echo(f"note: {warning}")
 
 
@@ -132,12 +132,12 @@ class _Served:
 
     def check(self, output: Output) -> None:
         """Refuse options of the page without it, and others beside it."""
-        for name, given in (
+        for name, value in (
             ("json", output.as_json),
             ("csv", output.csv_file),
             ("plot", output.plot),
         ):
-            if self.page and given:
+            if self.page and value:
                 options.refuse_both("page", options.typed(name), "the page shows numbers and plots")
         options.require("port", "page", self.port > 0 and not self.page)
         options.require("no-browser", "page", not self.browser and not self.page)

@@ -76,13 +76,13 @@ def develop(
         )
         return
     with steps_bar("reading") as show:
-        done = develop_capture(Path(capture), job, folder, show)
-    for line in done.lines:
+        developed = develop_capture(Path(capture), job, folder, show)
+    for line in developed.lines:
         typer.echo(line)
     typer.echo(
-        f"{out}: {done.pictures} pictures in {perf_counter() - start:.0f} s; open "
+        f"{out}: {developed.pictures} pictures in {perf_counter() - start:.0f} s; open "
         f"{folder / 'index.html'}"
     )
-    if done.reused:
-        typer.echo(f"unchanged since the run before: {', '.join(done.reused)}")
-    warn_of_camera(done.model)
+    if developed.reused:
+        typer.echo(f"unchanged since the run before: {', '.join(developed.reused)}")
+    warn_of_camera(developed.model)

@@ -137,7 +137,7 @@ def _field(
     complete = calibrated or "calib.json" not in earlier.names.values()
     if complete and earlier.take("aligned.png", marks.field, results):
         if not calibrated:
-            earlier.made_without("calib.json", results)
+            earlier.forget("calib.json", results)
         picture = read_picture(results.path("aligned.png"))
         report = earlier.report
         findings = tuple(Finding(*one) for one in report["findings"])
@@ -149,13 +149,13 @@ def _field(
     picture = field.picture
     if is_rectangle(picture.pixels):
         save(results, "mosaic.png", picture._replace(pixels=mosaic(picture.pixels)))
-        earlier.made_without("aligned.png", results)
+        earlier.forget("aligned.png", results)
     else:
         save(results, "aligned.png", picture)
         earlier.keys["aligned.png"] = marks.field
     if field.calibration is None:
         # A Lytro's white image gives no calibration, and one of --calib is not new.
-        earlier.made_without("calib.json", results)
+        earlier.forget("calib.json", results)
     elif not calibrated:
         results.write("calib.json", field.calibration)
     return field

@@ -26,9 +26,9 @@ BayerIfGiven = Annotated[
 def _balance(value: str) -> str:
     # Colours of what is read come long after the command begins.
     if value not in ("auto", "off"):
-        from plenofir.camera.captures.colours import told_gains
+        from plenofir.camera.captures.colours import gains_of_text
 
-        told_gains(value)
+        gains_of_text(value)
     return value
 
 
@@ -110,8 +110,8 @@ def takes_light_fields(command: Command) -> Any:
 
         return Hints(**values)
 
-    taken = [
+    parameters = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in _HINTS.items()
     ]
-    return grouped(spread(command, {"hints": (taken, hints)}))
+    return grouped(spread(command, {"hints": (parameters, hints)}))

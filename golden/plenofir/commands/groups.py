@@ -28,8 +28,8 @@ def spread(
     @functools.wraps(command)
     def with_options(**values: Any) -> None:
         together = {
-            name: make(**{option.name: values.pop(option.name) for option in taken})
-            for name, (taken, make) in groups.items()
+            name: make(**{option.name: values.pop(option.name) for option in options})
+            for name, (options, make) in groups.items()
         }
         command(**together, **values)
 
@@ -108,7 +108,7 @@ class Operator:
     upsample: options.Upsample = True
 
     @property
-    def wanted(self) -> bool:
+    def is_set(self) -> bool:
         """Whether one of its options was given."""
         return self.interpolation is not None or self.sharpen is not None or not self.upsample
 

@@ -79,8 +79,8 @@ def inspect(
     else:
         if len(files) > 1:
             raise InputError("several pictures require --position, once for each of them")
-        wanted = any(one is not None for one in (dark, collimator, camera, out))
-        source = None if wanted else _recognised(files[0], hints)
+        calibrates = any(one is not None for one in (dark, collimator, camera, out))
+        source = None if calibrates else _recognised(files[0], hints)
         if source is not None and source.white is None:
             content, lines, pictures = *_recognition(source), dict
         else:
@@ -125,8 +125,8 @@ def _alone(
     """Refuse what does not go with positions."""
     if len(positions) != len(files):
         raise InputError(f"{len(positions)} positions do not match {len(files)} pictures")
-    for option, given in (("--collimator", collimator), ("--camera", camera)):
-        if given is not None:
+    for option, value in (("--collimator", collimator), ("--camera", camera)):
+        if value is not None:
             raise InputError(f"{option} cannot be combined with --position")
 
 

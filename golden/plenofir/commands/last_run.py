@@ -81,7 +81,7 @@ class Earlier:
         self.reused.append(name)
         return True
 
-    def made_without(self, name: str, results: Results) -> None:
+    def forget(self, name: str, results: Results) -> None:
         """Note that this run has no such file, so none of an earlier run either."""
         self.keys.pop(name, None)
         if name in self.reused:

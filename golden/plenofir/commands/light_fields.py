@@ -148,15 +148,15 @@ def compose(
     source = Path(folder)
     path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))
     with progress_bar("reading") as show:
-        seen = recognised(source, hints)
-        picture = seen.all_views(show)
+        light_field = recognised(source, hints)
+        picture = light_field.all_views(show)
     images = picture.pixels if keep is None else central(picture.pixels, keep)
     if images.shape[0] != images.shape[1]:
-        seen.field()
+        light_field.field()
     m = images.shape[0]
     raster = as_asked(picture.like(interleave(images)), m, hints, folder)
     publish({path.name: raster}, path.parent)
-    for finding in seen.findings:
+    for finding in light_field.findings:
         typer.echo(f"{finding.heading:<15} {finding.text}")
     rows, columns = (length // m for length in raster.pixels.shape[:2])
     typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")

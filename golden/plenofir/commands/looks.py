@@ -61,12 +61,12 @@ def look_for(field: "Picture", m: int, setting: str, gamma: float | None) -> Loo
 def _reals(text: str, option: str, counts: tuple[int, ...], form: str) -> list[float]:
     """Numbers of an option, separated by commas or blanks."""
     try:
-        found = [float(word) for word in re.split(r"[,\s]+", text.strip())]
+        numbers = [float(word) for word in re.split(r"[,\s]+", text.strip())]
     except ValueError:
-        found = []
-    if len(found) not in counts or not all(map(isfinite, found)):
+        numbers = []
+    if len(numbers) not in counts or not all(map(isfinite, numbers)):
         raise InputError(f"{text!r} is not understood; write {form}", where=option)
-    return found
+    return numbers
 
 
 def aperture_of(text: str | None) -> "Aperture | None":

@@ -27,23 +27,25 @@ def arguments_of_make(
     `parameters` are the command's own. A variable of make's command line that the command does not
     take is refused; one that merely is in the environment is left alone.
     """
-    taken = {name: of for name, of in VARIABLES.items() if of in parameters}
+    variables = {name: of for name, of in VARIABLES.items() if of in parameters}
     if "radius" not in parameters:  # The command has no engine stack.
-        taken.pop("STACK", None)
-    for name in sorted(_on_command_line(environment.get("MAKEFLAGS", "")) - _IGNORED - set(taken)):
+        variables.pop("STACK", None)
+    for name in sorted(
+        _on_command_line(environment.get("MAKEFLAGS", "")) - _IGNORED - set(variables)
+    ):
         if environment.get(name, "").strip():
-            known = ", ".join(taken)
-            raise InputError(f"make {target} has no variable {name}; it takes {known}")
-    values = {name: environment.get(name, "").strip() for name in taken}
-    given = {name: value for name, value in values.items() if value}
-    together = [name for name in _EXCLUSIVE if name in given]
+            names = ", ".join(variables)
+            raise InputError(f"make {target} has no variable {name}; it takes {names}")
+    values = {name: environment.get(name, "").strip() for name in variables}
+    nonempty = {name: value for name, value in values.items() if value}
+    together = [name for name in _EXCLUSIVE if name in nonempty]
     if len(together) > 1:
         raise InputError(f"{together[1]} cannot be combined with {together[0]}; use one of them")
-    if "STACK" in given and "ENGINE" in given:
+    if "STACK" in nonempty and "ENGINE" in nonempty:
         raise InputError("ENGINE cannot be combined with STACK; use one of them")
-    arguments = ["--engine=stack"] if "STACK" in given else []
-    for name, value in given.items():
-        parameter = parameters[taken[name]]
+    arguments = ["--engine=stack"] if "STACK" in nonempty else []
+    for name, value in nonempty.items():
+        parameter = parameters[variables[name]]
         flag = parameter.opts[0]
         if parameter.param_type_name == "argument":
             arguments.append(value)
@@ -53,4 +55,4 @@ def arguments_of_make(
             raise InputError(f"{value!r} must be 0 or 1", where=name)
         elif value == "1":
             arguments.append(flag)
-    return arguments, {taken[name]: name for name in given}
+    return arguments, {variables[name]: name for name in nonempty}

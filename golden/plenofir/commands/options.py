@@ -174,17 +174,17 @@ def focus_settings(
 
     `rounded`: decimals stand for a multiple of 1/M that is near, which is noted.
     """
-    found: list[Fraction] = []
-    taken: dict[str, Fraction] = {}
+    settings: list[Fraction] = []
+    rounded_words: dict[str, Fraction] = {}
 
     def setting(text: str) -> Fraction:
-        return _focus_setting(text, micro_image_size if rounded else None, taken, where)
+        return _focus_setting(text, micro_image_size if rounded else None, rounded_words, where)
 
     words = [word for text in texts for word in re.split(r"[,\s]+", text.strip()) if word]
     for word in words:
         parts = word.split(":")
         if len(parts) == 1:
-            found.append(setting(word))
+            settings.append(setting(word))
             continue
         if len(parts) > 3:
             raise InputError(f"{word!r} is not a range; write FIRST:LAST[:STEP]", where=where)
@@ -200,20 +200,20 @@ def focus_settings(
             raise InputError(
                 f"{word!r} has {count} settings, more than {MAX_SETTINGS}", where=where
             )
-        found += [first + n * step for n in range(count)]
-    if not found:
+        settings += [first + n * step for n in range(count)]
+    if not settings:
         raise InputError("give a focus setting, such as -3/5", where=where)
-    twice = next((a for n, a in enumerate(found) if a in found[:n]), None)
+    twice = next((a for n, a in enumerate(settings) if a in settings[:n]), None)
     if twice is not None:
         raise InputError(f"{twice} is given twice", where=where)
-    if taken:
-        notes = ", ".join(f"{text} as {value}" for text, value in taken.items())
+    if rounded_words:
+        notes = ", ".join(f"{text} as {value}" for text, value in rounded_words.items())
         typer.echo(f"note: a = {notes}, in steps of 1/{micro_image_size}", err=True)
-    return tuple(found)
+    return tuple(settings)
 
 
 def _focus_setting(
-    text: str, micro_image_size: int | None, taken: dict[str, Fraction], where: str
+    text: str, micro_image_size: int | None, rounded_words: dict[str, Fraction], where: str
 ) -> Fraction:
     """A focus setting; decimals stand for the multiple of 1/M within a quarter of a step."""
     from plenofir.refocus.shifts import parse_focus, shift_to_text
@@ -230,10 +230,10 @@ def _focus_setting(
         below = floor(exact * m)
         neighbours = " and ".join(shift_to_text(shift, m) for shift in (below, below + 1))
         raise InputError(f"{text} lies between {neighbours}; use a multiple of 1/{m}", where=where)
-    found = Fraction(nearest, m)
-    if found != exact:
-        taken[text] = found
-    return found
+    nearest_setting = Fraction(nearest, m)
+    if nearest_setting != exact:
+        rounded_words[text] = nearest_setting
+    return nearest_setting
 
 
 def finite(value: float) -> float | None:
@@ -269,10 +269,10 @@ def one_focus_setting(
     texts: Iterable[str], micro_image_size: int, *, rounded: bool = True
 ) -> Fraction:
     """The only focus setting of a command that takes one; `rounded` as in `focus_settings`."""
-    found = focus_settings(texts, micro_image_size, rounded=rounded)
-    if len(found) > 1:
-        raise InputError(f"takes one focus setting, not {len(found)}", where="a")
-    return found[0]
+    settings = focus_settings(texts, micro_image_size, rounded=rounded)
+    if len(settings) > 1:
+        raise InputError(f"takes one focus setting, not {len(settings)}", where="a")
+    return settings[0]
 
 
 def _finite(param: typer.CallbackParam, value: float | None) -> float | None:
@@ -321,9 +321,9 @@ _MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3}
 
 def length_mm(text: str | float) -> float:
     """Length in mm of a number, or of one with its unit: 50mm, 3m, 5um."""
-    found = re.fullmatch(r"(.*?)\s*(um|mm|cm|m)", str(text).strip())
+    match = re.fullmatch(r"(.*?)\s*(um|mm|cm|m)", str(text).strip())
     try:
-        return float(text) if found is None else float(found[1]) * _MM[found[2]]
+        return float(text) if match is None else float(match[1]) * _MM[match[2]]
     except ValueError:
         raise InputError(
             f"{text!r} is not a length; write a number of mm, or one with its unit: 50mm, 5um, 3m"

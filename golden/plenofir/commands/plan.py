@@ -125,14 +125,17 @@ def print_placed(plan: "Plan") -> None:
     """Print what was recorded of a shipped scene's core and its full build, their clocks too."""
     from plenofir.plan.placements import placed_beside_full
 
-    found = placed_beside_full(plan)
-    if found is None:
+    placement = placed_beside_full(plan)
+    if placement is None:
         return
     print_table(
         ("core, placed", "this scene", "full build", "change"),
-        [(name, *_beside(needed, found.full[name])) for name, needed in found.scene.items()],
+        [
+            (name, *_beside(needed, placement.full[name]))
+            for name, needed in placement.scene.items()
+        ],
         left=("core, placed",),
-        title=f"recorded, on an {found.device}",
+        title=f"recorded, on an {placement.device}",
     )
 
 
@@ -228,10 +231,10 @@ def print_plan(plan: "Plan") -> None:
     if above:
         print_line("", f"takes {_amounts(above)} less than this scene")
     print_placed(plan)
-    for part_left_out in plan.left_out:
-        change = part_left_out.change(plan.available)
-        told = ": ".join(filter(None, (part_left_out.what, change)))
-        print_line("left out", "; ".join(filter(None, (told, part_left_out.reason))))
+    for omission in plan.left_out:
+        change = omission.change(plan.available)
+        change_text = ": ".join(filter(None, (omission.what, change)))
+        print_line("left out", "; ".join(filter(None, (change_text, omission.reason))))
 
 
 @app.command()
@@ -260,8 +263,8 @@ def plan(
     if as_json:
         from plenofir.plan.placements import placed_beside_full
 
-        found = placed_beside_full(planned)
-        placed = None if found is None else found.model_dump()
+        placement = placed_beside_full(planned)
+        placed = None if placement is None else placement.model_dump()
         print_json({**planned.model_dump(mode="json"), "placed": placed})
     else:
         print_plan(planned)
@@ -280,8 +283,8 @@ def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
 
     sensor, where = plan.sensor, options.typed("calib")
     if sensor is None or sensor.calibrated:
-        what = "has no sensor" if sensor is None else "has its calibration built in"
-        raise InputError(f"the scene {plan.scene} {what}: there is nothing to load", where=where)
+        problem = "has no sensor" if sensor is None else "has its calibration built in"
+        raise InputError(f"the scene {plan.scene} {problem}: there is nothing to load", where=where)
     calibration = load_calibration(calib)
     if calibration.image_shape != (sensor.rows, sensor.columns):
         rows, columns = calibration.image_shape
@@ -352,8 +355,8 @@ def project(
         title = "a catalog of components"
         files = write_components(planned, Path(out))
     else:
-        name, known = tool_of(planned, tool)
-        title = known.title
+        name, tool_row = tool_of(planned, tool)
+        title = tool_row.title
         files = write_project(planned, name, Path(out), parallel=top == PARALLEL)
     print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {title}")
     print_line("files", f"{out}/: {', '.join(files)}")
@@ -477,15 +480,15 @@ def synth(
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
-    wanted = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else DEFAULT_DEVICE]
+    scene_device = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else DEFAULT_DEVICE]
     # A scene for another family is shown beside the board's device, and need not fit it.
-    shown = wanted if wanted.family == "spartan6" else DEVICES[DEFAULT_DEVICE]
-    _print_figures(rows, shown)
+    reference = scene_device if scene_device.family == "spartan6" else DEVICES[DEFAULT_DEVICE]
+    _print_figures(rows, reference)
     if scene:
         top = chosen[0].top
         print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
-    if scene and shown == wanted and (over := shown.overflow(rows[0][1].usage)):
+    if scene and reference == scene_device and (over := reference.overflow(rows[0][1].usage)):
         raise InputError(
-            f"does not fit the {shown.title}: {'; '.join(over)}; take a larger device",
+            f"does not fit the {reference.title}: {'; '.join(over)}; take a larger device",
             where=scene,
         )

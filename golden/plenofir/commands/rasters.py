@@ -24,7 +24,7 @@ _LARGEST_M = 10_000
 MAPS = {"a": "disparity", "mm": "distance_mm", "um": "height_um"}
 """Names of maps of depth, by what they count in."""
 # Least share of the picture whose depth is known in a result that is taken for good.
-_KNOWN = 0.5
+_SURE = 0.5
 
 
 def recognised(path: str | Path, hints: "Hints") -> "LightFieldSource":
@@ -76,8 +76,8 @@ def read_field(
     source = recognised(path, hints)
     field = source.field(progress or quiet, rectangles=rectangles)
     # The gains of a capture were those of its sensor's pixels.
-    left = hints._replace(white_balance="auto") if source.kind == "raw capture" else hints
-    picture = as_asked(field.picture, field.micro_image_size, left, str(path))
+    remaining = hints._replace(white_balance="auto") if source.kind == "raw capture" else hints
+    picture = as_asked(field.picture, field.micro_image_size, remaining, str(path))
     field = field._replace(picture=picture)
     if notes:
         tell(*source.findings, *field.lines)
@@ -86,7 +86,7 @@ def read_field(
 
 def doubt_of_depth(share: float, field: "Field") -> str:
     """What is likely wrong where depth is known of a small share of the picture; else empty."""
-    if share >= _KNOWN:
+    if share >= _SURE:
         return ""
     lost = any(one.heading == "axes" and one.confidence == "unknown" for one in field.lines)
     reason = (
@@ -132,18 +132,18 @@ def unit_of(model: "RayModel | MicroscopeModel | None") -> "Unit":
     return "um" if isinstance(model, MicroscopeModel) else "mm"
 
 
-def focused(known: "Camera", focus: float, micro_image: int | None) -> "RayModel":
+def focused(camera: "Camera", focus: float, micro_image: int | None) -> "RayModel":
     """Ray model of a camera; M is the camera's if it was not given."""
     from plenofir.camera.rays import RayModel
 
-    m = micro_image or max(2, known.micro_image_size)
+    m = micro_image or max(2, camera.micro_image_size)
     if m > _LARGEST_M:
         raise InputError(
             f"M is more than {_LARGEST_M} pixels; check the pitches, or give a smaller "
             f"{options.typed('micro_image')}",
-            where=known.name,
+            where=camera.name,
         )
-    return RayModel.focused(known, focus, m)
+    return RayModel.focused(camera, focus, m)
 
 
 def warn_of_camera(model: "RayModel | MicroscopeModel | None") -> None:

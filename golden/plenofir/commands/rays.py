@@ -169,7 +169,7 @@ def distance(
         heads = ["a", *next(iter(numbers.values()))]
         print_table(
             heads,
-            [[a, *(f"{n:.3g}" for n in found.values())] for a, found in numbers.items()],
+            [[a, *(f"{n:.3g}" for n in row.values())] for a, row in numbers.items()],
             title="times that a relative error of each input counts in the distance",
             width=100,
         )
@@ -284,12 +284,12 @@ def depth(
     unit: Literal["pixels", "pixels per view"] = "pixels per view" if per_view else "pixels"
     objects = []
     for value in disparity:
-        found = model.depth(value, gap, view=view, unit=unit)
-        z = _number_or_none(found)
+        point = model.depth(value, gap, view=view, unit=unit)
+        z = _number_or_none(point)
         objects.append(
             {
                 "disparity": value,
-                "state": found.state().value,
+                "state": point.state().value,
                 "depth_mm": z,
                 "distance_mm": None if z is None else z + model.entrance_pupil_mm,
             }

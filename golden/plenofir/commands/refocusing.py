@@ -64,7 +64,7 @@ def refocus_command(
     path = check_file(out, PICTURES, raster)
     part = _region(region) if region else None
     camera.check()
-    if operator.wanted:
+    if operator.is_set:
         pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
     aperture, tilt = pupil.values()
     raw, m, *_ = read_field(raster, hints, rectangles=True)
@@ -81,8 +81,8 @@ def refocus_command(
             "region": region,
         }
         options.refuse_used(used, "is for a square of views")
-    setting = options.one_focus_setting(a, m, rounded=operator.wanted)
-    if operator.wanted:
+    setting = options.one_focus_setting(a, m, rounded=operator.is_set)
+    if operator.is_set:
         options.shifts_of((setting,), m)
     model = model_of(camera.camera, camera.focus, m)
     look = look_for(raw, m, exposed.exposure, exposed.gamma)
@@ -93,7 +93,7 @@ def refocus_command(
     with progress_bar("refocusing"):
         if rectangle:
             image = refocus_views(look.source, float(setting))
-        elif operator.wanted:
+        elif operator.is_set:
             image = refocus(
                 look.source,
                 m,
@@ -111,7 +111,7 @@ def refocus_command(
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=described(m, setting, model))}, path.parent)
-    units = sharpening_units(weight, m, int(setting * m), order) if operator.wanted else 0
+    units = sharpening_units(weight, m, int(setting * m), order) if operator.is_set else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")
@@ -121,12 +121,12 @@ def refocus_command(
 
 def _region(text: str) -> tuple[slice, slice]:
     """Region of interest from TOP:BOTTOM,LEFT:RIGHT."""
-    found = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
-    if found is None:
+    match = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
+    if match is None:
         raise InputError(
             f"{text} is not a region; write TOP:BOTTOM,LEFT:RIGHT in pixels", where="region"
         )
-    top, bottom, left, right = (int(n) if n else None for n in found.groups())
+    top, bottom, left, right = (int(n) if n else None for n in match.groups())
     return slice(top, bottom), slice(left, right)
 
 
@@ -262,16 +262,16 @@ def stack(
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if extra.index else "normalise")
         slices: Slices
-        shown: Slices
+        pictures: Slices
         if extra.index:
             slices = slices_of(raw.pixels, m, settings, show, border=edge)
-            shown = slices_of(look.source, m, settings, show, border=edge)
+            pictures = slices_of(look.source, m, settings, show, border=edge)
         else:
-            slices = shown = pictures_of(
+            slices = pictures = pictures_of(
                 look.source, m, settings, show, aperture=aperture, tilt=tilt, border=edge
             )
         names = iter(zip(setting_names(settings, m), settings, strict=True))
-        for image in shown:
+        for image in pictures:
             name, setting = next(names)
             about = described(m, setting, model)
             save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))

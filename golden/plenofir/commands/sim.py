@@ -338,17 +338,17 @@ def _run_raw(
         # What the refocuser cannot take is refused before anything is simulated.
         path = Path(drawn) / ALIGNED
         write_png(path, sensor.raster(golden))
-        what = make_run(path, out)
-        what.core.check_limits()
+        request = make_run(path, out)
+        request.core.check_limits()
         frame: SensorFrame | CsiFrame | None = None
-        if what.chain == "hdmi":
+        if request.chain == "hdmi":
             frame = sensor.board_frame
-        elif what.chain == "csi":
+        elif request.chain == "csi":
             frame = sensor.csi_frame(lanes)
     with kept_bars() as show:
-        how = what.model_copy(update={"stalls": stalls})
+        how = request.model_copy(update={"stalls": stalls})
         report, aligned = run_raw(sensor, golden, make_run, out, how, frame, show)
-    for name, value in [*sensor_summary(sensor, aligned), *report_summary(what.core, report)]:
+    for name, value in [*sensor_summary(sensor, aligned), *report_summary(request.core, report)]:
         print_line(name, f"{out}/{value}, {ALIGNED}" if name == "files" else value)
     if not (report.agrees and aligned.agrees):
         raise typer.Exit(EXIT_MISMATCH)
@@ -362,13 +362,13 @@ def _engine(
 
     if kind == "stack":
         return StackEngine.model_validate({"pixels_per_clock": int(pixels)})
-    given = {
+    fields = {
         "parallel_rows": parallel_rows,
         "any_rows": any_rows,
         "pixels_per_clock": int(pixels),
     }
     return SLICE_ENGINES[kind].model_validate(
-        {name: given[name] for name in ENGINE_ROWS[kind].fields}
+        {name: fields[name] for name in ENGINE_ROWS[kind].fields}
     )
 
 
@@ -394,13 +394,13 @@ def _of_scene(
     return raw, core, plan.screen
 
 
-def _run(what: "Run") -> None:
+def _run(request: "Run") -> None:
     from plenofir.fpga.simulate.report import report_summary
     from plenofir.fpga.simulate.run import run
 
     with kept_bars() as show:
-        report = run(what, show)
-    for name, value in report_summary(what.core, report):
-        print_line(name, f"{what.out}/{value}" if name == "files" else value)
+        report = run(request, show)
+    for name, value in report_summary(request.core, report):
+        print_line(name, f"{request.out}/{value}" if name == "files" else value)
     if not report.agrees:
         raise typer.Exit(EXIT_MISMATCH)

@@ -284,10 +284,10 @@ class _Settings:
 
             return aligned
         from plenofir.camera.calibration import load_calibration
-        from plenofir.camera.captures.prepare import Prepared, Told, prepared
+        from plenofir.camera.captures.prepare import CaptureHints, Prepared, prepared
 
         calibration = load_calibration(self.hints.calib)
-        told = Told(self.hints.bayer, self.hints.white_balance, self.hints.roi)
+        facts = CaptureHints(self.hints.bayer, self.hints.white_balance, self.hints.roi)
         part = self.hints._replace(white_balance="auto")
         first: list[Prepared] = []
 
@@ -296,7 +296,7 @@ class _Settings:
                 aligned = first[0].of(picture).decoded(m, where)[0]
                 return as_asked(aligned, m, part, where)
             # The first frame tells for all of them whether the calibration fits.
-            first.append(prepared(picture, calibration, told, where=where))
+            first.append(prepared(picture, calibration, facts, where=where))
             for note in first[0].notes:
                 typer.echo(f"note: {where}: {note}", err=True)
             return as_asked(first[0].decoded(m, where)[0], m, part, where)

@@ -134,10 +134,10 @@ class Film:
 
             return self._prepared(first, where, frames, asked), m
         from plenofir.camera.calibration import load_calibration
-        from plenofir.camera.captures.prepare import Told, prepared
+        from plenofir.camera.captures.prepare import CaptureHints, prepared
         from plenofir.camera.recognise.captures import calibration_of
 
-        hinted = Told(hints.bayer, hints.white_balance, hints.roi)
+        hinted = CaptureHints(hints.bayer, hints.white_balance, hints.roi)
         if hints.calib is not None:
             calibration = load_calibration(hints.calib)
         else:

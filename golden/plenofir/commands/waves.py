@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Compare waveform files.")
 
-_SHOWN_DIFFERENCES = 8
+_MOST_DIFFERENCES = 8
 
 
 def _content(value: Any) -> Any:
@@ -63,7 +63,7 @@ def _print_comparison(result: "DumpComparison", listed: bool) -> None:
     if result.cycles_a != result.cycles_b:
         _line("length differs", f"{result.cycles_a} cycles in A, {result.cycles_b} in B")
     for number, difference in enumerate(result.differences):
-        if number == _SHOWN_DIFFERENCES and not listed:
+        if number == _MOST_DIFFERENCES and not listed:
             rest = _signals(len(result.differences) - number)
             _line("", f"{rest} more (--list names them)")
             break

@@ -144,18 +144,18 @@ class _Content:
         return views_part(self.field, request.binning)
 
     @cached_property
-    def _found(self) -> Depth:
+    def _depth_values(self) -> Depth:
         return self.field.depth(self.search, self.progress, self.disparity)
 
     @cached_property
     def _depth(self) -> Part:
-        low, high = self._found.range
-        depth = self._found.settings
+        low, high = self._depth_values.range
+        depth = self._depth_values.settings
         if not self.field.is_rectangle:
-            depth = self._found.in_pictures(self.field.micro_image_size)
+            depth = self._depth_values.in_pictures(self.field.micro_image_size)
         values = np.rint((depth - low) / (high - low) * 65535).astype("<u2")
         # The last bit tells which are sure.
-        values = values & ~np.uint16(1) | self._found.sure
+        values = values & ~np.uint16(1) | self._depth_values.sure
         facts = {"size": "x".join(str(n) for n in values.shape), "range": f"{low:.6f},{high:.6f}"}
         return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", facts)
 
@@ -171,7 +171,7 @@ class _Content:
         """The picture that is in focus everywhere, at the scale of pages."""
         with self._lock:
             if self._in_focus is None:
-                self._in_focus = self.field.in_focus(self._found)
+                self._in_focus = self.field.in_focus(self._depth_values)
         return reduced(self._in_focus, binning)
 
     def everywhere(self, request: PartRequest) -> Part:

@@ -62,26 +62,26 @@ def noticed_mosaic(pixels: Image) -> tuple[BayerOrder, ...]:
     return tuple(likely)
 
 
-def order_of_mosaic(picture: Picture, told: str | None, where: str) -> BayerOrder | None:
+def order_of_mosaic(picture: Picture, hint: str | None, where: str) -> BayerOrder | None:
     """Order of a capture's colour mosaic: as told, or as its file has it; None if it has none.
 
-    `told`: an order, "none", or None. Raises `InputError` if the pixels have a mosaic whose order
+    `hint`: an order, "none", or None. Raises `InputError` if the pixels have a mosaic whose order
     is not known, or what is told does not go with the file.
     """
-    order = told or picture.mosaic
+    order = hint or picture.mosaic
     if order in (None, "none"):
-        seen = noticed_mosaic(picture.pixels) if told is None else ()
-        if seen:
+        orders = noticed_mosaic(picture.pixels) if hint is None else ()
+        if orders:
             raise InputError(
                 "its pixels have a colour mosaic whose order its file does not tell; give --bayer "
-                f"{' or '.join(seen)}, whichever shows red as red, or --bayer none",
+                f"{' or '.join(orders)}, whichever shows red as red, or --bayer none",
                 where=where,
             )
         return None
     if order not in BAYER_ORDERS:
         raise InputError(f"there is no mosaic {order!r}; use rggb, grbg, gbrg or bggr")
     if picture.pixels.ndim != 2:
-        if told:
+        if hint:
             raise InputError(
                 "has colours already, and a mosaic has one channel; leave out --bayer", where=where
             )
@@ -203,7 +203,7 @@ def colours_of_white(
     return red, green, blue
 
 
-def told_gains(white_balance: str) -> Colours | None:
+def gains_of_text(white_balance: str) -> Colours | None:
     """Factors of a white balance by numbers, RED,BLUE over green; None for auto and off.
 
     The least of the three is 1, so that what is clipped stays white. Raises `InputError` for other

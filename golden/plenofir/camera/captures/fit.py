@@ -63,7 +63,7 @@ def located(levels: Image32, grid: Grid, source: str, where: str) -> Match:
     images are not seen. Raises `InputError` if the pixels have another grid.
     """
     match = match_capture(levels, grid)
-    other = None if match.seen else find_lenslets(levels)
+    other = None if match.fits else find_lenslets(levels)
     if other is not None:
         raise _another(other, grid, source, where)
     return match
@@ -113,7 +113,7 @@ def fitted(
     if turned is not None:
         return turned
     lenses = find_lenslets(levels)
-    if match.seen and (lenses is None or _alike(lenses.grid, match.grid)):
+    if match.fits and (lenses is None or _alike(lenses.grid, match.grid)):
         return _moved(levels, calibration, moved.grid, place, match, notes, where)
     if lenses is not None:
         raise _unfit(_another(lenses, moved.grid, "the calibration has", where).problem, where)
@@ -212,7 +212,7 @@ def _by_size(
 def _fits(match: Match, grid: Grid, *, strict: bool = False) -> bool:
     """Whether a grid lies where the pixels have it, as far as they tell."""
     near = match.moved_px <= max(_FITS_PX, _FITS_PITCHES * grid.lens_pitch)
-    return match.seen and (near or (match.gain < _CLEAR_GAIN and not strict))
+    return match.fits and (near or (match.gain < _CLEAR_GAIN and not strict))
 
 
 def _moved(
@@ -229,7 +229,7 @@ def _moved(
     again = match_capture(levels, match.grid)
     matrix, shift = np.array(again.matrix) @ matrix, np.array(again.matrix) @ shift + again.shift
     words, scale, turn = _off(matrix, shift, grid, levels.shape)
-    sure = again.seen and max(again.agreement, again.smoothness) >= _TRUSTED
+    sure = again.fits and max(again.agreement, again.smoothness) >= _TRUSTED
     if not sure or abs(scale) > _MOST_SCALE or abs(turn) > _MOST_TURN or not _fits(again, grid):
         raise _unfit(f"the calibration does not fit its pixels: micro images lie {words}", where)
     whole = place.then(PixelMap(matrix, shift, place.shape))

@@ -18,11 +18,11 @@ from plenofir.camera.captures.colours import (
     developed,
     even_mosaic,
     gains_for,
+    gains_of_text,
     grey_of,
     noticed_mosaic,
     order_before,
     order_of_mosaic,
-    told_gains,
     without_hot_pixels,
 )
 from plenofir.camera.captures.fit import fitted
@@ -32,11 +32,11 @@ from plenofir.ground.images import Image, Picture, upright
 from plenofir.ground.whole_numbers import whole_numbers
 
 
-class Told(NamedTuple):
+class CaptureHints(NamedTuple):
     """What a person says about a sensor's captures."""
 
     bayer: str | None = None  # order of the colour mosaic, or "none"
-    white_balance: str = "auto"  # auto, off, or gains of red and blue: `told_gains`
+    white_balance: str = "auto"  # auto, off, or gains of red and blue: `gains_of_text`
     roi: str | None = None  # column and row of the white image at which captures begin
 
     def corner(self) -> tuple[int, int] | None:
@@ -51,7 +51,7 @@ class Told(NamedTuple):
         return corner[0], corner[1]
 
 
-_NOTHING_TOLD = Told()
+_NO_HINTS = CaptureHints()
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ def _order_of_white(white: Picture, bayer: str | None) -> BayerOrder | None:
 def prepared(
     capture: Picture,
     calibration: Calibration,
-    told: Told = _NOTHING_TOLD,
+    hints: CaptureHints = _NO_HINTS,
     *,
     white: Picture | None = None,
     dark: Picture | None = None,
@@ -175,8 +175,8 @@ def prepared(
     `white`: white image to divide by. `dark`: dark frame. Raises `InputError` if the calibration
     does not fit the capture, or its colours are not known.
     """
-    bayer, white_balance, _ = told
-    corner = told.corner()
+    bayer, white_balance, _ = hints
+    corner = hints.corner()
     full_scale = capture.full_scale
     mosaic = order_of_mosaic(capture, bayer, where)
     same = dark is not None and dark.pixels.shape[:2] == capture.pixels.shape[:2]
@@ -216,7 +216,7 @@ def prepared(
     if hot:
         by = "their neighbours" if not same else "the dark frame"
         lines.append(("hot pixels", f"{hot} by {by}, replaced by the median around them"))
-    gains, source = told_gains(white_balance), "--white-balance"
+    gains, source = gains_of_text(white_balance), "--white-balance"
     if gains is not None and image.ndim < 3:
         raise InputError("is for colours, and the capture is grey", where="white_balance")
     if image.ndim == 3 and white_balance == "auto":

@@ -35,15 +35,15 @@ def places_in_view(
     if beside:
         there = places
         around = 2 * int(np.ceil(beside * np.abs(disparity).max(initial=0))) + 1
-        seen = ndimage.maximum_filter(disparity, around, mode="nearest")
+        nearest = ndimage.maximum_filter(disparity, around, mode="nearest")
         for _ in range(_STEPS):
-            here = ndimage.map_coordinates(seen, places, order=1, mode="nearest")
-            places, seen = there - beside * here, disparity
+            here = ndimage.map_coordinates(nearest, places, order=1, mode="nearest")
+            places, nearest = there - beside * here, disparity
     return np.asarray(places)
 
 
 def at_sensor(
-    found: Disparity, view: Image, micro_image_size: int, shape: tuple[int, int]
+    view_map: Disparity, view: Image, micro_image_size: int, shape: tuple[int, int]
 ) -> Disparity:
     """A disparity map of the central view at the pixels of the raw image.
 
@@ -52,7 +52,7 @@ def at_sensor(
 
     Parameters
     ----------
-    found
+    view_map
         Map of the central view, shape (t, s).
     view
         The central view, shape (t, s[, 3]).
@@ -62,23 +62,23 @@ def at_sensor(
         Rows and columns of the raw image.
     """
     m = micro_image_size
-    disparity = found.pixels_per_view
-    seen = grey(view).astype(np.float64)
-    spline = ndimage.spline_filter(seen, 3, np.float64, "nearest")
+    disparity = view_map.pixels_per_view
+    view_grey = grey(view).astype(np.float64)
+    spline = ndimage.spline_filter(view_grey, 3, np.float64, "nearest")
     values, confidence = np.empty(shape), np.empty(shape)
     for first in range(0, shape[0], _LINES):
         part = slice(first, min(first + _LINES, shape[0]))
         lines = np.arange(part.start, part.stop)
         places = places_in_view(disparity, m, lines, np.arange(shape[1]))
         large = ndimage.map_coordinates(spline, places, order=3, mode="nearest", prefilter=False)
-        values[part] = _between(disparity, seen, large, places)
+        values[part] = _between(disparity, view_grey, large, places)
         confidence[part] = ndimage.map_coordinates(
-            found.confidence, places, order=1, mode="nearest"
+            view_map.confidence, places, order=1, mode="nearest"
         )
     return Disparity(values, confidence)
 
 
-def _between(disparity: Floats, seen: Floats, large: Floats, places: Floats) -> Floats:
+def _between(disparity: Floats, view: Floats, large: Floats, places: Floats) -> Floats:
     """Disparity at places, from the four micro lenses around each."""
     corners = np.floor(places).astype(np.int64)
     mean = np.zeros(large.shape)
@@ -87,12 +87,12 @@ def _between(disparity: Floats, seen: Floats, large: Floats, places: Floats) -> 
     for down, right in np.ndindex(2, 2):
         place = corners + np.array([down, right])[:, np.newaxis, np.newaxis]
         shares = 1 - np.abs(places - place)
-        y, x = (np.clip(k, 0, n - 1) for k, n in zip(place, seen.shape, strict=True))
+        y, x = (np.clip(k, 0, n - 1) for k, n in zip(place, view.shape, strict=True))
         value, share = disparity[y, x], shares[0] * shares[1]
         mean += share * value
         low, high = np.minimum(low, value), np.maximum(high, value)
         # The nearest of the lenses that are equally like the pixel.
-        unlike = np.abs(seen[y, x] - large) + 1 - share
+        unlike = np.abs(view[y, x] - large) + 1 - share
         better = unlike < least
         least, likest = np.where(better, unlike, least), np.where(better, value, likest)
     return np.where(high - low <= _STEP, mean, likest)

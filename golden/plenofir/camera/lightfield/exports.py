@@ -59,16 +59,16 @@ def quilt(line: Image, columns: int, rows: int, disparity: Floats | None = None)
     there, count = len(line), columns * rows
     places = np.linspace(0, there - 1, count) if count > 1 else np.array([there // 2])
     if count <= there:
-        shown = [line[place] for place in np.rint(places).astype(int)]
+        chosen = [line[place] for place in np.rint(places).astype(int)]
     elif disparity is None or there < 2:
         raise InputError(
             f"a quilt of {columns} x {rows} tiles needs more views than the {there} of a "
             "row; use fewer columns"
         )
     else:
-        shown = list(views_between(line, disparity, places.tolist()))
+        chosen = list(views_between(line, disparity, places.tolist()))
     lines = [
-        np.concatenate(shown[row * columns : (row + 1) * columns], axis=1) for row in range(rows)
+        np.concatenate(chosen[row * columns : (row + 1) * columns], axis=1) for row in range(rows)
     ]
     return np.concatenate(lines[::-1], axis=0)
 
@@ -126,15 +126,15 @@ def encode_ply(places: Floats, colours: Image) -> bytes:
 
     Places (t, s, 3) as of `points`, colours grey or RGB, (t, s[, 3]), uint8 or uint16.
     """
-    known = ~np.isnan(places).any(axis=-1)
+    finite = ~np.isnan(places).any(axis=-1)
     levels = colours if colours.ndim == 3 else np.repeat(colours[..., np.newaxis], 3, axis=2)
     levels = eight_bits(levels)
     names = ("x", "y", "z"), ("red", "green", "blue")
     kinds = [(name, "<f4") for name in names[0]] + [(name, "u1") for name in names[1]]
-    vertices = np.empty(int(known.sum()), dtype=kinds)
+    vertices = np.empty(int(finite.sum()), dtype=kinds)
     for k in range(3):
-        vertices[names[0][k]] = places[known][:, k]
-        vertices[names[1][k]] = levels[known][:, k]
+        vertices[names[0][k]] = places[finite][:, k]
+        vertices[names[1][k]] = levels[finite][:, k]
     lines = [
         *("ply", "format binary_little_endian 1.0", "comment mm; x right, y down, z away"),
         f"element vertex {len(vertices)}",

@@ -20,9 +20,9 @@ def add_slice(image: Any, shifts: Any, shift: Any, top: Any, left: Any, picture:
     """
     one, place = np.float32(1), np.float32(shift)
     for y in range(image.shape[0]):
-        line, wanted, result = image[y], shifts[top + y], picture[top + y]
+        line, shift_line, result = image[y], shifts[top + y], picture[top + y]
         for k in range(line.size):
-            share = max(one - abs(wanted[left + k] - place), np.float32(0))
+            share = max(one - abs(shift_line[left + k] - place), np.float32(0))
             result[left + k] += share * np.float32(line[k])
 
 

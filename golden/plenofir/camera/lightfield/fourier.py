@@ -154,6 +154,6 @@ def _in_frequency(
         else:
             down = _slicing(rows, m, a, *window)
             right = _slicing(columns, m, a, *window)
-        taken = np.einsum("tv,tsvu,su->ts", down, spectrum, right, optimize=True)
-        result[:, :, channel] = fft.ifft2(taken).real[:t, :s] / m**2
+        slice_spectrum = np.einsum("tv,tsvu,su->ts", down, spectrum, right, optimize=True)
+        result[:, :, channel] = fft.ifft2(slice_spectrum).real[:t, :s] / m**2
     return result[:, :, 0] if raw.ndim == 2 else result

@@ -227,8 +227,8 @@ def all_in_focus(
     m = micro_image_size
     raw = check_raw(raw, m)
     if settings is None:
-        found = search_disparity(raw, m).disparity
-        settings, confidence = found.pixels_per_view, found.confidence
+        disparity = search_disparity(raw, m).disparity
+        settings, confidence = disparity.pixels_per_view, disparity.confidence
     settings = np.asarray(settings, np.float64)
     if confidence is not None:
         settings = Disparity(settings, np.asarray(confidence, np.float64)).settled()
@@ -274,13 +274,13 @@ def _blurred(values: Floats, sigma: float) -> Floats:
     return np.asarray(ndimage.gaussian_filter(values, sigmas, mode="nearest"))
 
 
-def _doubt(off: Floats, seen: Floats) -> Floats:
+def _doubt(off: Floats, view: Floats) -> Floats:
     """Share of the central view in the mixture, from the differences of micro lenses' means."""
     lenses = off.shape[:2]
     energy = _blurred((off.reshape(*lenses, -1) ** 2).mean(2), _DOUBT_SIGMA)
     # Noise grows with the brightness: that of a group of like brightness is what its calmest part
     # has.
-    level = seen.reshape(*lenses, -1).mean(2)
+    level = view.reshape(*lenses, -1).mean(2)
     order = np.argsort(level, axis=None)
     groups = np.array_split(order, max(1, min(_GROUPS, order.size // _GROUP)))
     levels = [float(np.median(level.flat[group])) for group in groups]
@@ -412,9 +412,9 @@ def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
             comb, [places], order=order, mode="nearest", prefilter=False
         )
         last = (lenses - 1 - first) // _APART
-        seen = first + _APART * np.clip(np.rint((places - first) / _APART), 0, last)
+        used = first + _APART * np.clip(np.rint((places - first) / _APART), 0, last)
         there = np.flatnonzero(shares)
-        parts.append((shares[there], there, seen[there].astype(np.int64)))
+        parts.append((shares[there], there, used[there].astype(np.int64)))
     values, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
     return sparse.csr_array((values, (rows, columns)), (pixels, lenses))
 
@@ -430,9 +430,9 @@ def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Fl
     lines = slice(max(0, part.start - m), min(len(raw), part.stop + m))
     soft = _blended_slices(raw, m, view.focus(lines), lines)
     sharp = np.empty(enlarged.shape)
-    flat, own, out = (each.reshape(len(each), -1) for each in (soft, enlarged, sharp))
+    flat, weights, out = (each.reshape(len(each), -1) for each in (soft, enlarged, sharp))
     samples, weight = m * (out.shape[1] // raw.shape[1]), float(PICTURE["sharpen"])
-    sharpened_in_range(flat, own, part.start - lines.start, m, samples, weight, out)
+    sharpened_in_range(flat, weights, part.start - lines.start, m, samples, weight, out)
     return sharp
 
 

@@ -92,7 +92,7 @@ def read_lytro(
 
 def match_text(match: Match) -> str:
     """What became of the metadata's grid, for people."""
-    if not match.seen:
+    if not match.fits:
         return "of the metadata, unchecked: micro images are not seen in the pixels"
     return (
         f"of the metadata, moved by up to {match.moved_px:.2f} pixels to the capture's own "

@@ -40,9 +40,9 @@ class Container:
     def frame(self) -> Json | None:
         """References of the first raw frame, where there is one."""
         for path in (("picture", "frameArray", 0, "frame"), ("frames", 0, "frame")):
-            found = part_of(self.table, *path)
-            if isinstance(found, Mapping) and self.named(found.get("imageRef")) is not None:
-                return found
+            frame = part_of(self.table, *path)
+            if isinstance(frame, Mapping) and self.named(frame.get("imageRef")) is not None:
+                return frame
         return None
 
     @property
@@ -53,8 +53,8 @@ class Container:
         if "files" in self.table:
             return "storage"
         # Pictures are JPEGs, or frames of an H.264 stream that only the table of contents names.
-        made = part_of(self.table, "picture", "accelerationArray")
-        kinds = {part_of(part, "type") for part in made} if isinstance(made, list) else set()
+        parts = part_of(self.table, "picture", "accelerationArray")
+        kinds = {part_of(part, "type") for part in parts} if isinstance(parts, list) else set()
         jpeg = any(part.startswith(b"\xff\xd8\xff") for part in self.sections.values())
         if jpeg or "com.lytro.acceleration.refocusStack" in kinds:
             return "stack"
@@ -107,8 +107,8 @@ def file_bytes(path: Path, advice: str) -> bytes:
     where = str(path)
     try:
         if not path.is_file():
-            what = "is no file" if path.exists() else "no such file"
-            raise InputError(f"{what}; {advice}", where=where)
+            problem = "is no file" if path.exists() else "no such file"
+            raise InputError(f"{problem}; {advice}", where=where)
         if path.stat().st_size > _LARGEST_FILE:
             size = f"{path.stat().st_size >> 20} MiB"
             raise InputError(f"is too large ({size}); {advice} of at most 1024 MiB", where=where)
@@ -148,13 +148,13 @@ def read_container(path: Path) -> Container:
         begin = place + _HEAD + (_NAME if size else 0)
         content = data[begin : begin + size]
         if len(data) < place + _HEAD or len(content) < size:
-            what = f"ends in section {number}: {len(content)} of {size} bytes"
-            raise InputError(f"{what}; {_COPY}", where=where)
+            problem = f"ends in section {number}: {len(content)} of {size} bytes"
+            raise InputError(f"{problem}; {_COPY}", where=where)
         name = data[place + _HEAD : begin].rstrip(b"\0").decode("ascii", "replace")
         digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
         if size and name != f"sha1-{digest}":
-            what = f"section {number} is damaged (its SHA-1 is not {name[:16]!r}...)"
-            raise InputError(f"{what}; {_COPY}", where=where)
+            problem = f"section {number} is damaged (its SHA-1 is not {name[:16]!r}...)"
+            raise InputError(f"{problem}; {_COPY}", where=where)
         if kind == "table":
             tables.append(content)
         elif size:

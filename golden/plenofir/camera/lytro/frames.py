@@ -25,7 +25,7 @@ from plenofir.ground.errors import InputError
 
 _METADATA_SUFFIXES = (".txt", ".TXT", ".json", ".JSON")
 _CONTAINERS = (".lfp", ".lfr")
-_KNOWN_SIZES = {7728 * 5368 * 10 // 8: "Illum", 3280 * 3280 * 12 // 8: "F01"}
+_CAMERA_OF_SIZE = {7728 * 5368 * 10 // 8: "Illum", 3280 * 3280 * 12 // 8: "F01"}
 _MOST_FILES = 20_000
 _LARGEST_MEMBER = 1 << 28
 FRAME_ADVICE = "give a Lytro .lfp or .lfr, or a .raw with its .txt or .json beside it"
@@ -51,8 +51,8 @@ def is_lytro(path: Path) -> bool:
     if is_container(path):
         return True
     try:
-        known = path.stat().st_size in _KNOWN_SIZES
-        return path.suffix.lower() == ".raw" and path.is_file() and (known or bool(_beside(path)))
+        fits = path.stat().st_size in _CAMERA_OF_SIZE
+        return path.suffix.lower() == ".raw" and path.is_file() and (fits or bool(_beside(path)))
     except (OSError, ValueError):
         return False
 
@@ -77,11 +77,11 @@ def read_frame(path: Path) -> Frame:
             raise InputError(f"is not a Lytro file; {FRAME_ADVICE}", where=where)
         beside = _beside(path)
         if beside is None:
-            camera = _KNOWN_SIZES.get(len(data))
-            what = f"as large as a frame of an {camera}, but" if camera else "a .raw file, but"
+            camera = _CAMERA_OF_SIZE.get(len(data))
+            problem = f"as large as a frame of an {camera}, but" if camera else "a .raw file, but"
             names = ", ".join(path.with_suffix(suffix).name for suffix in _METADATA_SUFFIXES)
             raise InputError(
-                f"{what} the metadata are missing; put one of {names} beside it, which tells "
+                f"{problem} the metadata are missing; put one of {names} beside it, which tells "
                 "where the micro lenses are",
                 where=where,
             )
@@ -90,12 +90,12 @@ def read_frame(path: Path) -> Frame:
     container = read_container(path)
     references = container.frame
     if references is None:
-        what = {
+        problem = {
             "stack": "no raw frame: a stack of refocused pictures",
             "depth": "no raw frame: a depth map",
             "storage": "no raw frame: files stored by a camera (white images, for --white)",
         }.get(container.contents, "no raw frame")
-        raise InputError(f"{what}; give the .lfp or .lfr as it left the camera", where=where)
+        raise InputError(f"{problem}; give the .lfp or .lfr as it left the camera", where=where)
     text = container.named(references.get("metadataRef"))
     if text is None:
         raise InputError(f"its raw frame has no metadata; {FRAME_ADVICE}", where=where)
@@ -135,13 +135,13 @@ def _entries(path: Path) -> Entries:
     try:
         if path.is_dir():
             files = [file for file in sorted(path.rglob("*")) if file.is_file()][:_MOST_FILES]
-            found: dict[str, Callable[[], bytes]] = {}
+            entries: dict[str, Callable[[], bytes]] = {}
             for file in files:
                 if file.suffix.lower() == ".tar" or (is_container(file) and not _raw_frame(file)):
-                    found |= _entries(file)
+                    entries |= _entries(file)
                 else:
-                    found[str(file)] = partial(file_bytes, file, advice)
-            return found
+                    entries[str(file)] = partial(file_bytes, file, advice)
+            return entries
         if path.suffix.lower() == ".tar":
             with tarfile.open(path) as archive:
                 names = [member.name for member in archive if member.isfile()][:_MOST_FILES]
@@ -206,16 +206,16 @@ def nearest_white(path: Path, capture: FrameMetadata) -> White:
             continue
         candidates.append((steps_apart(metadata.lens, capture.lens), name, metadata))
     if not candidates:
-        what = f"no white image among {len(entries)} files"
+        problem = f"no white image among {len(entries)} files"
         if others:
-            what += f" ({others} of another size)"
+            problem += f" ({others} of another size)"
         if strangers:
-            what += f" (those of {', '.join(sorted(strangers)[:3])} are another camera's)"
+            problem += f" (those of {', '.join(sorted(strangers)[:3])} are another camera's)"
         looked = f"{capture.width} x {capture.height} pixels, {steps_text(capture.lens)}"
         if capture.serial:
             looked += f", camera {capture.serial}"
         raise InputError(
-            f"{what}; one of {looked} is needed (MOD_*.RAW with .TXT, .lfp or .lfr)",
+            f"{problem}; one of {looked} is needed (MOD_*.RAW with .TXT, .lfp or .lfr)",
             where=str(path),
         )
     apart, name, metadata = min(candidates, key=lambda one: one[:2])

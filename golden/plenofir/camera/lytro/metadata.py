@@ -68,7 +68,7 @@ class Packing(Numbers):
     bitsPerPixel: Literal[10, 12]  # noqa: N815
 
     @model_validator(mode="after")
-    def _known(self) -> "Packing":
+    def _has_layout(self) -> "Packing":
         if (self.bitsPerPixel, self.endianness) not in ((12, "big"), (10, "little")):
             raise ValueError("must be 12 bit big endian (F01) or 10 bit little endian (Illum)")
         return self
@@ -123,7 +123,7 @@ class FrameMetadata(Numbers):
     def _fits_together(self) -> "FrameMetadata":
         if self.width * self.height > _MOST_PIXELS:
             raise ValueError(f"{self.width} x {self.height} pixels are more than {_MOST_PIXELS}")
-        if not self.is_known_tiling:
+        if not self.has_tiling:
             raise ValueError(f"tiling {self.mla.tiling!r}, known are {', '.join(_LAYOUTS)}")
         scale = self.mla.scaleFactor
         if not (0.5 < scale.x < 2 and 0.5 < scale.y < 2):
@@ -145,7 +145,7 @@ class FrameMetadata(Numbers):
         return self
 
     @property
-    def is_known_tiling(self) -> bool:
+    def has_tiling(self) -> bool:
         """Whether the layout is one of those that are known."""
         return self.mla.tiling in _LAYOUTS
 
@@ -216,9 +216,9 @@ class FrameMetadata(Numbers):
 def _first(content: Any, *paths: tuple[str | int, ...]) -> Any:
     """What is at the first of these places that has something."""
     for path in paths:
-        found = part_of(content, *path)
-        if found is not None:
-            return found
+        value = part_of(content, *path)
+        if value is not None:
+            return value
     return None
 
 
@@ -240,7 +240,7 @@ def frame_metadata(content: Json, where: str, private: Json | None = None) -> Fr
     gains = _first(
         content, ("algorithms", "awb", "computed", "gain"), ("image", "color", "whiteBalanceGain")
     )
-    given = {
+    fields = {
         "model": part_of(content, "camera", "model"),
         "serial": part_of(private or content, "camera", "serialNumber"),
         "width": part_of(image, "width"),
@@ -259,11 +259,11 @@ def frame_metadata(content: Json, where: str, private: Json | None = None) -> Fr
     }
     try:
         return FrameMetadata.model_validate(
-            {name: value for name, value in given.items() if value is not None}
+            {name: value for name, value in fields.items() if value is not None}
         )
     except ValidationError as error:
-        found = validation_error(error, where=where)
-        raise InputError(f"metadata: {found.problem}", where=where) from None
+        refusal = validation_error(error, where=where)
+        raise InputError(f"metadata: {refusal.problem}", where=where) from None
 
 
 def steps_apart(one: MainLens, other: MainLens) -> tuple[float, float]:
@@ -276,9 +276,9 @@ def steps_apart(one: MainLens, other: MainLens) -> tuple[float, float]:
 
 def steps_text(lens: MainLens) -> str:
     """Zoom and focus step for people."""
-    known = [
+    parts = [
         f"{name} {value:g}"
         for name, value in (("zoom step", lens.zoomStep), ("focus step", lens.focusStep))
         if value is not None and isfinite(value)
     ]
-    return ", ".join(known) or "no zoom and focus steps"
+    return ", ".join(parts) or "no zoom and focus steps"

@@ -39,11 +39,11 @@ def unpack(data: bytes, metadata: FrameMetadata, where: str) -> Mosaic:
     pixels, then a byte with their low two bits, first pixel lowest. Result: shape (rows, columns).
     Raises `InputError` if there are more or fewer bytes than the metadata say.
     """
-    wanted = packed_size(metadata)
-    if len(data) != wanted:
+    expected = packed_size(metadata)
+    if len(data) != expected:
         size = f"{metadata.width} x {metadata.height} pixels of {metadata.packing.bitsPerPixel} bit"
         raise InputError(
-            f"has {len(data)} bytes of pixels; {size}, as the metadata say, take {wanted}",
+            f"has {len(data)} bytes of pixels; {size}, as the metadata say, take {expected}",
             where=where,
         )
     packed = np.frombuffer(data, np.uint8).reshape(metadata.height, -1)

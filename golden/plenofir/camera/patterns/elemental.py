@@ -31,7 +31,7 @@ _ASIDE, _UNEVEN = 0.2, 0.1
 class Elemental(NamedTuple):
     """Elemental images."""
 
-    seen: int  # how many there are
+    number: int  # how many there are
     centres: Floats  # of those in rows and columns, shape (rows, columns, 2), (y, x) in pixels
     radius: float  # in pixels
 

@@ -78,7 +78,7 @@ def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lensle
         if pitch < _SMALLEST_PITCH or min(grey.shape) < _FEWEST_LENSES * pitch:
             continue
         match = match_capture(grey, start)
-        if match.seen and max(match.agreement, match.smoothness) >= _LEAST_AGREEMENT:
+        if match.fits and max(match.agreement, match.smoothness) >= _LEAST_AGREEMENT:
             candidates.append(Lenslets(match, lattice.score))
             if match.agreement > SURE:
                 break
@@ -121,16 +121,17 @@ def _like_lenses(pitch: float, grid: Grid) -> bool:
 
 
 def repetition(
-    grey: Image32, seen: Lattice | None = None, grid: Grid | None = None
+    grey: Image32, raster: Lattice | None = None, grid: Grid | None = None
 ) -> Repetition | None:
     """Look for repetitions in five parts of a picture.
 
-    `seen`: a lattice of the picture; parts need not have many more than its periods. `grid`: lenses
-    that are sure; three parts that repeat like them are enough, as the median is theirs then.
+    `raster`: a lattice of the picture; parts need not have many more than its periods. `grid`:
+    lenses that are sure; three parts that repeat like them are enough, as the median is theirs
+    then.
     """
     largest, smallest_pitch = _LARGEST_PART, 0.0
-    if seen is not None:
-        pitch = float(np.sqrt(abs(np.linalg.det(seen.vectors))))
+    if raster is not None:
+        pitch = float(np.sqrt(abs(np.linalg.det(raster.vectors))))
         largest = int(np.clip(_PERIODS * pitch, _SMALLEST_PART, _LARGEST_PART))
         smallest_pitch = pitch / 2
     side = [min(int(n * _PART), largest) for n in grey.shape]

@@ -19,7 +19,7 @@ from plenofir.camera.calibration.grid import Floats, Grid
 Complex = npt.NDArray[np.complex128]
 
 # Side of a block in pitches: a compromise between many blocks and large ones.
-_SMALLEST_BLOCK, _LARGEST_BLOCK, _WANTED_BLOCKS = 4.0, 12.0, 6
+_SMALLEST_BLOCK, _LARGEST_BLOCK, _USUAL_BLOCKS = 4.0, 12.0, 6
 _FEWEST_BLOCKS = 4
 # Displacements are fitted to blocks within a radius that grows (shares of the largest).
 _FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
@@ -37,7 +37,7 @@ class Match:
     """What a capture's pixels say about a grid."""
 
     grid: Grid  # moved to where the pixels have it
-    seen: bool  # micro images were found at its pitch and rotation
+    fits: bool  # micro images were found at its pitch and rotation
     # Agreement of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
     agreement: float
     # 1 if phases of neighbouring blocks change smoothly, which distorted grids' do, too.
@@ -78,7 +78,7 @@ def wave_vectors(grid: Grid) -> Floats:
 
 def _blocks(image: Image32, grid: Grid) -> tuple[Floats, Complex, float]:
     """Middles of blocks (r, c, 2), complex amplitudes about the grid's origin (r, c, waves)."""
-    side = min(image.shape) / _WANTED_BLOCKS / grid.lens_pitch
+    side = min(image.shape) / _USUAL_BLOCKS / grid.lens_pitch
     size = int(np.ceil(min(max(side, _SMALLEST_BLOCK), _LARGEST_BLOCK) * grid.lens_pitch))
     counts = [max(1, n // size) for n in image.shape]
     starts = [max(0, n - c * size) // 2 for n, c in zip(image.shape, counts, strict=True)]
@@ -96,7 +96,7 @@ def _blocks(image: Image32, grid: Grid) -> tuple[Floats, Complex, float]:
     # Cycles from the first lens to the middles.
     cycles = (lattice - grid.lattice(0, 0)) @ np.linalg.inv(primitive)
     cycles = _combined(grid, cycles[..., np.newaxis])[..., 0]
-    found = np.empty(cycles.shape, dtype=np.complex128)
+    amplitudes = np.empty(cycles.shape, dtype=np.complex128)
     y, x = (np.arange(n) - (n - 1) / 2 for n in sides)
     total = 0.0
     for row in range(counts[0]):
@@ -110,10 +110,10 @@ def _blocks(image: Image32, grid: Grid) -> tuple[Floats, Complex, float]:
             # Real products: complex ones take four times as long.
             lines = np.cos(down) @ part - 1j * (np.sin(down) @ part)
             right = np.exp(-2j * np.pi * np.outer(k[:, 1], x))
-            found[row, column] = (lines * right).sum(axis=1)
+            amplitudes[row, column] = (lines * right).sum(axis=1)
             total += level
-    found *= np.exp(-2j * np.pi * cycles)
-    return middles - grid.centres(0, 0), found, total / (counts[0] * counts[1])
+    amplitudes *= np.exp(-2j * np.pi * cycles)
+    return middles - grid.centres(0, 0), amplitudes, total / (counts[0] * counts[1])
 
 
 def match_capture(image: Image32, grid: Grid) -> Match:
@@ -123,8 +123,8 @@ def match_capture(image: Image32, grid: Grid) -> Match:
     not seen.
     """
     waves = wave_vectors(grid)
-    middles, found, level = _blocks(image, grid)
-    amplitudes = found.reshape(-1, len(waves))
+    middles, blocks, level = _blocks(image, grid)
+    amplitudes = blocks.reshape(-1, len(waves))
     if len(amplitudes) < _FEWEST_BLOCKS or level <= 0 or not amplitudes.any():
         return Match(grid, False, 0.0, 0.0, 0.0, 0.0)
     pitch = grid.lens_pitch
@@ -148,10 +148,13 @@ def match_capture(image: Image32, grid: Grid) -> Match:
     moves, agreement = (turned, agreements[1]) if better else (moved, agreements[0])
     unmoved = float((weights * np.cos(np.angle(amplitudes))).sum() / weights.sum())
     gain = _gain(unmoved, agreement, 6 if better else 2, len(amplitudes))
-    left = (found * np.exp(2j * np.pi * (terms @ moves) @ waves.T).reshape(found.shape)) / (
-        np.abs(found) + 1e-30
+    residual = (blocks * np.exp(2j * np.pi * (terms @ moves) @ waves.T).reshape(blocks.shape)) / (
+        np.abs(blocks) + 1e-30
     )
-    pairs = [(a * b.conj()).real for a, b in ((left[1:], left[:-1]), (left[:, 1:], left[:, :-1]))]
+    pairs = [
+        (a * b.conj()).real
+        for a, b in ((residual[1:], residual[:-1]), (residual[:, 1:], residual[:, :-1]))
+    ]
     smoothness = float(np.mean(np.concatenate([part.ravel() for part in pairs])))
     strength = float(np.median(np.abs(amplitudes).mean(axis=1)) / level)
     if strength < _WEAKEST or max(agreement, smoothness) < _LEAST_AGREEMENT:
@@ -207,10 +210,10 @@ def _step(
     amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats, moves: Floats, count: int
 ) -> Floats:
     """Gauss-Newton step of the displacement's first `count` coefficients."""
-    left = -_phases(amplitudes, waves, terms @ moves) / (2 * np.pi)
+    residual = -_phases(amplitudes, waves, terms @ moves) / (2 * np.pi)
     used = terms[:, :count]
     matrix = np.einsum("nw,nc,nd,wi,wj->cidj", weights, used, used, waves, waves)
-    right = np.einsum("nw,nw,nc,wi->ci", weights, left, used, waves)
+    right = np.einsum("nw,nw,nc,wi->ci", weights, residual, used, waves)
     size = 2 * count
     return np.linalg.solve(
         matrix.reshape(size, size) + 1e-12 * np.eye(size) * np.trace(matrix.reshape(size, size)),

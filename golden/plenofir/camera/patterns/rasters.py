@@ -17,7 +17,7 @@ from plenofir.camera.calibration.lattice import lattices
 
 MAX_MICRO_IMAGE = 64
 # How many times more of the differences a period explains than chance does.
-_VERY_CLEAR, _CLEAR, _SEEN = 100.0, 20.0, 8.0
+_VERY_CLEAR, _CLEAR, _VISIBLE = 100.0, 20.0, 8.0
 _FEWEST_PERIODS = 6
 # Coherence of period M (1 if all phases are equal) from which the whole picture has that period.
 COHERENT = 0.75
@@ -83,16 +83,16 @@ def periods(grey: Image32, axis: int) -> list[Period]:
         return []
     lines = _differences(grey, axis)
     lines = np.log(lines + 1e-3 * lines.mean() + 1e-9)
-    found = []
+    candidates = []
     for m in range(2, min(MAX_MICRO_IMAGE, len(lines) // _FEWEST_PERIODS) + 1):
         rows = len(lines) // m
         folded = lines[: rows * m].reshape(rows, m)
         folded = folded - folded.mean(axis=1, keepdims=True)
         mean = folded.mean(axis=0)
         explained = (mean**2).sum() * rows / (m - 1)
-        left = ((folded - mean) ** 2).sum() / ((rows - 1) * (m - 1))
-        found.append(Period(m, float(explained / max(left, 1e-30)), int(np.argmax(mean))))
-    return sorted(found, key=lambda period: -period.clarity)
+        noise = ((folded - mean) ** 2).sum() / ((rows - 1) * (m - 1))
+        candidates.append(Period(m, float(explained / max(noise, 1e-30)), int(np.argmax(mean))))
+    return sorted(candidates, key=lambda period: -period.clarity)
 
 
 def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
@@ -116,7 +116,7 @@ def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
     edges = {0, m - 2, m - 1}
     rims = {first.phase, second.phase} <= edges and min(clarity) > _VERY_CLEAR
     even = rims or (_centred(grey, m) and coherence(grey, m) > COHERENT)
-    if min(clarity) > _SEEN and whole and even and _repeats(grey, m):
+    if min(clarity) > _VISIBLE and whole and even and _repeats(grey, m):
         return Raster(m, clarity, "rims of micro images")
     return None
 
@@ -133,12 +133,12 @@ def coherence(levels: Image32, micro_image_size: int) -> float:
         return 1.0
     parts = levels[: rows * side, : columns * side].reshape(rows, side, columns, side)
     wave = np.exp(-2j * np.pi * np.arange(side) / m).astype(np.complex64)
-    found = []
+    coherences = []
     for axis in (1, 3):
         lines = parts.mean(axis=4 - axis, dtype=np.float32)
         waves = lines.transpose(0, 2, 1) @ wave if axis == 1 else lines @ wave
-        found.append(float(np.abs(waves.sum()) / max(float(np.abs(waves).sum()), 1e-30)))
-    return min(found)
+        coherences.append(float(np.abs(waves.sum()) / max(float(np.abs(waves).sum()), 1e-30)))
+    return min(coherences)
 
 
 def _centred(grey: Image32, m: int) -> bool:
@@ -193,7 +193,7 @@ def _alike_parts(
     whole: Floats, shape: tuple[int, ...], length: int, scale: int, axis: int
 ) -> dict[int, float]:
     """Possible numbers of similar parts along an axis, and the similarity of neighbours."""
-    found = {}
+    shares = {}
     for count in range(2, _MOST_VIEWS + 1):
         if length % count or length // count < _SMALLEST_VIEW:
             continue
@@ -205,8 +205,8 @@ def _alike_parts(
         overlap = 1 - lags / shape[axis]
         share = part / whole[0, 0] / (overlap[:, np.newaxis] if axis == 0 else overlap)
         if share.max() > _ALIKE:
-            found[count] = float(share.max())
-    return found
+            shares[count] = float(share.max())
+    return shares
 
 
 def _joints(grey: Image32, count: int, axis: int) -> float:

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from plenofir.camera.captures.colours import Colours, told_gains
+from plenofir.camera.captures.colours import Colours, gains_of_text
 from plenofir.camera.recognise.source import Hints
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import SCREEN_GAMMA, Image, Picture
@@ -17,7 +17,7 @@ def as_asked(picture: Picture, micro_image_size: int, hints: Hints, where: str =
     `InputError` for a part that lies outside, or colours of a grey light field; `where` is its
     name.
     """
-    pixels, gains = picture.pixels, told_gains(hints.white_balance)
+    pixels, gains = picture.pixels, gains_of_text(hints.white_balance)
     if hints.crop is not None:
         pixels = _cropped(pixels, micro_image_size, hints.crop)
     if gains is not None:

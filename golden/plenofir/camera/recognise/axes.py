@@ -120,9 +120,9 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
         axes = axes._replace(rows_reversed=rows, columns_reversed=columns)
     elif motion.mirrored:
         axes = axes._replace(rows_reversed=True)
-        seen = nearer(axes)
-        sure = seen != 0.0
-        if seen < 0:
+        hiding = nearer(axes)
+        sure = hiding != 0.0
+        if hiding < 0:
             axes = axes._replace(rows_reversed=False, columns_reversed=True)
     against = motion.swapped not in (None, swapped) or motion.mirrored not in (
         None,
@@ -206,11 +206,11 @@ def _differences(
     return result
 
 
-def _is_worse(left: Image32, least: Image32) -> bool:
+def _is_worse(remaining: Image32, least: Image32) -> bool:
     """Whether an assumption leaves clearly more differences than another."""
-    more = (left - least).ravel()
+    more = (remaining - least).ravel()
     error = float(more.std()) / max(len(more), 1) ** 0.5
-    worse = float(left.sum()) > _WORSE * float(least.sum()) > 0
+    worse = float(remaining.sum()) > _WORSE * float(least.sum()) > 0
     return worse and float(more.mean()) > _CERTAIN * error
 
 
@@ -230,7 +230,7 @@ def _motion(view: View, counts: _Place) -> _Motion:
     central = at(*middle)
     tried, margin = _steps(central.shape)
     # By the number that counts views, and the axis of motion.
-    left: dict[tuple[int, int], Image32] = {}
+    errors: dict[tuple[int, int], Image32] = {}
     for number in (0, 1):
         far = min(2, middle[number])
         for sign in (-1, 1):
@@ -241,18 +241,21 @@ def _motion(view: View, counts: _Place) -> _Motion:
             other = at(*place)
             for axis in (0, 1):
                 part = _differences(central, other, axis, sign, tried, margin)
-                left[number, axis] = left.get((number, axis), 0.0) + part
-    if not left[max(left)[0], 0].size:
+                errors[number, axis] = errors.get((number, axis), 0.0) + part
+    if not errors[max(errors)[0], 0].size:
         return _Motion()
     if min(counts) == 1:
         number = int(counts[0] == 1)
-        straight, across = left[number, number].min(axis=0), left[number, 1 - number].min(axis=0)
+        straight, across = (
+            errors[number, number].min(axis=0),
+            errors[number, 1 - number].min(axis=0),
+        )
         if _is_worse(across, straight):
             return _Motion(swapped=False)
         return _Motion(swapped=True if _is_worse(straight, across) else None)
     assumed = {
         (swapped, mirrored): (
-            left[0, int(swapped)] + left[1, 1 - int(swapped)][:: -1 if mirrored else 1]
+            errors[0, int(swapped)] + errors[1, 1 - int(swapped)][:: -1 if mirrored else 1]
         ).min(axis=0)
         for swapped, mirrored in product((False, True), repeat=2)
     }
@@ -296,7 +299,7 @@ def _hiding(view: View, counts: _Place) -> float:
         return 0.0
     tried, _ = _steps(central.shape)
     far = 1 if max(counts) < 5 else 2
-    left = np.zeros((len(tried), *central.shape), np.float32)
+    errors = np.zeros((len(tried), *central.shape), np.float32)
     for axis, sign in product((0, 1), (-1, 1)):
         place = list(middle)
         place[axis] += sign * far
@@ -307,10 +310,10 @@ def _hiding(view: View, counts: _Place) -> float:
             whole, part = divmod(-disparity * sign, 1.0)
             moved = np.roll(other, -int(whole), axis)
             moved = moved * (1 - part) + np.roll(moved, -1, axis) * part
-            left[number] += ndimage.uniform_filter(np.abs(moved - central), _WINDOW)
-    disparity = tried[left.argmin(axis=0)] / far
+            errors[number] += ndimage.uniform_filter(np.abs(moved - central), _WINDOW)
+    disparity = tried[errors.argmin(axis=0)] / far
     even = ndimage.maximum_filter(disparity, 3) - ndimage.minimum_filter(disparity, 3) < _STEP
-    clear = np.median(left, axis=0) > _CLEAR * left.min(axis=0)
+    clear = np.median(errors, axis=0) > _CLEAR * errors.min(axis=0)
     y, x = np.nonzero(even & clear)
     order = np.argsort(disparity[y, x])
     y, x = y[order], x[order]

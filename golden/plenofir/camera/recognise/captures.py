@@ -6,7 +6,7 @@ from pathlib import Path
 
 from plenofir.camera.calibration import Calibration, load_calibration
 from plenofir.camera.captures.colours import order_of_mosaic
-from plenofir.camera.captures.prepare import Prepared, Told, calibrated, prepared
+from plenofir.camera.captures.prepare import CaptureHints, Prepared, calibrated, prepared
 from plenofir.camera.lytro.capture import LytroCapture, checked_grid, match_text, read_lytro
 from plenofir.camera.lytro.container import is_container, read_container
 from plenofir.camera.lytro.frames import read_frame
@@ -41,9 +41,9 @@ def calibration_of(white: Path, dark: Path | None, bayer: str | None = None) -> 
 
 def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress) -> Field:
     """The aligned raw image of a capture with the calibration, or the white image, of the hints."""
-    told = Told(hints.bayer, hints.white_balance, hints.roi)
+    facts = CaptureHints(hints.bayer, hints.white_balance, hints.roi)
     # What is missing is told before the calibration, which takes long.
-    order_of_mosaic(picture, told.bayer, where)
+    order_of_mosaic(picture, facts.bayer, where)
     if hints.calib is not None:
         calibration, new = load_calibration(hints.calib), None
     else:
@@ -55,7 +55,7 @@ def read_capture(picture: Picture, where: str, hints: Hints, progress: Progress)
         )
         new = calibration.text()
     dark = read_picture(hints.dark, as_stored=True) if hints.dark else None
-    ready = prepared(picture, calibration, told, dark=dark, where=where)
+    ready = prepared(picture, calibration, facts, dark=dark, where=where)
     pitch = " x ".join(f"{p:.3f}" for p in ready.calibration.grid.pitch[::-1])
     text = f"{calibration.grid.layout}, {pitch} pixels a lens"
     field = _field(ready, hints, where, progress)
@@ -73,7 +73,7 @@ def of_lytro(
     ready = prepared(
         picture,
         load_calibration(calib),
-        Told(white_balance="off"),
+        CaptureHints(white_balance="off"),
         white=read_picture(white, as_stored=True) if white else None,
         where=where,
     )

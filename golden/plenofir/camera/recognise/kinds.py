@@ -68,7 +68,7 @@ def _calibrated(stored: Stored, hints: Hints) -> LightFieldSource | None:
     return capture_source(stored.load(), stored.where, hints)
 
 
-def _told_layout(stored: Stored, hints: Hints) -> LightFieldSource | None:
+def _by_hints(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """A picture whose layout is told, by a person or by its name."""
     layout, m = hints.layout, hints.micro_image
     if layout == "auto" and "eslf" in stored.path.stem.lower():
@@ -101,7 +101,7 @@ def _told_layout(stored: Stored, hints: Hints) -> LightFieldSource | None:
     return raster_source(stored, hints, m, Finding("raster", text, "told"))
 
 
-def _given_size(stored: Stored, hints: Hints) -> LightFieldSource | None:
+def _by_micro_image_size(stored: Stored, hints: Hints) -> LightFieldSource | None:
     """A picture whose M is told: micro images, unless its pixels contradict."""
     m = hints.micro_image
     if m is None:
@@ -125,26 +125,33 @@ def _given_size(stored: Stored, hints: Hints) -> LightFieldSource | None:
 def _by_pixels(stored: Stored, hints: Hints) -> LightFieldSource:
     """A picture of which nothing is told."""
     picture = stored.load()
-    seen = recognise_picture(picture, stored.where, is_jpeg=_is_jpeg(stored))
-    if stored.orientation != 1 and seen.kind in ("aligned raster", "mosaic of views"):
+    source = recognise_picture(picture, stored.where, is_jpeg=_is_jpeg(stored))
+    if stored.orientation != 1 and source.kind in ("aligned raster", "mosaic of views"):
         return _by_pixels(stored.upright, hints)
-    if seen.kind == "aligned raster" and seen.micro_image_size is not None:
-        told = Finding("raster", f"taken as aligned, M = {seen.micro_image_size} by its joints")
+    if source.kind == "aligned raster" and source.micro_image_size is not None:
+        finding = Finding(
+            "raster", f"taken as aligned, M = {source.micro_image_size} by its joints"
+        )
         return raster_source(
-            stored, hints, seen.micro_image_size, *seen.findings, told, advice=seen.advice
+            stored,
+            hints,
+            source.micro_image_size,
+            *source.findings,
+            finding,
+            advice=source.advice,
         )
-    if seen.kind == "mosaic of views" and seen.counts is not None:
-        return _quilt_by_motion(stored, hints, seen) or mosaic_source(
-            stored, hints, seen.counts, seen.findings, seen.advice
+    if source.kind == "mosaic of views" and source.counts is not None:
+        return _quilt_by_motion(stored, hints, source) or mosaic_source(
+            stored, hints, source.counts, source.findings, source.advice
         )
-    findings = [*seen.findings[:1], *stored.findings, *seen.findings[1:]]
+    findings = [*source.findings[:1], *stored.findings, *source.findings[1:]]
     if stored.orientation != 1:
         text = (
             f"as the sensor lies; what is made of it is turned (EXIF orientation "
             f"{stored.orientation})"
         )
         findings.insert(1, Finding("orientation", text, "told"))
-    return replace(seen, findings=tuple(findings), where=stored.where)
+    return replace(source, findings=tuple(findings), where=stored.where)
 
 
 _QUILT = re.compile(r"_qs(\d+)x(\d+)(?:a(\d+(?:\.\d+)?))?")
@@ -159,21 +166,23 @@ def _quilt_by_name(stored: Stored, hints: Hints) -> LightFieldSource | None:
     findings = [Finding("quilt", f"{columns} x {rows} views by its name", "told")]
     height, width = stored.load().pixels.shape[:2]
     if match[3] and columns * rows:
-        told, aspect = float(match[3]), width * rows / (height * columns)
-        if abs(told / aspect - 1) > _ASPECT:
-            text = f"views are shown {told:g} times as wide as high, their pixels make {aspect:.3g}"
+        named, aspect = float(match[3]), width * rows / (height * columns)
+        if abs(named / aspect - 1) > _ASPECT:
+            text = (
+                f"views are shown {named:g} times as wide as high, their pixels make {aspect:.3g}"
+            )
             findings.append(Finding("aspect", text, "told", notable=True))
     return quilt_source(stored, hints, columns, rows, tuple(findings))
 
 
 def _quilt_by_motion(
-    stored: Stored, hints: Hints, seen: LightFieldSource
+    stored: Stored, hints: Hints, mosaic: LightFieldSource
 ) -> LightFieldSource | None:
     """A mosaic whose views are one line, row after row from below, as in a quilt."""
-    rows, columns = seen.counts or (0, 0)
+    rows, columns = mosaic.counts or (0, 0)
     if min(rows, columns) < 2 or stored.load().pixels.shape[0] % rows:
         return None
-    quilt = quilt_source(stored, hints, columns, rows, seen.findings)
+    quilt = quilt_source(stored, hints, columns, rows, mosaic.findings)
     assert quilt.views is not None
     layout = sequence_layout(list(quilt.views(quiet).pixels[0]))
     if layout is None or layout.rows != 1:
@@ -238,11 +247,11 @@ def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
         return picture._replace(pixels=np.array(views))
 
     text = (
-        f"{elemental.seen} round pictures of {2 * elemental.radius:.0f} pixels with dark between: "
+        f"{elemental.number} round pictures of {2 * elemental.radius:.0f} pixels with dark between: "
         "a Fourier light-field microscope, each is a view"
     )
     findings = [Finding("evidence", text)]
-    if rows * columns < elemental.seen:
+    if rows * columns < elemental.number:
         text = f"the {columns} in the fullest row are taken: the others stand between columns"
         findings.append(Finding("views", text, notable=True))
     return views_source(
@@ -420,7 +429,7 @@ def _turned(decide: Classifier) -> Classifier:
 CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
     "yx": (
         _calibrated,
-        *map(_turned, (_told_layout, _quilt_by_name, _given_size, _elemental)),
+        *map(_turned, (_by_hints, _quilt_by_name, _by_micro_image_size, _elemental)),
         _by_pixels,
     ),
     "vuyx": (_views,),

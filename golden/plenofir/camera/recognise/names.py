@@ -177,8 +177,8 @@ def _problem(names: Sequence[str], count: int) -> str:
             named = [_other(names[0], {field: number}) for number in gone_numbers]
             return f"of {len(run) + len(named)} views {_listed(named)} {_is(named)} missing"
     m = isqrt(count)
-    seen = f"{count} files" if count != m * m else "no rows and columns in the names"
-    return f"{seen}; {_ADVICE}"
+    count_text = f"{count} files" if count != m * m else "no rows and columns in the names"
+    return f"{count_text}; {_ADVICE}"
 
 
 def _is(names: Sequence[str]) -> str:

@@ -97,20 +97,20 @@ def _by_lenses(picture: Picture, levels: Image32, size: Finding, name: str) -> L
         if white is not None:
             return white
     is_sure = lenses is not None and lenses.match.agreement > SURE
-    seen = repetition(levels, guesses[0], lenses.grid if lenses and is_sure else None)
+    repeated = repetition(levels, guesses[0], lenses.grid if lenses and is_sure else None)
     if lenses is not None and lenses.match.strength > _LEAST_STRENGTH:
-        agrees = is_sure and seen is not None and seen.of_lenses(lenses.grid)
-        if seen is None or seen.even or not seen.all_over or agrees:
+        agrees = is_sure and repeated is not None and repeated.of_lenses(lenses.grid)
+        if repeated is None or repeated.even or not repeated.all_over or agrees:
             return _capture(lenses, size, name)
-        return _focused(seen.smallest, seen.largest, lenses.match.agreement, size, name)
-    if seen is not None and seen.all_over and not seen.even:
-        return _focused(seen.smallest, seen.largest, None, size, name)
+        return _focused(repeated.smallest, repeated.largest, lenses.match.agreement, size, name)
+    if repeated is not None and repeated.all_over and not repeated.even:
+        return _focused(repeated.smallest, repeated.largest, None, size, name)
     mosaic = _mosaic(levels, whole, size, name)
     if mosaic is not None:
         return mosaic
-    if (seen is not None and seen.all_over) or few:
+    if (repeated is not None and repeated.all_over) or few:
         pitch = _pitch(guesses[0])
-        pitches = (seen.smallest, seen.largest) if seen is not None else (pitch, pitch)
+        pitches = (repeated.smallest, repeated.largest) if repeated is not None else (pitch, pitch)
         text = (
             f"it repeats every {pitches[0]:.1f} to {pitches[1]:.1f} pixels, but too little speaks "
             "for a regular grid of micro images"

@@ -117,15 +117,15 @@ def _direction(levels: list[Floats], change: Floats) -> int | None:
     """The axis along which the first step moves; None where it moves in another way."""
     slopes = np.array(np.gradient((levels[0] + levels[1]) / 2))
     power = np.array([[_mean(a * b) for a in slopes] for b in slopes])
-    slopes_seen = np.array([_mean(a * change) for a in slopes])
+    mean_slopes = np.array([_mean(a * change) for a in slopes])
     eased = power + 1e-3 * float(np.trace(power.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
     whole = float((change**2).sum())
-    moves = [np.zeros_like(slopes_seen) for _ in range(3)]
+    moves = [np.zeros_like(mean_slopes) for _ in range(3)]
     for axis in (0, 1):
-        moves[axis][axis] = slopes_seen[axis] / eased[axis, axis]
+        moves[axis][axis] = mean_slopes[axis] / eased[axis, axis]
     moves[2] = np.moveaxis(
         np.linalg.solve(
-            np.moveaxis(eased, (0, 1), (2, 3)), np.moveaxis(slopes_seen, 0, 2)[..., None]
+            np.moveaxis(eased, (0, 1), (2, 3)), np.moveaxis(mean_slopes, 0, 2)[..., None]
         ),
         2,
         0,
@@ -151,8 +151,8 @@ def _agreements(levels: list[Floats], changes: list[Floats], axis: int) -> tuple
         return np.asarray(-_mean(slopes[step] * changes[step]) / eased)
 
     def share(step: int, moves: Floats) -> float:
-        left = (changes[step] + moves * slopes[step]) ** 2
-        return 1 - float(left.sum() / max((changes[step] ** 2).sum(), 1e-12))
+        residual = (changes[step] + moves * slopes[step]) ** 2
+        return 1 - float(residual.sum() / max((changes[step] ** 2).sum(), 1e-12))
 
     first = latest = motion(0)
     forwards, backwards = [], []

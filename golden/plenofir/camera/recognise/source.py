@@ -58,7 +58,7 @@ class Hints(NamedTuple):
     order: Order | None = None  # what the first number of the views counts
     flip: Flip | None = None  # what is counted from the end
     bayer: Bayer | None = None  # colours of a sensor's first four pixels, or that it has none
-    white_balance: str = "auto"  # auto, off, or gains of red and blue: `told_gains`
+    white_balance: str = "auto"  # auto, off, or gains of red and blue: `gains_of_text`
     white: Path | None = None  # white image
     white_calib: Path | None = None  # calibration file that was made of the white image
     calib: str | None = None  # calibration file

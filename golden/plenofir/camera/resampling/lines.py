@@ -77,12 +77,12 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
     ready = (needs + 1) * columns + LATENCY
     # done(i) = max(done(i - 1), ready(i)) + clocks.
     steps = np.arange(len(ready)) * clocks
-    done = np.maximum.accumulate(ready - steps) + steps + clocks
-    if done[-1] - done[len(needed) - 1] > rows * columns:
+    ends = np.maximum.accumulate(ready - steps) + steps + clocks
+    if ends[-1] - ends[len(needed) - 1] > rows * columns:
         return RingNeeds(least, None)
     # Raw line n is written from clock n * columns on: the first line that must be kept then.
     line = np.arange(2 * rows)
-    current = np.searchsorted(done, line * columns - LATENCY, side="right")
+    current = np.searchsorted(ends, line * columns - LATENCY, side="right")
     # After the last line of the second frame, nothing of it is kept.
     held = np.append(keeps, 2 * rows)[current]
     return RingNeeds(least, max(least, int((line - np.minimum(held, line)).max()) + 1))

@@ -46,11 +46,11 @@ def interpolate_mosaic(raw: Image, order: BayerOrder, *, where: str = "raw captu
     along = (near(-1, 0) + near(1, 0) + 1) >> 1
     cross = (near(0, -1) + near(0, 1) + near(-1, 0) + near(1, 0) + 2) >> 2
     corners = (near(-1, -1) + near(-1, 1) + near(1, -1) + near(1, 1) + 2) >> 2
-    own = near(0, 0)
+    here = near(0, 0)
     y, x = red_place(order)
     red_row = (np.arange(rows) % 2 == y)[:, np.newaxis]
     red_column = np.arange(columns) % 2 == x
     green = red_row != red_column
-    red = np.where(red_row, np.where(green, across, own), np.where(green, along, corners))
-    blue = np.where(red_row, np.where(green, along, corners), np.where(green, across, own))
-    return np.stack([red, np.where(green, own, cross), blue], axis=-1).astype(raw.dtype)
+    red = np.where(red_row, np.where(green, across, here), np.where(green, along, corners))
+    blue = np.where(red_row, np.where(green, along, corners), np.where(green, across, here))
+    return np.stack([red, np.where(green, here, cross), blue], axis=-1).astype(raw.dtype)

@@ -224,8 +224,8 @@ def _affine(lattice: Floats, centres: Floats) -> tuple[Floats, Floats, Floats]:
     """Affine grid next to centres: position of the first lens, vectors down and right."""
     points = lattice.reshape(-1, 2)
     terms = np.column_stack([np.ones(len(points)), points])
-    found = np.linalg.lstsq(terms, centres.reshape(-1, 2), rcond=None)[0]
-    return found[0], found[1], found[2]
+    solution = np.linalg.lstsq(terms, centres.reshape(-1, 2), rcond=None)[0]
+    return solution[0], solution[1], solution[2]
 
 
 def _rounded(vector: Floats) -> Vector:

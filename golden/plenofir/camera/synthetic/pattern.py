@@ -128,10 +128,10 @@ def white_image(
         light = np.zeros(places.shape[:-1])
         # A pixel sees the mean of its area.
         for move in _PIXEL_PARTS:
-            t, s, own = grid.nearest(places + move)
+            t, s, nearest = grid.nearest(places + move)
             for down, right in itertools.product(around, around):
                 near = down == 0 and right == 0
-                offset = own if near else places + move - grid.centres(t + down, s + right)
+                offset = nearest if near else places + move - grid.centres(t + down, s + right)
                 light += aperture(offset, radius * pitch, form, softness) / len(_PIXEL_PARTS)
         if mixed:
             light /= light.max()

@@ -185,7 +185,7 @@ class _Layer:
         deeper = ((flat - middle) @ tilt) / (1 - slope @ tilt)
         return flat + slope * deeper[..., np.newaxis], self.plane.distance_mm + deeper
 
-    def seen(self, place_mm: Floats) -> Floats:
+    def texture_at(self, place_mm: Floats) -> Floats:
         """Colours times coverage, and coverage, at places; shape (..., channels + 1)."""
         points = np.moveaxis(place_mm / self.step + self.origin, -1, 0)
         return np.stack(
@@ -277,8 +277,8 @@ def render(
         light *= 1 - shading * (((places - middle) / middle) ** 2).sum(axis=-1) / 2
         picture = np.zeros((*light.shape, channels))
         for layer in layers:
-            seen = layer.seen(layer.hit(position, from_centre)[0])
-            picture = seen[..., :-1] + (1 - seen[..., -1:]) * picture
+            layer_picture = layer.texture_at(layer.hit(position, from_centre)[0])
+            picture = layer_picture[..., :-1] + (1 - layer_picture[..., -1:]) * picture
         raw[part] = picture * light[..., np.newaxis]
         white[part] = light
 
@@ -316,7 +316,7 @@ def pinhole_view(
     distance = np.full(position.shape[:2], np.nan)
     for layer in layers:
         place, mm = layer.hit(position, np.zeros_like(position))
-        seen = layer.seen(place)
-        picture = seen[..., :-1] + (1 - seen[..., -1:]) * picture
-        distance = np.where(seen[..., -1] > 0.5, mm, distance)
+        layer_picture = layer.texture_at(place)
+        picture = layer_picture[..., :-1] + (1 - layer_picture[..., -1:]) * picture
+        distance = np.where(layer_picture[..., -1] > 0.5, mm, distance)
     return picture if channels > 1 else picture[..., 0], distance

@@ -17,7 +17,7 @@ from plenofir.camera.captures.colours import (
     order_of_mosaic,
     without_hot_pixels,
 )
-from plenofir.camera.captures.prepare import Told, calibrated, prepared
+from plenofir.camera.captures.prepare import CaptureHints, calibrated, prepared
 from plenofir.camera.lightfield import sub_aperture
 from plenofir.camera.resampling import BayerOrder
 from plenofir.ground.errors import InputError
@@ -73,9 +73,9 @@ def test_white_is_white() -> None:
     """A grey scene has no cast, by RGB and by mosaic; data keep theirs with "off"."""
     scene = (WHITE * 0.7).astype(np.uint16)
     for white, capture, told in (
-        (bare(WHITE), bare(scene), Told()),
-        (bare(mosaic(WHITE)), bare(mosaic(scene)), Told("rggb")),
-        (bare(WHITE[..., 1]), bare(scene)._replace(neutral=CAMERA.colours), Told()),
+        (bare(WHITE), bare(scene), CaptureHints()),
+        (bare(mosaic(WHITE)), bare(mosaic(scene)), CaptureHints("rggb")),
+        (bare(WHITE[..., 1]), bare(scene)._replace(neutral=CAMERA.colours), CaptureHints()),
     ):
         calibration = calibrated(white, bayer=told.bayer)
         ready = prepared(capture, calibration, told)
@@ -91,7 +91,7 @@ def test_white_is_white() -> None:
 def test_a_mosaic_keeps_the_picture() -> None:
     """The central view of a mosaic is that of the same capture in RGB."""
     central = []
-    for capture, told in ((IMAGE, Told()), (mosaic(IMAGE), Told("rggb"))):
+    for capture, told in ((IMAGE, CaptureHints()), (mosaic(IMAGE), CaptureHints("rggb"))):
         raster, m = prepared(bare(capture), GRID, told).decoded(5, "x")
         central.append(sub_aperture(raster.pixels, m, 2, 2) / 65535)
     error = np.mean((central[0] - central[1]) ** 2)
@@ -167,13 +167,13 @@ def test_dark_frames_and_white_images_of_a_part() -> None:
     part = np.s_[10:, 14:]
     picture = Picture(IMAGE[part] + np.uint16(700), 65535)
     dark = bare(np.full(picture.pixels.shape[:2], 700, np.uint16))
-    ready = prepared(picture, GRID, Told(roi="14,10"), white=bare(WHITE + 700), dark=dark)
+    ready = prepared(picture, GRID, CaptureHints(roi="14,10"), white=bare(WHITE + 700), dark=dark)
     assert ready.notes == ()
     assert ready.divisor is not None
     assert (ready.divisor == WHITE[part] + 700).all()
-    plain = prepared(bare(IMAGE[part]), GRID, Told(roi="14,10"), white=bare(WHITE))
+    plain = prepared(bare(IMAGE[part]), GRID, CaptureHints(roi="14,10"), white=bare(WHITE))
     apart = ready.decoded(5, "x")[0].pixels.astype(int) - plain.decoded(5, "x")[0].pixels
     assert np.abs(apart).max() <= 1
     for text in ("14", "14,x", "-1,2"):
         with pytest.raises(InputError, match="no column and row"):
-            prepared(picture, GRID, Told(roi=text))
+            prepared(picture, GRID, CaptureHints(roi=text))

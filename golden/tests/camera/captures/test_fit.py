@@ -250,6 +250,6 @@ def test_a_bent_grid_is_matched_where_it_is() -> None:
     )
     image = camera.take(3, 0.6)[0]
     match = match_capture(levels(image), grid)
-    assert match.seen
+    assert match.fits
     assert match.moved_px < 0.3
     assert match_capture(levels(image), straight).moved_px > match.moved_px

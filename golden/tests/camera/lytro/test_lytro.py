@@ -128,7 +128,7 @@ def test_grid_of_the_metadata_and_of_the_pixels(written: Written, file: Path) ->
     wrong = written.grid.model_copy(update={"coefficients": tuple(map(tuple, coefficients))})
     grey = written.colour[..., 1].astype(np.float32)
     match = match_capture(grey, wrong)
-    assert match.seen
+    assert match.fits
     _, _, off = match.grid.nearest(true.reshape(-1, 2))
     assert np.hypot(*off.T).max() < 0.3
     assert match.moved_px > 2.5
