@@ -247,8 +247,8 @@ def _elemental(stored: Stored, hints: Hints) -> LightFieldSource | None:
         return picture._replace(pixels=np.array(views))
 
     text = (
-        f"{elemental.number} round pictures of {2 * elemental.radius:.0f} pixels with dark between: "
-        "a Fourier light-field microscope, each is a view"
+        f"{elemental.number} round pictures of {2 * elemental.radius:.0f} pixels with dark "
+        "between: a Fourier light-field microscope, each is a view"
     )
     findings = [Finding("evidence", text)]
     if rows * columns < elemental.number:
