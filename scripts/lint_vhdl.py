@@ -7,6 +7,7 @@ Good sources, with the version of vsg and its configuration, are recorded in bui
 all sources takes a minute. Names that are visible beside Verilog (ports, generics, signals, labels)
 must not be reserved words of SystemVerilog, which some mixed-language simulators refuse. Comments
 begin with their subject, header lines say something, and fields of records are given by name.
+No aggregate stands for several vectors of a record.
 """
 
 import hashlib
@@ -124,6 +125,29 @@ def positional_aggregates(text: str) -> Iterator[tuple[int, str]]:
                 yield plain.count("\n", 0, place) + 1, ", ".join(values[:3])
 
 
+def shared_vectors(text: str, packages: str) -> Iterator[tuple[int, str]]:
+    """Lines and names of what gives several vectors of a record one aggregate: others => (...).
+
+    NVC 1.23 gives all these vectors the length of the first. `packages` is the text of the packages
+    that declare types beside those of `text`.
+    """
+    # A type of the text hides a package's of that name; what an array has, and nothing of a record.
+    elements: dict[str, str] = {}
+    for source in (packages, text):
+        plain = re.sub(r"--[^\n]*", "", source).lower()
+        declared = r"\btype\s+(\w+)\s+is\s+(?:record\b|array\b[^;]*?\bof\s+(\w+))"
+        elements |= dict(re.findall(declared, plain))
+    names = set(re.findall(r"(\w+)\s*:\s*(?:in\s+|out\s+)?(\w+)", plain))
+    values = r"\b([a-z]\w*)\s*(?::[^;=]*)?(?:=>|:=|<=)\s*\(((?:\s*others\s*=>\s*\()+)"
+    for found in re.finditer(values, plain):
+        types = {kind for name, kind in names if name == found[1]}
+        for _ in range(found[2].count("(")):
+            if "" in (of := {elements[kind] for kind in types if kind in elements}):
+                yield plain.count("\n", 0, found.start()) + 1, found[1]
+                break
+            types = of
+
+
 def digests() -> dict[str, Path]:
     """Hashes of everything that vsg's verdict depends on, by source."""
     common = version("vsg").encode() + b"\0" + CONFIGURATION.read_bytes() + b"\0"
@@ -137,11 +161,16 @@ def digests() -> dict[str, Path]:
 def main() -> int:
     """Print what vsg finds, and what the checks above refuse."""
     refused = []
+    packages = "".join(path.read_text() for path in (ROOT / "hdl").rglob("*_pkg.vhd"))
     for path in sorted(path for folder in ("hdl", "tb") for path in (ROOT / folder).rglob("*.vhd")):
         text = path.read_text()
         refused += [
             f"{path}:{line}: ({values}, ... without names; write field => value"
             for line, values in positional_aggregates(text)
+        ]
+        refused += [
+            f"{path}:{line}: {name}: (others => (...)) for fields of a record; name the fields"
+            for line, name in shared_vectors(text, packages)
         ]
         if not path.is_relative_to(ROOT / "hdl"):
             continue

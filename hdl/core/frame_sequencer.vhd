@@ -144,7 +144,8 @@ architecture rtl of frame_sequencer is
     mode        => accept,
     open_frame  => '0',
     start_lasts => '0',
-    frame       => (others => (others => '0')),
+    -- Field by field, because NVC gives vectors of one aggregate of others the length of the first.
+    frame       => (last_column => (others => '0'), last_row => (others => '0'), slice => (others => '0')),
     column      => (others => '0'),
     at_first    => '1',
     at_last     => '0',

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from lint_vhdl import NO_SUBJECT, positional_aggregates, unclear_comments
+from lint_vhdl import NO_SUBJECT, positional_aggregates, shared_vectors, unclear_comments
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations, used_components, used_units
 from plenofir.ground import project
@@ -103,9 +103,35 @@ def test_long_aggregates_have_names(code: str, lines: list[int]) -> None:
     assert [line for line, _ in positional_aggregates(code)] == lines
 
 
+@pytest.mark.parametrize(
+    ("code", "lines"),
+    [
+        ("signal held : size_t := (others => (others => '0'));", [1]),
+        ("signal held : state_t := (\nopen => '0',\nsize => (others => (others => '0')));", [3]),
+        ("signal at : sizes_t;\nat <= (others => (others => (others => '0')));", [2]),
+        ("signal held : size_t := (a => (others => '0'), b => (others => '0'));", []),
+        ("signal held : words_t := (others => (others => '0'));", []),
+        ("type size_t is array (0 to 1) of word_t;\nx : size_t := (others => (others => 0));", []),
+        ("signal held : waits_t := (others => -1);", []),
+    ],
+)
+def test_vectors_of_a_record_have_names(code: str, lines: list[int]) -> None:
+    packages = """
+type size_t is record
+  a, b : word_t;
+end record;
+type sizes_t is array (1 to 2) of size_t;
+type words_t is array (1 to 2) of word_t;
+"""
+    fields = "type state_t is record open : std_logic; size : size_t; end record; "
+    assert [line for line, _ in shared_vectors(fields + code, packages)] == lines
+
+
 def test_the_vhdl_is_read_once() -> None:
+    packages = "".join(path.read_text() for path in (ROOT / "hdl").rglob("*_pkg.vhd"))
     for path in (*(ROOT / "hdl").rglob("*.vhd"), *(ROOT / "tb").rglob("*.vhd")):
         assert not list(positional_aggregates(path.read_text())), path
+        assert not list(shared_vectors(path.read_text(), packages)), path
     for path in (ROOT / "hdl").rglob("*.vhd"):
         assert not list(unclear_comments(path.read_text())), path
 
