@@ -7,7 +7,7 @@ Good sources, with the version of vsg and its configuration, are recorded in bui
 all sources takes a minute. Names that are visible beside Verilog (ports, generics, signals, labels)
 must not be reserved words of SystemVerilog, which some mixed-language simulators refuse. Comments
 begin with their subject, header lines say something, and fields of records are given by name.
-No aggregate stands for several vectors of a record.
+No aggregate stands for several vectors of a record, and calls write parameters as declared.
 """
 
 import hashlib
@@ -15,6 +15,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -125,18 +126,22 @@ def positional_aggregates(text: str) -> Iterator[tuple[int, str]]:
                 yield plain.count("\n", 0, place) + 1, ", ".join(values[:3])
 
 
+@cache
+def _types(text: str) -> dict[str, str]:
+    """Types of a text with what their elements are, nothing for records."""
+    plain = re.sub(r"--[^\n]*", "", text).lower()
+    declared = r"\btype\s+(\w+)\s+is\s+(?:record\b|array\b[^;]*?\bof\s+(\w+))"
+    return dict(re.findall(declared, plain))
+
+
 def shared_vectors(text: str, packages: str) -> Iterator[tuple[int, str]]:
     """Lines and names of what gives several vectors of a record one aggregate: others => (...).
 
     NVC 1.23 gives all these vectors the length of the first. `packages` is the text of the packages
-    that declare types beside those of `text`.
+    that declare types beside those of `text`, which hide theirs.
     """
-    # A type of the text hides a package's of that name; what an array has, and nothing of a record.
-    elements: dict[str, str] = {}
-    for source in (packages, text):
-        plain = re.sub(r"--[^\n]*", "", source).lower()
-        declared = r"\btype\s+(\w+)\s+is\s+(?:record\b|array\b[^;]*?\bof\s+(\w+))"
-        elements |= dict(re.findall(declared, plain))
+    plain = re.sub(r"--[^\n]*", "", text).lower()
+    elements = _types(packages) | _types(text)
     names = set(re.findall(r"(\w+)\s*:\s*(?:in\s+|out\s+)?(\w+)", plain))
     values = r"\b([a-z]\w*)\s*(?::[^;=]*)?(?:=>|:=|<=)\s*\(((?:\s*others\s*=>\s*\()+)"
     for found in re.finditer(values, plain):
@@ -146,6 +151,34 @@ def shared_vectors(text: str, packages: str) -> Iterator[tuple[int, str]]:
                 yield plain.count("\n", 0, found.start()) + 1, found[1]
                 break
             types = of
+
+
+@cache
+def _parameters(text: str) -> dict[str, set[str]]:
+    """Parameters of the subprograms that a text declares, by their names in small letters."""
+    declared: dict[str, set[str]] = {}
+    heads = r"\b(?:function|procedure)\s+(\w+)\s*\((.*?)\)\s*(?:return\b|is\b|;)"
+    for name, parameters in re.findall(heads, re.sub(r"--[^\n]*", "", text), re.S):
+        declared.setdefault(name.lower(), set()).update(re.findall(r"(\w+)\s*:", parameters))
+    return declared
+
+
+def respelled_parameters(text: str, packages: str) -> Iterator[tuple[int, str]]:
+    """Lines and parameters that a call writes in other letters than the subprogram: SIZE => SIZE.
+
+    NVC 1.23 knows no such parameter where it keeps the case of names, as cocotb asks it to.
+    """
+    plain = re.sub(r"--[^\n]*", "", text)
+    declared = _parameters(packages) | _parameters(text)
+    for call in re.finditer(r"\b(\w+)\s*\((?=([^;]*))", plain):
+        spelled, values, before = declared.get(call[1].lower(), set()), call[2], ""
+        # What stands in brackets belongs to other calls.
+        while spelled and values != before:
+            before = values
+            values = re.sub(r"\([^()]*\)", lambda inner: re.sub(r"[^\n]", " ", inner[0]), values)
+        for used in re.finditer(r"(\w+)\s*=>", values.partition(")")[0] if spelled else ""):
+            if used[1] not in spelled and used[1].lower() in map(str.lower, spelled):
+                yield plain.count("\n", 0, call.start(2) + used.start()) + 1, used[1]
 
 
 def digests() -> dict[str, Path]:
@@ -171,6 +204,10 @@ def main() -> int:
         refused += [
             f"{path}:{line}: {name}: (others => (...)) for fields of a record; name the fields"
             for line, name in shared_vectors(text, packages)
+        ]
+        refused += [
+            f"{path}:{line}: {name}: not in the letters that the subprogram declares it in"
+            for line, name in respelled_parameters(text, packages)
         ]
         if not path.is_relative_to(ROOT / "hdl"):
             continue

@@ -37,11 +37,11 @@ architecture rtl of pattern_video is
   constant CORE : core_t := picture_core_of
                             (
                               name             => "pattern_video",
-                              MICRO_IMAGE_SIZE => 3,
-                              SHIFTS           => "0 4",
-                              MAX_COLUMNS      => 640,
-                              EXACT            => true,
-                              ENGINE           => "moving_sum"
+                              micro_image_size => 3,
+                              shifts           => "0 4",
+                              max_columns      => 640,
+                              exact            => true,
+                              engine           => "moving_sum"
                             );
 
   -- There is no sensor, and so no calibration to load.

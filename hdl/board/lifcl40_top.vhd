@@ -80,19 +80,19 @@ architecture rtl of lifcl40_top is
   constant CORE : core_t := core_of
                             (
                               name                => "lifcl40_top",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              BROADCAST_TAPS      => BROADCAST_TAPS,
-                              ENGINE              => ENGINE,
-                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-                              CHANNELS            => CAMERA_CHANNELS,
-                              PIXEL_BITS          => RAW_BITS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              max_columns         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              broadcast_taps      => BROADCAST_TAPS,
+                              engine              => ENGINE,
+                              pixels_per_clock    => PIXELS_PER_CLOCK,
+                              channels            => CAMERA_CHANNELS,
+                              pixel_bits          => RAW_BITS
                             );
 
   constant CLOCK_KHZ : positive := 450000 / (CLOCK_DIVIDE + 1);

@@ -91,18 +91,18 @@ architecture rtl of ulx3s_camera_top is
   constant CORE : core_t := core_of
                             (
                               name                => "ulx3s_camera_top",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              BROADCAST_TAPS      => BROADCAST_TAPS,
-                              ENGINE              => ENGINE,
-                              CHANNELS            => CAMERA_CHANNELS,
-                              PIXEL_BITS          => RAW_BITS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              max_columns         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              broadcast_taps      => BROADCAST_TAPS,
+                              engine              => ENGINE,
+                              channels            => CAMERA_CHANNELS,
+                              pixel_bits          => RAW_BITS
                             );
 
   constant TAKES_TWO : boolean := takes(CAMERA_LANES <= 2, "ulx3s_camera_top: CAMERA_LANES of camera_pkg is above 2");

@@ -95,20 +95,20 @@ architecture rtl of depth_index is
   constant BUILD : index_build_t := index_of
                                     (
                                       name             => "depth_index",
-                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-                                      SLICES           => SLICES,
-                                      SHIFTS           => ordered_shifts("depth_index", SHIFTS, SLICES),
+                                      micro_image_size => MICRO_IMAGE_SIZE,
+                                      slices           => SLICES,
+                                      shifts           => ordered_shifts("depth_index", SHIFTS, SLICES),
                                       between          => SHIFTS'length > 0,
-                                      RADIUS           => RADIUS,
-                                      CONFIDENCE       => CONFIDENCE,
-                                      VOTE_RADIUS      => VOTE_RADIUS,
-                                      MAX_COLUMNS      => MAX_COLUMNS,
+                                      radius           => RADIUS,
+                                      confidence       => CONFIDENCE,
+                                      vote_radius      => VOTE_RADIUS,
+                                      max_columns      => MAX_COLUMNS,
                                       pixels           => PIXELS_PER_CLOCK,
-                                      CHANNELS         => CHANNELS,
-                                      PIXEL_BITS       => PIXEL_BITS,
+                                      channels         => CHANNELS,
+                                      pixel_bits       => PIXEL_BITS,
                                       cropped          => not FLUSH,
-                                      PICTURE          => PICTURE,
-                                      CHOSEN_TOO       => CHOSEN_TOO
+                                      picture          => PICTURE,
+                                      chosen_too       => CHOSEN_TOO
                                     );
 
   signal order   : frame_order_t;

@@ -87,14 +87,14 @@ architecture rtl of focal_stack is
   constant CORE : core_t := stack_of
                             (
                               name              => "focal_stack",
-                              MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
-                              SHIFTS            => SHIFTS,
-                              CENTRED           => CENTRED,
-                              MAX_COLUMNS       => MAX_COLUMNS,
-                              PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK,
-                              CHANNELS          => CHANNELS,
-                              PIXEL_BITS        => PIXEL_BITS,
-                              BORDER_NORMALISED => BORDER_NORMALISED
+                              micro_image_size  => MICRO_IMAGE_SIZE,
+                              shifts            => SHIFTS,
+                              centred           => CENTRED,
+                              max_columns       => MAX_COLUMNS,
+                              pixels_per_clock  => PIXELS_PER_CLOCK,
+                              channels          => CHANNELS,
+                              pixel_bits        => PIXEL_BITS,
+                              border_normalised => BORDER_NORMALISED
                             );
 
   signal order   : frame_order_t;

@@ -112,24 +112,24 @@ architecture rtl of raster_refocuser is
   constant CORE : core_t := core_of
                             (
                               name                => "raster_refocuser",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              CENTRED             => CENTRED,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              PARALLEL_ROWS       => PARALLEL_ROWS,
-                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-                              MAX_COLUMNS         => MAX_COLUMNS,
-                              CHANNELS            => CHANNELS,
-                              PIXEL_BITS          => PIXEL_BITS,
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              ENGINE              => ENGINE,
-                              ANY_ROWS            => ANY_ROWS,
-                              SHARPENING          => SHARPENING,
-                              BORDER_NORMALISED   => BORDER_NORMALISED,
-                              BROADCAST_TAPS      => BROADCAST_TAPS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              centred             => CENTRED,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              parallel_rows       => PARALLEL_ROWS,
+                              pixels_per_clock    => PIXELS_PER_CLOCK,
+                              max_columns         => MAX_COLUMNS,
+                              channels            => CHANNELS,
+                              pixel_bits          => PIXEL_BITS,
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              engine              => ENGINE,
+                              any_rows            => ANY_ROWS,
+                              sharpening          => SHARPENING,
+                              border_normalised   => BORDER_NORMALISED,
+                              broadcast_taps      => BROADCAST_TAPS
                             );
 
   signal order   : frame_order_t;

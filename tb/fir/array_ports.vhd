@@ -51,19 +51,19 @@ architecture test of array_ports is
   constant CORE : core_t := core_of
                             (
                               name                => "array_ports",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              CENTRED             => CENTRED,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              PARALLEL_ROWS       => PARALLEL_ROWS,
-                              MAX_COLUMNS         => MAX_COLUMNS,
-                              CHANNELS            => CHANNELS,
-                              PIXEL_BITS          => PIXEL_BITS,
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              BROADCAST_TAPS      => BROADCAST_TAPS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              centred             => CENTRED,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              parallel_rows       => PARALLEL_ROWS,
+                              max_columns         => MAX_COLUMNS,
+                              channels            => CHANNELS,
+                              pixel_bits          => PIXEL_BITS,
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              broadcast_taps      => BROADCAST_TAPS
                             );
 
   signal token     : token_t;

@@ -40,9 +40,9 @@ architecture test of load_picture is
   constant CORE : core_t := picture_core_of
                             (
                               name             => "load_picture",
-                              MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-                              SHIFTS           => SHIFTS,
-                              MAX_COLUMNS      => MAX_COLUMNS
+                              micro_image_size => MICRO_IMAGE_SIZE,
+                              shifts           => SHIFTS,
+                              max_columns      => MAX_COLUMNS
                             );
 
   signal load_write   : std_logic;

@@ -36,21 +36,21 @@ architecture test of picture_ports is
   constant CORE : core_t := picture_core_of
                             (
                               name                => "picture_ports",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              MAX_COLUMNS         => MAX_COLUMNS,
-                              CHANNELS            => CHANNELS,
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              BROADCAST_TAPS      => BROADCAST_TAPS,
-                              ENGINE              => ENGINE,
-                              OUTPUTS             => OUTPUTS,
-                              RADIUS              => RADIUS,
-                              VOTE_RADIUS         => VOTE_RADIUS,
-                              COLOURS             => COLOURS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              max_columns         => MAX_COLUMNS,
+                              channels            => CHANNELS,
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              broadcast_taps      => BROADCAST_TAPS,
+                              engine              => ENGINE,
+                              outputs             => OUTPUTS,
+                              radius              => RADIUS,
+                              vote_radius         => VOTE_RADIUS,
+                              colours             => COLOURS
                             );
 
   signal choice      : picture_choice_t;

@@ -9,7 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from lint_vhdl import NO_SUBJECT, positional_aggregates, shared_vectors, unclear_comments
+from lint_vhdl import (
+    NO_SUBJECT,
+    positional_aggregates,
+    respelled_parameters,
+    shared_vectors,
+    unclear_comments,
+)
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations, used_components, used_units
 from plenofir.ground import project
@@ -127,11 +133,33 @@ type words_t is array (1 to 2) of word_t;
     assert [line for line, _ in shared_vectors(fields + code, packages)] == lines
 
 
+@pytest.mark.parametrize(
+    ("code", "lines"),
+    [
+        ("constant A : core_t := core_of(name => f(B),\nSIZE => SIZE);", [2]),
+        ("x := Core_Of(size => SIZE, shifts => (others => 0));", []),
+        ("result <= core_of(g(a => 1, SIZE => 2), SHIFTS);", []),
+        ("generic map (\nSIZE => SIZE,\nSHIFTS => core_of(b, Size => 1));", [3]),
+        ("procedure send (value : natural) is\nbegin\nend;\nsend(VALUE => 3);", [4]),
+    ],
+)
+def test_parameters_have_their_spelling(code: str, lines: list[int]) -> None:
+    packages = """
+function core_of (
+  name   : string;
+  size   : positive := bits_for(4);
+  shifts : shifts_t := (others => 0)
+) return core_t;
+"""
+    assert [line for line, _ in respelled_parameters(code, packages)] == lines
+
+
 def test_the_vhdl_is_read_once() -> None:
     packages = "".join(path.read_text() for path in (ROOT / "hdl").rglob("*_pkg.vhd"))
     for path in (*(ROOT / "hdl").rglob("*.vhd"), *(ROOT / "tb").rglob("*.vhd")):
         assert not list(positional_aggregates(path.read_text())), path
         assert not list(shared_vectors(path.read_text(), packages)), path
+        assert not list(respelled_parameters(path.read_text(), packages)), path
     for path in (ROOT / "hdl").rglob("*.vhd"):
         assert not list(unclear_comments(path.read_text())), path
 

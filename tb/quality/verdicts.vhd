@@ -34,24 +34,24 @@ architecture rtl of core_verdict is
   constant CORE : core_t := core_of
                             (
                               name                => "raster_refocuser",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              CENTRED             => CENTRED,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              PARALLEL_ROWS       => PARALLEL_ROWS,
-                              PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-                              MAX_COLUMNS         => MAX_COLUMNS,
-                              CHANNELS            => CHANNELS,
-                              PIXEL_BITS          => PIXEL_BITS,
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              ENGINE              => ENGINE,
-                              ANY_ROWS            => ANY_ROWS,
-                              SHARPENING          => SHARPENING,
-                              BORDER_NORMALISED   => BORDER_NORMALISED,
-                              BROADCAST_TAPS      => BROADCAST_TAPS
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              centred             => CENTRED,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              parallel_rows       => PARALLEL_ROWS,
+                              pixels_per_clock    => PIXELS_PER_CLOCK,
+                              max_columns         => MAX_COLUMNS,
+                              channels            => CHANNELS,
+                              pixel_bits          => PIXEL_BITS,
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              engine              => ENGINE,
+                              any_rows            => ANY_ROWS,
+                              sharpening          => SHARPENING,
+                              border_normalised   => BORDER_NORMALISED,
+                              broadcast_taps      => BROADCAST_TAPS
                             );
 
 begin
@@ -81,14 +81,14 @@ architecture rtl of stack_verdict is
   constant CORE : core_t := stack_of
                             (
                               name              => "focal_stack",
-                              MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
-                              SHIFTS            => SHIFTS,
-                              CENTRED           => CENTRED,
-                              MAX_COLUMNS       => MAX_COLUMNS,
-                              PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK,
-                              CHANNELS          => CHANNELS,
-                              PIXEL_BITS        => PIXEL_BITS,
-                              BORDER_NORMALISED => BORDER_NORMALISED
+                              micro_image_size  => MICRO_IMAGE_SIZE,
+                              shifts            => SHIFTS,
+                              centred           => CENTRED,
+                              max_columns       => MAX_COLUMNS,
+                              pixels_per_clock  => PIXELS_PER_CLOCK,
+                              channels          => CHANNELS,
+                              pixel_bits        => PIXEL_BITS,
+                              border_normalised => BORDER_NORMALISED
                             );
 
 begin
@@ -118,17 +118,17 @@ architecture rtl of index_verdict is
   constant BUILD : index_build_t := index_of
                                     (
                                       name             => "depth_index",
-                                      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-                                      SLICES           => SLICES,
-                                      SHIFTS           => ordered_shifts("depth_index", SHIFTS, SLICES),
+                                      micro_image_size => MICRO_IMAGE_SIZE,
+                                      slices           => SLICES,
+                                      shifts           => ordered_shifts("depth_index", SHIFTS, SLICES),
                                       between          => SHIFTS'length > 0,
-                                      RADIUS           => RADIUS,
-                                      CONFIDENCE       => CONFIDENCE,
-                                      VOTE_RADIUS      => VOTE_RADIUS,
-                                      MAX_COLUMNS      => MAX_COLUMNS,
+                                      radius           => RADIUS,
+                                      confidence       => CONFIDENCE,
+                                      vote_radius      => VOTE_RADIUS,
+                                      max_columns      => MAX_COLUMNS,
                                       pixels           => PIXELS_PER_CLOCK,
-                                      CHANNELS         => CHANNELS,
-                                      PIXEL_BITS       => PIXEL_BITS,
+                                      channels         => CHANNELS,
+                                      pixel_bits       => PIXEL_BITS,
                                       cropped          => false,
                                       chosen_too       => false
                                     );

@@ -45,16 +45,16 @@ architecture test of video_ports is
   constant CORE : core_t := picture_core_of
                             (
                               name                => "video_ports",
-                              MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-                              SHIFTS              => SHIFTS,
-                              INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-                              HOLD                => HOLD,
-                              MAX_COLUMNS         => MAX_COLUMNS,
-                              EXACT               => EXACT,
-                              FRACTION_BITS       => FRACTION_BITS,
-                              GUARD_BITS          => GUARD_BITS,
-                              BROADCAST_TAPS      => BROADCAST_TAPS,
-                              ENGINE              => ENGINE
+                              micro_image_size    => MICRO_IMAGE_SIZE,
+                              shifts              => SHIFTS,
+                              interpolation_order => INTERPOLATION_ORDER,
+                              hold                => HOLD,
+                              max_columns         => MAX_COLUMNS,
+                              exact               => EXACT,
+                              fraction_bits       => FRACTION_BITS,
+                              guard_bits          => GUARD_BITS,
+                              broadcast_taps      => BROADCAST_TAPS,
+                              engine              => ENGINE
                             );
 
 begin
