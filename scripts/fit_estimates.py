@@ -64,9 +64,10 @@ def fit_engine(
     kind: str, family: Family, cells: list[tuple[str, CoreConfiguration, Usage]]
 ) -> Weights:
     """Weights of each part, for the least of the largest relative errors."""
-    blocks = [next(iter(core.blocks(family))) for _, core, _ in cells]
-    names = list(blocks[0].parts)
-    parts = np.array([[block.parts[name] for name in names] for block in blocks], dtype=float)
+    blocks = [core.blocks[0] for _, core, _ in cells]
+    amounts = [block.parts_on(family) for block in blocks]
+    names = list(amounts[0])
+    parts = np.array([[block[name] for name in names] for block in amounts], dtype=float)
     used = [sum((m.usage(family) for m in block.memories), Usage()).lut for block in blocks]
     goals: Mapping[str, list[int]] = {
         "lut": [u.lut - n for (_, _, u), n in zip(cells, used, strict=True)],
@@ -114,7 +115,7 @@ def fit(names: Sequence[str]) -> None:
         # For designs without a fit: LUTs and flip-flops relative to a Spartan-6, from the same
         # cores.
         lut, flip_flops = (
-            [getattr(u, r) / getattr(estimate(core), r) for _, core, u in cells]
+            [getattr(u, r) / getattr(estimate(core.blocks), r) for _, core, u in cells]
             for r in ("lut", "flip_flops")
         )
         factors[family] = round(float(np.median(lut)), 2), round(float(np.median(flip_flops)), 2)

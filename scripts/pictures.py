@@ -396,7 +396,7 @@ def engines() -> None:
         shifts = list(all_shifts(m))
         for engine, colour in zip(ENGINES, ("tab:orange", "tab:blue"), strict=True):
             cells = {shift: Cell(m, (shift,), 1, engine) for shift in shifts}
-            usages = [estimate(cell.core()) for cell in cells.values()]
+            usages = [estimate(cell.core().blocks) for cell in cells.values()]
             dots = {s: measured[c.name].usage for s, c in cells.items() if c.name in measured}
             for axis, amount in zip(axes[:, column], ("lut", "block_rams"), strict=True):
                 axis.plot(shifts, [getattr(u, amount) for u in usages], color=colour, label=engine)

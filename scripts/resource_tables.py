@@ -16,7 +16,7 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.families import FAMILIES
-from plenofir.fpga.resources.estimate import VIDEO, Together, estimate
+from plenofir.fpga.resources.estimate import VIDEO, estimate
 from plenofir.fpga.resources.record import (
     ECP5_FASTEST,
     ECP5_SLOWEST,
@@ -154,7 +154,7 @@ def engine_table() -> list[str]:
 
     def part(cell: Cell) -> tuple[object, ...]:
         measured, placed = recorded().get(cell.name), clocks.get(cell.name)
-        usage = estimate(cell.core()) if measured is None else measured.usage
+        usage = estimate(cell.core().blocks) if measured is None else measured.usage
         about = "~" if measured is None else ""
         clock = "" if placed is None else f"{placed.fmax_mhz:.0f}"
         logic = f"{about}{usage.lut}", f"{about}{usage.flip_flops}"
@@ -185,12 +185,12 @@ def scene_rows(figures: Mapping[str, Figures]) -> Iterator[tuple[object, ...]]:
 
     scenes = {design.name: design for design in scene_designs()}
     for design in core_designs():
-        scene, usage = design.name.removesuffix(" core"), estimate(design.core)
+        scene, usage = design.name.removesuffix(" core"), estimate(design.core.blocks)
         if scenes[scene].top == BOARD:
-            board = Together((design.core, VIDEO))
+            board = (*design.core.blocks, VIDEO)
             yield f"**{scene}**, the whole board", *amounts(scene, estimate(board))
         yield f"**{scene}**, core", *amounts(design.name, usage)
-        full = estimate(full_core(design.core))
+        full = estimate(full_core(design.core).blocks)
         yield f"{scene}, full build", *amounts(f"{scene} full", full)
     for design in scenes.values():
         if design.plan is not None and design.plan.sensor is not None:
@@ -207,7 +207,7 @@ def resource_tables(text: str) -> str:
     text = device_table(text)
     lines = []
     for what, core in left_out_in_turn():
-        parts, usage = needed_parts(core), estimate(core)
+        parts, usage = needed_parts(core), estimate(core.blocks)
         counts = [parts[name] for name in PARTS]
         logic = f"~{usage.lut}", f"~{usage.flip_flops}"
         lines.append((what, *counts, *logic, usage.block_rams, usage.dsp))
@@ -318,7 +318,7 @@ def sensor_table(text: str) -> str:
     for what in SENSORS:
         design = sensor_design(what)
         known = design.name in figures
-        amounts = all_figures(figures[design.name]) if known else estimated(estimate(design))
+        amounts = all_figures(figures[design.name]) if known else estimated(estimate(design.blocks))
         rows.append((what, *amounts))
     return imx219_table(put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows)))
 

@@ -177,7 +177,7 @@ def devices(names: Sequence[str]) -> None:
             named = bool({name, f"{name}:{scene}"} & set(names))
             if (names and not named) or (design.name in known and not named):
                 continue
-            if device.overflow(estimate(design.core, device.family)):
+            if device.overflow(estimate(design.core.blocks, device.family)):
                 print(f"{name}, {design.name}: does not fit")
                 continue
             with tempfile.TemporaryDirectory() as folder:
@@ -256,7 +256,7 @@ def place_full(names: Sequence[str]) -> None:
         # What `place` records has a second grade.
         if design.name in known and (not names or design.name == design.plan.scene):
             continue
-        if DEVICES[FULL_DEVICE].overflow(estimate(design.core, "ecp5")):
+        if DEVICES[FULL_DEVICE].overflow(estimate(design.core.blocks, "ecp5")):
             print(f"{design.name}: does not fit")
             continue
         record_placed(design.name, place_design(design, (6,)))

@@ -182,7 +182,7 @@ def _of_cores() -> Iterator[Growth]:
             points = {shift: value_of(figures) for shift, figures in by_a.items()}
             yield Growth(quantity, f"a', {kind} (M = 5)", points, "line", grows or end)
     lines = {
-        columns: float(estimate(energy.grey(columns=columns)).block_rams)
+        columns: float(estimate(energy.grey(columns=columns).blocks).block_rams)
         for columns in (640, 1280, 2560, 5120)
     }
     yield Growth(

@@ -214,11 +214,11 @@ def _buildable_rows() -> list[list[str]]:
     for name, core in cores.items():
         bits = core.parallel_rows * _BITS
         if core.parallel_rows > MAX_PARALLEL_ROWS:
-            parts = next(iter(core.blocks("spartan6"))).parts
+            parts = core.blocks[0].parts
             registers = parts["register bits"] + parts["skew bits"] // 2
             cells = ["", f"{registers} bits of registers", "", "none"]
         else:
-            usage = estimate(core)
+            usage = estimate(core.blocks)
             fits = [d.name.upper() for d in SPARTAN6.values() if not d.overflow(usage)]
             amounts = usage.lut, usage.flip_flops, usage.block_rams
             cells = [*map(str, amounts), fits[0] if fits else "none"]

@@ -8,7 +8,7 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.resources.estimate import Only, estimate
+from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.synthesis.parts import count_parts, needed_parts
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.fpga.tools.synthesis import write_verilog
@@ -46,7 +46,10 @@ def test_estimate(tmp_path: Path, core: CoreConfiguration) -> None:
         synthesise(hdl.hdl_sources(), "raster_refocuser", c.generics(), tmp_path / c.border).figures
         for c in (core, normalised(core))
     )
-    usage, more = estimate(normalised(core)), estimate(Only(normalised(core), "border"))
+    blocks = normalised(core).blocks
+    usage, more = (
+        estimate(chosen) for chosen in (blocks, [b for b in blocks if b.kind == "border"])
+    )
     assert usage.dsp == full.dsp
     assert usage.block_rams == full.usage.block_rams
     margin = 0.25 if core.pixels_per_clock == 1 else 0.4

@@ -128,13 +128,13 @@ def checked_core(
     """Refocuser that generics mean; refused where the device is too small, board and all."""
     from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.devices import DEVICES
-    from plenofir.fpga.resources.estimate import VIDEO, Together, estimate
+    from plenofir.fpga.resources.estimate import VIDEO, estimate
 
     part = DEVICES[device]
     core = top_level.configuration({**top_level.default_generics(board.top), **generics})
     core.check_limits()
-    design = Together((core, VIDEO)) if board.modes else core
-    if over := part.overflow(estimate(design, part.family)):
+    blocks = (*core.blocks, VIDEO) if board.modes else core.blocks
+    if over := part.overflow(estimate(blocks, part.family)):
         raise InputError(
             f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
             "slices or columns, or a smaller M"

@@ -44,10 +44,11 @@ def _amounts(amounts: dict[str, int]) -> str:
 def _takes(plan: "Plan", kind: str) -> str:
     """What blocks of a kind in a plan's core take of its device."""
     from plenofir.fpga.devices import DEVICES
-    from plenofir.fpga.resources.estimate import Only, estimate
+    from plenofir.fpga.resources.estimate import estimate
 
     device = DEVICES[plan.device]
-    amounts = device.amounts(estimate(Only(plan.core, kind), device.family))
+    blocks = (block for block in plan.core.blocks if block.kind == kind)
+    amounts = device.amounts(estimate(blocks, device.family))
     return _amounts({name: amount for name, amount in amounts.items() if amount})
 
 

@@ -244,3 +244,5 @@ FAMILIES: dict[Family, Facts] = {
     ),
 }
 """Families by name."""
+MULTIPLYING = tuple(name for name, facts in FAMILIES.items() if facts.multipliers)
+"""Families whose devices have multipliers that Yosys uses."""

@@ -2,8 +2,7 @@
 """From a camera and a scene to the smallest hardware that does the job."""
 
 from plenofir.fpga.devices import DEVICES, Device, Usage
-from plenofir.plan.omissions import LeftOut
-from plenofir.plan.plan import Plan
+from plenofir.plan.plan import LeftOut, Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import LoadedScene, Scene, load_scene
 

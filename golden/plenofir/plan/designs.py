@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The designs that are synthesised and recorded (`plenofir.fpga.resources.record`)."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -13,14 +13,11 @@ from plenofir.fpga.core.engine import Generics, SliceEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
-from plenofir.fpga.resources.estimate import Design as Estimated
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, literal, with_part, wrapped
 from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
-from plenofir.plan.design import SceneDesign
 from plenofir.plan.omissions import full_core
 from plenofir.plan.plan import Plan, PlannedSlice
 from plenofir.plan.planner import make_plan
@@ -47,7 +44,7 @@ class Design:
     plan: Plan | None = None  # of its scene
     slow: bool = True  # its synthesis takes a minute or more
     index: DepthIndexConfiguration | None = None  # only of a depth index
-    logic: Estimated | None = None  # what is estimated, if not the core
+    logic: tuple[Block, ...] = ()  # what is estimated, if not the core
     wrapper: str = ""  # VHDL around `top`, if its generics are records
 
     @property
@@ -56,9 +53,10 @@ class Design:
         assert self.built is not None, self.name
         return self.built
 
-    def blocks(self, family: Family) -> Iterable[Block]:
+    @property
+    def blocks(self) -> tuple[Block, ...]:
         """Blocks for the estimate."""
-        return (self.core if self.logic is None else self.logic).blocks(family)
+        return self.logic or self.core.blocks
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6 in an empty folder."""
@@ -242,11 +240,11 @@ def picture_designs() -> Iterator[Design]:
     judged = {name: value for name, value in shown.items() if name != "CONFIDENCE"}
     made = core_call(sizes | judged, of="work.picture_pkg.picture_core_of")
     values = {"CORE": made} | {name: literal(value) for name, value in shown.items()}
-    wrapper, logic = wrapped(PICTURE, values), SceneDesign(core, screen)
+    wrapper, logic = wrapped(PICTURE, values), screen.blocks(core)
     yield Design("picture M=5 slices=3", core, PICTURE, logic=logic, wrapper=wrapper)
     text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
     generics = {**text.generics()}
-    yield Design("text of 5 slices", None, "text_overlay", generics, logic=text)
+    yield Design("text of 5 slices", None, "text_overlay", generics, logic=text.blocks)
 
 
 # Differences from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
@@ -269,7 +267,7 @@ def sensor_design(what: str) -> Design:
     """A resampler of `SENSORS`, behind a mosaic if it has one."""
     values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **SENSORS[what]}
     core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
-    generics, logic = sensor_generics(core, mosaic=mosaic), SensorLogic(core, mosaic)
+    generics, logic = sensor_generics(core, mosaic=mosaic), SensorLogic(core, mosaic).blocks
     return Design(f"sensor, {what}", None, SENSOR, generics, logic=logic)
 
 

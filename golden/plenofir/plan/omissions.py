@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Features of a full build that a scene does not need."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-
-from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import Device, Usage
-from plenofir.fpga.resources.estimate import VIDEO, Design, estimate
+from plenofir.fpga.devices import Device
+from plenofir.fpga.resources.estimate import VIDEO, Block, estimate
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.plan.design import SceneDesign
+from plenofir.plan.choice import Candidate
+from plenofir.plan.plan import LeftOut
 from plenofir.plan.scene_screen import scene_overlay
 from plenofir.plan.sensor.resampler import SensorLogic
 from plenofir.plan.sensor.scene_sensor import SensorChip
@@ -30,39 +29,13 @@ _REASONS = {
     _BORDER: "the scene wants border = 'zero', which is another picture",
     _STORED_NAME: "they round twice, and the scene's sums are exact",
 }
-
-
-class LeftOut(BaseModel):
-    """A feature that the scene does not need."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    what: str
-    # Resources that it would add to the plan, and those that the plan needs in addition without it,
-    # by the device's names.
-    saves: dict[str, int]
-    costs: dict[str, int]
-    # Why it is left out all the same, if by the largest share of the device it costs more.
-    reason: str = ""
-
-    def change(self, available: Mapping[str, int]) -> str:
-        """What leaving it out changes, with the shares of what a device has, the largest first."""
-        parts = []
-        for sign, amounts in (("-", self.saves), ("+", self.costs)):
-            shares = {name: n / available[name] for name, n in amounts.items() if available[name]}
-            for name in sorted(amounts, key=lambda name: -shares.get(name, 0)):
-                share = f" ({100 * shares[name]:.1f} %)" if name in shares else ""
-                parts.append(f"{sign}{amounts[name]} {name.partition(' (')[0]}{share}")
-        return ", ".join(parts)
-
-
 _NOT_ASKED = "the scene does not ask for it"
 
 
 def _left_out(
     what: str,
-    more: Design,
-    less: Design | None,
+    more: Iterable[Block],
+    less: Iterable[Block],
     device: Device,
     reason: str = _NOT_ASKED,
 ) -> LeftOut:
@@ -70,7 +43,7 @@ def _left_out(
 
     The reason is for a feature whose omission costs more than it saves.
     """
-    before = device.amounts(Usage() if less is None else estimate(less, device.family))
+    before = device.amounts(estimate(less, device.family))
     after = device.amounts(estimate(more, device.family))
     saves = {name: n - before[name] for name, n in after.items() if n > before[name]}
     costs = {name: before[name] - n for name, n in after.items() if n < before[name]}
@@ -165,23 +138,23 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
 def _stack_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
     """What all slices in one pass could be more, and are not."""
     shown, full = replace(shown, overlay=None), full_core(core)
-    design = SceneDesign(core, shown)
+    blocks = shown.blocks(core)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
         wide = core.model_copy(update={"shifts": full.shifts})
         lines = core.engine.lines(wide) - core.engine.lines(core)
         what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
-        yield _left_out(what, SceneDesign(wide, shown), design, device)
+        yield _left_out(what, shown.blocks(wide), blocks, device)
     if core.channels < full.channels:
         what = f"{full.channels - core.channels} of {full.channels} channels"
         colour = core.model_copy(update={"channels": full.channels})
-        yield _left_out(what, SceneDesign(colour, shown), design, device)
+        yield _left_out(what, shown.blocks(colour), blocks, device)
     further, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, shown.outputs
     judges = len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size
     if outputs in further and judges:
         what, more_outputs = further[outputs]
-        judged = SceneDesign(core, replace(shown, outputs=more_outputs))
-        yield _left_out(what, judged, design, device)
+        judged = replace(shown, outputs=more_outputs)
+        yield _left_out(what, judged.blocks(core), blocks, device)
 
 
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
@@ -198,28 +171,36 @@ def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> 
             }
         )
         what = "all-in-focus and depth: focal stack, depth index"
-        yield _left_out(what, SceneDesign(stack, Screen(outputs="rad")), core, device)
+        yield _left_out(what, Screen(outputs="rad").blocks(stack), core.blocks, device)
     if shown.overlay is None:
         text = scene_overlay(core.shifts, core.micro_image_size)
-        yield _left_out("text over the picture", text, None, device)
+        yield _left_out("text over the picture", text.blocks, (), device)
 
 
-def left_out(
-    core: CoreConfiguration, path: str, device: Device, shown: Screen
-) -> tuple[LeftOut, ...]:
-    """All features that a core on a device, or the board around it, leaves out."""
-    on_screen = tuple(_screen_left_out(core, shown, device)) if path == "video" else ()
-    if shown.needs_stack:
-        return on_screen if path == "video" else tuple(_stack_left_out(core, shown, device))
-    features = [
-        _left_out(what, other, core, device, _REASONS.get(what, _NOT_ASKED))
-        for what, other in _differences(core)
-    ]
-    if path == "core" and device.family == "spartan6":
-        # The board, a Spartan-6, has a core of three channels.
-        what = "video timing, TMDS ends, the board's control"
-        features.append(_left_out(what, VIDEO, None, device))
-    return (*features, *on_screen)
+def left_out(chosen: Candidate) -> tuple[LeftOut, ...]:
+    """All features that a scene's core, the board around it, and its sensor leave out."""
+    core, device, chip = chosen.core, chosen.device, chosen.loaded.sensor
+    path, shown = chosen.loaded.scene.build.path, chosen.loaded.shown
+    features: list[LeftOut] = []
+    if not shown.needs_stack:
+        features += (
+            _left_out(what, other.blocks, core.blocks, device, _REASONS.get(what, _NOT_ASKED))
+            for what, other in _differences(core)
+        )
+        if path == "core" and device.family == "spartan6":
+            # The board, a Spartan-6, has a core of three channels.
+            what = "video timing, TMDS ends, the board's control"
+            features.append(_left_out(what, (VIDEO,), (), device))
+    if path == "video":
+        features += _screen_left_out(core, shown, device)
+    elif shown.needs_stack:
+        features += _stack_left_out(core, shown, device)
+    if chip is not None:
+        features += (
+            _left_out(what, logic.blocks, chip.logic.blocks, device)
+            for what, logic in _sensor_differences(chip)
+        )
+    return tuple(features)
 
 
 def _sensor_differences(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
@@ -239,11 +220,3 @@ def _sensor_differences(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
         if not getattr(core, name):
             update = {name: True, "lenses": max(core.lenses, lenses)}
             yield what, replace(logic, core=core.model_copy(update=update))
-
-
-def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut]:
-    """All features left out between a sensor and the core."""
-    if chip is None:
-        return
-    for what, logic in _sensor_differences(chip):
-        yield _left_out(what, logic, chip.logic, device)

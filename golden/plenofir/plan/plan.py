@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of planning: slices, engines, the sensor, resources."""
 
+from collections.abc import Mapping
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.camera.resampling import BayerOrder, red_place
@@ -10,7 +12,6 @@ from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.chip_light_field import StoredLightField
-from plenofir.plan.omissions import LeftOut
 from plenofir.plan.sensor.board_camera import PlannedCamera
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
@@ -37,6 +38,30 @@ class EngineOption(BaseModel):
     engine: SliceEngineName
     needs: dict[str, int] | None  # resources (estimate); None if it was not considered
     refused: str  # why it cannot be built; empty if it can
+
+
+class LeftOut(BaseModel):
+    """A feature that the scene does not need."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    what: str
+    # Resources that it would add to the plan, and those that the plan needs in addition without it,
+    # by the device's names.
+    saves: dict[str, int]
+    costs: dict[str, int]
+    # Why it is left out all the same, if by the largest share of the device it costs more.
+    reason: str = ""
+
+    def change(self, available: Mapping[str, int]) -> str:
+        """What leaving it out changes, with the shares of what a device has, the largest first."""
+        parts = []
+        for sign, amounts in (("-", self.saves), ("+", self.costs)):
+            shares = {name: n / available[name] for name, n in amounts.items() if available[name]}
+            for name in sorted(amounts, key=lambda name: -shares.get(name, 0)):
+                share = f" ({100 * shares[name]:.1f} %)" if name in shares else ""
+                parts.append(f"{sign}{amounts[name]} {name.partition(' (')[0]}{share}")
+        return ", ".join(parts)
 
 
 class PlannedSensor(BaseModel):
@@ -84,7 +109,7 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
         lines=core.lines,
         ring_bits=core.lines * core.max_columns * core.channels * core.pixel_bits,
         full_rate=chip.full_rate,
-        needs=device.amounts(estimate(chip.logic, device.family)),
+        needs=device.amounts(estimate(chip.logic.blocks, device.family)),
         loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
         raster_columns=chip.raster[1],
         shown=chip.shown,

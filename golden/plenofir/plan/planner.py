@@ -1,35 +1,126 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plans the hardware that a scene needs, and lists what it leaves out."""
 
+from collections.abc import Iterable
+from dataclasses import replace
+from fractions import Fraction
 from math import inf
 
-from plenofir.camera.rays import RayModel
+from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
+from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
+from plenofir.fpga.boards import board_of
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.resources.estimate import VIDEO, Design, estimate
+from plenofir.fpga.hdmi.modes import VideoMode, find_mode
+from plenofir.fpga.resources.estimate import VIDEO, Block, estimate
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.ground.errors import InputError
 from plenofir.plan.choice import choose_core, engine_choice
-from plenofir.plan.design import design_with
-from plenofir.plan.omissions import extent, full_core, left_out, sensor_left_out
-from plenofir.plan.plan import Plan, planned_sensor
+from plenofir.plan.omissions import extent, full_core, left_out
+from plenofir.plan.plan import Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
 from plenofir.plan.scene_stack import stack_of
-from plenofir.plan.sensor.board_sensor import sensor_delay_lines
-from plenofir.plan.slices import cover_of, notes_on, planned_slice
-from plenofir.plan.timing import clock_of, mode_of
+from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
+from plenofir.refocus.shifts import shift_to_text
+
+
+def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
+    """Drop slices whose depth of field adds nothing to that of the others."""
+
+    def uncovered(slices: list[Slice]) -> float:
+        # In reciprocal distances a gap to infinity has a finite size.
+        return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
+
+    def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
+        return gaps_between(slices, near_mm, far_mm)
+
+    kept = list(cover.slices)
+    for part in cover.slices:
+        others = [other for other in kept if other is not part]
+        if others and uncovered(others) <= uncovered(kept):
+            kept = others
+    return Cover(tuple(kept), gaps(kept))
 
 
 def _slices_of(
     loaded: LoadedScene, model: RayModel | None
 ) -> tuple[tuple[int, ...], tuple[tuple[float, float], ...]]:
-    """The a' in pixels of a scene's slices, and the depths that none of them covers."""
+    """The a' in pixels of a scene's slices, and the depths that none of them covers.
+
+    InputError if there are no slices.
+    """
     if loaded.shifts is not None:
         return loaded.shifts, ()
+    depth, camera = loaded.scene.depth, loaded.scene.camera
     assert model is not None
-    cover = cover_of(loaded, model)
-    return tuple(int(part.a * loaded.scene.camera.micro_image_size) for part in cover.slices), (
-        cover.gaps
+    assert depth.near_mm is not None
+    assert depth.far_mm is not None
+    cover = covering_slices(model, depth.near_mm, depth.far_mm)
+    if not cover.slices:
+        raise InputError(
+            f"no slice of {camera.model} is in focus between {depth.near_mm:g} and "
+            f"{depth.far_mm:g} mm; give distances in front of the lens, or another focus_mm",
+            where=f"{loaded.path}: depth",
+        )
+    cover = without_idle_slices(cover, depth.near_mm, depth.far_mm)
+    return tuple(int(part.a * camera.micro_image_size) for part in cover.slices), cover.gaps
+
+
+def _planned_slice(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
+    """A slice with its depth of field."""
+    field = None if model is None else depth_of_field(model, Fraction(shift, m))
+    return PlannedSlice(
+        a=shift_to_text(shift, m),
+        shift=shift,
+        near_mm=None if field is None else field.near_mm,
+        far_mm=None if field is None or field.far_mm == inf else field.far_mm,
     )
+
+
+def _notes_on(model: RayModel | None) -> tuple[str, ...]:
+    """Notes on the effects of the camera's optics on the slices."""
+    if model is None:
+        return ()
+    notes = diffraction_note(model.camera), model.vignetting_note(model.micro_image_size // 2)
+    return tuple(note for note in notes if note)
+
+
+def _mode_of(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
+    """Video mode of a scene with video in and out, which the core can follow."""
+    frame = loaded.scene.frame
+    if loaded.scene.build.path != "video":
+        return None
+    assert frame.rate_hz is not None
+    columns, rows = loaded.video_size
+    mode = find_mode(columns, rows, frame.rate_hz)
+    board = board_of(loaded.scene.build.device)
+    assert board is not None
+    if mode not in board.modes:
+        known = ", ".join(
+            f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
+        )
+        raise InputError(
+            f"{columns} x {rows} at {frame.rate_hz:g} Hz is not a mode of the "
+            f"{board.title}; use one of {known}",
+            where=f"{loaded.path}: frame" if loaded.sensor is None else f"{loaded.path}: sensor",
+        )
+    # As video_to_stream decides it.
+    delay, lines = loaded.shown.delay_pixels(core), loaded.shown.delay_lines(core)
+    blank_lines = core.engine.blank_lines(core)
+    if (chip := loaded.sensor) is not None:
+        blank_lines = max(blank_lines, SENSOR_BLANK_LINES)
+        mosaic = chip.mosaic is not None
+        # The smallest raster is empty.
+        lines += sensor_delay_lines(core.micro_image_size, mosaic=mosaic) + (rows + 1) // 2
+    if delay >= mode.h_total or lines >= mode.v_total or blank_lines > mode.v_total - rows:
+        raise InputError(
+            f"a delay of {lines} lines and {delay} pixels exceeds the mode's "
+            f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking; use focus "
+            "settings a closer to 1/M, or a larger mode",
+            where=f"{loaded.path}: depth",
+        )
+    return mode
 
 
 def _outputs_of(loaded: LoadedScene, shifts: tuple[int, ...], model: RayModel | None) -> Screen:
@@ -60,9 +151,9 @@ def make_plan(loaded: LoadedScene) -> Plan:
     shifts, gaps = _slices_of(loaded, model)
     shown = _outputs_of(loaded, shifts, model)
     loaded = loaded.model_copy(update={"shown": shown})
-    core = choose_core(loaded, shifts, device)
-    mode = mode_of(loaded, core)
-    clock_mhz, frame_clocks = clock_of(loaded, core, mode)
+    chosen = choose_core(loaded, shifts, device)
+    core, mode = chosen.core, _mode_of(loaded, chosen.core)
+    clock_mhz, frame_clocks = chosen.clock
     if mode is None:
         blanking = None
         latency_clocks = shown.core_latency_clocks(core, columns, rows)
@@ -70,16 +161,16 @@ def make_plan(loaded: LoadedScene) -> Plan:
     else:
         lag, (video_columns, video_rows) = _lag_lines(loaded), loaded.video_size
         blanking = mode.h_total - video_columns, mode.v_total - video_rows
+        clock_mhz, frame_clocks = mode.pixel_clock / 1000, mode.h_total * mode.v_total
         latency_clocks = shown.latency_clocks(core, mode.h_total) + lag * mode.h_total
         latency_lines = shown.delay_lines(core) + lag
-    engines, reason = engine_choice(loaded, core, device)
-    design, full = design_with(loaded, core), full_core(core)
-    if design.camera is not None:
-        design.camera.check_clock(where=str(loaded.path))
-    whole = estimate(design, device.family)
+    engines, reason = engine_choice(chosen)
+    if chosen.camera is not None:
+        chosen.camera.check_clock(where=str(loaded.path))
+    full = replace(chosen, core=full_core(core))
 
-    def needs(part: Design | None) -> dict[str, int] | None:
-        return None if part is None else device.amounts(estimate(part, device.family))
+    def needs(blocks: Iterable[Block]) -> dict[str, int]:
+        return device.amounts(estimate(blocks, device.family))
 
     return Plan(
         scene=scene.name,
@@ -90,7 +181,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         frame_clocks=frame_clocks,
         latency_clocks=latency_clocks,
         latency_lines=latency_lines,
-        slices=tuple(planned_slice(shift, m, model) for shift in shifts),
+        slices=tuple(_planned_slice(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,
         columns=columns,
@@ -101,22 +192,21 @@ def make_plan(loaded: LoadedScene) -> Plan:
         engines=engines,
         engine_reason=reason,
         error_bound=float(core.error_bound),
-        needs=device.amounts(whole),
-        error_class=whole.error_class,
-        video_needs=needs(VIDEO if design.video else None),
-        full=device.amounts(estimate(design_with(loaded, full), device.family)),
-        full_build=f"{len(full.shifts)} slices, {full.channels} channels, {extent(full)}",
-        available=device.amounts(device.total),
-        left_out=(
-            *left_out(core, scene.build.path, device, shown),
-            *sensor_left_out(loaded.sensor, device),
+        needs=device.amounts(chosen.usage),
+        error_class=chosen.usage.error_class,
+        video_needs=needs([VIDEO]) if scene.build.path == "video" else None,
+        full=device.amounts(full.usage),
+        full_build=(
+            f"{len(full.core.shifts)} slices, {full.core.channels} channels, {extent(full.core)}"
         ),
+        available=device.amounts(device.total),
+        left_out=left_out(chosen),
         screen=shown,
-        screen_needs=needs(shown.overlay),
+        screen_needs=None if shown.overlay is None else needs(shown.overlay.blocks),
         stored=loaded.stored,
-        stored_needs=needs(loaded.stored),
+        stored_needs=None if loaded.stored is None else needs(loaded.stored.blocks),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
-        camera=design.camera,
+        camera=chosen.camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
-        notes=notes_on(model),
+        notes=_notes_on(model),
     )

@@ -81,7 +81,7 @@ def test_estimates_of_a_family(family: str) -> None:
     assert set(counts) == set(cores)
     for name, figures in counts.items():
         counted = figures.usage
-        usage = estimate(cores[name], family)  # type: ignore[arg-type]
+        usage = estimate(cores[name].blocks, family)  # type: ignore[arg-type]
         assert (usage.block_rams, usage.dsp) == (counted.block_rams, counted.dsp), name
         assert usage.lut == pytest.approx(counted.lut, rel=0.15), name
         assert usage.flip_flops == pytest.approx(counted.flip_flops, rel=0.15), name

@@ -12,7 +12,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration, reciprocal_bits
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.resources import estimate as estimates
-from plenofir.fpga.resources.estimate import VIDEO, Estimate, Together, estimate
+from plenofir.fpga.resources.estimate import VIDEO, Estimate, estimate
 from plenofir.fpga.resources.memory import Memory, block_sizes
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Figures, Placed, load_record
 from plenofir.fpga.synthesis.comparison import (
@@ -52,7 +52,7 @@ def test_estimates_against_synthesis() -> None:
         if not scene and design.top != CORE:
             continue
         figures, board = known[design.name], design.top == BOARD
-        usage = estimate(Together((design.core, VIDEO)) if board else design.core)
+        usage = estimate((*design.core.blocks, VIDEO) if board else design.core.blocks)
         assert (usage.ramb16, usage.ramb8, usage.dsp) == (
             figures.ramb16,
             figures.ramb8,
@@ -72,7 +72,7 @@ def test_estimates_of_an_ecp5_against_placed_cores() -> None:
     assert len(cores) >= 90
     for name, core in cores.items():
         found = known[name]
-        usage = estimate(core, "ecp5")
+        usage = estimate(core.blocks, "ecp5")
         assert (usage.block_rams, usage.dsp) == (found.block_rams, found.multipliers), name
         check_logic(usage, found, name)
 
@@ -107,7 +107,7 @@ def test_estimates_of_both_engines_against_synthesis() -> None:
     assert {cell.engine for cell in measured} == set(ENGINES)
     assert len(measured) >= 60
     for cell in measured:
-        figures, usage = known[cell.name], estimate(cell.core())
+        figures, usage = known[cell.name], estimate(cell.core().blocks)
         assert usage.block_rams == figures.usage.block_rams, cell.name
         assert usage.dsp == figures.dsp, cell.name
         check_logic(usage, figures, cell.name)
@@ -121,7 +121,7 @@ def test_estimates_of_both_engines_against_synthesis() -> None:
 def test_estimates_of_parts_against_synthesis(chosen: Iterable[Design], most: int) -> None:
     known = load_record().counted["spartan6"]
     for design in chosen:
-        figures, usage = known[design.name], estimate(design)
+        figures, usage = known[design.name], estimate(design.blocks)
         assert 0 <= usage.block_rams - figures.usage.block_rams <= most, design.name
         assert usage.dsp == figures.dsp, design.name
         check_logic(usage, figures, design.name)
@@ -130,10 +130,13 @@ def test_estimates_of_parts_against_synthesis(chosen: Iterable[Design], most: in
 def test_the_error_class_is_the_share_of_each_block() -> None:
     """A plain core is within 15 %; parts that were not fitted for a family are less certain."""
     core = CoreConfiguration(micro_image_size=5, shifts=(2,), max_columns=640)
-    assert estimate(core, "nexus").error_class == "LUTs and flip-flops within 15%, block RAM exact"
+    assert (
+        estimate(core.blocks, "nexus").error_class
+        == "LUTs and flip-flops within 15%, block RAM exact"
+    )
     sharp = core.model_copy(update={"sharpening": (4,)})
-    assert 0.15 < estimate(sharp, "nexus").within < 0.33
-    assert estimate(sharp).within == pytest.approx(0.15)
+    assert 0.15 < estimate(sharp.blocks, "nexus").within < 0.33
+    assert estimate(sharp.blocks).within == pytest.approx(0.15)
     assert "up to 2 too many" in make_plan(load_scene("lytro1-raw")).error_class
 
 
@@ -142,8 +145,8 @@ def test_goals_of_moving_sums() -> None:
     device = DEVICES["xc6slx45"]
     for part in SETS:
         taps, sums = (Cell(*part, engine) for engine in ENGINES)
-        assert device.overflow(estimate(taps.core()))
-        assert not device.overflow(estimate(sums.core()))
+        assert device.overflow(estimate(taps.core().blocks))
+        assert not device.overflow(estimate(sums.core().blocks))
         assert widest(sums, device) >= 1280 > widest(taps, device)
     for m, shift, channels, ratio in ((5, 10, 3, 2.5), (11, 11, 1, 3.0)):
         taps, sums = (Cell(m, (shift,), channels, engine) for engine in ENGINES)
@@ -202,7 +205,7 @@ def test_reciprocal_is_exact() -> None:
 def test_hold_is_smaller() -> None:
     core = CoreConfiguration(micro_image_size=5, shifts=(-5, 0, 5), max_columns=640)
     held = core.model_copy(update={"engine": FirEngine(hold=True)})
-    assert estimate(held).lut < estimate(core).lut
+    assert estimate(held.blocks).lut < estimate(core.blocks).lut
 
 
 def test_an_engine_is_weighed_when_its_sizes_are_known(monkeypatch: pytest.MonkeyPatch) -> None:

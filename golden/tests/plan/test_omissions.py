@@ -103,7 +103,7 @@ def test_placed_cores_stand_beside_their_full_builds(tmp_path: Path) -> None:
         compared += 1
         assert list(found.scene) == list(found.full)
         for placed, core in ((found.scene, plan.core), (found.full, full_core(plan.core))):
-            for name, amount in estimate(core, "ecp5").amounts("ecp5").items():
+            for name, amount in estimate(core.blocks, "ecp5").amounts("ecp5").items():
                 margin = 0.15 if name in ("LUT4", "flip-flops") else 0
                 assert placed[name] == pytest.approx(amount, rel=margin), (file.stem, name)
     assert compared >= 3

@@ -20,8 +20,8 @@ from plenofir.ground.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
 from plenofir.plan.plan import Plan
+from plenofir.plan.planner import without_idle_slices
 from plenofir.plan.scene import scene_files
-from plenofir.plan.slices import without_idle_slices
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 
 
@@ -271,7 +271,7 @@ def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
     # With one fraction bit more it would not fit.
     bits = arithmetic.fraction_bits + 1
     more = StoredProductArithmetic(fraction_bits=bits, guard_bits=min(2, bits))
-    usage = estimate(plan.core.model_copy(update={"arithmetic": more}))
+    usage = estimate(plan.core.model_copy(update={"arithmetic": more}).blocks)
     assert DEVICES["xc6slx45"].overflow(usage)
 
 
@@ -423,3 +423,15 @@ def test_plots_and_csv(tmp_path: Path, scene: str) -> None:
     assert {row["resource"]: int(row["this_scene"]) for row in rows} == plan["needs"]
     assert {row["resource"]: int(row["full_build"]) for row in rows} == plan["full"]
     assert all(f">{n}</text>" in text for n in plan["needs"].values())
+
+
+def test_sums_wider_than_any_word_are_refused(tmp_path: Path) -> None:
+    """Candidates are weighed before their limits are told: no weight may end in a traceback."""
+    changes = (
+        ("micro_image_size = 5", "micro_image_size = 11"),
+        ('colour = "rgb"', 'colour = "grey"\nbits = 16'),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1"]'),
+    )
+    build = 'interpolation = "3"\narithmetic = "exact"'
+    with pytest.raises(InputError, match=r"sum of 44 bits .* exceeds the core's limit of 31 bits"):
+        make_plan(scene(tmp_path, *changes, build=build))

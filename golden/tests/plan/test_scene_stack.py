@@ -11,7 +11,6 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import package_text, top_text
-from plenofir.plan.design import SceneDesign
 from plenofir.plan.plan import Plan
 
 STACK = """
@@ -65,7 +64,7 @@ def test_block_ram_at_1080p(tmp_path: Path, first: int, last: int, blocks: tuple
     ):
         changes = (*size, device, ('"-1/5", "0", "1/5"', slices), ('"slices"', f'"{output}"'))
         plan = plan_of(tmp_path, *changes)
-        usage = estimate(SceneDesign(plan.core, plan.screen), "ecp5")
+        usage = estimate(plan.screen.blocks(plan.core), "ecp5")
         assert usage.block_rams == wanted, output
 
 

@@ -35,7 +35,7 @@ def test_most_placements_reach_the_clock_of_the_planner() -> None:
 def test_estimates_of_an_ecp5_against_placed_cores() -> None:
     plan = make_plan(load_scene(SCENE))
     for pixels, placed in load_placed().items():
-        usage = estimate(scene_core(plan, pixels), "ecp5")
+        usage = estimate(scene_core(plan, pixels).blocks, "ecp5")
         assert (usage.block_rams, usage.dsp) == (placed.block_rams, placed.multipliers), pixels
         assert usage.lut == pytest.approx(placed.lut, rel=0.25), pixels
         assert usage.flip_flops == pytest.approx(placed.flip_flops, rel=0.25), pixels
@@ -51,6 +51,6 @@ def test_eight_pixels_a_clock_reach_the_goals() -> None:
     assert eight.placed.flip_flops / 8 <= one.placed.flip_flops / 2
     assert eight.placed.multipliers == 8
     plan = make_plan(load_scene(SCENE))
-    blocks = [next(iter(scene_core(plan, p).blocks("spartan6"))) for p in (1, 8)]
+    blocks = [scene_core(plan, p).blocks[0] for p in (1, 8)]
     bits = [sum(memory.bits for memory in block.memories if not memory.rom) for block in blocks]
     assert bits[1] <= 1.1 * bits[0]

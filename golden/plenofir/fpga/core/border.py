@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from plenofir.fpga.core.engine import Raster
-from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.families import MULTIPLYING
 from plenofir.fpga.resources.estimate import Block
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
@@ -39,7 +39,7 @@ def weight_bits(raster: Raster) -> int:
     return int(raster.micro_image_size ** (2 * raster.passes)).bit_length()
 
 
-def border_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> Iterator[Block]:
+def border_blocks(raster: Raster, pixels_per_clock: int) -> Iterator[Block]:
     """Block of the counts and the division, for the estimate; none without a normalised border."""
     if not raster.normalises:
         return
@@ -64,8 +64,8 @@ def border_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> Iter
     flip_flops = channels * (pixel * (bits + 1) + 5) + pixel * bits
     parts["division LUTs"] = pixels_per_clock * lut
     parts["division flip-flops"] = pixels_per_clock * flip_flops
-    multiplies = bits >= _DSP_LEAST_BITS and bool(FAMILIES[family].multipliers)
-    yield Block("border", parts, multipliers=pixels_per_clock * multiplies)
+    multipliers = dict.fromkeys(MULTIPLYING, pixels_per_clock * (bits >= _DSP_LEAST_BITS))
+    yield Block("border", parts, multipliers=multipliers)
 
 
 def check_border(raster: Raster, parallel_rows: int) -> None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Configuration of a core: its generics, limits, memory and latency."""
 
-from collections.abc import Iterator
 from fractions import Fraction
+from itertools import chain, count
 from typing import Annotated
 
 import numpy as np
@@ -27,10 +27,8 @@ from plenofir.fpga.core.sharpener import (
 )
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Device
-from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.names import DEFAULT_ENGINE, SliceEngineName
 from plenofir.fpga.resources.estimate import Block
-from plenofir.fpga.resources.multipliers import multiplier_units
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
@@ -248,7 +246,7 @@ class CoreConfiguration(Raster):
         assert isinstance(self.engine, SliceEngine), self.engine.kind
         return self.engine
 
-    def _products(self) -> tuple[int, tuple[int, int]]:
+    def _products(self) -> tuple[tuple[int, int, int], ...]:
         """Number of products with a reciprocal, and the bits of both factors.
 
         None for stored products and for M of a power of two; those of a normalised border are in
@@ -257,27 +255,25 @@ class CoreConfiguration(Raster):
         m, divisor = self.micro_image_size, self.micro_image_size ** (2 * self.order + 2)
         shifted = divisor & (divisor - 1) == 0
         if not isinstance(self.arithmetic, ExactArithmetic) or self.normalises or shifted:
-            return 0, (0, 0)
+            return ()
         largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
         number = self.channels * self.parallel_rows * self.pixels_per_clock
-        return number * self.engine.slices_at_once(self), reciprocal_bits(largest, divisor)
+        slices = self.engine.slices_at_once(self)
+        return ((number * slices, *reciprocal_bits(largest, divisor)),)
 
-    def blocks(self, family: Family) -> Iterator[Block]:
+    @property
+    def blocks(self) -> tuple[Block, ...]:
         """Blocks for the estimate: the engine with the core around it, then what is behind it."""
-        engine, (number, factors) = self.engine, self._products()
-        parts = {
-            **engine.structure(self),
-            # Products become logic where the family has no multipliers.
-            "product bits": 0 if FAMILIES[family].multipliers else number * factors[0] * factors[1],
-            # The FIFO of slices beside the input FIFO.
-            "waiting slices": int(len(self.shifts) > 1),
-        }
+        engine, p = self.engine, self.pixels_per_clock
+        # The FIFO of slices beside the input FIFO.
+        parts = {**engine.structure(self), "waiting slices": int(len(self.shifts) > 1)}
         memories = (*engine.memories(self), *engine.fifos(self, self.array_clocks))
-        multipliers = number * multiplier_units(*factors, family) if number else 0
-        yield Block(engine.kind, parts, memories, multipliers)
-        yield from sharpener_blocks(self, self.pixels_per_clock, family)
-        for _ in range(engine.slices_at_once(self)):
-            yield from border_blocks(self, self.pixels_per_clock, family)
+        borders = (border_blocks(self, p) for _ in range(engine.slices_at_once(self)))
+        return (
+            Block(engine.kind, parts, memories, self._products()),
+            *sharpener_blocks(self, p),
+            *chain.from_iterable(borders),
+        )
 
     def _check_plan(self) -> None:
         """Refuse numbers of an engine with which no core would give the golden model's picture."""
@@ -352,5 +348,5 @@ class CoreConfiguration(Raster):
 def reciprocal_bits(value_max: int, divisor: int) -> tuple[int, int]:
     """Bits of both factors of divide_round: value + half the divisor, and the reciprocal."""
     largest = value_max + divisor // 2
-    exponent = next(t for t in range(64) if (-(1 << t)) % divisor * largest < 1 << t)
+    exponent = next(t for t in count() if (-(1 << t)) % divisor * largest < 1 << t)
     return largest.bit_length(), (-(-(1 << exponent) // divisor)).bit_length()

@@ -13,7 +13,6 @@ from plenofir.fpga.core.engine import (
     Scope,
     within,
 )
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.memory import Memory, bits_for
 from plenofir.ground.errors import InputError
@@ -182,9 +181,16 @@ class DepthIndexConfiguration(BaseModel):
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})
 
-    def blocks(self, family: Family, *, chosen_too: bool = True) -> Iterator[Block]:
-        """The part of a picture that is the entity ``depth_index``, for the estimate."""
-        del family
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The entity ``depth_index`` alone, for the estimate."""
+        return (self.block(),)
+
+    def block(self, *, chosen_too: bool = True) -> Block:
+        """The part of a picture that is the entity ``depth_index``, for the estimate.
+
+        `chosen_too`: the chosen slice comes out besides that in focus.
+        """
         window = (2 * self.vote_radius + 1) ** 2
         parts = {
             "index": 1,
@@ -192,10 +198,9 @@ class DepthIndexConfiguration(BaseModel):
             "judged bits": (self.slices - 1) * self.row_bits,
             "vote bits": self.slices * window.bit_length() if self.vote_radius else 0,
         }
-        yield Block("stack", parts, tuple(self._memories(chosen_too=chosen_too)))
+        return Block("stack", parts, tuple(self._memories(chosen_too=chosen_too)))
 
     def _memories(self, *, chosen_too: bool) -> Iterator[Memory]:
-        """Memories; `chosen_too`: whether the chosen slice comes out besides that in focus."""
         slices, p = self.slices, self.pixels_per_clock
         pixel = p * self.channels * self.pixel_bits
         lenses = -(-self.max_columns // self.micro_image_size)

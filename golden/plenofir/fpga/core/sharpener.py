@@ -4,7 +4,7 @@
 from collections.abc import Iterator
 
 from plenofir.fpga.core.engine import Raster
-from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.families import MULTIPLYING
 from plenofir.fpga.names import SLICE_ENGINE_NAMES
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.memory import Memory, block_sizes
@@ -34,7 +34,7 @@ def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Me
             yield Memory("lines of sums", (size - 1).bit_length(), width, 1, words=size)
 
 
-def sharpener_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> Iterator[Block]:
+def sharpener_blocks(raster: Raster, pixels_per_clock: int) -> Iterator[Block]:
     """Block of the sharpener, for the estimate; none without one."""
     memories = tuple(sharpener_memories(raster, pixels_per_clock))
     if not memories:
@@ -42,9 +42,10 @@ def sharpener_blocks(raster: Raster, pixels_per_clock: int, family: Family) -> I
     bits = pixels_per_clock * raster.channels * _sum_bits(raster)
     parts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
     sides = {weight for weight in raster.weights if weight}
-    multiplied = bool(FAMILIES[family].multipliers) and (len(sides) > 1 or bool(sides & _PRODUCTS))
+    multiplied = len(sides) > 1 or bool(sides & _PRODUCTS)
     products = _DSP_OF_PRODUCTS * pixels_per_clock * raster.channels * multiplied
-    yield Block("sharpener", parts, memories, products)
+    multipliers = dict.fromkeys(MULTIPLYING, products)
+    yield Block("sharpener", parts, memories, multipliers=multipliers)
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:

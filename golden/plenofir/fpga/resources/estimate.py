@@ -7,13 +7,13 @@ designs that were synthesised, for an ECP5 placed (`Record.weights`, scripts/res
 family without a fit of its own takes so many times those of a Spartan-6.
 """
 
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import ceil
 
 from plenofir.fpga.devices import Usage
-from plenofir.fpga.families import Family
+from plenofir.fpga.families import FAMILIES, Family, Multiplier
 from plenofir.fpga.resources.memory import Memory
 from plenofir.fpga.resources.record import Weights, load_record
 
@@ -23,6 +23,10 @@ UNFITTED = 0.33
 _LIKE: dict[Family, Family] = {"gw1n": "gw2a"}
 
 
+# In families without multipliers products are logic, weighed by the bits of their factors.
+_PRODUCT_BITS = "product bits"
+
+
 @dataclass(frozen=True)
 class Block:
     """A part of a design; blocks of the same kind are weighed together."""
@@ -30,55 +34,23 @@ class Block:
     kind: str  # in `Record.weights`
     parts: Mapping[str, int]  # amounts of what takes look-up tables and flip-flops
     memories: tuple[Memory, ...] = ()
-    multipliers: int = 0
+    # How many products of factors of so many bits: (number, bits, bits).
+    products: tuple[tuple[int, int, int], ...] = ()
+    # Multipliers of products whose widths are not those of `products`.
+    multipliers: Mapping[Family, int] = field(default_factory=dict)
+
+    def parts_on(self, family: Family) -> dict[str, int]:
+        """Parts on a family, with the products that it makes of logic."""
+        bits = sum(number * a * b for number, a, b in self.products)
+        return {**self.parts, _PRODUCT_BITS: 0 if FAMILIES[family].multipliers else bits}
+
+    def multipliers_on(self, family: Family) -> int:
+        """Multipliers that the block takes of a family."""
+        units = (number * _multiplier_units(a, b, family) for number, a, b in self.products)
+        return sum(units) + self.multipliers.get(family, 0)
 
 
-class Design(Protocol):
-    """Something that can be estimated."""
-
-    def blocks(self, family: Family) -> Iterable[Block]:
-        """Blocks of the design for a family."""
-
-
-@dataclass(frozen=True)
-class Together:
-    """Several designs side by side."""
-
-    designs: tuple[Design, ...]
-
-    def blocks(self, family: Family) -> Iterator[Block]:
-        """Blocks of all designs."""
-        for design in self.designs:
-            yield from design.blocks(family)
-
-
-@dataclass(frozen=True)
-class Only:
-    """The blocks of one kind in a design."""
-
-    design: Design
-    kind: str
-
-    def blocks(self, family: Family) -> Iterator[Block]:
-        """Blocks of that kind."""
-        for block in self.design.blocks(family):
-            if block.kind == self.kind:
-                yield block
-
-
-@dataclass(frozen=True)
-class Part:
-    """A design that is one part of a kind, such as a board's video path."""
-
-    kind: str
-
-    def blocks(self, family: Family) -> Iterator[Block]:
-        """One block, with the kind's only part once."""
-        del family
-        yield Block(self.kind, {self.kind: 1})
-
-
-VIDEO = Part("video")
+VIDEO = Block("video", {"video": 1})
 """A board without its core, synthesised: receiver, transmitter, timing, control."""
 
 
@@ -101,17 +73,17 @@ def is_weighed(kind: str) -> bool:
     return kind in load_record().weights
 
 
-def estimate(design: Design, family: Family = "spartan6") -> Estimate:
-    """Estimate the resources of a design on a family.
+def estimate(blocks: Iterable[Block], family: Family = "spartan6") -> Estimate:
+    """Estimate the resources of a design's blocks on a family.
 
     A kind of block without weights counts its memories and multipliers only.
     """
     kinds: dict[str, list[Block]] = defaultdict(list)
-    for block in design.blocks(family):
+    for block in blocks:
         kinds[block.kind].append(block)
     usage, spare, doubt = Usage(), 0, 0.0
-    for kind, blocks in kinds.items():
-        added, weights = _usage_of(kind, blocks, family)
+    for kind, alike in kinds.items():
+        added, weights = _usage_of(kind, alike, family)
         usage += added
         spare += weights.spare_block_rams
         doubt += weights.within * (added.lut + added.flip_flops)
@@ -134,29 +106,57 @@ def _usage_of(kind: str, blocks: list[Block], family: Family) -> tuple[Usage, We
     """Resources of the blocks of a kind, and the weights that they were taken from."""
     memories = [memory for block in blocks for memory in block.memories]
     usage = sum((memory.usage(family) for memory in memories), Usage())
-    usage += Usage(dsp=sum(block.multipliers for block in blocks))
+    usage += Usage(dsp=sum(block.multipliers_on(family) for block in blocks))
     if not is_weighed(kind):
         return usage, Weights(within=1)
     weights = _weights_of(kind, family)
+    parts = Counter[str]()
+    for block in blocks:
+        parts.update(block.parts_on(family))
     if weights.times is None:
-        return usage + _weighed(weights, blocks), weights
+        return usage + _weighed(weights, parts), weights
     # The factors apply to the whole, with the memories of a Spartan-6.
-    like = _weighed(load_record().weights[kind]["spartan6"], blocks)
+    like = _weighed(load_record().weights[kind]["spartan6"], parts)
     lut = like.lut + sum(memory.usage().lut for memory in memories)
     lut, flip_flops = round(weights.times[0] * lut), round(weights.times[1] * like.flip_flops)
     return Usage(lut, flip_flops, usage.ramb16, usage.ramb8, usage.dsp), weights
 
 
-def _weighed(weights: Weights, blocks: list[Block]) -> Usage:
-    """Weighted sums over the parts of blocks of a kind."""
+def _weighed(weights: Weights, parts: Mapping[str, int]) -> Usage:
+    """Weighted sums over the parts of the blocks of a kind."""
     lut, flip_flops, block_rams, multipliers = (
-        round(
-            sum(
-                weight * block.parts.get(part, 0)
-                for part, weight in table.items()
-                for block in blocks
-            )
-        )
+        round(sum(weight * parts.get(part, 0) for part, weight in table.items()))
         for table in (weights.lut, weights.flip_flops, weights.block_rams, weights.multipliers)
     )
     return Usage(lut, flip_flops, block_rams, dsp=multipliers)
+
+
+def _multiplier_units(a: int, b: int, family: Family) -> int:
+    """Multipliers that a product of unsigned factors of some bits takes; 0 if it becomes logic."""
+    rules = FAMILIES[family].multipliers
+    if rules and rules[0].signed:
+        a, b = a + 1, b + 1
+    return _units(max(a, b), min(a, b), rules)
+
+
+def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
+    """Multipliers by the rules from a given one on, as Yosys's ``mul2dsp`` divides factors."""
+    for number, rule in enumerate(rules):
+        if a < rule.least[0] or b < rule.least[1] or a + b < rule.product:
+            continue
+        rest = rules[number:]
+        if a > rule.most[0]:
+            count, part, last = _slices(a, rule.most[0], rule)
+            return count * _units(part, b, rest) + _units(last, b, rest)
+        if b > rule.most[1]:
+            count, part, last = _slices(b, rule.most[1], rule)
+            return count * _units(a, part, rest) + _units(a, last, rest)
+        return rule.units
+    return 0
+
+
+def _slices(bits: int, most: int, rule: Multiplier) -> tuple[int, int, int]:
+    """Parts that a factor is divided into, their bits, and the bits of the last one."""
+    part = rule.part or most
+    count = ceil((bits - most) / (part - rule.signed))
+    return count, part, bits - count * (part - rule.signed)

@@ -4,13 +4,11 @@
 ``hdl/video/screen_pkg.vhd`` holds what a board shows.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from plenofir.fpga.core.configuration import STREAM_CLOCKS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
 from plenofir.refocus.sharpness import FRACTION_BITS
@@ -66,12 +64,12 @@ class Screen:
             picture=self.outputs != "i",
         )
 
-    def blocks_behind(self, core: CoreConfiguration, family: Family) -> Iterator[Block]:
-        """Blocks behind a core for the estimate: the depth index, and the text."""
+    def blocks(self, core: CoreConfiguration) -> tuple[Block, ...]:
+        """Blocks of a core, the depth index behind it, and the text, for the estimate."""
+        blocks = core.blocks
         if self.needs_index:
-            yield from self.index(core).blocks(family, chosen_too="i" not in self.outputs)
-        if self.overlay is not None:
-            yield from self.overlay.blocks(family)
+            blocks += (self.index(core).block(chosen_too="i" not in self.outputs),)
+        return blocks if self.overlay is None else blocks + self.overlay.blocks
 
     def delay_lines(self, core: CoreConfiguration) -> int:
         """Delay of a picture in lines (picture_delay_lines)."""

@@ -6,13 +6,11 @@ well; the refocuser averages M x M micro images for each pixel, and most of the 
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 
 STORED_PACKAGE = "stored_pkg"
@@ -60,11 +58,11 @@ class StoredLightField:
         rows, columns = self.lenses
         return math.ceil(rows * columns / _WORDS) * math.ceil(self.word_bits / _WIDTH)
 
-    def blocks(self, family: Family) -> Iterator[Block]:
+    @property
+    def blocks(self) -> tuple[Block, ...]:
         """Block of the entity ``stored_light_field``, for the estimate."""
-        del family
         parts = {"stored": 1, "word bits": self.word_bits, "block RAMs": self.block_rams}
-        yield Block("stored", parts)
+        return (Block("stored", parts),)
 
     def raster(self) -> npt.NDArray[np.uint8]:
         """The raw image that the FPGA reconstructs, (rows, columns, 3)."""

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text over the picture, bit for bit as ``hdl/overlay/text_overlay.vhd`` draws it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -9,7 +8,6 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.memory import Memory, bits_for
 from plenofir.ground import project
@@ -101,11 +99,11 @@ class Overlay:
             "COLOURS": "".join(bytes(colour).hex() for colour in self.colours),
         }
 
-    def blocks(self, family: Family) -> Iterator[Block]:
+    @property
+    def blocks(self) -> tuple[Block, ...]:
         """Block of the text over the picture, for the estimate."""
-        del family
         characters = Memory("characters", bits_for(self.codes - 1), 7, 1, rom=True)
-        yield Block("text", {"text": 1}, (characters, Memory("font", 11, 8, 1, rom=True)))
+        return (Block("text", {"text": 1}, (characters, Memory("font", 11, 8, 1, rom=True))),)
 
     def _ruler(self, output: Shown, slice_: int) -> npt.NDArray[np.uint8]:
         """Colour of each pixel of the ruler's lines, shape (columns, 3)."""

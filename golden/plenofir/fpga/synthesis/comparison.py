@@ -91,7 +91,7 @@ def measured_cells() -> Iterator[Cell]:
         for engine in ENGINES
         if channels == 1 or shift in (2, m)
     ]
-    small = [cell for cell in cells if estimate(cell.core()).lut <= _MOST_LUTS]
+    small = [cell for cell in cells if estimate(cell.core().blocks).lut <= _MOST_LUTS]
     yield from sorted(small, key=lambda cell: (cell.channels, cell.core().taps, cell.engine))
     yield from (Cell(*part, "moving_sum") for part in SETS)
     yield from lane_cells()
@@ -120,7 +120,7 @@ def widest(cell: Cell, device: Device) -> int:
     low, high = 0, MAX_COLUMNS // m
     while low < high:
         middle = (low + high + 1) // 2
-        if device.overflow(estimate(cell.core(middle * m))):
+        if device.overflow(estimate(cell.core(middle * m).blocks)):
             high = middle - 1
         else:
             low = middle

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera on a board's CSI-2 lanes: ``hdl/path/camera_pkg.vhd``."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import floor
 
@@ -103,7 +102,7 @@ class PlannedCamera:
     def byte_mhz(self) -> float:
         return self.lane_mbits / 8
 
-    def blocks_around(self, core: CoreConfiguration) -> Iterator[Block]:
+    def block_around(self, core: CoreConfiguration) -> Block:
         """Block of the board's top level without raster and core, for the estimate."""
         board, together = self.board, core.pixels_per_clock
         parts = {
@@ -120,7 +119,7 @@ class PlannedCamera:
             words = 2 * max(core.max_columns // together, 2)
             width = together * core.channels * core.pixel_bits + 2
             memories.append(Memory("lines out", (words - 1).bit_length(), width, 1))
-        yield Block("camera", parts, tuple(memories))
+        return Block("camera", parts, tuple(memories))
 
     def check_clock(self, *, where: str) -> None:
         """Refuse a core that needs a faster clock than the board has."""

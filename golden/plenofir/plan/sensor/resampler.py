@@ -10,7 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from plenofir.fpga.families import Family
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.memory import Memory, block_sizes
-from plenofir.fpga.resources.multipliers import multiplier_units
 
 Load = tuple[int, int, int]
 """Kind, address, word."""
@@ -105,7 +104,8 @@ class SensorLogic:
     core: ResamplerConfiguration
     mosaic: bool
 
-    def blocks(self, family: Family) -> Iterator[Block]:
+    @property
+    def blocks(self) -> tuple[Block, ...]:
         """One block, for the estimate."""
         core, m = self.core, self.core.micro_image_size
         bits = core.channels * core.pixel_bits
@@ -119,8 +119,8 @@ class SensorLogic:
             "lines": core.lines,
         }
         # A product with a power of two is a shift.
-        sizes = _SIZE_MULTIPLIERS.get(family, 0) * (m & (m - 1) != 0)
-        yield Block("sensor", parts, tuple(self._memories()), sizes + self._multipliers(family))
+        sizes = _SIZE_MULTIPLIERS if m & (m - 1) else {}
+        return (Block("sensor", parts, tuple(self._memories()), self._products(), sizes),)
 
     def _memories(self) -> Iterator[Memory]:
         core, m = self.core, self.core.micro_image_size
@@ -148,14 +148,18 @@ class SensorLogic:
             yield Memory("lenses of a row", max((m - 1).bit_length(), 1) + 1, values, 2)
             yield Memory("FIFO behind them", 4, bits + 2, 1)
 
-    def _multipliers(self, family: Family) -> int:
+    def _products(self) -> tuple[tuple[int, int, int], ...]:
         core = self.core
         gain = core.gain_bits + _GAIN_INTEGER_BITS
         sample = core.pixel_bits + core.guard_bits
-        # Interpolation in two columns and between them; gain; interpolation between two lenses.
-        products = [(core.pixel_bits, core.weight_bits)] * 2
-        products += [(core.pixel_bits + core.weight_bits, core.weight_bits)]
-        products += [(sample, gain)] * core.gains
-        products += [(sample + _GAIN_INTEGER_BITS, core.weight_bits)] * core.hexagonal
-        each = sum(multiplier_units(*product, family) for product in products)
-        return core.channels * each + core.gains * multiplier_units(gain, gain, family)
+        products = (
+            # Interpolation in two columns, and between them.
+            (2 * core.channels, core.pixel_bits, core.weight_bits),
+            (core.channels, core.pixel_bits + core.weight_bits, core.weight_bits),
+            # The gain, and that of a lens and of a place in it.
+            (core.channels * core.gains, sample, gain),
+            (core.gains, gain, gain),
+            # Interpolation between two lenses.
+            (core.channels * core.hexagonal, sample + _GAIN_INTEGER_BITS, core.weight_bits),
+        )
+        return tuple(product for product in products if product[0])
