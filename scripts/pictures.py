@@ -380,10 +380,11 @@ def smooth() -> None:
 
 
 def rays() -> None:
-    """Dispersion of the micro lenses, real rays that meet, predicted distances."""
+    """Dispersion of the micro lenses, real rays that meet, predicted distances, lens types."""
     save("dispersion.png", ray_pictures.dispersion_picture())
     save("meetings.png", ray_pictures.meetings_picture())
     save("distances.png", ray_pictures.distances_picture())
+    save("lens-types.png", ray_pictures.lens_types_picture())
 
 
 def engines() -> None:

@@ -16,6 +16,15 @@ from plenofir.camera.optics.dispersion import (
 )
 from plenofir.camera.optics.tracing import trace_to_object
 from plenofir.camera.plots import figure_pixels
+from plenofir.camera.rays import (
+    RayModel,
+    blur_px,
+    covering_depth,
+    load_camera,
+    resolution_ratio,
+    setting_of_virtual_depth,
+    usable_ranges,
+)
 from plenofir.refocus.operator import Image
 from plenofir_studies.ray_validation import table_model
 from plenofir_studies.real_rays import MICRO_LENSES, compare_distances, real_camera
@@ -118,6 +127,35 @@ def distances_picture() -> Image:
     axes.set_ylabel("distance from the micro lenses / m")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
+    return figure_pixels(figure)
+
+
+def lens_types_picture(name: str = "raytrix-r12", focus_mm: float = 463.54174) -> Image:
+    """Where a focused camera is sharp: blur of its types of micro lenses, and what it resolves."""
+    camera = load_camera(name)
+    model = RayModel.focused(camera, focus_mm, camera.micro_image_size)
+    depths = np.geomspace(1.2, 12, 600)
+    settings = setting_of_virtual_depth(model, depths)
+    figure, (blurs, ratios) = plt.subplots(2, 1, figsize=(9, 7), constrained_layout=True)
+    blurs.axhline(1, color="0.5", linestyle=":", label="a pixel")
+    for curve, part in zip(blur_px(model, settings), usable_ranges(model), strict=True):
+        (line,) = blurs.plot(depths, curve, label=f"f_s = {part.focal_length_mm:.3f} mm")
+        for axes in (blurs, ratios):
+            axes.axvspan(*part.depths, color=line.get_color(), alpha=0.15)
+    blurs.set(ylabel="blur / pixels", ylim=(0, 8))
+    ratios.plot(depths, resolution_ratio(model, settings), "k", label="its sharpest type")
+    ratios.plot(depths, np.minimum(1 / depths, 1), "k:", label="pixels alone, 1 / v")
+    ratios.set(ylabel="effective resolution ratio", xlabel="virtual depth v", ylim=(0, 0.6))
+    distances = ratios.twinx()
+    distances.plot(depths, model.distance(settings).mm, color="tab:purple")
+    distances.set_ylabel("distance from the micro lenses / mm", color="tab:purple")
+    covering = covering_depth(camera.micro_lenses)
+    for axes in (blurs, ratios):
+        if covering is not None:
+            axes.axvline(covering, color="0.4", linestyle="--", label="total covering plane")
+        axes.legend(fontsize=8)
+        axes.grid(alpha=0.3)
+    figure.suptitle(f"{name}, focused to {focus_mm:g} mm; shaded: blur of at most a pixel")
     return figure_pixels(figure)
 
 

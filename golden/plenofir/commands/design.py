@@ -77,6 +77,14 @@ def _print(result: "Design") -> None:
         f"{result.gap}, error of the distance for {result.disparity_error_px:g} pixels",
         width=100,
     )
+    focused_planes = [(p.a, p.focused) for p in result.planes if p.focused is not None]
+    if focused_planes:
+        print_table(
+            ["a", "v", "B", "lens type", "blur / px", "resolved / mm"],
+            [[str(a), *(f"{v:.4g}" for v in asdict(p).values())] for a, p in focused_planes],
+            title="virtual depth v, box of B samples, the sharpest type of micro lens, its blur on "
+            "the sensor, width on the object of what the slice resolves",
+        )
     unknown = len(result.figures) - len(rows)
     if unknown:
         camera = model.camera
@@ -108,6 +116,13 @@ class _Lenses:
     pupil: Annotated[float | None, _length("--pupil", "Diameter of the entrance pupil")] = None
     lens_focal_length: Annotated[
         float | None, _length("--lens-focal-length", "Micro lenses, f_s")
+    ] = None
+    sensor_distance: Annotated[
+        float | None,
+        _length(
+            "--sensor-distance",
+            "Sensor from the micro lenses, b_s; f_s if not given, any other makes a focused camera",
+        ),
     ] = None
     lens_pitch: Annotated[float | None, _length("--lens-pitch", "Micro lenses, p_M")] = None
     pixel: Annotated[float | None, _length("--pixel", "Pixel pitch, p_p")] = None

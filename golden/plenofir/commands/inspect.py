@@ -238,7 +238,7 @@ def _f_number(inspection: "WhiteInspection", model: "RayModel") -> float:
     """Working f-number of the main lens on the side of the sensor."""
     diameter = inspection.fill.diameter * inspection.calibration.grid.lens_pitch
     array = model.camera.micro_lenses
-    return array.focal_length_mm / (diameter * model.camera.sensor.pixel_pitch_mm)
+    return array.spacing_mm / (diameter * model.camera.sensor.pixel_pitch_mm)
 
 
 def _extension(model: "RayModel", infinity: "InfinityFocus") -> float | None:
@@ -311,7 +311,7 @@ def _white_lines(
             (
                 "f-number",
                 f"{_f_number(inspection, model):.1f} of the main lens, "
-                f"{array.focal_length_mm / array.pitch_mm:.1f} of the micro lenses",
+                f"{array.spacing_mm / array.pitch_mm:.1f} of the micro lenses",
             ),
             ("exit pupil", pupil_text(pupil)),
         ]

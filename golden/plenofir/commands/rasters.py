@@ -132,7 +132,9 @@ def unit_of(model: "RayModel | MicroscopeModel | None") -> "Unit":
     return "um" if isinstance(model, MicroscopeModel) else "mm"
 
 
-def focused(camera: "Camera", focus: float, micro_image: int | None) -> "RayModel":
+def focused(
+    camera: "Camera", focus: float, micro_image: int | None, box: int | None = None
+) -> "RayModel":
     """Ray model of a camera; M is the camera's if it was not given."""
     from plenofir.camera.rays import RayModel
 
@@ -143,7 +145,7 @@ def focused(camera: "Camera", focus: float, micro_image: int | None) -> "RayMode
             f"{options.typed('micro_image')}",
             where=camera.name,
         )
-    return RayModel.focused(camera, focus, m)
+    return RayModel.focused(camera, focus, m, box)
 
 
 def warn_of_camera(model: "RayModel | MicroscopeModel | None") -> None:

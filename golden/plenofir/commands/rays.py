@@ -33,13 +33,42 @@ View = Annotated[
     typer.Option("--view", help="i: view of the first virtual camera, counted from the centre."),
 ]
 
+SensorDistance = Annotated[
+    float | None,
+    typer.Option(
+        "--sensor-distance",
+        help="b_s from the micro lenses to the sensor in mm, in place of the camera's: other than "
+        "f_s of a focused camera.",
+        parser=options.length_mm,
+        metavar="LENGTH",
+    ),
+]
+Box = Annotated[
+    int | None,
+    typer.Option(
+        "--box",
+        min=1,
+        help="B: samples of a slice that are averaged, up to M; M of a standard camera and |a M| "
+        "of a focused one if not given.",
+    ),
+]
+
 app = typer.Typer()
 
 
-def _model(camera: str, focus: float, micro_image: int | None) -> "RayModel":
-    from plenofir.camera.rays import load_camera
+def _model(
+    camera: str,
+    focus: float,
+    micro_image: int | None,
+    sensor_distance: float | None,
+    box: int | None = None,
+) -> "RayModel":
+    from plenofir.camera.rays import camera_of, load_camera
 
-    return focused(load_camera(camera), focus, micro_image)
+    known = load_camera(camera)
+    if sensor_distance is not None:
+        known = camera_of(known, {"sensor_distance": sensor_distance})
+    return focused(known, focus, micro_image, box)
 
 
 def _say_of_camera(model: "RayModel") -> None:
@@ -99,6 +128,8 @@ def distance(
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
+    sensor_distance: SensorDistance = None,
+    box: Box = None,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -110,6 +141,7 @@ def distance(
     """Distance and depth of field of refocused planes; of a microscope their heights in um."""
     from plenofir.camera.rays import (
         Microscope,
+        State,
         condition_numbers,
         diffraction_note,
         load_instrument,
@@ -118,11 +150,17 @@ def distance(
 
     instrument = load_instrument(camera)
     if isinstance(instrument, Microscope):
-        of_cameras = {"focus": focus != inf, "plot": plot, "verbose": verbose}
+        of_cameras = {
+            "focus": focus != inf,
+            "plot": plot,
+            "verbose": verbose,
+            "sensor_distance": sensor_distance,
+            "box": box,
+        }
         options.refuse_used(of_cameras, "is for cameras with a main lens")
         _heights(instrument, a, micro_image, as_json, csv_file)
         return
-    model = _model(camera, focus, micro_image)
+    model = _model(camera, focus, micro_image, sensor_distance, box)
     settings = options.focus_settings(a, model.micro_image_size, rounded=False)
     rows = [
         (setting, model.near_border(value), model.distance(value), model.far_border(value))
@@ -138,6 +176,7 @@ def distance(
             "near_state": near.state().value,
             "far_state": far.state().value,
             "alpha": options.finite(float(model.alpha(float(setting)))),
+            **_focused_figures(model, setting),
         }
         for setting, near, centre, far in rows
     ]
@@ -159,11 +198,14 @@ def distance(
         }
         print_json(content)
         return
-    print_table(
-        ["a", "near", "distance", "far"],
-        [[str(s), _cell(near), _cell(centre), _cell(far)] for s, near, centre, far in rows],
-        title=_title(model),
-    )
+    heads = ["a", "near", "distance", "far"]
+    cells = [[str(s), _cell(near), _cell(centre), _cell(far)] for s, near, centre, far in rows]
+    if not model.camera.micro_lenses.standard:
+        heads += ["v", "B", "lens type", "blur / px"]
+        for line, plane in zip(cells, planes, strict=True):
+            values = [plane[name] for name in ("virtual_depth", "box", "lens_type", "blur_px")]
+            line += ["none" if v is None else f"{v:.4g}" for v in values]
+    print_table(heads, cells, title=_title(model), width=0 if len(heads) == 4 else 110)
     if verbose:
         numbers = {str(s): condition_numbers(model, s) for s in settings}
         heads = ["a", *next(iter(numbers.values()))]
@@ -173,7 +215,31 @@ def distance(
             title="times that a relative error of each input counts in the distance",
             width=100,
         )
+    blurred = [str(s) for s, near, _, _ in rows if near.state() is State.BLURRED]
+    if blurred:
+        _note(
+            f"no lens type is sharp, to a pixel or the box, at a = {', '.join(blurred)}: no depth "
+            f"of field there; a larger {options.typed('box')} averages the blur"
+        )
     _note(diffraction_note(model.camera))
+
+
+def _focused_figures(model: "RayModel", setting: "Fraction") -> dict[str, object]:
+    """What a plane of a focused camera has beside those of others; nothing of a standard one."""
+    from plenofir.camera.rays import resolution_ratio, sharpest_type, virtual_depth
+
+    if model.camera.micro_lenses.standard:
+        return {}
+    a = float(setting)
+    best = sharpest_type(model, a)
+    sharp = bool(best.sharp)
+    return {
+        "virtual_depth": options.finite(float(virtual_depth(model, a))),
+        "box": float(model.box_at(a)),
+        "lens_type": int(best.lens_type) + 1 if sharp else None,
+        "blur_px": options.finite(float(best.blur_px)),
+        "resolution_ratio": float(resolution_ratio(model, a)),
+    }
 
 
 def _heights(
@@ -232,12 +298,13 @@ def baseline(
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
+    sensor_distance: SensorDistance = None,
 ) -> None:
     """Baseline and tilt of two virtual cameras, and where they stand.
 
     Plot and CSV have all gaps up to M - 1, and the given one.
     """
-    model = _model(camera, focus, micro_image)
+    model = _model(camera, focus, micro_image, sensor_distance)
     content = _baseline_row(model, gap, view)
     gaps = sorted({gap, *range(1, model.micro_image_size)})
     check_plot_and_csv(plot, csv_file, camera)
@@ -278,9 +345,10 @@ def depth(
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
+    sensor_distance: SensorDistance = None,
 ) -> None:
     """Distance of an object from the disparity between two views."""
-    model = _model(camera, focus, micro_image)
+    model = _model(camera, focus, micro_image, sensor_distance)
     unit: Literal["pixels", "pixels per view"] = "pixels per view" if per_view else "pixels"
     objects = []
     for value in disparity:
@@ -331,13 +399,15 @@ def slices(
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
+    sensor_distance: SensorDistance = None,
+    box: Box = None,
 ) -> None:
     """Fewest slices whose depths of field cover a range, and the gaps that remain."""
     from fractions import Fraction
 
     from plenofir.camera.rays import covering_slices
 
-    model = _model(camera, focus, micro_image)
+    model = _model(camera, focus, micro_image, sensor_distance, box)
     cover = covering_slices(model, near, far, step=Fraction(1) if whole else None)
     parts = [
         {
@@ -366,7 +436,8 @@ def slices(
 
 _SYMBOLS = (
     ("f_U", "focal length of the main lens"),
-    ("f_s", "focal length of a micro lens"),
+    ("f_s", "focal length of a micro lens; of each type where there are several"),
+    ("b_s", "sensor from the micro lenses: f_s in a standard camera"),
     ("p_M", "pitch of the micro lenses"),
     ("p_p", "pitch of the sensor's pixels"),
 )
@@ -385,9 +456,10 @@ def cameras(as_json: options.AsJson = False) -> None:
     rows = [
         [
             camera.name,
-            str(camera.main_lens.focal_length_mm),
-            str(camera.micro_lenses.focal_length_mm),
-            str(camera.micro_lenses.pitch_mm),
+            f"{camera.main_lens.focal_length_mm:.7g}",
+            ", ".join(f"{f:.5g}" for f in camera.micro_lenses.focal_lengths_mm),
+            f"{camera.micro_lenses.spacing_mm:.5g}",
+            f"{camera.micro_lenses.pitch_mm:.5g}",
             str(camera.sensor.pixel_pitch_mm),
         ]
         for camera in shipped

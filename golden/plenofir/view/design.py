@@ -17,6 +17,7 @@ _SLIDERS = (
     ("exit_pupil", "exit pupil, d_A'", "mm", 10.0),
     ("pupil", "entrance pupil, diameter", "mm", 10.0),
     ("lens_focal_length", "micro lenses, f_s", "mm", 10.0),
+    ("sensor_distance", "sensor from the micro lenses, b_s", "mm", 10.0),
     ("lens_pitch", "micro lenses, p_M", "mm", 10.0),
     ("pixel", "pixels, p_p", "mm", 10.0),
     ("focus", "focus distance", "mm", 100.0),
@@ -93,17 +94,21 @@ def design_page(design: Design, focus_mm: float) -> Page:
     values = _values(design, focus_mm)
     camera = design.model.camera
     assumed = {"exit_pupil": "f_U (thin lens)"} if camera.thin_lens_note() else {}
+    if camera.micro_lenses.sensor_distance_mm is None:
+        values["sensor_distance"] = camera.micro_lenses.spacing_mm
+        assumed["sensor_distance"] = "f_s (standard camera)"
     field = {
         "title": camera.name,
         "sliders": [
             _slider(*slider, values[slider[0]], assumed.get(slider[0], "")) for slider in _SLIDERS
         ],
-        "texts": {f.name: [f.text, f.unit] for f in design.figures},
     }
 
     def figures(request: PartRequest) -> Part:
         try:
-            content = _changed(design, focus_mm, request.query).content()
+            changed = _changed(design, focus_mm, request.query)
+            texts = {f.name: [f.text, f.unit] for f in changed.figures}
+            content = {**changed.content(), "texts": texts}
         except InputError as error:
             # The page shows the error of impossible lengths beside the sliders.
             content = {"refused": str(error)}

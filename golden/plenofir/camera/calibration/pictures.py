@@ -65,7 +65,7 @@ def chief_ray_picture(model: RayModel, pupil: MeasuredPupil, lenses: int) -> Ima
     if 0 < pupil.distance_mm < 5 * pupil.predicted_mm:
         ends.append(pupil.distance_mm)
     reach = 1.1 * max(ends)
-    z = np.array([-array.focal_length_mm, reach])
+    z = np.array([-array.spacing_mm, reach])
     for name, distance, colour in (
         ("measured", pupil.distance_mm, "tab:red"),
         ("from the camera's data", pupil.predicted_mm, "tab:blue"),

@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a camera, computed by the ray model."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from math import atan, ceil, degrees, hypot, inf, isfinite
+
+import numpy as np
 
 from plenofir.camera.rays import (
     RayModel,
     State,
+    covering_depth,
     covering_slices,
     diffraction_note,
+    pupil_blur_px,
     rayleigh_limit,
+    setting_of_virtual_depth,
+    sharpest_type,
+    usable_ranges,
+    virtual_depth,
 )
 from plenofir.ground.errors import InputError
 
@@ -34,6 +42,17 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class FocusedFigures:
+    """What a plane has in a focused camera beside what it has in any."""
+
+    virtual_depth: float
+    box: float  # B, samples that its slice averages
+    lens_type: int  # the sharpest, counted from 1
+    blur_px: float  # of that type on the sensor
+    resolution_mm: float  # width on the object of the widest of pixel, blur and box
+
+
+@dataclass(frozen=True)
 class PlaneFigures:
     """A refocused plane and what the camera makes of it; lengths in mm.
 
@@ -50,19 +69,17 @@ class PlaneFigures:
     pixel_sample_mm: float
     disparity_px: float  # between the outermost views that are not vignetted
     depth_error_mm: float  # what an error of that disparity makes of the distance
-
-    @classmethod
-    def names(cls) -> list[str]:
-        """Names of the fields."""
-        return [field.name for field in fields(cls)]
+    focused: FocusedFigures | None = None
 
     def row(self) -> dict[str, object]:
         """Values for JSON and CSV: a as text, infinite values as None."""
-        found = {
+        values = asdict(self)
+        values |= values.pop("focused") or {}
+        finite = {
             name: None if isinstance(value, float) and not isfinite(value) else value
-            for name, value in asdict(self).items()
+            for name, value in values.items()
         }
-        return {**found, "a": str(self.a)}
+        return {**finite, "a": str(self.a)}
 
 
 @dataclass(frozen=True)
@@ -113,6 +130,16 @@ def lens_sample(model: RayModel, distance_mm: float) -> float:
     return abs((slope - first_slope) * (distance_mm - front) + height - first_height)
 
 
+def resolution_mm(model: RayModel, a: float) -> float:
+    """Width of what a slice of a focused camera resolves on an object: pixel, blur and box.
+
+    Under the sharpest type of micro lens. `a`: focus setting of a plane in front of the lens.
+    """
+    blur = float(sharpest_type(model, a).blur_px)
+    widths = abs(a) * max(1.0, blur), float(model.box_at(a)) / model.micro_image_size
+    return max(widths) * lens_sample(model, float(model.distance(a).mm))
+
+
 def depth_error(model: RayModel, distance_mm: float, gap: int, error_px: float) -> float:
     """By how much a distance is off if a disparity is: half of what both signs make together.
 
@@ -134,6 +161,16 @@ def _plane(model: RayModel, a: Fraction, gap: int, error_px: float) -> PlaneFigu
     distance, near = float(planes.centre.mm), float(planes.near.mm)
     far = float(planes.far.mm) if planes.far.state() is State.REAL else inf
     sample = lens_sample(model, distance)
+    focused = None
+    if not model.camera.micro_lenses.standard:
+        best = sharpest_type(model, float(a))
+        focused = FocusedFigures(
+            virtual_depth=float(virtual_depth(model, float(a))),
+            box=float(model.box_at(float(a))),
+            lens_type=int(best.lens_type) + 1,
+            blur_px=float(best.blur_px),
+            resolution_mm=resolution_mm(model, float(a)),
+        )
     return PlaneFigures(
         a=a,
         distance_mm=distance,
@@ -144,6 +181,7 @@ def _plane(model: RayModel, a: Fraction, gap: int, error_px: float) -> PlaneFigu
         pixel_sample_mm=sample / model.micro_image_size,
         disparity_px=float(model.disparity(distance - model.entrance_pupil_mm, gap)),
         depth_error_mm=depth_error(model, distance, gap, error_px),
+        focused=focused,
     )
 
 
@@ -159,7 +197,7 @@ def _field_of_view(model: RayModel, pixels: float | None) -> float | None:
         return None
     array, pitch = model.camera.micro_lenses, model.camera.sensor.pixel_pitch_mm
     # Micro images are farther apart than micro lenses.
-    outermost = pixels * pitch / 2 / (1 + array.focal_length_mm / model.exit_pupil_mm)
+    outermost = pixels * pitch / 2 / (1 + array.spacing_mm / model.exit_pupil_mm)
     return 2 * degrees(atan(abs(float(model.object_ray(0, outermost)[0]))))
 
 
@@ -179,10 +217,19 @@ def _optics(model: RayModel) -> list[Figure]:
     """Micro images and f-numbers."""
     camera, array = model.camera, model.camera.micro_lenses
     pixel, diameter = camera.sensor.pixel_pitch_mm, camera.main_lens.entrance_pupil_diameter_mm
-    stretch = 1 + array.focal_length_mm / model.exit_pupil_mm
+    stretch = 1 + array.spacing_mm / model.exit_pupil_mm
     pitch = array.pitch_mm * stretch
+    # The rim of the pupil is blurred where micro lenses are not focused on it.
+    rim = 0.0 if array.standard else float(pupil_blur_px(model).max())
     # Entrance pupil whose micro images touch: views M apart, M not rounded.
-    touching = float(model.baseline(1)) * pitch / pixel
+    view = float(model.baseline(1))
+    touching = max(0.0, view * pitch / pixel - view * rim)
+    fill = None
+    if diameter is not None:
+        fill = (diameter + view * rim) / (view * pitch / pixel)
+    number = "f-number of the micro lenses, f_s / p_M"
+    if not array.standard:
+        number = "working f-number of the micro lenses, b_s / p_M"
     f = camera.main_lens.focal_length_mm
     return [
         Figure(
@@ -192,12 +239,15 @@ def _optics(model: RayModel) -> list[Figure]:
         Figure("M", model.micro_image_size, "px", "M, size of the micro images that are used"),
         Figure(
             "micro_lens_f_number",
-            array.focal_length_mm / array.pitch_mm,
+            array.spacing_mm / array.pitch_mm,
             "",
-            "f-number of the micro lenses, f_s / p_M",
+            number,
         ),
         Figure(
-            "matched_f_number", f / touching, "", "f-number of the main lens that makes them touch"
+            "matched_f_number",
+            f / touching if touching else None,
+            "",
+            "f-number of the main lens that makes them touch",
         ),
         Figure("matched_pupil_mm", touching, "mm", "diameter of the entrance pupil for that"),
         Figure(
@@ -208,7 +258,7 @@ def _optics(model: RayModel) -> list[Figure]:
         ),
         Figure(
             "micro_image_fill",
-            None if diameter is None else diameter / touching,
+            fill,
             "",
             "micro images: diameter over distance",
         ),
@@ -222,10 +272,41 @@ def _optics(model: RayModel) -> list[Figure]:
     ]
 
 
+def _lens_types(model: RayModel) -> list[Figure]:
+    """Where each type of micro lens is sharp, and from where on each covers a picture."""
+    array = model.camera.micro_lenses
+    if array.standard:
+        return []
+    figures = [
+        Figure("sensor_distance_mm", array.spacing_mm, "mm", "micro lenses to sensor, b_s"),
+    ]
+    covering = covering_depth(array)
+    if covering is not None:
+        # The plane of the same |v| on the side where the micro lenses are focused.
+        sign = 1 if "Galilean" in array.kinds else -1
+        a = float(setting_of_virtual_depth(model, sign * covering))
+        figures += [
+            Figure("covering_depth", sign * covering, "", "v of the total covering plane"),
+            Figure(
+                "covering_mm", _finite(float(model.distance(a).mm)), "mm", "distance of that plane"
+            ),
+        ]
+    for number, (part, kind) in enumerate(zip(usable_ranges(model), array.kinds, strict=True), 1):
+        name, text = f"type_{number}", f"lens type {number} ({kind}, f_s {part.focal_length_mm:g})"
+        figures += [
+            Figure(f"{name}_focus", _finite(part.focus), "", f"{text}: sharpest at v"),
+            Figure(f"{name}_first", _finite(part.depths[0]), "", f"{text}: sharp from v"),
+            Figure(f"{name}_last", _finite(part.depths[1]), "", f"{text}: sharp to v"),
+            Figure(f"{name}_far_mm", _finite(part.far_mm), "mm", f"{text}: sharp from"),
+            Figure(f"{name}_near_mm", _finite(part.near_mm), "mm", f"{text}: sharp to"),
+        ]
+    return figures
+
+
 def _picture(model: RayModel) -> list[Figure]:
     """Sizes of pictures and fields of view."""
     sensor, array = model.camera.sensor, model.camera.micro_lenses
-    pitch = array.pitch_mm * (1 + array.focal_length_mm / model.exit_pupil_mm)
+    pitch = array.pitch_mm * (1 + array.spacing_mm / model.exit_pupil_mm)
     sizes = {"columns": sensor.columns, "rows": sensor.rows}
     views = {
         name: None if n is None else int(n * sensor.pixel_pitch_mm / pitch)
@@ -258,7 +339,12 @@ def _finite(value: float) -> float | None:
 def _directions(model: RayModel, gap: int, near_mm: float, far_mm: float) -> list[Figure]:
     """Focus, virtual cameras, and focus settings of the range."""
     near, far = (float(model.focus_setting(d)) + 0.0 for d in (near_mm, far_mm))
-    step = float(resolved_step(model, (near + far) / 2))
+    middle = (near + far) / 2
+    step = float(resolved_step(model, middle))
+    # Nothing is resolved where no type of micro lens is sharp.
+    steps = [Figure("resolved_step", step, "", "step in a between separate depths of field")]
+    if model.near_border(middle).state() is State.BLURRED:
+        steps = []
     pupil, tilt = _finite(model.exit_pupil_mm), float(model.tilt(gap)) + 0.0
     ends = "outermost views in the pupil"
     return [
@@ -273,7 +359,7 @@ def _directions(model: RayModel, gap: int, near_mm: float, far_mm: float) -> lis
         Figure("tilt_deg", tilt, "deg", f"tilt, {ends}"),
         Figure("a_near", near, "", "a of the near end of the range"),
         Figure("a_far", far, "", "a of the far end of the range"),
-        Figure("resolved_step", step, "", "step in a between separate depths of field"),
+        *steps,
     ]
 
 
@@ -288,12 +374,14 @@ def _warnings(model: RayModel, figures: dict[str, Figure], gaps: bool, covered: 
     ]
     fill = figures["micro_image_fill"].value
     wanted = figures["matched_f_number"].value
-    if fill is not None and fill > 1 + _MATCHED:
+    if fill is not None and wanted is None:
+        found.append("the blurred rims of micro images are wider than the micro images themselves")
+    elif fill is not None and fill > 1 + _MATCHED:
         found.append(
             f"micro images overlap by {100 * (fill - 1):.0f} %: stop the main lens down to "
             f"f/{wanted:.2g}"
         )
-    if fill is not None and fill < 1 - _MATCHED:
+    elif fill is not None and fill < 1 - _MATCHED:
         found.append(
             f"micro images fill {100 * fill:.0f} % of their distance, what is between them stays "
             f"dark: open the main lens to f/{wanted:.2g}, or take micro lenses of a longer focal "
@@ -305,10 +393,23 @@ def _warnings(model: RayModel, figures: dict[str, Figure], gaps: bool, covered: 
             "refocus"
         )
     if gaps:
-        found.append("parts of the range are sharp in no slice; steps of 1/M are too coarse there")
+        why = "" if camera.micro_lenses.standard else ", or no lens type is sharp"
+        found.append(
+            f"parts of the range are sharp in no slice; steps of 1/M are too coarse there{why}"
+        )
     if not covered:
         found.append("no slice is sharp in the range")
     return [text for text in found if text]
+
+
+def _nearest_sharp(model: RayModel) -> float:
+    """Distance of the nearest plane that a type of micro lens sees sharply."""
+    ends = [part.near_mm for part in usable_ranges(model)]
+    front = model.image_distance_mm + model.camera.main_lens.principal_plane_separation_mm
+    near = np.array([mm for mm in ends if mm > front])
+    if not near.size:
+        raise InputError("no lens type ends in front of the lens; give a distance", where="near")
+    return float(near.min())
 
 
 def design(
@@ -324,11 +425,15 @@ def design(
     micro lenses; near is that of the plane a = 2 if None, far may be inf. `disparity_error_px`: how
     well a disparity between the outermost views can be measured, in pixels of the views. Raises
     `InputError` if the range is empty or that error not positive.
+
+    Without near the range of a focused camera begins where its types of micro lenses do.
     """
     if not 0 < disparity_error_px < inf:
         raise InputError(
             f"{disparity_error_px:g}; give a positive number of pixels", where="disparity_error"
         )
+    if near_mm is None and not model.camera.micro_lenses.standard:
+        near_mm = _nearest_sharp(model)
     if near_mm is None:
         plane = model.distance(_NEAR)
         if plane.state() is not State.REAL:
@@ -340,6 +445,7 @@ def design(
     cover = covering_slices(model, near_mm, far_mm)
     listed = [
         *_optics(model),
+        *_lens_types(model),
         *_picture(model),
         *_directions(model, gap, near_mm, far_mm),
         Figure("slices", len(cover.slices), "", "slices that cover the range"),

@@ -12,9 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
-from plenofir.camera.design.figures import Design, depth_error, lens_sample
+from plenofir.camera.design.figures import Design, depth_error, lens_sample, resolution_mm
 from plenofir.camera.plots import SharpRange, draw_ranges, log_scale
 from plenofir.camera.rays import RayModel
+from plenofir.camera.rays.distances import BLURRED
 
 _POINTS = 200
 # A range to infinity is drawn to so many times its near end.
@@ -23,7 +24,8 @@ _FAR = 30.0
 
 def _bounded(values: np.ndarray, states: np.ndarray, top: float) -> np.ndarray:
     """Distances for a band: what lies at or beyond infinity is the top of the plot."""
-    return np.where(states == 0, np.minimum(np.nan_to_num(values, nan=top), top), top)
+    reached = np.where(states == 0, np.minimum(np.nan_to_num(values, nan=top), top), top)
+    return np.where(states == BLURRED, np.nan, reached)
 
 
 def _planes(axes: Axes, model: RayModel, found: Design, top: float) -> None:
@@ -67,6 +69,10 @@ def design_plot(found: Design) -> Drawing:
     sample = np.array([lens_sample(model, float(d)) for d in distances])
     axes[1, 0].plot(distances, sample, label="a micro lens wide (a view's pixel)")
     axes[1, 0].plot(distances, sample / model.micro_image_size, "--", label="1/M of that")
+    if not model.camera.micro_lenses.standard:
+        settings = model.focus_setting(distances)
+        widths = [resolution_mm(model, float(a)) for a in settings]
+        axes[1, 0].plot(distances, widths, label="pixel, blur and box of a slice")
     axes[1, 0].set(xlabel="distance / mm", ylabel="width on the object / mm")
     errors = [depth_error(model, float(d), found.gap, found.disparity_error_px) for d in distances]
     axes[1, 1].plot(distances, [np.nan if e == inf else e for e in errors])

@@ -8,14 +8,16 @@ import tomllib
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     ValidationError,
+    model_serializer,
     model_validator,
 )
 
@@ -50,9 +52,10 @@ def _pupil_distance(value: float) -> float:
     return value
 
 
-Length = Annotated[float, AfterValidator(_length)]
-SignedLength = Annotated[float, AfterValidator(_signed_length)]
-PupilDistance = Annotated[float, AfterValidator(_pupil_distance)]
+# Neither true nor a text is a length.
+Length = Annotated[float, Field(strict=True), AfterValidator(_length)]
+SignedLength = Annotated[float, Field(strict=True), AfterValidator(_signed_length)]
+PupilDistance = Annotated[float, Field(strict=True), AfterValidator(_pupil_distance)]
 
 
 class Part(BaseModel):
@@ -61,15 +64,85 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class MicroLensArray(Part):
-    """Micro lenses at one focal length from the sensor.
+Kind = Literal["standard", "Galilean", "Keplerian"]
+"""Where the micro lenses are focused: at infinity, behind the sensor, or in front of themselves."""
 
-    `focal_length_mm`: f_s; a file may have `f_number` instead, f_s / p_M. `pitch_mm`: p_M, distance
-    between neighbouring micro lenses.
+
+class MicroLensArray(Part):
+    """Micro lenses before the sensor.
+
+    Attributes
+    ----------
+    focal_length_mm
+        f_s; a file may have `f_number` instead, f_s / p_M, or a list: the focal lengths of the
+        types of micro lenses in an array of several. Of these it is the first.
+    other_focal_lengths_mm
+        The rest of that list.
+    pitch_mm
+        p_M, distance between neighbouring micro lenses.
+    sensor_distance_mm
+        b_s from the micro lenses to the sensor. Left out it is f_s: a standard plenoptic camera.
+        Any other makes it a focused plenoptic camera.
+    layout
+        How the micro lenses are arranged, which says from where on micro images cover a picture.
     """
 
     focal_length_mm: Length
+    other_focal_lengths_mm: tuple[Length, ...] = ()
     pitch_mm: Length
+    sensor_distance_mm: Length | None = None
+    layout: Literal["rectangular", "hexagonal"] = "rectangular"
+
+    @property
+    def spacing_mm(self) -> float:
+        """b_s, from the micro lenses to the sensor."""
+        return self.focal_length_mm if self.sensor_distance_mm is None else self.sensor_distance_mm
+
+    @property
+    def focal_lengths_mm(self) -> tuple[float, ...]:
+        """f_s of each type of micro lens."""
+        return self.focal_length_mm, *self.other_focal_lengths_mm
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """Kind of plenoptic camera that each type of micro lens makes (Lumsdaine, Georgiev 2009).
+
+        Micro lenses nearer to the sensor than f_s are focused on an image behind the sensor
+        (Galilean), others on one between them and the main lens (Keplerian).
+        """
+        spacing = self.spacing_mm
+        return tuple(
+            "standard" if f == spacing else "Galilean" if f > spacing else "Keplerian"
+            for f in self.focal_lengths_mm
+        )
+
+    @property
+    def standard(self) -> bool:
+        """Whether this is a standard plenoptic camera: all micro lenses are focused at infinity."""
+        return set(self.kinds) == {"standard"}
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The lengths of a standard camera alone, as its file has them."""
+        content: dict[str, Any] = handler(self)
+        fields = type(self).model_fields
+        return {name: v for name, v in content.items() if v != fields[name].default}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_types(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or not isinstance(values.get("focal_length_mm"), list):
+            return values
+        lengths = values["focal_length_mm"]
+        if not lengths or "other_focal_lengths_mm" in values:
+            raise ValueError("focal_length_mm must be a number, or a list of one or more")
+        return {**values, "focal_length_mm": lengths[0], "other_focal_lengths_mm": lengths[1:]}
+
+    @model_validator(mode="after")
+    def _where_the_sensor_is(self) -> Self:
+        if self.other_focal_lengths_mm and self.sensor_distance_mm is None:
+            raise ValueError("several focal lengths need sensor_distance_mm, where the sensor is")
+        return self
 
     @model_validator(mode="before")
     @classmethod
@@ -80,7 +153,7 @@ class MicroLensArray(Part):
         number, pitch = values["f_number"], values.get("pitch_mm")
         if "focal_length_mm" in rest:
             raise ValueError("give focal_length_mm or f_number, not both")
-        if not isinstance(number, int | float) or not isinstance(pitch, int | float):
+        if any(isinstance(n, bool) or not isinstance(n, int | float) for n in (number, pitch)):
             raise ValueError("f_number and pitch_mm must be numbers")
         return {**rest, "focal_length_mm": number * pitch}
 
@@ -163,7 +236,7 @@ class Instrument(Part):
 
 
 class Camera(Instrument):
-    """A standard plenoptic camera."""
+    """A plenoptic camera, standard or focused."""
 
     main_lens: MainLens
 
@@ -205,6 +278,7 @@ FIELDS = {
     "exit_pupil": ("main_lens", "exit_pupil_mm"),
     "pupil": ("main_lens", "entrance_pupil_diameter_mm"),
     "lens_focal_length": ("micro_lenses", "focal_length_mm"),
+    "sensor_distance": ("micro_lenses", "sensor_distance_mm"),
     "lens_pitch": ("micro_lenses", "pitch_mm"),
     "pixel": ("sensor", "pixel_pitch_mm"),
     "columns": ("sensor", "columns"),
@@ -212,20 +286,20 @@ FIELDS = {
 }
 
 
-def camera_of(known: Camera | None, given: Mapping[str, float]) -> Camera:
-    """A camera from its lengths, or a given camera with some lengths replaced.
+def camera_of(base: Camera | None, changes: Mapping[str, float]) -> Camera:
+    """A camera from its lengths, or another camera with some lengths replaced.
 
-    `given`: names of `FIELDS` and their values in mm (pixels for columns and rows). Raises
+    `changes`: names of `FIELDS` and their values in mm (pixels for columns and rows). Raises
     `InputError` if one of them is not possible, or is missing.
     """
     content: dict[str, Any] = {"main_lens": {}, "micro_lenses": {}, "sensor": {}}
-    if known is not None:
-        content = known.model_dump(exclude_unset=True)
-    for name, value in given.items():
+    if base is not None:
+        content = base.model_dump(exclude_unset=True)
+    for name, value in changes.items():
         part, field = FIELDS[name]
         content[part] = {**content[part], field: value}
-    if known is None or given:
-        content["name"] = "camera" if known is None else f"{known.name}, changed"
+    if base is None or changes:
+        content["name"] = "camera" if base is None else f"{base.name}, changed"
     try:
         return Camera.model_validate(content)
     except ValidationError as error:

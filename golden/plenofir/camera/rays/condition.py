@@ -23,32 +23,36 @@ def condition_numbers(
     An input x with a relative error of r puts the distance d off by r times its number. Beside
     `INPUTS` "all" has their sum: what happens if all inputs are off by as much in the worst way.
     f_U is off with the same extension e; a main lens that stands elsewhere (b_U) takes its pupil
-    with it. All are inf for planes at infinity.
+    with it. In a focused camera b_s stands in the place of f_s, on which no distance depends. All
+    are inf for planes at infinity.
 
     `a`: focus setting. `border`: the plane itself, or a border of its depth of field.
     """
-    known = {**model.lengths, "a": exact(float(a))}
+    lengths = {**model.lengths, "a": exact(float(a))}
+    edges = next(e for first, last, e in model.edges(border) if first <= float(a) <= last)
+    standard = model.camera.micro_lenses.standard
 
     def distance(inputs: dict[str, Decimal]) -> Decimal:
         """Infinite, or not a number, for planes at infinity."""
-        lines = plane_coefficients(inputs, model.micro_image_size, border)
+        lines = plane_coefficients(inputs, model.micro_image_size, border, edges)
         top, bottom = (constant + factor * inputs["a"] for constant, factor in lines)
         return top / bottom
 
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     with localcontext(_CONTEXT) as context:
         context.clear_traps()
-        middle = distance(known)
+        middle = distance(lengths)
         for name in INPUTS:
-            changed = dict(known)
+            changed = dict(lengths)
             if name == "b_U":
-                moved = (known["f_U"] + known["e"]) * _STEP
+                moved = (lengths["f_U"] + lengths["e"]) * _STEP
                 changed["e"] += moved
-                changed["1/d_A'"] /= 1 + moved * known["1/d_A'"]
+                changed["1/d_A'"] /= 1 + moved * lengths["1/d_A'"]
             else:
-                place = "1/d_A'" if name == "d_A'" else name
-                changed[place] += known[place] * _STEP
+                place = {"d_A'": "1/d_A'", "f_s": "b_s"}.get(name, name)
+                changed[place] += lengths[place] * _STEP
             number = float(abs((distance(changed) - middle) / (middle * _STEP)))
-            found[name] = inf if isnan(number) else number
-    found["all"] = sum(found.values())
-    return found
+            shown_as = "b_s" if name == "f_s" and not standard else name
+            numbers[shown_as] = inf if isnan(number) else number
+    numbers["all"] = sum(numbers.values())
+    return numbers

@@ -37,11 +37,11 @@ def abbe_limit(wavelength_mm: npt.ArrayLike, numerical_aperture: npt.ArrayLike) 
 def rayleigh_limit(camera: Camera, wavelength_mm: float = WAVELENGTH_MM) -> float:
     """Rayleigh limit of a camera's micro lenses on its sensor (Eq. 3.35, section 3.3.2).
 
-    Result: Airy radius of a micro lens in mm with its whole pitch open. If pixels are smaller,
-    diffraction and not the pixel limits the depth of field.
+    Result: Airy radius of a micro lens in mm with its whole pitch open, on a sensor at b_s. If
+    pixels are smaller, diffraction and not the pixel limits the depth of field.
     """
     array = camera.micro_lenses
-    return float(airy_radius(wavelength_mm, array.focal_length_mm, array.pitch_mm))
+    return float(airy_radius(wavelength_mm, array.spacing_mm, array.pitch_mm))
 
 
 def diffraction_note(camera: Camera) -> str:

@@ -26,26 +26,31 @@ class State(StrEnum):
         They diverge towards the scene.
     INSIDE_LENS
         Inside the main lens: nothing can be placed there.
+    BLURRED
+        A border of a depth of field that there is not: the micro lenses of every type blur this
+        plane by more than a pixel and the box.
     """
 
     REAL = "real"
     INFINITY = "infinity"
     BEYOND_INFINITY = "beyond infinity"
     INSIDE_LENS = "inside lens"
+    BLURRED = "no lens type is sharp"
 
 
 States = npt.NDArray[np.int8]
 """Indices into `STATES`."""
 STATES = tuple(State)
-REAL, INFINITY, BEYOND, INSIDE = range(len(STATES))
+REAL, INFINITY, BEYOND, INSIDE, BLURRED = range(len(STATES))
 
 
 @dataclass(frozen=True)
 class Distances:
     """Distances of planes from the micro lenses.
 
-    `mm`: distance in mm; nan for planes at and beyond infinity. Planes inside the lens have the
-    number at which their rays would meet. `states`: indices into `STATES`, same shape.
+    `mm`: distance in mm; nan for planes at and beyond infinity, and for borders where no type of
+    micro lens is sharp. Planes inside the lens have the number at which their rays would meet.
+    `states`: indices into `STATES`, same shape.
     """
 
     mm: Values

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A focused camera: its lengths, and the chief rays through its micro lenses and main lens."""
+"""A camera as it is focused: its lengths, and chief rays through its micro lenses and main lens."""
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
@@ -19,14 +19,15 @@ Origin = Literal["exit pupil", "principal plane", "aperture stop", "ideal"]
 
 @dataclass(frozen=True)
 class FocusedCamera:
-    """Geometry of a focused camera with micro images of M pixels: the base of `RayModel`."""
+    """Geometry of a camera that was focused, with micro images of M pixels: base of `RayModel`."""
 
     camera: Camera
     extension: Decimal
     micro_image_size: int
+    box: int | None = None
 
     def __post_init__(self) -> None:
-        """Check M and the exit pupil."""
+        """Check M, the box and the exit pupil."""
         if not CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension):
             raise InputError(
                 "the exit pupil lies in the micro lenses at this focus", where=self.camera.name
@@ -36,17 +37,23 @@ class FocusedCamera:
             raise InputError(
                 f"M = {m!r} is not the size of a micro image; use an integer, 2 or more"
             )
+        if self.box is not None and not (isinstance(self.box, int) and 1 <= self.box <= m):
+            raise InputError(f"{self.box!r} samples; use an integer from 1 to M = {m}", where="box")
 
     @classmethod
-    def focused(cls, camera: Camera, focus_mm: float, micro_image_size: int) -> Self:
+    def focused(
+        cls, camera: Camera, focus_mm: float, micro_image_size: int, box: int | None = None
+    ) -> Self:
         """Focus a camera on a plane.
 
         `focus_mm`: d_f from the micro lenses to the plane; inf is allowed. `micro_image_size`: M, 2
-        or more. Raises `InputError` if M or the focus is not possible.
+        or more. `box`: samples of a slice that are averaged; None for M in a standard camera and
+        |a'| = |a M| (at most M) in a focused one. Raises `InputError` if M, the box or the focus is
+        not possible.
         """
         lens = camera.main_lens
         f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
-        return cls(camera, lens_extension(f, separation, focus_mm), micro_image_size)
+        return cls(camera, lens_extension(f, separation, focus_mm), micro_image_size, box)
 
     def micro_image_note(self) -> str:
         """What is wrong with M for this camera; empty if its micro images have M pixels."""
@@ -83,8 +90,8 @@ class FocusedCamera:
 
     @property
     def pixel_slope(self) -> float:
-        """Slope kappa between rays of neighbouring pixels of a micro image."""
-        return self.camera.sensor.pixel_pitch_mm / self.camera.micro_lenses.focal_length_mm
+        """Slope kappa = p_p / b_s between rays of neighbouring pixels of a micro image."""
+        return self.camera.sensor.pixel_pitch_mm / self.camera.micro_lenses.spacing_mm
 
     def micro_lens_position(self, j: npt.ArrayLike) -> Values:
         """Positions s_j of micro lenses, counted from the optical axis (Eq. 3.19).
@@ -119,7 +126,7 @@ class FocusedCamera:
                 "its file",
                 where=self.camera.name,
             )
-        return s + s * (self.camera.micro_lenses.focal_length_mm / length)
+        return s + s * (self.camera.micro_lenses.spacing_mm / length)
 
     def chief_ray_slope(self, i: npt.ArrayLike, position_mm: npt.ArrayLike) -> Values:
         """Slopes of chief rays between micro lenses and main lens (Eq. 3.24).

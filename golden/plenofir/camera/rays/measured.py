@@ -4,10 +4,11 @@
 Chief rays leave the exit pupil, so micro images are farther apart than micro lenses. With Eqs. 3.20
 and 3.21, a pitch of n pixels of width p_p puts the pupil at
 
-    d = f_s / (n p_p / p_M - 1)
+    d = b_s / (n p_p / p_M - 1)
 
-from the micro lenses. With the main lens reversed the pupil is the entrance pupil. The excess
-n p_p / p_M - 1 is a few percent, so relative errors of the three pitches count 1 / excess times.
+from the micro lenses; b_s, their distance from the sensor, is f_s in a standard camera. With the
+main lens reversed the pupil is the entrance pupil. The excess n p_p / p_M - 1 is a few percent, so
+relative errors of the three pitches count 1 / excess times.
 """
 
 from dataclasses import dataclass
@@ -65,7 +66,7 @@ def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> Measured
     """
     array, pixel = model.camera.micro_lenses, model.camera.sensor.pixel_pitch_mm
     predicted = model.exit_pupil_mm
-    usual = array.pitch_mm * (1 + array.focal_length_mm / predicted) / pixel
+    usual = array.pitch_mm * (1 + array.spacing_mm / predicted) / pixel
     if not abs(pitch_px - usual) <= _SAME_CAMERA * usual:
         raise InputError(
             f"the micro images are {pitch_px:.2f} pixels apart, those of "
@@ -74,15 +75,15 @@ def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> Measured
             where="camera",
         )
     excess = pitch_px * pixel / array.pitch_mm - 1
-    wanted = array.focal_length_mm / predicted
+    expected = array.spacing_mm / predicted
     unsure = error_px * pixel / array.pitch_mm
-    distance = array.focal_length_mm / excess if excess else inf
+    distance = array.spacing_mm / excess if excess else inf
     return MeasuredPupil(
         distance_mm=distance,
-        error_mm=distance**2 * unsure / array.focal_length_mm,
+        error_mm=distance**2 * unsure / array.spacing_mm,
         predicted_mm=predicted,
-        micro_lens_pitch_mm=pitch_px * pixel / (1 + wanted),
-        agrees=abs(excess - wanted) <= _ERRORS * unsure + _SHARE * abs(wanted),
+        micro_lens_pitch_mm=pitch_px * pixel / (1 + expected),
+        agrees=abs(excess - expected) <= _ERRORS * unsure + _SHARE * abs(expected),
     )
 
 
@@ -117,7 +118,7 @@ def extension_of_infinity(camera: Camera, a: float) -> float:
     infinity. nan where no extension has infinity there.
     """
     # d' = e of plane a, with d_A' = P + e: kappa e^2 + kappa P e + a p_M P = 0.
-    slope = camera.sensor.pixel_pitch_mm / camera.micro_lenses.focal_length_mm
+    slope = camera.sensor.pixel_pitch_mm / camera.micro_lenses.spacing_mm
     pupil, shift = camera.main_lens.exit_pupil_mm, a * camera.micro_lenses.pitch_mm
     square = 1 - 4 * shift / (slope * pupil)
     return float("nan") if square < 0 else -2 * shift / slope / (1 + sqrt(square))

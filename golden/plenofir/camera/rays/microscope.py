@@ -102,6 +102,15 @@ class Microscope(Instrument):
     source: str = ""
     objective: Objective
 
+    @model_validator(mode="after")
+    def _standard(self) -> Self:
+        if not self.micro_lenses.standard:
+            raise ValueError(
+                "sensor_distance_mm other than focal_length_mm is for cameras: the heights of a "
+                "microscope with focused micro lenses are not known here"
+            )
+        return self
+
 
 def load_instrument(path: str | Path) -> Camera | Microscope:
     """Load a camera or a microscope: a shipped one by name, or any from a TOML file.

@@ -27,7 +27,7 @@ def _draw_rays(axes: Axes, model: RayModel, a: float, colour: str, reach: float)
     """Draw the ray pair of one plane from the sensor into object space."""
     c = (model.micro_image_size - 1) / 2
     pitch = model.camera.micro_lenses.pitch_mm
-    sensor = -model.camera.micro_lenses.focal_length_mm
+    sensor = -model.camera.micro_lenses.spacing_mm
     lens = model.image_distance_mm
     front = _front(model)
     for sign in (1, -1):
@@ -58,16 +58,17 @@ def _front(model: RayModel) -> float:
 
 def sharp_ranges(model: RayModel, settings: Sequence[Fraction]) -> list[SharpRange | str]:
     """What is sharp in slices, for `draw_ranges`."""
-    found: list[SharpRange | str] = []
+    ranges: list[SharpRange | str] = []
     for a in settings:
         field, plane = depth_of_field(model, a), model.distance(float(a))
         if field is None:
-            found.append(f"a = {a}: {plane.state().value}")
+            blurred = model.near_border(float(a)).state() is State.BLURRED
+            ranges.append(f"a = {a}: {(State.BLURRED if blurred else plane.state()).value}")
             continue
         centre = float(plane.mm) if plane.state() is State.REAL else None
         near = max(field.near_mm, _front(model))
-        found.append(SharpRange(f"a = {a}", near, field.far_mm, centre))
-    return found
+        ranges.append(SharpRange(f"a = {a}", near, field.far_mm, centre))
+    return ranges
 
 
 def _titled(model: RayModel) -> str:

@@ -261,7 +261,7 @@ def render(
     channels = max((layer.canvas.shape[2] - 1 for layer in layers), default=1)
     rng = np.random.default_rng(seed)
     pixel = model.camera.sensor.pixel_pitch_mm
-    stretch = 1 + model.camera.micro_lenses.focal_length_mm / model.exit_pupil_mm
+    stretch = 1 + model.camera.micro_lenses.spacing_mm / model.exit_pupil_mm
     middle = (np.array(shape) - 1) / 2
     raw = np.empty((*shape, channels))
     white = np.empty(shape)

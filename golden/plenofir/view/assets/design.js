@@ -26,9 +26,9 @@ function row(cells, kind = "td") {
     return line;
 }
 
-function show(content, texts) {
+function show(content) {
     by("figures").tBodies[0].replaceChildren(...Object.entries(content.figures).map(([name, value]) =>
-        row([texts[name][0], digits(value), texts[name][1]])));
+        row([content.texts[name][0], digits(value), content.texts[name][1]])));
     const names = content.planes.length ? Object.keys(content.planes[0]) : [];
     by("planes").tHead.replaceChildren(row(names.map((name) => name.replace("_mm", "").replaceAll("_", " ")), "th"));
     by("planes").tBodies[0].replaceChildren(...content.planes.map((plane) =>
@@ -41,7 +41,7 @@ function show(content, texts) {
 }
 
 // The newest answer is shown, whichever comes first.
-async function ask(texts) {
+async function ask() {
     const number = ++asked;
     const words = query();
     const answer = await fetch(`figures.json?${words}`);
@@ -51,7 +51,7 @@ async function ask(texts) {
     const content = answer.ok ? JSON.parse(text) : { refused: text };
     by("message").textContent = content.refused ?? "";
     if (content.refused) return;
-    show(content, texts);
+    show(content);
     const plot = by("plot");
     const drawn = new Promise((done) => { plot.onload = done; plot.onerror = done; });
     plot.src = `plot.svg?${words}`;
@@ -88,7 +88,7 @@ async function start() {
         if (waiting) return;
         waiting = true;
         // One request at a time, with the latest places of the sliders.
-        idle = idle.then(() => { waiting = false; return ask(field.texts); });
+        idle = idle.then(() => { waiting = false; return ask(); });
     };
     const sliders = field.sliders.map((spec) => slider(spec, changed));
     by("sliders").replaceChildren(...sliders.flatMap((one) => one.nodes));
