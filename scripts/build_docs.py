@@ -14,7 +14,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from camera_tables import lens_pitches, sensors_table
+from camera_tables import focused_planes, lens_pitches, sensors_table
 from device_tables import device_shares, device_sources, scenes_on
 from entity_pages import declaration_table, entity_pages, instance_tree
 from kinds_by_commands import table as kinds_by_commands
@@ -260,7 +260,8 @@ def energy_and_growth(text: str) -> str:
 
 
 def ray_model(text: str) -> str:
-    """Printed digits of the thesis that the ray model gives, and its errors in extreme cases."""
+    """Planes of a focused camera, the thesis's printed digits, and errors in extreme cases."""
+    text = between_marks(text, "focused planes", "\n".join(focused_planes()))
     text = between_marks(text, "digits", rounding_sentences())
     text = between_marks(text, "real rays", "\n".join(real_tables.summary()))
     pictures = lens_pictures.summary(lens_pictures.load_recorded())

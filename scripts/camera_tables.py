@@ -1,11 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for camera builders: sensors on devices, micro lenses that suit a pixel pitch."""
+"""Tables for camera builders: sensors on devices, micro lenses that suit a pixel pitch.
+
+And planes of the shipped focused camera.
+"""
 
 import tempfile
+from fractions import Fraction
 from pathlib import Path
 
 from plenofir.camera.design import design
-from plenofir.camera.rays import Camera, RayModel
+from plenofir.camera.rays import (
+    Camera,
+    Distances,
+    RayModel,
+    State,
+    load_camera,
+    sharpest_type,
+    virtual_depth,
+)
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.sensors import KNOWN_SENSORS, KnownSensor
@@ -109,3 +121,29 @@ def lens_pitches(text: str) -> str:
         "640 x 480 or 1280 x 960 pixels | baseline of views, mm | diffraction of a lens, um"
     )
     return put(text, "lens-pitches", table(heads, rows))
+
+
+def focused_planes() -> list[str]:
+    """Planes of the shipped focused camera, as `plenofir distance` prints them."""
+    model = RayModel.focused(load_camera("raytrix-r12"), 463.54174, 23)
+
+    def cell(place: Distances) -> str:
+        return f"{place.mm:.4f}" if place.state() is State.REAL else place.state().value
+
+    rows = []
+    for setting in ("2/23", "5/46", "3/23", "4/23"):
+        a = float(Fraction(setting))
+        best = sharpest_type(model, a)
+        places = (model.near_border(a), model.distance(a), model.far_border(a))
+        rows.append(
+            (
+                setting,
+                *map(cell, places),
+                f"{virtual_depth(model, a):.4g}",
+                f"{model.box_at(a):.4g}",
+                int(best.lens_type) + 1 if best.sharp else "none",
+                f"{best.blur_px:.4g}",
+            )
+        )
+    heads = "a | near, mm | distance, mm | far, mm | v | B | lens type | blur, pixels"
+    return table(heads, rows)

@@ -25,6 +25,7 @@ from plenofir.commands import (
     plan,
     rays,
     refocusing,
+    shipped,
     sim,
     view,
     waves,
@@ -85,7 +86,7 @@ _STUDIES = "Studies"
 for heading, groups in (
     ("Photographs", _PHOTOGRAPHS),
     (_FPGA, (sim, plan)),
-    ("Cameras and distances", (design, rays)),
+    ("Cameras and distances", (design, rays, shipped)),
 ):
     for group in groups:
         for registered in group.app.registered_commands:

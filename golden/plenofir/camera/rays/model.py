@@ -80,7 +80,7 @@ class Edges(NamedTuple):
 
 
 LENS_WIDE = Edges(Decimal(1), 0, 1)
-"""Those of the thesis: of a box of M samples, one micro lens wide."""
+"""Edges as the thesis has them: of a box of M samples, one micro lens wide."""
 
 
 def plane_coefficients(
