@@ -158,7 +158,7 @@ assert refocus(np.ones((9, 9), np.uint8), 3, 0).all()
 def test_what_hinders_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
     monkeypatch.setattr(compiling, "tell", told.append)
-    monkeypatch.setattr(compiling, "_told", set())
+    monkeypatch.setattr(compiling, "_announced", set())
     for kind in ("damaged", "unkept", "damaged"):
         compiling.hindered(kind, kind)
     assert told == ["damaged", "unkept"]

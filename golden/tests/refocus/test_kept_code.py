@@ -100,7 +100,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What users are told."""
     sentences: list[str] = []
     monkeypatch.setattr(compiling, "tell", sentences.append)
-    monkeypatch.setattr(compiling, "_told", set())
+    monkeypatch.setattr(compiling, "_announced", set())
     return sentences
 
 
