@@ -200,9 +200,9 @@ def refocuser_table(
             work: value / (alone if work.endswith(_ALONE) else copy)
             for work, value in seconds.items()
         }
-        found = {shift: ratios.pop(f"a' = {shift}") for shift in shifts}
-        between = [found[shift] for shift in shifts if shift % m]
-        whole = [found[shift] for shift in shifts if shift % m == 0]
+        ratio_of = {shift: ratios.pop(f"a' = {shift}") for shift in shifts}
+        between = [ratio_of[shift] for shift in shifts if shift % m]
+        whole = [ratio_of[shift] for shift in shifts if shift % m == 0]
         ratios = {
             "fractional a: least": min(between),
             "fractional a: most": max(between),

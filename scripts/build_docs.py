@@ -253,9 +253,9 @@ def benchmark_and_errata(text: str) -> str:
 
 def energy_and_growth(text: str) -> str:
     """Put what was recorded of energy, and plans by the laws of growth, between their marks."""
-    found = energy.load_measured()
-    text = between_marks(text, "energy", "\n".join(energy.page(found, None)).rstrip())
-    plans = growth.planned(growth_measured.load_recorded(), found)
+    energies = energy.load_measured()
+    text = between_marks(text, "energy", "\n".join(energy.page(energies, None)).rstrip())
+    plans = growth.planned(growth_measured.load_recorded(), energies)
     return between_marks(text, "growth", "\n".join(plans))
 
 

@@ -38,8 +38,8 @@ MODES = {"r": "read", "r_w": "read, write", "wpulse": "write", "r_wpulse": "read
 
 def parts_of(register: Any) -> list[str]:
     """Parts that a register needs one of; none: it is always there."""
-    found = re.match(r"\(([a-z_, ]+)\) ", register.description)
-    return found[1].split(", ") if found else []
+    match = re.match(r"\(([a-z_, ]+)\) ", register.description)
+    return match[1].split(", ") if match else []
 
 
 def text_of(thing: Any) -> str:
@@ -93,12 +93,12 @@ class Vhdl93Generator(RegisterCodeGenerator):
                 if field.width > 1:
                     yield "", f"{name}_BITS", "positive", str(field.width)
         modes = [register.mode for register in registers]
-        for name, bits, what in (
+        for name, bits, remark in (
             ("READABLE", [m.software_can_read for m in modes], "Registers that can be read."),
             ("WRITABLE", [m.software_can_write for m in modes], "Registers that can be written."),
         ):
             digits = "".join(str(int(bit)) for bit in bits)
-            yield what, name, f"std_logic_vector(0 to {count - 1})", f'"{digits}"'
+            yield remark, name, f"std_logic_vector(0 to {count - 1})", f'"{digits}"'
         kept = {
             register.name: sum(((1 << f.width) - 1) << f.base_index for f in register.fields)
             * (register.mode.shorthand == "r_w")
@@ -167,7 +167,7 @@ class Vhdl93Generator(RegisterCodeGenerator):
 
 def c_header(generator: CHeaderGenerator) -> str:
     """hdl-registers' header, shortened, with its includes, and as C99 (hexadecimal masks)."""
-    code = re.sub(r"0b([01]+)u", lambda found: f"0x{int(found[1], 2):X}u", generator.get_code())
+    code = re.sub(r"0b([01]+)u", lambda match: f"0x{int(match[1], 2):X}u", generator.get_code())
     code = re.sub(r"#define \w+_MASK_INVERSE .*\n", "", code)
     start, rest = code.split("\n\n", 1)
     return (
@@ -189,12 +189,12 @@ def table(generator: RegisterCodeGenerator) -> str:
         for field in register.fields:
             low, high = field.base_index, field.base_index + field.width - 1
             bits = str(low) if low == high else f"{high}:{low}"
-            what = text_of(field)
+            meaning = text_of(field)
             if isinstance(field, Enumeration):
-                what += (
+                meaning += (
                     " " + "; ".join(f"{e.value}: {text_of(e)[:-1]}" for e in field.elements) + "."
                 )
-            rows.append(f"| | | | | {bits} | `{field.name}` | {what} |")
+            rows.append(f"| | | | | {bits} | `{field.name}` | {meaning} |")
     return "\n".join(row.replace("|  |", "| |") for row in rows)
 
 

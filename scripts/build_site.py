@@ -165,11 +165,11 @@ def main() -> int:
         # Not quietly: then mkdocs does not count warnings either.
         build = [sys.executable, "-m", "mkdocs", "--no-color", "build", "--strict"]
         environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
-        done = subprocess.run(
+        process = subprocess.run(
             build, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, check=False
         )
-        if done.returncode:
-            wrong = [line for line in done.stderr.splitlines() if not line.startswith("INFO")]
+        if process.returncode:
+            wrong = [line for line in process.stderr.splitlines() if not line.startswith("INFO")]
             print("\n".join(wrong), file=sys.stderr)
             return 1
         shutil.rmtree(OUT, ignore_errors=True)

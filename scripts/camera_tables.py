@@ -102,9 +102,9 @@ def lens_pitches(text: str) -> str:
             "sensor": {"pixel_pitch_mm": pixel, "columns": columns, "rows": rows_px},
         }
         camera = Camera.model_validate(content)
-        found = design(RayModel.focused(camera, 1000.0, m), 300.0)
-        values = {figure.name: figure.value for figure in found.figures}
-        rayleigh = next(f for f in found.figures if f.name.startswith("rayleigh"))
+        designed = design(RayModel.focused(camera, 1000.0, m), 300.0)
+        values = {figure.name: figure.value for figure in designed.figures}
+        rayleigh = next(f for f in designed.figures if f.name.startswith("rayleigh"))
         rows.append(
             (
                 f"{pixel_um:g}",

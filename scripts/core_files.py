@@ -255,10 +255,10 @@ SELF_TEST_ROWS = 48
 def _needed(*tops: str) -> list[Path]:
     """Sources of tops in order of analysis, their own included."""
     sources = hdl.all_sources()
-    found = {source for source in sources if source.stem in tops}
-    for top in tuple(found):
-        found |= set(needed_sources(top.read_text(), top.stem, sources))
-    return [source for source in sources if source in found]
+    needed = {source for source in sources if source.stem in tops}
+    for top in tuple(needed):
+        needed |= set(needed_sources(top.read_text(), top.stem, sources))
+    return [source for source in sources if source in needed]
 
 
 def _listed(paths: Iterable[Path], without: Sequence[Path] = ()) -> str:

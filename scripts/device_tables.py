@@ -73,9 +73,9 @@ def scenes_on(device: str) -> list[str]:
         if isinstance(plan, str):
             rows.append((scene, f"does not fit: {plan}"))
             continue
-        clock, what = _clock_of(scene, plan), "board" if plan.path != "core" else "core"
-        fits = f"the {what} fits; not placed"
-        rows.append((scene, fits if clock is None else f"the {what} placed: {clock:g} MHz"))
+        clock, part = _clock_of(scene, plan), "board" if plan.path != "core" else "core"
+        fits = f"the {part} fits; not placed"
+        rows.append((scene, fits if clock is None else f"the {part} placed: {clock:g} MHz"))
     return table(f"scene | on the {DEVICES[device].title}", rows)
 
 

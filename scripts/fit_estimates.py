@@ -36,28 +36,28 @@ def least_worst(parts: np.ndarray) -> np.ndarray:
     large deviations get more weight (Lawson).
     """
     rows = np.ones(len(parts))
-    found: list[tuple[float, np.ndarray]] = []
+    candidates: list[tuple[float, np.ndarray]] = []
     for _ in range(40):
         weights, _ = nnls(parts * rows[:, None], rows)
         errors = np.abs(parts @ weights - 1)
-        found.append((float(errors.max()), weights))
+        candidates.append((float(errors.max()), weights))
         rows *= 0.75 + 0.5 * errors / errors.max()
         rows /= rows.mean()
-    return min(found, key=lambda pair: pair[0])[1]
+    return min(candidates, key=lambda pair: pair[0])[1]
 
 
 def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
     """Cores that were placed on an ECP5: the comparison's, the scenes', small ones."""
-    known = load_record().placed[ECP5_SLOWEST]
-    cores = {cell.name: cell.core() for cell in comparison.placed_cells() if cell.name in known}
+    records = load_record().placed[ECP5_SLOWEST]
+    cores = {cell.name: cell.core() for cell in comparison.placed_cells() if cell.name in records}
     cores |= {design.name.removesuffix(" core"): design.core for design in core_designs()}
     for pair in compared_designs():
-        cores |= {design.name: design.core for design in pair if design.name in known}
+        cores |= {design.name: design.core for design in pair if design.name in records}
     for kind, m, shift, rows in PLACED:
         if kind == "core":
             engine = FirEngine(parallel_rows=rows)
             cores[f"{kind} M={m} a'={shift} iota={rows}"] = grey_core(m, (shift,), engine=engine)
-    return [(name, core, known[name].usage) for name, core in cores.items()]
+    return [(name, core, records[name].usage) for name, core in cores.items()]
 
 
 def fit_engine(
@@ -75,8 +75,8 @@ def fit_engine(
     }
     tables: dict[str, dict[str, float]] = {}
     within = 0.0
-    for resource, wanted in goals.items():
-        goal = np.array(wanted, dtype=float)
+    for resource, amounts in goals.items():
+        goal = np.array(amounts, dtype=float)
         weights = least_worst(parts / goal[:, None])
         rounded = [float(f"{weight:.3g}") for weight in weights]
         tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
@@ -98,18 +98,18 @@ def fit(names: Sequence[str]) -> None:
         if family == "spartan6":
             cores = {design.name: design.core for design in designs() if design.top == CORE}
             cores |= {cell.name: cell.core() for cell in comparison.measured_cells()}
-            known = counts[family]
+            records = counts[family]
             cells = [
-                (name, core, known[name].usage) for name, core in cores.items() if name in known
+                (name, core, records[name].usage) for name, core in cores.items() if name in records
             ]
         elif family == "ecp5":
             cells = placed_on_ecp5()
         else:
             cells = [(name, core, counts[family][name].usage) for name, core in counted.items()]
         for kind in SLICE_ENGINES:
-            own = [cell for cell in cells if cell[1].engine.kind == kind]
-            if own:
-                weights.setdefault(kind, {})[family] = fit_engine(kind, family, own)
+            cells_of_kind = [cell for cell in cells if cell[1].engine.kind == kind]
+            if cells_of_kind:
+                weights.setdefault(kind, {})[family] = fit_engine(kind, family, cells_of_kind)
         if family == "spartan6":
             continue
         # For designs without a fit: LUTs and flip-flops relative to a Spartan-6, from the same

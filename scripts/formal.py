@@ -328,10 +328,10 @@ def abc_program() -> Path:
     return Path(package.origin).parent / "yosys-abc"
 
 
-def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
+def _check(directory: Path, name: str, commands: str, verdict: str) -> None:
     """Let ABC check the properties of ``proof.aig``."""
     witness = directory / "failure.aiw"
-    done = subprocess.run(
+    process = subprocess.run(
         [
             str(abc_program()),
             "-c",
@@ -342,11 +342,11 @@ def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
         text=True,
         check=False,
     )
-    (directory / "proof.log").write_text(done.stdout + done.stderr)
-    if wanted not in done.stdout:
+    (directory / "proof.log").write_text(process.stdout + process.stderr)
+    if verdict not in process.stdout:
         if witness.exists():
             _replay(directory, witness)
-        raise _not_proved(directory, name, done.stdout[-500:])
+        raise _not_proved(directory, name, process.stdout[-500:])
 
 
 def _replay(directory: Path, witness: Path) -> None:

@@ -19,9 +19,9 @@ def main() -> int:
     scene = generator.config["scene"]
     profile = Path(generator.files_root) / scene
     command = [sys.executable, "-m", "plenofir", "configure", "--verilog", "--out", "scene"]
-    done = subprocess.run([*command, str(profile if profile.is_file() else scene)], check=False)
-    if done.returncode:
-        return done.returncode
+    process = subprocess.run([*command, str(profile if profile.is_file() else scene)], check=False)
+    if process.returncode:
+        return process.returncode
     names = [file for file in sorted(Path("scene").iterdir()) if file.suffix in (".v", ".vh")]
     generator.add_files(
         [

@@ -53,11 +53,11 @@ def reserved_names(text: str) -> Iterator[tuple[int, str]]:
         r"\bis record\b.*?\bend record\b",
         r"\b(?:function|procedure)\s+\w+\s*\(.*?\)\s*(?:return|;|is)",
     ):
-        plain = re.sub(inside, lambda found: "\n" * found[0].count("\n"), plain, flags=re.S)
-    for found in re.finditer(r"^ *(?:signal +)?(\w+(?: *, *\w+)*) *:(?!=)", plain, re.M):
-        for name in re.split(r" *, *", found[1]):
+        plain = re.sub(inside, lambda match: "\n" * match[0].count("\n"), plain, flags=re.S)
+    for match in re.finditer(r"^ *(?:signal +)?(\w+(?: *, *\w+)*) *:(?!=)", plain, re.M):
+        for name in re.split(r" *, *", match[1]):
             if name in RESERVED:
-                yield plain.count("\n", 0, found.start(1)) + 1, name
+                yield plain.count("\n", 0, match.start(1)) + 1, name
 
 
 # A comment is read without its neighbours, so it does not begin with one of these.

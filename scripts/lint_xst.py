@@ -24,14 +24,14 @@ def refused_by_nvc() -> str:
         return ""
     command = nvc.build_commands(hdl.hdl_sources(), "raster_refocuser")[0]
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    return done.stderr if done.returncode else ""
+        process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return process.stderr if process.returncode else ""
 
 
 def main() -> int:
     """Print what is found."""
-    found = [*map(str, lint(hdl.board_sources())), refused_by_nvc()]
-    lines = [line for line in found if line]
+    findings = [*map(str, lint(hdl.board_sources())), refused_by_nvc()]
+    lines = [line for line in findings if line]
     if lines:
         print(*lines, sep="\n", file=sys.stderr)
     return 1 if lines else 0

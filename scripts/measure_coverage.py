@@ -120,15 +120,15 @@ def assignments(source: str) -> set[int]:
     first = next(
         (n for n, text in enumerate(lines) if text.startswith("architecture ")), len(lines)
     )
-    found, continued = set(), False
+    numbers, continued = set(), False
     for number, text in enumerate(lines[first:], first + 1):
         code = text.split("--")[0].rstrip()
         if not continued and ASSIGNS.match(code) and not DECLARES.match(code):
-            found.add(number)
+            numbers.add(number)
         continued = bool(code) and not code.endswith(
             (";", " is", "begin", "then", "else", "loop", "generate", "=>")
         )
-    return found
+    return numbers
 
 
 def vhdl_files(hits: Counter[Item], sources: Iterable[Path]) -> dict[Path, Unreached]:
@@ -138,9 +138,9 @@ def vhdl_files(hits: Counter[Item], sources: Iterable[Path]) -> dict[Path, Unrea
         text = source.read_text()
         if "\narchitecture " not in text:
             continue
-        own = {item: count for item, count in hits.items() if item[0] == source.stem}
+        hits_here = {item: count for item, count in hits.items() if item[0] == source.stem}
         result = files[source] = Unreached()
-        for (_, line, _, way), count in own.items():
+        for (_, line, _, way), count in hits_here.items():
             if way == STATEMENT:
                 result.statements += 1
                 result.missed_statements += not count
@@ -150,8 +150,8 @@ def vhdl_files(hits: Counter[Item], sources: Iterable[Path]) -> dict[Path, Unrea
                 result.branches += 1
                 if not count:
                     result.missed_branches.setdefault(line, set()).add(way)
-        known = {line for _, line, _, _ in own}
-        absent = assignments(text) - known
+        counted = {line for _, line, _, _ in hits_here}
+        absent = assignments(text) - counted
         result.statements += len(absent)
         result.missed_statements += len(absent)
         result.missed |= absent
@@ -168,14 +168,14 @@ def python_files(folder: Path) -> dict[str, tuple[int, list[int]]]:
         coverage.combine([str(file) for file in folder.glob("data.*")], strict=True, keep=True)
         coverage.json_report(outfile=str(report))
         files = json.loads(report.read_text())["files"]
-    found = {}
+    entries = {}
     for name, content in files.items():
         path = Path(name).resolve().as_posix()
         missed = content["missing_lines"]
         count = len(content["executed_lines"]) + len(missed)
         if count:
-            found["golden/" + path.rpartition("/golden/")[2]] = (count, missed)
-    return dict(sorted(found.items()))
+            entries["golden/" + path.rpartition("/golden/")[2]] = (count, missed)
+    return dict(sorted(entries.items()))
 
 
 def explained(kind: str) -> dict[tuple[str, str], str]:
@@ -194,26 +194,30 @@ def vhdl_page(files: dict[Path, Unreached]) -> tuple[list[str], float, list[str]
     reasons = explained(".vhd")
     rows, listed, open_ends = [], [], []
     totals = Counter[str]()
-    for path, found in sorted(files.items()):
+    for path, unreached in sorted(files.items()):
         name = path.relative_to(ROOT / "hdl").as_posix()
-        missed_ways = sum(map(len, found.missed_branches.values()))
+        missed_ways = sum(map(len, unreached.missed_branches.values()))
         numbers = (
-            found.statements - found.missed_statements,
-            found.statements,
-            found.branches - missed_ways,
-            found.branches,
+            unreached.statements - unreached.missed_statements,
+            unreached.statements,
+            unreached.branches - missed_ways,
+            unreached.branches,
         )
         totals.update(dict(zip(("s", "S", "b", "B"), numbers, strict=True)))
         rows.append(row(f"`{name}`", numbers))
         lines = path.read_text().splitlines()
-        for line in sorted(found.missed | found.missed_branches.keys()):
+        for line in sorted(unreached.missed | unreached.missed_branches.keys()):
             text = lines[line - 1].split("--")[0].strip()
-            ways = found.missed_branches.get(line, set())
-            what = "never" if line in found.missed else " and ".join(sorted(map(way_name, ways)))
+            ways = unreached.missed_branches.get(line, set())
+            outcomes = (
+                "never" if line in unreached.missed else " and ".join(sorted(map(way_name, ways)))
+            )
             why = reasons.get((path.name, text)) or reasons.get((path.name, "*"))
             if not why:
-                open_ends.append(f"{name}:{line}: {what}: {text}")
-            listed.append(f"| `{name}` {line} | `{escaped(text)}` | {what} | {why or '**open**'} |")
+                open_ends.append(f"{name}:{line}: {outcomes}: {text}")
+            listed.append(
+                f"| `{name}` {line} | `{escaped(text)}` | {outcomes} | {why or '**open**'} |"
+            )
     total = tuple(totals[key] for key in ("s", "S", "b", "B"))
     page = [
         "## VHDL",
@@ -293,13 +297,13 @@ def run_tests(folder: Path, tests: Sequence[str], *, full: bool) -> None:
         "NVC_COVERAGE": str(folder / "vhdl"),
         "COVERAGE_FILE": str(folder / "python" / "data"),
     }
-    done = subprocess.run(
+    process = subprocess.run(
         [*command, "--dist", "worksteal", *which],
         cwd=ROOT,
         env={**os.environ, **environment},
         check=False,
     )
-    if done.returncode:
+    if process.returncode:
         print("coverage: tests failed; what they reach counts all the same", file=sys.stderr)
 
 

@@ -186,8 +186,8 @@ def module_diagram(run: RowRun) -> WaveJson:
     signals, m, taps = run.signals, run.layout.micro_image_size, run.taps
     cycles = range(signals["strobe"].index(1) - 1, len(run.starts_ns))
     # The zeros that flush the last sums are not part of the row.
-    given = [i for i in cycles if signals["is_pixel"][i] == 1]
-    steps = [i for i in cycles if signals["stage.strobe_d2"][i] == 1][: len(given)]
+    inputs = [i for i in cycles if signals["is_pixel"][i] == 1]
+    steps = [i for i in cycles if signals["stage.strobe_d2"][i] == 1][: len(inputs)]
     valid = [i for i in cycles if signals["valid"][i] == 1]
     switches = _in_bits((signals["stage.control.closed"][i] for i in cycles), len(taps))
     products = f"E_fs[x_k] / {m}"
@@ -196,7 +196,7 @@ def module_diagram(run: RowRun) -> WaveJson:
     arrows = _Arrows()
     # The last tap's sum is the output one cycle later; each cycle earlier it was one tap before.
     path = [(f"w = {tap}", valid[MARKED_OUTPUT] - len(taps) + tap) for tap in range(len(taps))]
-    adding = _pixels_of_output(MARKED_OUTPUT, len(given), m, run.layout.shifts[0])
+    adding = _pixels_of_output(MARKED_OUTPUT, len(inputs), m, run.layout.shifts[0])
     entries = {steps[pixel] + 1: (products, steps[pixel]) for pixel in adding}
     begun = [cell for cell in path if cell[1] >= min(entries)]
     for cell in begun:
@@ -215,7 +215,7 @@ def module_diagram(run: RowRun) -> WaveJson:
 
     lanes: list[Any] = [
         {"name": "PCLK", "wave": "p" + "." * (len(cycles) - 1)},
-        by_phase("E_fs[x_k]", "pixel", given),
+        by_phase("E_fs[x_k]", "pixel", inputs),
         by_phase(products, f"{_LANE}.product_d2", steps),
         by_phase("p", "stage.control.phase", steps),
         [

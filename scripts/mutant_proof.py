@@ -54,12 +54,12 @@ def list_circuits(out: Path, words: Sequence[str]) -> int:
     sys.path.insert(0, str(project.root() / "tb"))
     from plenofir_tb import runner
 
-    found: set[Circuit] = set()
+    circuits: set[Circuit] = set()
 
     def note(cases: Sequence[Any], *_: Any, **options: Any) -> set[str]:
         board = options["board"]
         # The bench around a board simulates its primitives.
-        found.update(
+        circuits.update(
             circuit(f"{board}_top", {}, board) if board else circuit(case.top, case.generics)
             for case in cases
         )
@@ -71,7 +71,7 @@ def list_circuits(out: Path, words: Sequence[str]) -> int:
         mock.patch.dict(os.environ, {"SEED": "1"}),
     ):
         pytest.main(["-q", "-p", "no:cacheprovider", "-m", "", *words])
-    out.write_text(json.dumps(sorted(found, key=repr)))
+    out.write_text(json.dumps(sorted(circuits, key=repr)))
     return 0
 
 
@@ -102,20 +102,20 @@ def _renumbered(module: str) -> str:
     return NUMBERED.sub(lambda name: numbers.setdefault(name[0], f"n{len(numbers)}"), module)
 
 
-def synthesised(mutant: Mutant | None, made: Circuit, folder: Path) -> dict[str, str]:
+def synthesised(mutant: Mutant | None, circuit: Circuit, folder: Path) -> dict[str, str]:
     """Modules of a circuit; those of the sources are kept while they stay as they are."""
-    top, generics, board = made
+    top, generics, board = circuit
     sources = hdl.board_sources(board) if board else hdl.hdl_sources()
     benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
-    text = repr((made, [source.read_text() for source in sources]))
+    text = repr((circuit, [source.read_text() for source in sources]))
     kept = project.root() / "build" / "mutant_proof" / hashlib.sha256(text.encode()).hexdigest()
     if mutant is None and kept.is_file():
         return modules_of(kept.read_text())
     folder.mkdir(parents=True)
     files = write_mutant(mutant, sources, folder / "hdl")
-    own = [benches[top]] if top in benches else []
+    wrappers = [benches[top]] if top in benches else []
     primitives = {"": "", "atlys": "unisim", "ulx3s": "ecp5u"}[board]
-    verilog = write_verilog([*files, *own], top, dict(generics), folder, primitives=primitives)
+    verilog = write_verilog([*files, *wrappers], top, dict(generics), folder, primitives=primitives)
     if mutant is None:
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(verilog.read_text())
@@ -132,13 +132,13 @@ class Comparison:
 
     def below(self, modules: dict[str, str], name: str) -> list[str]:
         """A module and all in it."""
-        found, todo = [], [name]
+        names, todo = [], [name]
         while todo:
             one = todo.pop()
-            if one in modules and one not in found:
-                found.append(one)
+            if one in modules and one not in names:
+                names.append(one)
                 todo += INSTANCE.findall(modules[one])
-        return found
+        return names
 
     def text(self, modules: dict[str, str], name: str) -> str:
         """Verilog of a module and all in it."""
@@ -172,20 +172,20 @@ class Comparison:
 
 
 # Proofs by their texts: the same module is part of many circuits.
-_known: dict[str, bool] = {}
+_verdicts: dict[str, bool] = {}
 
 
 def are_equivalent(name: str, before: str, after: str, folder: Path) -> bool:
     """Whether Yosys and ABC prove two circuits equal."""
     key = hashlib.sha256(f"{before}\0{after}".encode()).hexdigest()
-    if key not in _known:
+    if key not in _verdicts:
         place = folder / key[:12]
         place.mkdir(parents=True)
         try:
-            _known[key] = _prove(name, before, after, place)
+            _verdicts[key] = _prove(name, before, after, place)
         except ToolError:
-            _known[key] = False
-    return _known[key]
+            _verdicts[key] = False
+    return _verdicts[key]
 
 
 def _prove(name: str, before: str, after: str, place: Path) -> bool:
@@ -218,27 +218,27 @@ def proved_circuits(mutant: Mutant, folder: Path) -> int:
     0 if one differs or is not proved.
     """
     tests = (test for test in rounds_of(mutant) if not is_apart(test))
-    circuits = dict.fromkeys(made for test in tests for made in circuits_of(test))
+    circuits = dict.fromkeys(circuit for test in tests for circuit in circuits_of(test))
     entity = Path(mutant.file).stem
     package = entity.endswith("_pkg")
-    seen: set[str] = set()
+    proved: set[str] = set()
     holding = 0
-    for number, made in enumerate(circuits):
+    for number, circuit in enumerate(circuits):
         try:
-            before = synthesised(None, made, folder / f"before-{number}")
-            own = {name for name in before if re.fullmatch(rf"{entity}(_[\d_a-f]+)?", name)}
-            if not own and not package:
+            before = synthesised(None, circuit, folder / f"before-{number}")
+            versions = {name for name in before if re.fullmatch(rf"{entity}(_[\d_a-f]+)?", name)}
+            if not versions and not package:
                 continue
             holding += 1
-            if own and own <= seen:
+            if versions and versions <= proved:
                 continue
-            after = synthesised(mutant, made, folder / f"after-{number}")
+            after = synthesised(mutant, circuit, folder / f"after-{number}")
         except ToolError:
             return 0
         comparison = Comparison(before, after, folder / "proofs")
-        if not comparison.equal(made[0]):
+        if not comparison.equal(circuit[0]):
             return 0
-        seen |= {name for name in own if comparison.equal(name)}
+        proved |= {name for name in versions if comparison.equal(name)}
     return holding
 
 

@@ -115,8 +115,8 @@ def drawn_starts() -> frozenset[str]:
 def hunts_of(file: str) -> tuple[str, ...]:
     """Hunts that build a source, those of few sources first."""
     built = {name: [source.name for source in sources_of(name)] for name in entities()}
-    found = [name for name, files in built.items() if file in files]
-    return tuple(sorted(found, key=lambda name: len(built[name])))
+    hunts = [name for name, files in built.items() if file in files]
+    return tuple(sorted(hunts, key=lambda name: len(built[name])))
 
 
 def is_set_each_clock(text: str, name: str) -> bool:
@@ -137,12 +137,12 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
         first = text[: max(begins) + 1].count("\n")
         lines = text.splitlines()
 
-        seen: Counter[str] = Counter()
+        counts: Counter[str] = Counter()
         places = []
         for line in lines:
             code = line.split("--")[0].strip()
-            seen[code] += 1
-            places.append(seen[code])
+            counts[code] += 1
+            places.append(counts[code])
 
         left_out = {
             number
@@ -177,10 +177,10 @@ def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
     return sorted(every, key=order)[:count]
 
 
-def is_explained(mutant: Mutant, known: set[Key]) -> bool:
+def is_explained(mutant: Mutant, keys: set[Key]) -> bool:
     """Whether a mutant's key is explained, or that of omitting its line."""
     file, old, _, place = mutant.key
-    return mutant.key in known or (file, old, "", place) in known
+    return mutant.key in keys or (file, old, "", place) in keys
 
 
 def explained() -> set[Key]:

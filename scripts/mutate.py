@@ -192,8 +192,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory(dir=work, prefix="mutant-") as name:
             return outcome(mutant, number, Path(name))
 
-    if found := run(None, 0):
-        print(f"the sources themselves fail the suite: {found}", file=sys.stderr)
+    if failure := run(None, 0):
+        print(f"the sources themselves fail the suite: {failure}", file=sys.stderr)
         return 1
     sources = [
         source
@@ -206,36 +206,43 @@ def main() -> int:
     every = list(dict.fromkeys(mutants(sources)))
     samples = {f"seed {seed}": chosen(every, seed, arguments.count) for seed in arguments.seeds}
     if arguments.survivors:
-        left = {key for key, (_, found) in load(arguments.survivors).items() if not found}
-        samples = {arguments.survivors.name: [mutant for mutant in every if mutant.key in left]}
-    taken = list(dict.fromkeys(mutant for sample in samples.values() for mutant in sample))
-    known = explained()
-    done = load(arguments.out) if arguments.resume else {}
+        survivors = {key for key, (_, failure) in load(arguments.survivors).items() if not failure}
+        samples = {
+            arguments.survivors.name: [mutant for mutant in every if mutant.key in survivors]
+        }
+    mutants_to_run = list(dict.fromkeys(mutant for sample in samples.values() for mutant in sample))
+    explanations = explained()
+    outcomes = load(arguments.out) if arguments.resume else {}
     started = time.perf_counter()
 
     def save() -> None:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
         results = [
-            {**asdict(mutant), **dict(zip(("rounds", "outcome"), done[mutant.key], strict=True))}
-            for mutant in taken
-            if mutant.key in done
+            {
+                **asdict(mutant),
+                **dict(zip(("rounds", "outcome"), outcomes[mutant.key], strict=True)),
+            }
+            for mutant in mutants_to_run
+            if mutant.key in outcomes
         ]
         arguments.out.write_text(json.dumps(results, indent=1) + "\n")
 
     # All mutants go through the short tests before any goes through the long ones, and proofs last.
-    for number in range(1 + max(len(rounds_of(mutant)) for mutant in taken)):
+    for number in range(1 + max(len(rounds_of(mutant)) for mutant in mutants_to_run)):
         waiting = []
-        for mutant in taken:
-            rounds, found = done.get(mutant.key, (0, ""))
+        for mutant in mutants_to_run:
+            rounds, failure = outcomes.get(mutant.key, (0, ""))
             # Explained mutants are only checked to be valid.
-            last = number > len(rounds_of(mutant)) or (number > 0 and is_explained(mutant, known))
-            if not (found or number < rounds or last):
+            last = number > len(rounds_of(mutant)) or (
+                number > 0 and is_explained(mutant, explanations)
+            )
+            if not (failure or number < rounds or last):
                 waiting.append(mutant)
         with ThreadPoolExecutor(arguments.jobs) as pool:
             running = {pool.submit(run, mutant, number): mutant for mutant in waiting}
             try:
                 for place, future in enumerate(as_completed(running), 1):
-                    done[running[future].key] = (number + 1, future.result())
+                    outcomes[running[future].key] = (number + 1, future.result())
                     save()
                     if sys.stderr.isatty():
                         print(
@@ -246,26 +253,28 @@ def main() -> int:
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise
-    unexplained = [m for m in taken if not (done[m.key][1] or is_explained(m, known))]
+    unexplained = [
+        m for m in mutants_to_run if not (outcomes[m.key][1] or is_explained(m, explanations))
+    ]
     for mutant in unexplained:
         print(
             f"survives: {mutant.file}:{mutant.line} ({mutant.place}): "
             f"{mutant.new.strip() or 'dropped'}   (was {mutant.old.strip()})"
         )
-    report_samples(samples, done, known)
+    report_samples(samples, outcomes, explanations)
     print(f"{len(every)} possible; {time.perf_counter() - started:.0f} s")
     return 1 if unexplained else 0
 
 
 def report_samples(
-    samples: dict[str, list[Mutant]], done: dict[Key, tuple[int, str]], known: set[Key]
+    samples: dict[str, list[Mutant]], results: dict[Key, tuple[int, str]], explanations: set[Key]
 ) -> None:
     """Print how many mutants of each sample were killed."""
     for name, sample in samples.items():
-        outcomes = [done[mutant.key][1] for mutant in sample]
-        equal = sum(found.startswith("equal") for found in outcomes)
-        survivors = [m for m, found in zip(sample, outcomes, strict=True) if not found]
-        unknown = sum(not is_explained(mutant, known) for mutant in survivors)
+        outcomes = [results[mutant.key][1] for mutant in sample]
+        equal = sum(outcome.startswith("equal") for outcome in outcomes)
+        survivors = [m for m, outcome in zip(sample, outcomes, strict=True) if not outcome]
+        unknown = sum(not is_explained(mutant, explanations) for mutant in survivors)
         invalid = outcomes.count("invalid")
         killed = len(sample) - invalid - equal - len(survivors)
         share = 100 * killed / max(killed + unknown, 1)

@@ -155,12 +155,12 @@ def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
     sources = [p for p in sorted((PACKAGE / ROOMS[room]).glob("*.py")) if p.stem not in NO_MODULES]
     every = [place for path in sources if only in path.name for place in places_of(path)]
     every.sort(key=lambda p: hashlib.sha256(repr((seed, p[0].name, *p[1:])).encode()).hexdigest())
-    found: list[PythonMutant] = []
+    mutants: list[PythonMutant] = []
     for path, name, occurrence, line, _ in every:
-        mutant = mutant_at(path, name, occurrence, line) if len(found) < count else None
+        mutant = mutant_at(path, name, occurrence, line) if len(mutants) < count else None
         if mutant is not None:
-            found.append(mutant)
-    return sorted(found, key=lambda mutant: mutant.file)
+            mutants.append(mutant)
+    return sorted(mutants, key=lambda mutant: mutant.file)
 
 
 def copy_package(mutant: PythonMutant | None, work: Path) -> Path:
@@ -213,12 +213,12 @@ def run_tests(
     )
 
 
-def first_failure(done: subprocess.CompletedProcess[str]) -> str:
+def first_failure(process: subprocess.CompletedProcess[str]) -> str:
     """The test that failed; nothing if none did."""
-    if done.returncode == 0:
+    if process.returncode == 0:
         return ""
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
-    return failed[1] if failed else f"exit code {done.returncode}"
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", process.stdout, re.M)
+    return failed[1] if failed else f"exit code {process.returncode}"
 
 
 @dataclass(frozen=True)
@@ -250,9 +250,9 @@ def reach_of(room: str) -> Reach:
     # Times of tests below 5 ms are wanted, too.
     times = ("--durations=0", "--durations-min=0")
     files = [p for p in (TESTS / ROOMS[room]).glob("test_*.py") if p.stem not in NO_TESTS]
-    done = run_tests([str(path) for path in files], None, work, (*more, *times))
+    process = run_tests([str(path) for path in files], None, work, (*more, *times))
     seconds: dict[str, float] = {}
-    for match in re.finditer(r"^([\d.]+)s +(?:call|setup) +(\S.*)$", done.stdout, re.M):
+    for match in re.finditer(r"^([\d.]+)s +(?:call|setup) +(\S.*)$", process.stdout, re.M):
         seconds[match[2]] = seconds.get(match[2], 0.0) + float(match[1])
     data = CoverageData(work / "coverage")
     data.read()
@@ -263,7 +263,7 @@ def reach_of(room: str) -> Reach:
             line: [name.rsplit("|", 1)[0] for name in names if name]
             for line, names in contexts.items()
         }
-    return Reach(seconds, lines, {path.stem for path in files}, first_failure(done))
+    return Reach(seconds, lines, {path.stem for path in files}, first_failure(process))
 
 
 def main() -> int:
@@ -275,7 +275,7 @@ def main() -> int:
     parser.add_argument("--only", default="")
     parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     options = parser.parse_args()
-    known, unknown = explained(), 0
+    explanations, unknown = explained(), 0
     for room in options.room:
         reach = reach_of(room)
         if reach.failure:
@@ -288,25 +288,25 @@ def main() -> int:
         def notice(mutant: PythonMutant, reach: Reach, idle: SimpleQueue[Path]) -> str:
             work, start = idle.get(), time.monotonic()
             # An explained mutant cannot be noticed and is not run.
-            found, told = "", "explained"
-            if mutant.key not in known:
-                found = first_failure(run_tests(reach.tests(mutant), mutant, work))
-                told = found or "SURVIVES"
+            failure, verdict = "", "explained"
+            if mutant.key not in explanations:
+                failure = first_failure(run_tests(reach.tests(mutant), mutant, work))
+                verdict = failure or "SURVIVES"
             idle.put(work)
             print(
-                f"{mutant.file}: {mutant.before} -> {mutant.after} ({mutant.number}): {told}, "
+                f"{mutant.file}: {mutant.before} -> {mutant.after} ({mutant.number}): {verdict}, "
                 f"{time.monotonic() - start:.0f} s",
                 flush=True,
             )
-            return found
+            return failure
 
         for seed in options.seed:
             mutants = chosen(room, seed, options.count, options.only)
             with ThreadPoolExecutor(options.jobs) as pool:
-                found = list(pool.map(notice, mutants, repeat(reach), repeat(idle)))
-            left = [mutant for mutant, test in zip(mutants, found, strict=True) if not test]
-            unknown += sum(mutant.key not in known for mutant in left)
-            share = 100 * (1 - len(left) / max(len(mutants), 1))
+                failures = list(pool.map(notice, mutants, repeat(reach), repeat(idle)))
+            survivors = [mutant for mutant, test in zip(mutants, failures, strict=True) if not test]
+            unknown += sum(mutant.key not in explanations for mutant in survivors)
+            share = 100 * (1 - len(survivors) / max(len(mutants), 1))
             print(f"{room}, seed {seed}: {len(mutants)} mutants, {share:.1f} % noticed", flush=True)
     return int(unknown > 0)
 

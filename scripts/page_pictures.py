@@ -100,10 +100,13 @@ def designed() -> None:
     """The page of `plenofir design --page`."""
     command = [sys.executable, "-m", "plenofir", "design", "--camera", "f193-mla2"]
     command += ["--focus", "1500", "--near", "500", "--far", "5000", "--page", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, browser() as found:
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,
+        browser() as chromium,
+    ):
         assert server.stdout is not None
         address = server.stdout.readline().split()[0]
-        tab = found.new_context(viewport={"width": 1200, "height": 860}).new_page()
+        tab = chromium.new_context(viewport={"width": 1200, "height": 860}).new_page()
         tab.goto(address)
         tab.evaluate("plenofir.ready")
         shot(tab, "design.jpg")

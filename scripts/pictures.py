@@ -74,16 +74,16 @@ def simulated(*options: str) -> dict[str, Pixels]:
 
 def flower() -> None:
     """The flower of `make sim`, focused behind, on and in front of the middle."""
-    found = simulated("-a", "-3/5 0 3/5")
+    pictures = simulated("-a", "-3/5 0 3/5")
     names = ("refocused_-3_5", "refocused_0", "refocused_3_5")
-    save("flower.jpg", side_by_side(*(reduced(found[name]) for name in names)))
+    save("flower.jpg", side_by_side(*(reduced(pictures[name]) for name in names)))
 
 
 def stack() -> None:
     """All in focus and depth index of the three planes."""
     slices = ("--engine", "stack", "-a", "-1 -3/5 1/5 1", "--radius", "2")
-    found = simulated("--raw", str(PLANES), "-M", "5", *slices)
-    save("stack.jpg", side_by_side(found["all_in_focus"], found["depth_index"]))
+    pictures = simulated("--raw", str(PLANES), "-M", "5", *slices)
+    save("stack.jpg", side_by_side(pictures["all_in_focus"], pictures["depth_index"]))
 
 
 def interpolation() -> None:
@@ -106,10 +106,10 @@ def interpolation() -> None:
         with tempfile.NamedTemporaryFile(suffix=".png") as file:
             write_png(Path(file.name), part)
             options = ("--raw", file.name, "-M", str(m), "-a", "-1 1")
-            found = simulated(*options, "--interpolation", name.split()[-1])
+            pictures = simulated(*options, "--interpolation", name.split()[-1])
         for row, a in enumerate((-1, 1)):
             x, y = column * (size + margin), row * (size + caption)
-            picture = Image.fromarray(found[f"refocused_{a}"])
+            picture = Image.fromarray(pictures[f"refocused_{a}"])
             sheet.paste(picture.resize((size, size), Image.Resampling.NEAREST), (x, y))
             draw.text((x + 4, y + size + 4), f"{name}, a = {a}", "black", font)
     save("interpolation.jpg", np.asarray(sheet))
@@ -195,11 +195,11 @@ def tangnano() -> None:
     top, left = ((raw.shape[d] - size[d]) // 2 // m * m for d in range(2))
     raw[top : top + size[0], left : left + size[1]] = plan.stored.raster()
     slices = plan.core.golden(raw)
-    shown = [
+    crops = [
         plan.screen.overlay.draw(slices[number], "refocused", number, bottom=True)
         for number in (0, 4)
     ]
-    save("tangnano.jpg", side_by_side(*shown))
+    save("tangnano.jpg", side_by_side(*crops))
 
 
 def waves() -> None:
@@ -229,15 +229,15 @@ def focus() -> None:
 def calibration() -> None:
     """Part of the microscope's white image with the centres found, and what decoding makes."""
     white, dark = (read_image(MICROSCOPE / f"{name}.png") for name in ("white", "dark"))
-    found = calibrate(white, dark)
+    grid = calibrate(white, dark)
     times, side = 8, 78
     grey = np.clip(white[:side, :side] / np.percentile(white, 99.5), 0, 1) * 255
     left = enlarged(np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2), times)
-    for y, x in found.centres.reshape(-1, 2):
+    for y, x in grid.centres.reshape(-1, 2):
         if max(y, x) < side:
             place = tuple(round(times * (c + 0.5)) for c in (x, y))
             cv2.drawMarker(left, place, (255, 40, 40), cv2.MARKER_CROSS, 22, 2)
-    even = decode(white, found, 15)[: side - 3, : side - 3]
+    even = decode(white, grid, 15)[: side - 3, : side - 3]
     bright = (np.clip(0.75 * even / np.median(even), 0, 1) * 255).astype(np.uint8)
     right = np.asarray(cv2.resize(enlarged(bright, times), left.shape[1::-1]), dtype=np.uint8)
     save("calibration.jpg", side_by_side(left, right, gap=16))
@@ -289,28 +289,28 @@ def real_captures() -> None:
                 raw, white, dark = (
                     archive.extract(f"napari_lf/examples/{name}/{kind}", parent) for kind in kinds
                 )
-                made = Path(parent) / name
+                folder = Path(parent) / name
                 command = [sys.executable, "-m", "plenofir", "develop", raw, "--white", white]
-                subprocess.run([*command, "--dark", dark, "--out", str(made)], check=True)
-                save(f"{name}.jpg", developed_row(read_image(Path(raw)), made))
+                subprocess.run([*command, "--dark", dark, "--out", str(folder)], check=True)
+                save(f"{name}.jpg", developed_row(read_image(Path(raw)), folder))
 
 
-def developed_row(raw: Pixels, made: Path) -> Figure:
+def developed_row(raw: Pixels, folder: Path) -> Figure:
     """Part of a capture beside what develop made of it."""
-    slices = sorted(made.glob("refocused_*.png"), key=lambda path: Fraction(a_of(path)))
-    shown = slices[0], slices[-1], made / "all_in_focus.png"
+    slices = sorted(folder.glob("refocused_*.png"), key=lambda path: Fraction(a_of(path)))
+    files = slices[0], slices[-1], folder / "all_in_focus.png"
     middle = tuple(slice(n // 2 - n // 16, n // 2 + n // 16) for n in raw.shape)
     part = Exposure(0, float(np.percentile(raw[middle], 99.9)), 2.2).apply(raw[middle], np.uint8)
-    panels = [part, *(eight_bits(read_image(path)) for path in shown)]
-    titles = "part of the capture", *(f"a = {a_of(path)}" for path in shown[:2]), "all in focus"
+    panels = [part, *(eight_bits(read_image(path)) for path in files)]
+    titles = "part of the capture", *(f"a = {a_of(path)}" for path in files[:2]), "all in focus"
     rows, columns = panels[1].shape
     size = 14, 14 / 5 * rows / columns + 0.3
     figure, axes = plt.subplots(1, 5, figsize=size, constrained_layout=True)
     for axis, panel, title in zip(axes, panels, titles, strict=False):
         axis.imshow(panel, cmap="gray", vmin=0, vmax=255)
         axis.set_title(title, fontsize=10)
-    m = json.loads((made / "develop.json").read_text())["micro_image_size"]
-    disparity = search_disparity(read_image(made / "aligned.png"), m).disparity
+    m = json.loads((folder / "develop.json").read_text())["micro_image_size"]
+    disparity = search_disparity(read_image(folder / "aligned.png"), m).disparity
     sure = disparity.confidence >= LEAST_CONFIDENCE
     low, high = np.percentile(disparity.pixels_per_view[sure], [2, 98])
     axes[4].set_facecolor("lightgrey")
@@ -340,19 +340,19 @@ def depth() -> None:
     ]
     capture = render(model, planes, lenses, rotation_degrees=0.4, noise=0.01, shading=0.3)
     raster = decode(capture.raw, calibrate(capture.white), m)
-    found = depth_map(raster, model)
-    sharp = all_in_focus(raster, m, found.disparity.pixels_per_view)
+    depths = depth_map(raster, model)
+    sharp = all_in_focus(raster, m, depths.disparity.pixels_per_view)
     rows, columns = light_field(raster, m).shape[:2]
     figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), constrained_layout=True)
-    shown = (
+    panels = (
         ("part of the raw capture", eight_bits(capture.raw[380:524, 480:720])),
         ("central view", eight_bits(sub_aperture(raster, m, 5, 5))),
         ("all in focus", eight_bits(sharp[: rows * m, : columns * m])),
     )
-    for axis, (title, image) in zip(axes.ravel(), shown, strict=False):
+    for axis, (title, image) in zip(axes.ravel(), panels, strict=False):
         axis.imshow(image, interpolation="nearest" if "raw" in title else "bicubic")
         axis.set_title(title)
-    axes[1, 1].imshow(depth_picture(found.distance_mm, "mm"))
+    axes[1, 1].imshow(depth_picture(depths.distance_mm, "mm"))
     axes[1, 1].set_title("distance from the micro lenses")
     for axis in axes.ravel():
         axis.set_axis_off()

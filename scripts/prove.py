@@ -41,9 +41,9 @@ def main() -> int:
             pool.submit(prove, proof, FOLDER / str(number)): proof
             for number, proof in enumerate(proofs)
         }
-        for done in as_completed(running):
-            failed += bool(done.result())
-            print(done.result() or f"{running[done].name}: proved", flush=True)
+        for future in as_completed(running):
+            failed += bool(future.result())
+            print(future.result() or f"{running[future].name}: proved", flush=True)
     print(f"{len(proofs)} proofs, {failed} failed, {time.monotonic() - started:.0f} s")
     return int(failed > 0)
 

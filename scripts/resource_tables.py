@@ -113,13 +113,13 @@ def lane_rows() -> Iterator[tuple[object, ...]]:
     for cell in lane_cells():
         one = replace(cell, pixels_per_clock=1)
         base = recorded()[one.name]
-        for shown in (one, cell):
-            pixels, figures = shown.pixels_per_clock, recorded()[shown.name]
+        for design in (one, cell):
+            pixels, figures = design.pixels_per_clock, recorded()[design.name]
             usage = figures.usage
             yield (
                 f"M = {cell.micro_image_size}, {_KINDS[cell.channels]}, P = {pixels}",
                 *(usage.lut, usage.flip_flops, usage.block_rams, usage.dsp),
-                f"{placed[shown.name].fmax_mhz:.0f}",
+                f"{placed[design.name].fmax_mhz:.0f}",
                 f"{figures.lut / pixels / base.lut:.0%}",
                 f"{figures.flip_flops / pixels / base.flip_flops:.0%}",
             )
@@ -129,10 +129,10 @@ def lane_parts() -> Iterator[tuple[object, ...]]:
     """Rows of the table of the stages of a core of several pixels a clock, each by itself."""
     figures = recorded()
     for design in lane_part_designs():
-        found, (pixels, what) = figures[design.name], design.name.split(" ", 1)
-        each = found.lut / int(pixels.removeprefix("P="))
-        what = f"{pixels.replace('=', ' = ')}, {what}"
-        yield what, f"`{design.top}`", found.lut, found.flip_flops, f"{each:.0f}"
+        figure, (pixels, part) = figures[design.name], design.name.split(" ", 1)
+        each = figure.lut / int(pixels.removeprefix("P="))
+        part = f"{pixels.replace('=', ' = ')}, {part}"
+        yield part, f"`{design.top}`", figure.lut, figure.flip_flops, f"{each:.0f}"
 
 
 def moving_sum_tables(text: str) -> str:
@@ -206,11 +206,11 @@ def resource_tables(text: str) -> str:
     text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
     text = device_table(text)
     lines = []
-    for what, core in left_out_in_turn():
+    for feature, core in left_out_in_turn():
         parts, usage = needed_parts(core), estimate(core.blocks)
         counts = [parts[name] for name in PARTS]
         logic = f"~{usage.lut}", f"~{usage.flip_flops}"
-        lines.append((what, *counts, *logic, usage.block_rams, usage.dsp))
+        lines.append((feature, *counts, *logic, usage.block_rams, usage.dsp))
     heads = f"left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1"
     text = put(text, "left out", table(heads, lines))
     boards = ", ".join(design.name for design in scene_designs() if design.top == BOARD)
@@ -243,10 +243,10 @@ def left_out_of_scenes() -> list[str]:
     rows = []
     for scene in scene_names():
         plans = [plan_on(scene, name) for name in DEVICES]
-        found = [plan for plan in plans if not isinstance(plan, str)]
-        core = next((plan for plan in found if plan.path == "core"), found[0])
+        fitting = [plan for plan in plans if not isinstance(plan, str)]
+        core = next((plan for plan in fitting if plan.path == "core"), fitting[0])
         parts = "; ".join(part.what for part in core.left_out)
-        rows.append((scene, f"{len(found)} of {len(DEVICES)}", parts))
+        rows.append((scene, f"{len(fitting)} of {len(DEVICES)}", parts))
     return table("scene | devices it fits | left out", rows)
 
 
@@ -272,8 +272,8 @@ def _listed_files(scene: str) -> str:
     """How many of all VHDL sources the project of a scene has."""
     with tempfile.TemporaryDirectory() as folder:
         sources = configure(make_plan(load_scene(scene)), Path(folder))
-        own = sum(source.parent == Path(folder) for source in sources)
-    return f"{len(sources) - own} of {len(hdl.all_sources())}"
+        inside = sum(source.parent == Path(folder) for source in sources)
+    return f"{len(sources) - inside} of {len(hdl.all_sources())}"
 
 
 def beside_full_builds() -> list[str]:
@@ -315,11 +315,13 @@ def imx219_table(text: str) -> str:
 def sensor_table(text: str) -> str:
     """Put the resources of resamplers on a Spartan-6 between their marks in a page."""
     figures, rows = recorded(), []
-    for what in SENSORS:
-        design = sensor_design(what)
-        known = design.name in figures
-        amounts = all_figures(figures[design.name]) if known else estimated(estimate(design.blocks))
-        rows.append((what, *amounts))
+    for name in SENSORS:
+        design = sensor_design(name)
+        is_recorded = design.name in figures
+        amounts = (
+            all_figures(figures[design.name]) if is_recorded else estimated(estimate(design.blocks))
+        )
+        rows.append((name, *amounts))
     return imx219_table(put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows)))
 
 
@@ -369,9 +371,9 @@ def each_slice_more(few: Design, many: Design) -> tuple[object, ...]:
     both = zip(*(_stack_figures(figures[d.name])[:-1] for d in (few, many)), strict=True)
     each = [(more - less) / added for less, more in both]
     # The memory that the slices share has the same size in both.
-    own = many.core.line_buffer_bits - few.core.line_buffer_bits
-    shown = [f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each]
-    return "**each slice more**", *shown, "", f"{own / added / 1024:.0f}", ""
+    buffer_bits = many.core.line_buffer_bits - few.core.line_buffer_bits
+    amounts = [f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each]
+    return "**each slice more**", *amounts, "", f"{buffer_bits / added / 1024:.0f}", ""
 
 
 def stack_tables() -> tuple[list[str], list[str]]:
@@ -389,14 +391,14 @@ def stack_tables() -> tuple[list[str], list[str]]:
             continue
         core = design.core
         assert isinstance(core.engine, StackEngine)
-        shared, own = core.engine.history_bits(core), core.engine.slice_bits(core)
+        shared, of_slice = core.engine.history_bits(core), core.engine.slice_bits(core)
         apart = sum(
             core.model_copy(
                 update={"shifts": (shift,), "engine": MovingSumEngine()}
             ).line_buffer_bits
             for shift in core.shifts
         )
-        memory = f"{shared / 1024:.0f} + {own / 1024:.0f}"
+        memory = f"{shared / 1024:.0f} + {of_slice / 1024:.0f}"
         rows.append((design.name, *amounts, memory, f"{apart / 1024:.0f}"))
         stacks.append(design)
     rows.append(each_slice_more(*stacks))

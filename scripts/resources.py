@@ -116,38 +116,38 @@ def figures(names: Sequence[str]) -> None:
     def measure(design: Design) -> tuple[Figures, float]:
         started = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
-            found = design.synthesise(Path(folder)).figures
-        return found, time.perf_counter() - started
+            figures_now = design.synthesise(Path(folder)).figures
+        return figures_now, time.perf_counter() - started
 
-    own = _counted_with_these_tools()
+    counted = _counted_with_these_tools()
     chosen = [design for design in designs() if design.name in names or not names]
     # The largest first, so that all jobs end together.
-    chosen.sort(key=lambda d: -own[d.name].lut if d.name in own else -(10**9))
+    chosen.sort(key=lambda d: -counted[d.name].lut if d.name in counted else -(10**9))
     with ThreadPoolExecutor(int(os.environ.get("JOBS") or os.cpu_count() or 1)) as jobs:
         running = {jobs.submit(measure, design): design.name for design in chosen}
-        for done in as_completed(running):
-            name = running[done]
-            own[name], seconds = done.result()
-            print(f"{name}: {own[name]} ({seconds:.0f} s)", flush=True)
-            record_design("counted", "spartan6", name, own[name])
+        for future in as_completed(running):
+            name = running[future]
+            counted[name], seconds = future.result()
+            print(f"{name}: {counted[name]} ({seconds:.0f} s)", flush=True)
+            record_design("counted", "spartan6", name, counted[name])
 
 
 def compare(words: Sequence[str]) -> None:
     """Record the cells of the comparison, after each cell."""
     check_tools()
     again = "--again" in words
-    wanted = [word for word in words if word != "--again"]
+    patterns = [word for word in words if word != "--again"]
 
-    def chosen(cells: list[comparison.Cell], known: Container[str]) -> list[comparison.Cell]:
-        named = [c for c in cells if not wanted or any(text in c.name for text in wanted)]
-        return [cell for cell in named if again or cell.name not in known]
+    def chosen(cells: list[comparison.Cell], recorded: Container[str]) -> list[comparison.Cell]:
+        named = [c for c in cells if not patterns or any(text in c.name for text in patterns)]
+        return [cell for cell in named if again or cell.name not in recorded]
 
     for cell in chosen(list(comparison.measured_cells()), _counted_with_these_tools()):
         with tempfile.TemporaryDirectory() as folder:
             generics = cell.core().generics()
-            found = synthesise(hdl.hdl_sources(), CORE, generics, Path(folder)).figures
-        print(f"{cell.name}: {found}", flush=True)
-        record_design("counted", "spartan6", cell.name, found)
+            figures_now = synthesise(hdl.hdl_sources(), CORE, generics, Path(folder)).figures
+        print(f"{cell.name}: {figures_now}", flush=True)
+        record_design("counted", "spartan6", cell.name, figures_now)
     for cell in chosen(list(comparison.placed_cells()), load_record().placed[ECP5_SLOWEST]):
         placed = place_core(cell.core(), behind_few_pins=cell.pixels_per_clock > 1)
         say(cell.name, placed)
@@ -163,9 +163,9 @@ def families(names: Sequence[str]) -> None:
             if name in load_record().counted.get(family, {}):
                 continue
             with tempfile.TemporaryDirectory() as folder:
-                found = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
-            record_design("counted", family, name, found)
-            print(f"{family}, {name}: {found.usage.amounts(family)}", flush=True)
+                amounts = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
+            record_design("counted", family, name, amounts)
+            print(f"{family}, {name}: {amounts.usage.amounts(family)}", flush=True)
 
 
 def devices(names: Sequence[str]) -> None:
@@ -173,9 +173,12 @@ def devices(names: Sequence[str]) -> None:
     for name in PLACERS:
         device = DEVICES[name]
         for design in core_designs():
-            known, scene = load_record().placed.get(name, {}), design.name.removesuffix(" core")
+            placements, scene = (
+                load_record().placed.get(name, {}),
+                design.name.removesuffix(" core"),
+            )
             named = bool({name, f"{name}:{scene}"} & set(names))
-            if (names and not named) or (design.name in known and not named):
+            if (names and not named) or (design.name in placements and not named):
                 continue
             if device.overflow(estimate(design.core.blocks, device.family)):
                 print(f"{name}, {design.name}: does not fit")
@@ -228,15 +231,15 @@ def place_design(design: Design, grades: Sequence[int] = (6, 8)) -> dict[str, Pl
         else:
             generics, device = design.core.generics(), None
             netlist = make_netlist(hdl.hdl_sources(), design.top, generics, folder)
-        found = {
+        placements = {
             f"ecp5-{grade}": place(
                 netlist, speed_grade=grade, device=device, goal_mhz=goal_mhz, route=route
             )
             for grade in grades
         }
-    for placed in found.values():
+    for placed in placements.values():
         say(design.name, placed)
-    return found
+    return placements
 
 
 def record_placed(name: str, grades: dict[str, Placed]) -> None:
@@ -250,11 +253,11 @@ def place_full(names: Sequence[str]) -> None:
     check_tools()
     for design in (design for pair in compared_designs() for design in pair):
         assert design.plan is not None
-        known = load_record().placed[ECP5_SLOWEST]
+        placements = load_record().placed[ECP5_SLOWEST]
         if names and design.plan.scene not in names:
             continue
         # What `place` records has a second grade.
-        if design.name in known and (not names or design.name == design.plan.scene):
+        if design.name in placements and (not names or design.name == design.plan.scene):
             continue
         if DEVICES[FULL_DEVICE].overflow(estimate(design.core.blocks, "ecp5")):
             print(f"{design.name}: does not fit")
@@ -274,9 +277,9 @@ def place_all(names: Sequence[str]) -> None:
         else:
             # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
             plan = plan.model_copy(update={"path": "core"})
-            found = place_design(Design(plan.scene, plan.core, TOP, plan=plan))
+            placements = place_design(Design(plan.scene, plan.core, TOP, plan=plan))
             if names[0] in {design.name for design in stack_core_designs()} and len(names) == 1:
-                record_placed(plan.scene, found)
+                record_placed(plan.scene, placements)
         return
     chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
     for kind, m, shift, rows in PLACED:
@@ -297,9 +300,9 @@ def place_all(names: Sequence[str]) -> None:
             record_build(plan)
     # The scene that is built without options is recorded for all devices.
     board = BOARDS["ulx3s"]
-    own = load_scene(board.scene).scene.build.device
+    scene_device = load_scene(board.scene).scene.build.device
     for device in board.devices:
-        if device != own:
+        if device != scene_device:
             record_build(make_plan(load_scene(board.scene, device)))
 
 
@@ -311,7 +314,7 @@ def place_scene(plan: Plan) -> None:
         family = DEVICES[plan.device].family
         placed = place_on(plan.device, family, sources, TOP, {}, Path(name))
         publish_files(Path(name), folder)
-    amounts = ", ".join(f"{n} {what}" for what, n in placed.usage.amounts(family).items())
+    amounts = ", ".join(f"{n} {resource}" for resource, n in placed.usage.amounts(family).items())
     print(f"{plan.scene} on {plan.device}: {placed.fmax_mhz} MHz, {amounts}")
     print(f"bitstream: {folder / PLACERS[plan.device].bitstream}")
 
@@ -347,8 +350,8 @@ def pixels(words: Sequence[str]) -> None:
     check_tools()
     plan = make_plan(load_scene(many_pixels.SCENE))
     for number in PIXELS_PER_CLOCK:
-        known = many_pixels.load_placed() if many_pixels.FILE.exists() else {}
-        if (str(number) not in words) if words else (number in known):
+        placements = many_pixels.load_placed() if many_pixels.FILE.exists() else {}
+        if (str(number) not in words) if words else (number in placements):
             continue
         placed = place_core(
             many_pixels.scene_core(plan, number),
@@ -358,7 +361,7 @@ def pixels(words: Sequence[str]) -> None:
             package=many_pixels.package(number),
         )
         say(f"{number} pixels a clock", placed)
-        many_pixels.save_placed({**known, number: placed})
+        many_pixels.save_placed({**placements, number: placed})
 
 
 def spread(words: Sequence[str]) -> None:
@@ -377,21 +380,21 @@ def nets(names: Sequence[str]) -> None:
     """Write the file of row filters with different broadcast nets, after each filter."""
     check_tools()
     for row in systolic.row_filters():
-        known = systolic.load_placed()
-        if row.name in known and row.name not in names:
+        placements = systolic.load_placed()
+        if row.name in placements and row.name not in names:
             continue
         with tempfile.TemporaryDirectory() as folder:
             sources = [*hdl.hdl_sources(), systolic.SOURCE]
             netlist = make_netlist(sources, systolic.TOP, row.generics(), Path(folder))
             placed = place(netlist)
         say(row.name, placed)
-        systolic.save_placed({**known, row.name: placed})
+        systolic.save_placed({**placements, row.name: placed})
 
 
 def energies(words: Sequence[str]) -> None:
     """Send pictures through the netlists of `plenofir_studies.energy` that were not measured."""
-    found = {} if "anew" in words else energy.load_measured()
-    energy.measure_missing(found)
+    records = {} if "anew" in words else energy.load_measured()
+    energy.measure_missing(records)
 
 
 COMMANDS = {

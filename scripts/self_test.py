@@ -45,7 +45,7 @@ def self_test_generics(core: CoreConfiguration, rows: int) -> dict[str, int | bo
     The core has one slice, 8 bit, a row at once, nearest neighbour.
     """
     frame = source_frame(core, rows)
-    wanted = signature(
+    expected = signature(
         core.arithmetic.refocus(
             frame, core.micro_image_size, shift=core.shifts[0], align=core.align
         )
@@ -56,6 +56,6 @@ def self_test_generics(core: CoreConfiguration, rows: int) -> dict[str, int | bo
         **{name: values[name] for name in names if name in values},
         "COLUMNS": core.max_columns,
         "ROWS": rows,
-        "EXPECTED_HIGH": wanted >> 16,
-        "EXPECTED_LOW": wanted & 0xFFFF,
+        "EXPECTED_HIGH": expected >> 16,
+        "EXPECTED_LOW": expected & 0xFFFF,
     }

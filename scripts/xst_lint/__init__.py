@@ -39,8 +39,8 @@ def lint(paths: Sequence[Path]) -> list[Finding]:
             shared.read(text)
     design = Design(shared, "\n".join(texts.values()))
     return [
-        Finding(path, text.count("\n", 0, at) + 1, name, what)
+        Finding(path, text.count("\n", 0, at) + 1, name, message)
         for path, text in texts.items()
         for name, rule in RULES.items()
-        for at, what in rule.find(Source(text, design))
+        for at, message in rule.find(Source(text, design))
     ]

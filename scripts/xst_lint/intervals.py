@@ -82,17 +82,17 @@ class Names:
     def read(self, text: str) -> "Names":
         """Read the declarations of a text; if a name is declared twice, the wider type counts."""
         order = ("integer", "natural", "positive")
-        own: dict[str, tuple[str, str, str]] = {}
+        types: dict[str, tuple[str, str, str]] = {}
         for pattern in (
             rf"\b(\w+)\s*:\s*(?:in\s+|out\s+)?{SCALAR}\s*(?=;|:=|\n|\))",
             rf"\bsubtype (\w+) is {SCALAR};",
             r"\bfunction (\w+)(?:\s*\([^)]*\))?\s*return (positive|natural|integer)()()\b",
         ):
             for name, kind, low, high in re.findall(pattern, text):
-                old = own.get(name.lower())
+                old = types.get(name.lower())
                 if old is None or order.index(kind) < order.index(old[0]):
-                    own[name.lower()] = (kind, low, high)
-        self.types |= own
+                    types[name.lower()] = (kind, low, high)
+        self.types |= types
         for name, value in re.findall(r"\bconstant (\w+)\s*:[^:;]*?:=\s*([^;]*);", text):
             self.values[name.lower()] = value
         for name, low, high in re.findall(

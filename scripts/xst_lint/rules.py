@@ -55,7 +55,7 @@ class Source:
     def functions(self) -> list[tuple[int, int]]:
         """Where its functions begin and end."""
         pattern = r"\bfunction \w+(?: \([^)]*\))? return [\w.]+ is.*?\bend function\b"
-        return [found.span() for found in re.finditer(pattern, self.text, re.S)]
+        return [match.span() for match in re.finditer(pattern, self.text, re.S)]
 
     def interval(self, expression: str) -> Interval:
         """Evaluate an expression that stands in it."""
@@ -84,8 +84,8 @@ def long_loops(source: Source) -> Places:
 
     Iterations outside of functions make hardware, so the device is too small before the limit.
     """
-    for found in re.finditer(r"\bfor \w+ in ((?:(?!\bgenerate\b)[^;])*?) loop\b", source.text):
-        bounds = " ".join(found[1].split())
+    for match in re.finditer(r"\bfor \w+ in ((?:(?!\bgenerate\b)[^;])*?) loop\b", source.text):
+        bounds = " ".join(match[1].split())
         if whole := re.fullmatch(r"(\w+)'range", bounds):
             length = source.interval(f"{whole[1]}'length")[1]
             ends = source.names.bounds(whole[1]) or ("1", str(length))
@@ -94,46 +94,46 @@ def long_loops(source: Source) -> Places:
             ends = (first, last) if way == "to" else (last, first)
         turns = source.interval(ends[1])[1] - source.interval(ends[0])[0] + 1
         is_known = turns < float("inf")
-        is_in_function = any(begin <= found.start() < end for begin, end in source.functions)
+        is_in_function = any(begin <= match.start() < end for begin, end in source.functions)
         if turns > loop_limit() and (is_known or is_in_function):
             number = f"{turns:.0f}" if is_known else "an unknown number of"
-            yield found.start(), f"{number} turns of {bounds}, {loop_limit()} are allowed"
+            yield match.start(), f"{number} turns of {bounds}, {loop_limit()} are allowed"
 
 
 def computed_attributes(source: Source) -> Places:
     """Attributes whose value is not a literal."""
-    for found in re.finditer(r"\battribute (\w+) of [\w, ]+: \w+ is ([^;]+);", source.text):
-        if not re.fullmatch(r'"[^"]*"|true|false|\d+', found[2].strip()):
-            yield found.start(), f"the value of {found[1]} is computed: {found[2]}"
+    for match in re.finditer(r"\battribute (\w+) of [\w, ]+: \w+ is ([^;]+);", source.text):
+        if not re.fullmatch(r'"[^"]*"|true|false|\d+', match[2].strip()):
+            yield match.start(), f"the value of {match[1]} is computed: {match[2]}"
 
 
 def named_slices(source: Source) -> Places:
     """Slices by the name or the range of a subtype."""
     for name, *scalar in re.findall(rf"\bsubtype (\w+) is(?: {SCALAR};)?", source.text):
         pattern = rf"[\w)]\(({name})\)" if scalar[0] else rf"[\w)]\(({name}'range)\)"
-        for found in re.finditer(pattern, source.text):
-            yield found.start(1), f"a slice by {found[1]}"
+        for match in re.finditer(pattern, source.text):
+            yield match.start(1), f"a slice by {match[1]}"
 
 
 def empty_ranges(source: Source) -> Places:
     """Integer ranges that may have a single value, and vectors that may have no element."""
     generics = re.search(r"\bgeneric \((.*?)^  \);", source.text, re.S | re.M)
-    for found in re.finditer(
+    for match in re.finditer(
         r"^\s*(?:(?:signal|variable)?\s*\w+\s*:\s*(?:in\s+|out\s+)?|subtype \w+ is )"
         r"(?:natural|integer|positive) range ([^;:]+?) to ([^;:]+?)\s*(?:;|:=|$)",
         source.text,
         re.M,
     ):
-        if generics and generics.start() <= found.start() < generics.end():
+        if generics and generics.start() <= match.start() < generics.end():
             continue
-        if source.interval(found[1])[1] >= source.interval(found[2])[0]:
-            yield found.start(1), f"{found[1]} to {found[2]} may be one value alone"
-    for found in re.finditer(
+        if source.interval(match[1])[1] >= source.interval(match[2])[0]:
+            yield match.start(1), f"{match[1]} to {match[2]} may be one value alone"
+    for match in re.finditer(
         r":\s*(?:in\s+|out\s+)?(?:std_logic_vector|unsigned|signed)\(([^;\n]+) downto 0\)",
         source.text,
     ):
-        if source.interval(found[1])[0] < 0:
-            yield found.start(1), f"{found[1]} downto 0 may be empty"
+        if source.interval(match[1])[0] < 0:
+            yield match.start(1), f"{match[1]} downto 0 may be empty"
 
 
 _ONE_ZERO = r"(?:'0'|x?\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\))"
@@ -156,14 +156,14 @@ def reset_values(source: Source) -> Places:
         source.text,
         re.S,
     ):
-        for found in re.finditer(r"^\s*(\w+)([^;<]*?)\s*<=([^;]+);", block[1], re.M):
+        for match in re.finditer(r"^\s*(\w+)([^;<]*?)\s*<=([^;]+);", block[1], re.M):
             value, begin = (
                 source.names.values.get(text.lower(), text).strip()
-                for text in (" ".join(found[3].split()), begins.get(found[1], "'0'"))
+                for text in (" ".join(match[3].split()), begins.get(match[1], "'0'"))
             )
             if value != begin and not (_ZERO.fullmatch(value) and _ZERO.fullmatch(begin)):
-                at = block.start(1) + found.start(1)
-                yield at, f"{found[1]}{found[2]} powers up as {begin}, its reset is {value}"
+                at = block.start(1) + match.start(1)
+                yield at, f"{match[1]}{match[2]} powers up as {begin}, its reset is {value}"
 
 
 def text_loops(source: Source) -> Places:
@@ -179,16 +179,16 @@ def _parsings(
     """Calls that parse a string, and loops over one: position, nesting depth, name."""
     calls = rf"\b({'|'.join(functions or ['$'])}) ?\((?!\n)"
     around = 0
-    for found in re.finditer(
+    for match in re.finditer(
         rf"\b(end loop)\b|\bfor \w+ in ([^;]*?) (?:loop|generate)\b|\bend (generate)\b|{calls}",
         text,
     ):
-        if found[1] or found[3]:
+        if match[1] or match[3]:
             around -= 1
             continue
-        inner = [found[4]] if found[4] else re.findall(calls, found[2])
-        if found[2] == "shifts'range":
-            yield found.start(), around + 1, found[2]
+        inner = [match[4]] if match[4] else re.findall(calls, match[2])
+        if match[2] == "shifts'range":
+            yield match.start(), around + 1, match[2]
         for name in inner:
             if name not in inside:
                 deepest = max(
@@ -199,16 +199,16 @@ def _parsings(
                     default=0,
                 )
                 if deepest:
-                    yield found.start(), around + deepest, name
-        around += found[2] is not None
+                    yield match.start(), around + deepest, name
+        around += match[2] is not None
 
 
 def other_words(source: Source) -> Places:
     """Words of VHDL that XST ignores or refuses."""
-    for found in re.finditer(
+    for match in re.finditer(
         r"\b(after|wait|buffer|guarded|disconnect|file|access|real)\b", source.text
     ):
-        yield found.start(), f"the word {found[0]}"
+        yield match.start(), f"the word {match[0]}"
 
 
 RULES = {

@@ -51,9 +51,9 @@ class Accuracy:
     seconds: float  # wall time
 
 
-def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accuracy:
+def accuracy(centres: Floats, truth: Floats, pitch: float, seconds: float) -> Accuracy:
     """Compare centres found with true ones."""
-    distance = cKDTree(found).query(truth)[0] if len(found) else np.full(len(truth), np.inf)
+    distance = cKDTree(centres).query(truth)[0] if len(centres) else np.full(len(truth), np.inf)
     near = distance < pitch / 2
     return Accuracy(
         float(distance[near].mean()) if near.any() else float("nan"),
@@ -73,9 +73,9 @@ def both_methods(image: Image, truth: Floats, pitch: float) -> tuple[Accuracy, A
     middle = time.perf_counter()
     text = thesis_calibration(grey(image))
     end = time.perf_counter()
-    found = centres[~np.isnan(centres[:, 0])]
+    present = centres[~np.isnan(centres[:, 0])]
     return (
-        accuracy(found, truth, pitch, middle - start),
+        accuracy(present, truth, pitch, middle - start),
         accuracy(text.centroids, truth, pitch, end - middle),
     )
 
@@ -154,9 +154,9 @@ def _accuracy(report: Report, images: Iterable[_Truth]) -> None:
     rows = []
     for name, image, truth, pitch in images:
         row = [name, str(len(truth))]
-        for found in both_methods(image, truth, pitch):
-            row += [f"{found.mean:.4f}", f"{found.largest:.4f}", str(found.missed)]
-            row.append(f"{found.seconds:.2f}")
+        for result in both_methods(image, truth, pitch):
+            row += [f"{result.mean:.4f}", f"{result.largest:.4f}", str(result.missed)]
+            row.append(f"{result.seconds:.2f}")
         rows.append(row)
         report.step()
     heads = ["mean", "largest", "missed", "s"]
@@ -179,12 +179,12 @@ def _rotation(report: Report) -> None:
         truth = centres_within(grid, shape)
         straight = rotated(truth, -degrees, shape)
         row = [f"{degrees:g}"]
-        for found in (
+        for angle in (
             thesis_calibration(grey(image)).rotation_degrees,
             calibrate(image).grid.rotation_degrees,
         ):
-            off = np.linalg.norm(rotated(truth, -found, shape) - straight, axis=1).max()
-            row += [f"{abs(found - degrees):.5f}", f"{off:.3f}"]
+            off = np.linalg.norm(rotated(truth, -angle, shape) - straight, axis=1).max()
+            row += [f"{abs(angle - degrees):.5f}", f"{off:.3f}"]
         rows.append(row)
     report.step()
     heads = ["rotation", "central row", "largest error / px", "all lenses", "largest error / px"]
@@ -223,9 +223,9 @@ def _ways_to_refocus(report: Report) -> None:
         seconds = []
         for _ in range(3):
             start = time.perf_counter()
-            found = way()
+            picture = way()
             seconds.append(time.perf_counter() - start)
-        error = float(np.sqrt(np.mean((found - want)[inside] ** 2)))
+        error = float(np.sqrt(np.mean((picture - want)[inside] ** 2)))
         rows.append((name, f"{error:.3g}", f"{1000 * min(seconds):.1f}"))
     report.step()
     report.table(["way", "error", "ms"], rows)
@@ -250,15 +250,15 @@ def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
 
 def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     """Write ``report.md`` and its figures, all or none."""
-    own = [] if spots is None else list(_spot_images(spots))
-    report = Report(folder, "report.md", 12 + len(own) + DRAWS + STEPS + 3, progress)
+    spot_images = [] if spots is None else list(_spot_images(spots))
+    report = Report(folder, "report.md", 12 + len(spot_images) + DRAWS + STEPS + 3, progress)
     if spots is not None and folder.resolve() == spots.resolve():
         # A spot image may have the name of one of the figures.
         raise InputError(
             "is the folder of the spots; name another one for the report", where=str(folder)
         )
     report.say("# Calibration, focus and depth")
-    _accuracy(report, chain(_white_images(), own))
+    _accuracy(report, chain(_white_images(), spot_images))
     drawn(report)
     _rotation(report)
     experiments(report)

@@ -67,10 +67,10 @@ def rounded_jaggedness(slope: float) -> float:
 def _capture(model: RayModel, texture: Floats, noise: float) -> tuple[Image, Image]:
     distance = float(model.distance(float(FOCUS)).mm)
     plane = TexturedPlane(texture, distance, field_of_view(model, distance, _LENSES + 2 * _SPARE))
-    taken = render(
+    rendered = render(
         model, [plane], (_LENSES, _LENSES), rotation_degrees=_ROTATION, noise=noise, level=0.7
     )
-    return taken.raw, taken.white
+    return rendered.raw, rendered.white
 
 
 def compare() -> tuple[list[Decoded], float]:

@@ -77,10 +77,10 @@ def by_depth_between(truth: Truth) -> Floats:
 
 def by_disparity(truth: Truth) -> Floats:
     """What the commands do."""
-    return found_disparity(truth).pixels_per_view
+    return searched_disparity(truth).pixels_per_view
 
 
-def found_disparity(truth: Truth) -> Disparity:
+def searched_disparity(truth: Truth) -> Disparity:
     """Disparity and confidence of a scene, in the range that is found."""
     return search_disparity(truth.raw, truth.m).disparity
 
@@ -103,7 +103,7 @@ WAYS: dict[str, Way] = {
     "focus, depth index": by_depth_index,
     "focus, depth between slices": by_depth_between,
 }
-TAKEN = "disparity"
+PRODUCT = "disparity"
 """The way that pictures are made with."""
 
 
@@ -116,10 +116,10 @@ class Score:
     seconds: float  # of processor time
 
 
-def score(found: Floats, truth: Truth, seconds: float = 0.0, border: int = _BORDER) -> Score:
+def score(estimate: Floats, truth: Truth, seconds: float = 0.0, border: int = _BORDER) -> Score:
     """Compare depth with the truth, without borders."""
     part = (slice(border, -border),) * 2
-    error = np.abs(found - truth.a)[part][np.isfinite(truth.a[part])]
+    error = np.abs(estimate - truth.a)[part][np.isfinite(truth.a[part])]
     return Score(
         tuple(float((error > bound).mean()) for bound in BAD),
         100 * float((error**2).mean()),
@@ -205,7 +205,7 @@ def likeness(picture: Floats | Image, truth: Truth, seconds: float = 0.0) -> Lik
     if truth.picture is None:
         raise ValueError("no true picture")
     part = (slice(_BORDER * truth.m, -_BORDER * truth.m),) * 2
-    found = np.clip(picture[part] / float(np.iinfo(truth.raw.dtype).max), 0, 1)
+    light = np.clip(picture[part] / float(np.iinfo(truth.raw.dtype).max), 0, 1)
     want = truth.picture[part]
 
     def gradient(values: Floats) -> float:
@@ -214,15 +214,15 @@ def likeness(picture: Floats | Image, truth: Truth, seconds: float = 0.0) -> Lik
 
     ssim = structural_similarity(  # type: ignore[no-untyped-call]
         want,
-        found,
+        light,
         data_range=1,
         channel_axis=2 if want.ndim == 3 else None,
         gaussian_weights=True,
         sigma=1.5,
         use_sample_covariance=False,
     )
-    psnr = peak_signal_noise_ratio(want, found, data_range=1)  # type: ignore[no-untyped-call]
-    return Likeness(float(psnr), float(ssim), gradient(found) / gradient(want), seconds)
+    psnr = peak_signal_noise_ratio(want, light, data_range=1)  # type: ignore[no-untyped-call]
+    return Likeness(float(psnr), float(ssim), gradient(light) / gradient(want), seconds)
 
 
 def _timed(work: Callable[..., Any], *words: Any) -> tuple[Any, float]:
@@ -234,19 +234,19 @@ def _timed(work: Callable[..., Any], *words: Any) -> tuple[Any, float]:
 
 def _maps_picture(rows: Iterable[tuple[Truth, Floats]]) -> Figure:
     """Central view, truth and results of the scenes, in two columns."""
-    shown = list(rows)
-    lines = -(-len(shown) // 2)
+    maps = list(rows)
+    lines = -(-len(maps) // 2)
     figure, axes = plt.subplots(
         lines, 6, figsize=(11, 1.65 * lines), constrained_layout=True, squeeze=False
     )
     for axis in axes.flat:
         axis.set_axis_off()
-    for k, (truth, found) in enumerate(shown):
+    for k, (truth, estimate) in enumerate(maps):
         low, high = np.nanmin(truth.a), np.nanmax(truth.a)
         places = axes[k % lines, 3 * (k // lines) : 3 * (k // lines) + 3]
         m = truth.m
         view = eight_bits(sub_aperture(truth.raw, m, m // 2, m // 2))
-        for place, values in zip(places, (view, truth.a, found), strict=True):
+        for place, values in zip(places, (view, truth.a, estimate), strict=True):
             place.imshow(values, cmap="gray" if values is view else "viridis", vmin=low, vmax=high)
         places[0].images[0].set_clim(0, 255)
         places[0].set_title(f"{truth.name}: view", fontsize=8)
@@ -285,13 +285,13 @@ def ramp_errors(truth: Truth, step: int) -> list[Floats]:
     shifts, stack = _stack(truth, step)
     level = confidence_level(TEXTURE, m, _RADIUS, 1 if truth.raw.ndim == 2 else 3)
     alone = depth_index(stack, m, _RADIUS)
-    found = depth_index(stack, m, _RADIUS, confidence=level, vote_radius=1, shifts=shifts)
-    assert found.confidence is not None
+    index = depth_index(stack, m, _RADIUS, confidence=level, vote_radius=1, shifts=shifts)
+    assert index.confidence is not None
     part = (slice(_BORDER, -_BORDER),) * 2
-    known = (np.isfinite(truth.a) & (found.confidence >= SURE))[part]
-    weighed = np.array(shifts)[found.index] / m
-    maps = alone.focus(shifts, m), weighed, found.focus(shifts, m)
-    return [np.abs(a - truth.a)[part][known] * m / step for a in maps]
+    judged = (np.isfinite(truth.a) & (index.confidence >= SURE))[part]
+    weighed = np.array(shifts)[index.index] / m
+    maps = alone.focus(shifts, m), weighed, index.focus(shifts, m)
+    return [np.abs(a - truth.a)[part][judged] * m / step for a in maps]
 
 
 def _say_ramps(report: Report) -> None:
@@ -319,12 +319,12 @@ def _say_ramps(report: Report) -> None:
     report.table(["texture", "noise", "step", "share", "index", "weighed", "between"], rows)
 
 
-def rightness(found: Disparity, truth: Truth, border: int = _BORDER) -> tuple[Floats, Floats]:
+def rightness(disparity: Disparity, truth: Truth, border: int = _BORDER) -> tuple[Floats, Floats]:
     """Confidence of each pixel with truth, and 1 where it is right, 0 elsewhere."""
     part = (slice(border, -border),) * 2
-    known = np.isfinite(truth.a[part])
-    right = np.abs(found.pixels_per_view - truth.a)[part][known] <= RIGHT
-    return found.confidence[part][known], right.astype(np.float64)
+    judged = np.isfinite(truth.a[part])
+    right = np.abs(disparity.pixels_per_view - truth.a)[part][judged] <= RIGHT
+    return disparity.confidence[part][judged], right.astype(np.float64)
 
 
 def _say_trials(report: Report) -> list[tuple[Floats, Floats]]:
@@ -341,9 +341,9 @@ def _say_trials(report: Report) -> list[tuple[Floats, Floats]]:
     )
     rows, sure = [], []
     for _, _, truth in trials():
-        found, seconds = _timed(found_disparity, truth)
-        here, plain = score(found.pixels_per_view, truth), score(by_windows(truth), truth)
-        confidence, right = rightness(found, truth)
+        disparity, seconds = _timed(searched_disparity, truth)
+        here, plain = score(disparity.pixels_per_view, truth), score(by_windows(truth), truth)
+        confidence, right = rightness(disparity, truth)
         sure.append((confidence, right))
         part = (slice(_BORDER, -_BORDER),) * 2
         focused = np.abs(truth.a[part]).ravel() < NEAR_FOCUS
@@ -392,7 +392,7 @@ def _say_reliability(report: Report, sure: Iterable[tuple[Floats, Floats]]) -> N
     report.table(heads, [[f"{a:.2f}", f"{b:.2f}", f"{100 * share:.1f} %"] for a, b, share in rows])
 
 
-def _say_sharp(report: Report, names: list[str], found: Mapping[str, list[Likeness]]) -> None:
+def _say_sharp(report: Report, names: list[str], likenesses: Mapping[str, list[Likeness]]) -> None:
     report.say(
         "## All in focus",
         "Pictures made with the depth of *disparity*, against the truth at full "
@@ -402,13 +402,14 @@ def _say_sharp(report: Report, names: list[str], found: Mapping[str, list[Likene
     columns = ("psnr", "ssim", "detail", "seconds")
     formats = ("{:.2f}", "{:.3f}", "{:.2f}", "{:.2f}")
     rows = []
-    for name, values in found.items():
+    for name, values in likenesses.items():
         means = [np.mean([getattr(v, column) for v in values]) for column in columns]
         rows.append([name, *(f.format(mean) for f, mean in zip(formats, means, strict=True))])
     report.table(["picture", "PSNR / dB", "SSIM", "detail", "processor s"], rows)
     report.say("PSNR in dB and detail by scene:")
     rows = [
-        [name, *(f"{v.psnr:.1f}, {v.detail:.2f}" for v in values)] for name, values in found.items()
+        [name, *(f"{v.psnr:.1f}, {v.detail:.2f}" for v in values)]
+        for name, values in likenesses.items()
     ]
     report.table(["picture", *names], rows)
 
@@ -429,16 +430,16 @@ def write_report(folder: Path, hci: Path | None, progress: Progress | None = Non
             small = truth.raw[: 9 * truth.m, : 9 * truth.m]
             refocus(small, truth.m, 0, interpolation="linear", border="normalise")
             depth_index(FocalStack(small, truth.m, [0, 1]), truth.m)
-        found = dict[str, Floats]()
+        estimates = dict[str, Floats]()
         for name, way in WAYS.items():
-            found[name], seconds = _timed(way, truth)
-            scores[name].append(score(found[name], truth, seconds, border))
-        maps.append((truth, found[TAKEN]))
-        sure.append(rightness(found_disparity(truth), truth, border))
+            estimates[name], seconds = _timed(way, truth)
+            scores[name].append(score(estimates[name], truth, seconds, border))
+        maps.append((truth, estimates[PRODUCT]))
+        sure.append(rightness(searched_disparity(truth), truth, border))
         report.step()
         if truth.picture is not None:
             for name, sharp in PICTURES.items():
-                picture, seconds = _timed(sharp, truth, found[TAKEN])
+                picture, seconds = _timed(sharp, truth, estimates[PRODUCT])
                 pictures[name].append(likeness(picture, truth, seconds))
         report.step()
     names = [truth.name for truth, _ in maps]

@@ -241,12 +241,12 @@ def rendered(name: str, lenses: tuple[int, int] = LENSES) -> Truth:
 
 def hci_folders(folder: Path) -> list[Path]:
     """Scenes of the HCI benchmark in a folder or those in it, with true disparities."""
-    found = sorted(path.parent for path in folder.rglob(TRUTH))
-    if not found:
+    folders = sorted(path.parent for path in folder.rglob(TRUTH))
+    if not folders:
         raise InputError(
             f"has no {TRUTH}; scenes of the HCI benchmark have their truth in it", where=str(folder)
         )
-    return found
+    return folders
 
 
 def hci_truth(folder: Path) -> Truth:

@@ -44,17 +44,17 @@ class Tried:
 def tried(drawn: DrawnWhite) -> Tried:
     values = drawn.pitch, drawn.damaged, drawn.noise
     try:
-        found = calibrate(drawn.image)
+        calibration = calibrate(drawn.image)
     except InputError:
         return Tried(values, drawn.must_be_found, accepted=False)
-    errors = drawn.errors(found.centres)
+    errors = drawn.errors(calibration.centres)
     return Tried(
         values,
         drawn.must_be_found,
         accepted=True,
         mean=float(errors.mean()),
         largest=float(errors.max()),
-        missed=drawn.missed(found.model_centres[found.inside]),
+        missed=drawn.missed(calibration.model_centres[calibration.inside]),
     )
 
 

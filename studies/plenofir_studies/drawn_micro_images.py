@@ -42,9 +42,9 @@ class DrawnWhite:
 
     def errors(self, centres: Floats) -> Floats:
         """Distances in pixels between centres found (y, x), nan: none, and the grid's nearest."""
-        found = centres.reshape(-1, 2)
-        found = found[~np.isnan(found[:, 0])]
-        return np.asarray(np.linalg.norm(self.grid.nearest(found)[2], axis=1))
+        present = centres.reshape(-1, 2)
+        present = present[~np.isnan(present[:, 0])]
+        return np.asarray(np.linalg.norm(self.grid.nearest(present)[2], axis=1))
 
     def missed(self, centres: Floats) -> int:
         """Lenses of the image that have no centre within half a pitch.
@@ -56,8 +56,8 @@ class DrawnWhite:
         have = set(zip(t.tolist(), s.tolist(), strict=True))
         rows, columns, _ = self.grid.nearest(truth)
         inner = ((truth > 0) & (truth < np.array(self.image.shape) - 1)).all(axis=1)
-        wanted = zip(rows[inner].tolist(), columns[inner].tolist(), strict=True)
-        return sum(place not in have for place in wanted)
+        places = zip(rows[inner].tolist(), columns[inner].tolist(), strict=True)
+        return sum(place not in have for place in places)
 
 
 def drawn_white(seed: int, largest_pixels: float = 4e6) -> DrawnWhite:

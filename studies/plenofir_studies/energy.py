@@ -161,12 +161,12 @@ def grey(
     engine: str = "moving_sum",
 ) -> CoreConfiguration:
     """The core to vary: grey, 8 bit, exact."""
-    made = {"fir": FirEngine, "stack": StackEngine}.get(engine)
+    kind = {"fir": FirEngine, "stack": StackEngine}.get(engine)
     return CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=columns,
-        engine=made() if made else MovingSumEngine.model_validate({"pixels_per_clock": pixels}),
+        engine=kind() if kind else MovingSumEngine.model_validate({"pixels_per_clock": pixels}),
     )
 
 
@@ -240,12 +240,12 @@ def measure(design: Design) -> Measured:
     )
 
 
-def measure_missing(found: dict[str, Measured]) -> None:
+def measure_missing(records: dict[str, Measured]) -> None:
     """Measure missing designs, and record each at once in ``data/energy.json``."""
     for design in designs():
-        if design.name not in found:
-            found[design.name] = measure(design)
-            save_records(FILE, {name: m.model_dump() for name, m in found.items()})
+        if design.name not in records:
+            records[design.name] = measure(design)
+            save_records(FILE, {name: m.model_dump() for name, m in records.items()})
 
 
 ASIC = "rendering processor for light fields, 40 nm"
@@ -256,15 +256,15 @@ _COUNTERS = Path("/sys/class/powercap")
 
 def joules(root: Path = _COUNTERS) -> float | None:
     """Values of the processors' energy counters (RAPL) in J; None if there are none."""
-    found = []
+    counters = []
     for path in root.glob("*/energy_uj"):
         # Only whole packages: their parts have names with two numbers.
         if path.parent.name.count(":") == 1:
             try:
-                found.append(int(path.read_text()))
+                counters.append(int(path.read_text()))
             except OSError:
                 return None
-    return 1e-6 * sum(found) if found else None
+    return 1e-6 * sum(counters) if counters else None
 
 
 def software_pj(root: Path = _COUNTERS, seconds: float = 2.0) -> float | None:
@@ -300,15 +300,15 @@ def _shown(name: str, measured: Measured) -> list[str]:
     ]
 
 
-def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
+def page(records: Mapping[str, Measured], software: float | None) -> list[str]:
     """The report: energy of each design for a pixel, its uncertainty, and other devices."""
-    base = energy_of(found[name_of(grey())]).total
+    base = energy_of(records[name_of(grey())]).total
     contents = {
-        content: energy_of(found[name]).total / base
+        content: energy_of(records[name]).total / base
         for content in _CONTENTS
-        if (name := f"{name_of(grey())}, {content}") in found
+        if (name := f"{name_of(grey())}, {content}") in records
     }
-    missing = [name for name in names() if name not in found]
+    missing = [name for name in names() if name not in records]
     spread = ", ".join(f"{content} {ratio:.2f}" for content, ratio in contents.items())
     lines = [
         "The thesis calls its architecture power-efficient and leaves the proof to future work. "
@@ -339,7 +339,7 @@ def page(found: Mapping[str, Measured], software: float | None) -> list[str]:
                 "sum",
                 "range",
             ],
-            (_shown(name, m) for name, m in found.items() if not name.endswith(_CONTENTS)),
+            (_shown(name, m) for name, m in records.items() if not name.endswith(_CONTENTS)),
         ),
         f"For comparison, a {ASIC}: {ASIC_PJ:.0f} pJ a rendered pixel, 250 mW at 5.4 G pixels a "
         "second (Chen, OJ-SSCS 2023, by its abstract). "
@@ -381,10 +381,10 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Measure every design anew and write ``energy.md``."""
     chosen = list(designs())
     report = Report(folder, "energy.md", len(chosen), progress)
-    found = {}
+    records = {}
     for design in chosen:
-        found[design.name] = measure(design)
+        records[design.name] = measure(design)
         report.step()
     report.say("# Energy of a pixel")
-    report.add(page(found, software_pj()))
+    report.add(page(records, software_pj()))
     return report.write()

@@ -158,9 +158,9 @@ def focus_experiment(
     for a, distance, region in zip(predicted, distances_mm, scene.regions, strict=True):
         rows, columns = (slice(part.start * m, part.stop * m) for part in region)
         curve = sharpness_curve(stack, (rows, columns), m)
-        found = peak(shifts / m, curve)
-        found_mm = float(model.distance(found).mm)
-        results.append(Focused(float(a), distance, shifts / m, curve, found, found_mm))
+        sharpest = peak(shifts / m, curve)
+        found_mm = float(model.distance(sharpest).mm)
+        results.append(Focused(float(a), distance, shifts / m, curve, sharpest, found_mm))
     return results
 
 
@@ -247,13 +247,13 @@ def disparity_experiment(
     for pair in pairs:
         gap = pair.gap
         first, second = (images[centre, centre + pair.first + side] for side in (0, gap))
-        found = sad_disparity(
+        disparity = sad_disparity(
             first,
             [(second, (0.0, float(gap)))],
             search=(-1 / gap, pair.largest_px / gap),
             window=pair.window,
         )
-        maps[pair] = gap * found
+        maps[pair] = gap * disparity
         convergence = -np.tan(np.radians(float(model.tilt(gap, pair.first))))
         baseline = float(model.baseline(gap))
         for depth, region in zip(depths_mm, scene.regions, strict=True):
@@ -301,13 +301,13 @@ def range_experiment(
     """Measure the distance of objects that stand anywhere, not on slices."""
     results = []
     groups = [list(distances_mm[k : k + 4]) for k in range(0, len(distances_mm), 4)]
-    for done, group in enumerate(groups, 1):
-        scene = take(model, group, seed=seed + done)
+    for count, group in enumerate(groups, 1):
+        scene = take(model, group, seed=seed + count)
         depth = depth_map(scene.raster, model)
-        focused = focus_experiment(model, group, seed=seed + done)
+        focused = focus_experiment(model, group, seed=seed + count)
         for distance, region, focus in zip(group, scene.regions, focused, strict=True):
-            known = depth.distance_mm[region]
-            known = known[~np.isnan(known)]
-            by_disparity = float(np.median(known)) if known.size else float("nan")
+            distances = depth.distance_mm[region]
+            distances = distances[~np.isnan(distances)]
+            by_disparity = float(np.median(distances)) if distances.size else float("nan")
             results.append(Ranged(distance, by_disparity, focus.found_mm))
     return results

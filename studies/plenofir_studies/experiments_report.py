@@ -55,9 +55,9 @@ def disparity_maps(figure: str) -> tuple[DisparityExperiment, Image]:
     depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
     pairs = FIGURES[figure]
     model = model_of(11, FOCUS_MM[part])
-    found = disparity_experiment(model, depths, pairs, object_lenses=FIGURE_OBJECT_LENSES)
-    maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in pairs}
-    return found, disparity_picture(found.central_view, maps)
+    experiment = disparity_experiment(model, depths, pairs, object_lenses=FIGURE_OBJECT_LENSES)
+    maps = {f"G = {pair.gap}, {pair.name}": experiment.maps[pair] for pair in pairs}
+    return experiment, disparity_picture(experiment.central_view, maps)
 
 
 def _focus(report: Report) -> None:
@@ -102,8 +102,8 @@ def _disparity(report: Report) -> None:
     rows = []
     for figure, (number, part) in _TABLES.items():
         model = model_of(11, FOCUS_MM[part])
-        found, picture = disparity_maps(figure)
-        for r in found.objects:
+        experiment, picture = disparity_maps(figure)
+        for r in experiment.objects:
             tilt = -float(model.tilt(r.pair.gap, r.pair.first))
             base = float(model.baseline(r.pair.gap))
             rows.append(

@@ -109,7 +109,7 @@ def _least(work: Callable[[], object], wait: Callable[[], None], runs: int) -> f
 
 def measure(device: Device, size: int = SIZE, m: int = M, runs: int = _RUNS) -> list[Timed]:
     """Time frames on a device, each compared with the CPU's to the bit."""
-    found = []
+    timings = []
     random = np.random.default_rng(0)
     for text, channels, kind in (
         ("grey 8 bit", (), np.uint8),
@@ -136,8 +136,8 @@ def measure(device: Device, size: int = SIZE, m: int = M, runs: int = _RUNS) -> 
                 raise ArithmeticError(f"{device.library}, {text}, {work}: not the CPU's picture")
             seconds = _least(lambda of=of, frame=frame: of(frame), device.wait, runs)  # type: ignore[misc]
             cpu = _least(lambda of=of, raw=raw: of(raw), lambda: None, min(runs, 5))  # type: ignore[misc]
-            found.append(Timed(text, work, seconds, cpu, copied, raw.nbytes))
-    return found
+            timings.append(Timed(text, work, seconds, cpu, copied, raw.nbytes))
+    return timings
 
 
 def add(report: Report, device: Device, timed: Sequence[Timed], size: int) -> None:
@@ -158,10 +158,10 @@ def add(report: Report, device: Device, timed: Sequence[Timed], size: int) -> No
 
 
 def write_report(
-    folder: Path, progress: Progress | None = None, found: Sequence[Device | str] | None = None
+    folder: Path, progress: Progress | None = None, gpus: Sequence[Device | str] | None = None
 ) -> Path:
     """Time every GPU and write ``gpu.md``; what could not run is a line of it."""
-    parts = list(devices()) if found is None else found
+    parts = list(devices()) if gpus is None else gpus
     report = Report(folder, "gpu.md", len(parts), progress)
     report.say(
         "# The refocuser on a GPU",

@@ -99,7 +99,7 @@ class Growth:
         return fit(self.points, self.kind)
 
 
-def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterator[Growth]:
+def growths(recorded: Recorded, records: Mapping[str, energy.Measured]) -> Iterator[Growth]:
     """All measured quantities, in the order of the page."""
     ns, mb, batch = recorded.nanoseconds, recorded.megabytes, recorded.batch
     time_ = "software: ns a pixel"
@@ -146,9 +146,9 @@ def growths(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Iterato
     yield from _of_cores()
     yield from _of_stacks(recorded)
     energies = {
-        p: energy.energy_of(found[name]).total
+        p: energy.energy_of(records[name]).total
         for p in energy.PIXELS
-        if (name := energy.name_of(energy.grey(pixels=p))) in found
+        if (name := energy.name_of(energy.grey(pixels=p))) in records
     }
     if len(energies) >= _LEAST_POINTS:
         yield Growth(
@@ -225,7 +225,7 @@ def _of_stacks(recorded: Recorded) -> Iterator[Growth]:
         )
 
 
-def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
+def planned(recorded: Recorded, energies: Mapping[str, energy.Measured]) -> list[str]:
     """Plans for 10^9 pixels a second and for 10^6 frames, by the same numbers."""
     sides = recorded.nanoseconds["pixels of a side"]
     ns = fit({side**2: value * side**2 for side, value in sides.items()}, "line").slope
@@ -246,7 +246,7 @@ def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[st
     ]
     if enough:
         row = rows[enough[0]]
-        eight = found.get(energy.name_of(energy.grey(pixels=min(16, enough[0]))))
+        eight = energies.get(energy.name_of(energy.grey(pixels=min(16, enough[0]))))
         watts = (
             ""
             if eight is None
@@ -268,7 +268,7 @@ def planned(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[st
     return lines
 
 
-def laws(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
+def laws(recorded: Recorded, energies: Mapping[str, energy.Measured]) -> list[str]:
     """How it was measured, and a table of every law with its points."""
     rows = [
         [
@@ -279,7 +279,7 @@ def laws(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
             f"{100 * g.law.off:.0f} %",
             g.end,
         ]
-        for g in growths(recorded, found)
+        for g in growths(recorded, energies)
     ]
     return [
         f"Software measured on {recorded.machine}: one thread unless threads are varied, 8 bit, "
@@ -300,19 +300,19 @@ def laws(recorded: Recorded, found: Mapping[str, energy.Measured]) -> list[str]:
     ]
 
 
-def picture(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Figure:
+def picture(recorded: Recorded, energies: Mapping[str, energy.Measured]) -> Figure:
     """Points and laws, relative to their least values, a panel for each kind of quantity."""
     kinds: dict[str, list[Growth]] = {}
-    for growth in growths(recorded, found):
+    for growth in growths(recorded, energies):
         kinds.setdefault(growth.quantity, []).append(growth)
     figure, axes = plt.subplots(-(-len(kinds) // 4), 4, figsize=(13, 9), constrained_layout=True)
     for panel, (quantity, group) in zip(axes.flat, kinds.items(), strict=False):
         for growth in group:
             x = np.array(list(growth.points), float)
-            shown = x if (x > 0).all() else x - x.min() + 1
-            (line,) = panel.plot(shown, list(growth.points.values()), "o", markersize=4)
-            fine = np.geomspace(shown.min(), shown.max(), 60)
-            values = [growth.law.at(value + (x - shown)[0]) for value in fine]
+            places = x if (x > 0).all() else x - x.min() + 1
+            (line,) = panel.plot(places, list(growth.points.values()), "o", markersize=4)
+            fine = np.geomspace(places.min(), places.max(), 60)
+            values = [growth.law.at(value + (x - places)[0]) for value in fine]
             panel.plot(fine, values, color=line.get_color(), label=growth.against)
         panel.set(xscale="log", yscale="log")
         panel.set_title(quantity, fontsize=9)
@@ -324,9 +324,11 @@ def picture(recorded: Recorded, found: Mapping[str, energy.Measured]) -> Figure:
     return figure
 
 
-def add_section(report: Report, recorded: Recorded, found: Mapping[str, energy.Measured]) -> None:
-    report.picture("growth", picture(recorded, found), "Measured points and fitted laws")
-    report.add([*laws(recorded, found), *planned(recorded, found)])
+def add_section(
+    report: Report, recorded: Recorded, energies: Mapping[str, energy.Measured]
+) -> None:
+    report.picture("growth", picture(recorded, energies), "Measured points and fitted laws")
+    report.add([*laws(recorded, energies), *planned(recorded, energies)])
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:

@@ -69,13 +69,13 @@ _BATCHES: dict[str, tuple[int, tuple[int, ...]]] = {
 }
 
 
-def _case(what: str, value: int) -> tuple[int, int, int, int, int]:
+def _case(quantity: str, value: int) -> tuple[int, int, int, int, int]:
     """Side, M, a', slices and threads of a point."""
-    side = value if what == "pixels of a side" else SIDE
-    m = value if what == "M" else M
-    shift = value if what.startswith("a'") else 1
-    slices = value if what == "slices" else 1
-    return side, m, shift, slices, value if what == "threads" else 1
+    side = value if quantity == "pixels of a side" else SIDE
+    m = value if quantity == "M" else M
+    shift = value if quantity.startswith("a'") else 1
+    slices = value if quantity == "slices" else 1
+    return side, m, shift, slices, value if quantity == "threads" else 1
 
 
 def _nanoseconds() -> dict[str, Points]:
@@ -95,17 +95,17 @@ def _nanoseconds() -> dict[str, Points]:
         # Other work would take processors from the threads.
         del timed["threads"]
     for _ in range(ROUNDS):
-        for what, values in timed.items():
+        for quantity, values in timed.items():
             for value in values:
-                side, m, shift, slices, threads = _case(what, value)
-                clock = time.perf_counter if what == "threads" else time.process_time
+                side, m, shift, slices, threads = _case(quantity, value)
+                clock = time.perf_counter if quantity == "threads" else time.process_time
                 start = clock()
                 for number in range(slices):
                     a = Fraction(shift + 2 * number, m)
                     refocus(frames[side], m, a, out=outs[side], threads=threads)
-                taken = 1e9 * (clock() - start) / side**2
-                least[what, value] = min(taken, least.get((what, value), np.inf))
-    return {what: {v: least[what, v] for v in values} for what, values in timed.items()}
+                duration = 1e9 * (clock() - start) / side**2
+                least[quantity, value] = min(duration, least.get((quantity, value), np.inf))
+    return {quantity: {v: least[quantity, v] for v in values} for quantity, values in timed.items()}
 
 
 def extra_bytes(
@@ -127,19 +127,21 @@ def extra_bytes(
         f"refocus(raw, {m}, '1/{m}', out=out, {options}); "
         "print(most() - before)"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    return 1024 * int(done.stdout)
+    process = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    return 1024 * int(process.stdout)
 
 
 def _megabytes() -> dict[str, Points]:
-    found = {}
-    for what, values in _MEMORY.items():
-        cases = {value: _case(what, value) for value in values}
-        found[what] = {
+    points = {}
+    for quantity, values in _MEMORY.items():
+        cases = {value: _case(quantity, value) for value in values}
+        points[quantity] = {
             v: extra_bytes((side, side), m, threads=threads) / 1e6
             for v, (side, m, _, _, threads) in cases.items()
         }
-    return found
+    return points
 
 
 def _batches() -> dict[str, Points]:
@@ -147,17 +149,19 @@ def _batches() -> dict[str, Points]:
 
     It is that of the client and its scheduler, or with large frames that of all workers.
     """
-    found: dict[str, Points] = {}
+    points: dict[str, Points] = {}
     with tempfile.TemporaryDirectory() as name:
-        for what, (side, values) in _BATCHES.items():
-            found[what] = {}
+        for quantity, (side, values) in _BATCHES.items():
+            points[quantity] = {}
             for value in values:
                 frames, workers = (
-                    (value, 2) if what.startswith("frames") else (RUN_FRAMES[side], value)
+                    (value, 2) if quantity.startswith("frames") else (RUN_FRAMES[side], value)
                 )
-                own, theirs = _batch_ms(Path(name) / f"{len(found)}-{value}", side, frames, workers)
-                found[what][value] = own if side == _TINY else theirs
-    return found
+                ours, theirs = _batch_ms(
+                    Path(name) / f"{len(points)}-{value}", side, frames, workers
+                )
+                points[quantity][value] = ours if side == _TINY else theirs
+    return points
 
 
 def _batch_ms(folder: Path, side: int, frames: int, workers: int) -> tuple[float, float]:
@@ -175,11 +179,11 @@ def _batch_ms(folder: Path, side: int, frames: int, workers: int) -> tuple[float
         return time.process_time(), children.ru_utime + children.ru_stime
 
     start = now()
-    done = run_batch(sources, Settings(M, (Fraction(1, M),)), out, workers=workers)
-    if any(frame.state != "done" for frame in done):
+    frames_run = run_batch(sources, Settings(M, (Fraction(1, M),)), out, workers=workers)
+    if any(frame.state != "done" for frame in frames_run):
         raise ArithmeticError("a frame of the batch failed")
-    own, theirs = (1e3 * (end - begin) for end, begin in zip(now(), start, strict=True))
-    return own, theirs
+    ours, theirs = (1e3 * (end - begin) for end, begin in zip(now(), start, strict=True))
+    return ours, theirs
 
 
 def stack_figures(slices: int) -> dict[str, int]:

@@ -184,22 +184,22 @@ def lens_camera(
         np.array([1.0, index, 1.0]),
         np.array([np.inf, np.inf]),
     )
-    own = Surfaces(
+    surfaces = Surfaces(
         system.vertices, system.curvatures, system.indices, system.semi_apertures
     ).turned()
     assert system.stop is not None
 
     def placed(distance: float) -> Surfaces:
-        return replace(own, z=own.z - own.z[0] + distance)
+        return replace(surfaces, z=surfaces.z - surfaces.z[0] + distance)
 
     def image_distance(object_mm: float) -> float:
         """Image distance, from the last surface, of an axial point at a distance from the first."""
         rays = rays_from(
-            np.array([[0.0], [_NEAR_MM], [-float(own.z[-1])]]),
+            np.array([[0.0], [_NEAR_MM], [-float(surfaces.z[-1])]]),
             np.array([[0.0], [_NEAR_MM / object_mm]]),
             paraxial=True,
         )
-        bend(rays, own.turned(), paraxial=True)
+        bend(rays, surfaces.turned(), paraxial=True)
         return float(-rays.places[1, 0] / rays.slopes[1, 0])
 
     behind = image_distance(np.inf)
@@ -207,7 +207,7 @@ def lens_camera(
         # The distance is measured from the micro lenses, from which the lens moves away.
         for _ in range(100):
             behind = image_distance(focus_mm - behind - system.length_mm)
-    stop = len(own.z) - 1 - system.stop
+    stop = len(surfaces.z) - 1 - system.stop
     return LensCamera(placed(behind), stop, micro, row["f_s_mm"], paraxial)
 
 
@@ -232,8 +232,8 @@ class Light:
 
     def picture(self, texture: "Texture", distance: float) -> Image:
         """The camera's picture of a flat texture perpendicular to the axis."""
-        seen = texture.at(self.places + distance * self.slopes)
-        return _exposed((seen * self.shares).sum(axis=1).reshape(self.shape), self._brightest)
+        light = texture.at(self.places + distance * self.slopes)
+        return _exposed((light * self.shares).sum(axis=1).reshape(self.shape), self._brightest)
 
 
 def _exposed(values: Floats, brightest: float) -> Image:
@@ -260,9 +260,9 @@ def capture(camera: LensCamera, lenses: tuple[int, int], *, rays: int = 16, seed
         # Evenly spread over pixel and lens, from a random start.
         spread = random.random((4, count, 1)) + _STEPS[:, None, None] * np.arange(rays)
         spread = (spread % 1 - 0.5).reshape(4, -1)
-        found = _through(camera, np.repeat(centres, rays, axis=1), lenses, spread)
+        hits = _through(camera, np.repeat(centres, rays, axis=1), lenses, spread)
         places[:, part], slopes[:, part], shares[part] = (
-            values.reshape(*values.shape[:-1], count, rays) for values in found
+            values.reshape(*values.shape[:-1], count, rays) for values in hits
         )
     return Light((rows, columns), places, slopes, shares)
 
@@ -302,5 +302,5 @@ class Texture:
         middle = (np.array(self.pixels.shape) - 1) / 2
         shape = (2, *[1] * (places.ndim - 1))
         points = places[::-1] / self.step + middle.reshape(shape)
-        found = ndimage.map_coordinates(self.pixels, points, order=1, mode="mirror")
-        return np.asarray(found)
+        samples = ndimage.map_coordinates(self.pixels, points, order=1, mode="mirror")
+        return np.asarray(samples)

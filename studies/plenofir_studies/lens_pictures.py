@@ -87,7 +87,7 @@ CASES = (
 
 
 @dataclass(frozen=True)
-class Found:
+class Geometry:
     """Results of one kind of rays, or of the closed form."""
 
     # For each distance: by the sharpest slice, and by triangulation, from the micro lenses.
@@ -104,9 +104,9 @@ class Result:
     """A case, measured."""
 
     case: Case
-    closed: Found
-    paraxial: Found
-    real: Found
+    closed: Geometry
+    paraxial: Geometry
+    real: Geometry
 
 
 def model_of(case: Case) -> RayModel:
@@ -120,11 +120,11 @@ def model_of(case: Case) -> RayModel:
     return RayModel.focused(camera, case.focus_mm, M)
 
 
-def closed_form(case: Case) -> Found:
+def closed_form(case: Case) -> Geometry:
     model = model_of(case)
     depths = np.array(case.distances_mm) - model.entrance_pupil_mm
     pixels = model.disparity(depths, GAP, view=_VIEWS[0])
-    return Found(
+    return Geometry(
         by_focus_mm=case.distances_mm,
         by_disparity_mm=case.distances_mm,
         disparities_px=tuple(float(v) for v in pixels),
@@ -135,7 +135,7 @@ def closed_form(case: Case) -> Found:
 
 
 @dataclass(frozen=True)
-class _Taken:
+class _Capture:
     """A picture of a plane, decoded."""
 
     raster: Image
@@ -146,44 +146,44 @@ class _Taken:
 
 def _take(
     light: Light, calibration: Calibration, spacing: float, distance: float, blur: float
-) -> _Taken:
+) -> _Capture:
     soft = ndimage.gaussian_filter(textures()[0] / 255, blur * _FINE)
     texture = Texture((soft - soft.min()) / np.ptp(soft), spacing / _FINE)
     raster = decode(light.picture(texture, distance), calibration, M)
     rows, columns = raster_window(calibration)
     middle = (np.array(light.shape) - 1) / 2
     centre = calibration.grid.inverse(middle) - (rows.start, columns.start)
-    return _Taken(raster, np.asarray(centre, dtype=np.float64), texture, distance)
+    return _Capture(raster, np.asarray(centre, dtype=np.float64), texture, distance)
 
 
-def _focus(taken: _Taken, model: RayModel) -> float:
+def _focus(capture: _Capture, model: RayModel) -> float:
     """Distance of the sharpest setting, by the closed form."""
-    predicted = float(model.focus_setting(taken.distance))
+    predicted = float(model.focus_setting(capture.distance))
     shifts = np.arange(round(predicted * M) - 4, round(predicted * M) + 5)
-    stack = focal_stack(taken.raster, M, [Fraction(int(k), M) for k in shifts])
-    inside = tuple(slice(_MARGIN * M, n - _MARGIN * M) for n in taken.raster.shape)
-    found = peak(shifts / M, sharpness_curve(stack, (inside[0], inside[1]), M))
-    return float(model.distance(found).mm)
+    stack = focal_stack(capture.raster, M, [Fraction(int(k), M) for k in shifts])
+    inside = tuple(slice(_MARGIN * M, n - _MARGIN * M) for n in capture.raster.shape)
+    sharpest = peak(shifts / M, sharpness_curve(stack, (inside[0], inside[1]), M))
+    return float(model.distance(sharpest).mm)
 
 
-def _register(view: Floats, taken: _Taken, spacing: float) -> Floats:
+def _register(view: Floats, capture: _Capture, spacing: float) -> Floats:
     """Pitch of a view's pixels on the texture in mm, and (x, y) of the texture on the axis."""
-    sides = (np.arange(n) - c for n, c in zip(view.shape, taken.centre, strict=True))
+    sides = (np.arange(n) - c for n, c in zip(view.shape, capture.centre, strict=True))
     y, x = np.meshgrid(*sides, indexing="ij")
-    soft = Texture(ndimage.uniform_filter(taken.texture.pixels, _FINE), taken.texture.step)
+    soft = Texture(ndimage.uniform_filter(capture.texture.pixels, _FINE), capture.texture.step)
 
-    def left(guess: Floats) -> Floats:
+    def residual(guess: Floats) -> Floats:
         scale, *offset = guess
-        seen = soft.at(np.stack([scale * x + offset[0], scale * y + offset[1]]))
-        basis = np.stack([seen.ravel(), np.ones(seen.size)], axis=1)
+        model = soft.at(np.stack([scale * x + offset[0], scale * y + offset[1]]))
+        basis = np.stack([model.ravel(), np.ones(model.size)], axis=1)
         weights = np.linalg.lstsq(basis, view.ravel(), rcond=None)[0]
         return np.asarray(basis @ weights - view.ravel())
 
     # The lens inverts the picture.
     tries = [np.array([-spacing, dx * spacing, 0.0]) for dx in range(-6, 7)]
-    best = min(tries, key=lambda guess: float((left(guess) ** 2).sum()))
-    found = optimize.least_squares(left, best, x_scale=[spacing / 50, spacing, spacing])
-    return np.asarray(found.x)
+    best = min(tries, key=lambda guess: float((residual(guess) ** 2).sum()))
+    fit = optimize.least_squares(residual, best, x_scale=[spacing / 50, spacing, spacing])
+    return np.asarray(fit.x)
 
 
 def _axes(registered: Floats, distances: Sequence[float]) -> tuple[float, float, float]:
@@ -204,27 +204,27 @@ def _axes(registered: Floats, distances: Sequence[float]) -> tuple[float, float,
 
 def measure(
     case: Case, *, paraxial: bool, lenses: tuple[int, int] = LENSES, rays: int = 8
-) -> Found:
+) -> Geometry:
     """Take a case's pictures and measure them."""
     model = model_of(case)
     camera = lens_camera(case.lens, case.mla, focus_mm=case.focus_mm, paraxial=paraxial)
     camera = camera.stopped(FILL)
     light = capture(camera, lenses, rays=rays)
     calibration = calibrate(light.white)
-    by_focus, found = [], []
+    by_focus, fits = [], []
     for distance in case.distances_mm:
         spacing = camera.object_spacing(distance)
         detailed, soft = (
             _take(light, calibration, spacing, distance, blur) for blur in (_DETAIL, _SOFT)
         )
         by_focus.append(_focus(detailed, model))
-        seen = views(soft.raster, M)[M // 2].astype(np.float64)
-        found.append([_register(seen[M // 2 + i], soft, spacing) for i in _VIEWS])
-    registered = np.array(found)
+        row = views(soft.raster, M)[M // 2].astype(np.float64)
+        fits.append([_register(row[M // 2 + i], soft, spacing) for i in _VIEWS])
+    registered = np.array(fits)
     pixels = (registered[:, -1, 1] - registered[:, 0, 1]) / registered[..., 0].mean(axis=1)
     depths = model.depth(pixels, GAP, view=_VIEWS[0]).mm + model.entrance_pupil_mm
     pupil, baseline, tilt = _axes(registered, case.distances_mm)
-    return Found(
+    return Geometry(
         tuple(by_focus), tuple(map(float, depths)), tuple(map(float, pixels)), pupil, baseline, tilt
     )
 
@@ -254,11 +254,11 @@ class Deviations:
     tilt: float
 
 
-def deviations(one: Found, other: Found) -> Deviations:
+def deviations(one: Geometry, other: Geometry) -> Deviations:
     """Deviations of one from the other."""
 
-    def percent(found: Sequence[float], wanted: Sequence[float]) -> float:
-        shares = 100 * (np.divide(found, wanted) - 1)
+    def percent(values: Sequence[float], truth: Sequence[float]) -> float:
+        shares = 100 * (np.divide(values, truth) - 1)
         return float(shares[np.argmax(np.abs(shares))])
 
     return Deviations(
@@ -311,7 +311,7 @@ def load_recorded() -> list[Result]:
     return [
         Result(
             Case(**{**fields(values["case"]), "focus_mm": values["case"]["focus_mm"] or inf}),
-            *(Found(**fields(values[kind])) for kind in ("closed", "paraxial", "real")),
+            *(Geometry(**fields(values[kind])) for kind in ("closed", "paraxial", "real")),
         )
         for values in json.loads(FILE.read_text())
     ]
@@ -342,9 +342,11 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     for result in measured:
         for k, distance in enumerate(result.case.distances_mm):
             pictures = (result.paraxial, result.real)
-            cells = [f"{distance:g}", *(f"{found.by_focus_mm[k]:.2f}" for found in pictures)]
-            cells += [f"{found.by_disparity_mm[k]:.2f}" for found in pictures]
-            cells += [f"{found.disparities_px[k]:.4f}" for found in (result.closed, *pictures)]
+            cells = [f"{distance:g}", *(f"{geometry.by_focus_mm[k]:.2f}" for geometry in pictures)]
+            cells += [f"{geometry.by_disparity_mm[k]:.2f}" for geometry in pictures]
+            cells += [
+                f"{geometry.disparities_px[k]:.4f}" for geometry in (result.closed, *pictures)
+            ]
             rows.append([result.case.name, *cells])
     of_both = ["paraxial", "real"]
     heads = ["camera", "stands at / mm", *(f"sharpest slice, {kind}" for kind in of_both)]

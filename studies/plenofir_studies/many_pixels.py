@@ -77,13 +77,13 @@ def place_again(device: str, pixels: int, folder: Path) -> Iterator[float | None
         )
     core = scene_core(make_plan(load_scene(SCENE)), pixels)
     sources, generics, family = hdl.hdl_sources(), core.generics(), DEVICES[device].family
-    done = len(load_spreads().get(device, {}).get(str(pixels), ()))
+    placements = len(load_spreads().get(device, {}).get(str(pixels), ()))
     if device in PLACERS:
         synthesise_core(device, family, sources, CORE, generics, folder)
     else:
         few = pixels > WITH_PINS
         netlist = make_netlist(sources, CORE, generics, folder, behind_few_pins=few)
-    for seed in range(done + 1, PLACEMENTS + 1):
+    for seed in range(placements + 1, PLACEMENTS + 1):
         fmax: float | None = None
         try:
             if device in PLACERS:
@@ -122,7 +122,7 @@ class Spread:
 
 def spread_lines() -> list[str]:
     """Write the section of repeated placements."""
-    found = [
+    spreads = [
         Spread(device, int(pixels), [clock for clock in clocks if clock is not None], len(clocks))
         for device, cores in load_spreads().items()
         for pixels, clocks in sorted(cores.items(), key=lambda item: int(item[0]))
@@ -146,7 +146,7 @@ def spread_lines() -> list[str]:
         "found no way to the net of the clock. A change of a design is better or worse where it "
         "moves the median by more than this.",
         "",
-        *table_of(found, columns),
+        *table_of(spreads, columns),
     ]
 
 
@@ -184,11 +184,11 @@ def scene_core(plan: Plan, pixels: int) -> CoreConfiguration:
 
 def rows() -> list[Row]:
     plan = make_plan(load_scene(SCENE))
-    found = []
+    table = []
     for pixels, placed in load_placed().items():
         core = scene_core(plan, pixels)
         tokens = max(core.line_tokens(plan.columns), core.band_steps(plan.columns))
-        found.append(
+        table.append(
             Row(
                 pixels,
                 placed,
@@ -197,11 +197,11 @@ def rows() -> list[Row]:
                 plan.columns * plan.rows,
             )
         )
-    return found
+    return table
 
 
 def page() -> str:
-    found = rows()
+    table = rows()
     plan = make_plan(load_scene(SCENE))
     lines = [
         "# Many pixels a clock",
@@ -213,7 +213,7 @@ def page() -> str:
         "",
     ]
     lines += table_of(
-        found,
+        table,
         {
             "P": "{.pixels}",
             "MHz": "{.placed.fmax_mhz:g}",

@@ -183,17 +183,17 @@ def software() -> list[Method]:
         return best_picture(raw, m, Fraction(shift, m))
 
     names = {0: "nearest", 1: "linear", 3: "cubic"}
-    found = [Method("refocus", fast)]
-    found += [
+    methods = [Method("refocus", fast)]
+    methods += [
         Method(f"refocus, {names[order]}", partial(fast, order=order), order=order)
         for order in (1, 3)
     ]
-    found += [
+    methods += [
         Method(name, partial(fast, order=order, sharpen="auto"), order=None)
         for name, order in (("refocus, sharpened", 0), ("refocus, linear, sharpened", 1))
     ]
-    found.append(Method("best picture", best, order=None))
-    found += [
+    methods.append(Method("best picture", best, order=None))
+    methods += [
         Method("reference (gather)", in_hardware(ExactArithmetic())),
         Method("plain loops for Numba", plain_numba),
         Method("NumPy, separable int32", partial(running_sums, kind=np.int32)),
@@ -202,7 +202,7 @@ def software() -> list[Method]:
         Method("shift and sum, float32", partial(shift_and_sum, kind=np.float32)),
         Method("shift and sum, float64", partial(shift_and_sum, kind=np.float64)),
     ]
-    found += [
+    methods += [
         Method(
             f"shift and sum, {name}",
             partial(shifted_by_interpolation, order=order),
@@ -219,8 +219,8 @@ def software() -> list[Method]:
             return fourier_slice(raw, m, shift / m, width=w, oversampling=o)
 
         name = f"Fourier slice, window {width:g}, oversampling {oversampling:g}"
-        found.append(Method(name, slice_, lenses=True, order=None))
-    return found
+        methods.append(Method(name, slice_, lenses=True, order=None))
+    return methods
 
 
 def in_hardware(arithmetic: ExactArithmetic | StoredProductArithmetic) -> Work:
@@ -230,10 +230,10 @@ def in_hardware(arithmetic: ExactArithmetic | StoredProductArithmetic) -> Work:
 
 def hardware() -> list[Method]:
     """The core's arithmetic, bit-true: exact, and stored products with F and G bits."""
-    found = [Method("core, exact", in_hardware(ExactArithmetic()), hardware=ExactArithmetic())]
+    methods = [Method("core, exact", in_hardware(ExactArithmetic()), hardware=ExactArithmetic())]
     for fraction in range(11):
         for guard in range(min(fraction, 4) + 1):
             arithmetic = StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)
             name = f"core, F = {fraction}, G = {guard}"
-            found.append(Method(name, in_hardware(arithmetic), hardware=arithmetic))
-    return found
+            methods.append(Method(name, in_hardware(arithmetic), hardware=arithmetic))
+    return methods

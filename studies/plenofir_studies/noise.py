@@ -126,12 +126,12 @@ def measure_noise(
     product without fraction bits.
     """
     levels = [_LEVEL + m * k / frames for k in range(frames)]
-    of_raw, of_found = [], []
+    of_raw, of_refocused = [], []
     for k, level in enumerate(levels):
         raw = noisy_frame(m, seed + k, level)
-        found = _inside(arithmetic.refocus(raw, m, shift=shift, order=order), m, shift)
+        refocused = _inside(arithmetic.refocus(raw, m, shift=shift, order=order), m, shift)
         of_raw.append(float(np.mean((raw - level) ** 2)))
-        of_found.append(float(np.mean((found - level) ** 2)))
+        of_refocused.append(float(np.mean((refocused - level) ** 2)))
     raw_variance = float(np.mean(of_raw))
     return Noise(
         m=m,
@@ -139,7 +139,7 @@ def measure_noise(
         order=order,
         arithmetic=arithmetic_name(arithmetic),
         raw=raw_variance,
-        measured=float(np.mean(of_found)),
+        measured=float(np.mean(of_refocused)),
         derived=derived_variance(m, shift, arithmetic, raw_variance, order),
     )
 

@@ -200,7 +200,7 @@ def _resolution(report: Report) -> None:
     )
     cells = ("{0.difference:.2g}", "{0.before:.3f}", "{0.after:.3f}")
     heads = [
-        f"a = {a}: {what}" for a in ("5/5", "6/5") for what in ("difference", "before", "after")
+        f"a = {a}: {stage}" for a in ("5/5", "6/5") for stage in ("difference", "before", "after")
     ]
     report.table(
         ["interpolation", *heads],

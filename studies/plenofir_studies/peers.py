@@ -62,13 +62,13 @@ def asked(python: Path) -> Ask:
             np.savez(source, runs=runs, **arrays)
             command = [str(python), peers_side.__file__, task, str(source), str(target)]
             try:
-                done = subprocess.run(command, capture_output=True, text=True, check=False)
+                process = subprocess.run(command, capture_output=True, text=True, check=False)
             except OSError as error:
                 raise InputError(
                     f"{python}: cannot be run: {error.strerror}", where="--python"
                 ) from None
-            if done.returncode:
-                return (done.stderr.strip().splitlines() or ["no message"])[-1]
+            if process.returncode:
+                return (process.stderr.strip().splitlines() or ["no message"])[-1]
             answer = np.load(target)
             return Answer(answer["result"], float(answer["seconds"]), str(answer["version"]))
 
@@ -117,7 +117,7 @@ def likeness(picture: Floats | Image, field: Plane) -> list[float]:
 def pictures(ask: Ask) -> Iterator[tuple[str, ...]]:
     """Rows of a table: name; for each plane `likeness`."""
     fields = [plane(m, shift, TEXTURES[1]) for m, shift in PLANES]
-    own: dict[str, Callable[[Plane], Image]] = {
+    ours: dict[str, Callable[[Plane], Image]] = {
         "plenofir, the operator": lambda f: refocus(f.raw, f.m, f"{f.shift}/{f.m}"),
         "plenofir, as shown": lambda f: best_picture(f.raw, f.m, f.shift / f.m),
     }
@@ -125,7 +125,7 @@ def pictures(ask: Ask) -> Iterator[tuple[str, ...]]:
     def cells(picture: Floats | Image, field: Plane) -> str:
         return " / ".join(f"{value:.1f}" for value in likeness(picture, field))
 
-    for name, work in own.items():
+    for name, work in ours.items():
         yield name, *(cells(work(field), field) for field in fields)
     for name in ("plenopticam", "plenpy"):
         row = []
@@ -141,11 +141,11 @@ def pictures(ask: Ask) -> Iterator[tuple[str, ...]]:
 def times(ask: Ask, size: int = SIZE, m: int = M) -> Iterator[tuple[str, ...]]:
     """Rows of a table: name, processor time of one slice at a = 1 in seconds, pixels of it."""
     raw = np.random.default_rng(1).integers(0, 256, (size, size), np.uint8)
-    own: dict[str, Callable[[], Image]] = {
+    ours: dict[str, Callable[[], Image]] = {
         "plenofir, the operator": lambda: refocus(raw, m, 1, threads=1),
         "plenofir, as shown": lambda: best_picture(raw, m, 1, threads=1),
     }
-    for name, work in own.items():
+    for name, work in ours.items():
         picture, seconds = _timed(work, _RUNS)
         yield name, f"{seconds:.3f}", f"{picture.shape[1]} x {picture.shape[0]}"
     for name in ("plenopticam", "plenpy"):
@@ -202,10 +202,10 @@ def centres(ask: Ask) -> Iterator[tuple[str, ...]]:
         row.append(cell(calibration.model_centres.reshape(-1, 2), seconds))
     yield "plenofir", *row
     # pyolaf is told the pitch, as its users do.
-    for name, told in (("plenopticam", {}), ("pyolaf", {"pitch": round(_PITCH)})):
+    for name, hints in (("plenopticam", {}), ("pyolaf", {"pitch": round(_PITCH)})):
         row = []
         for white in whites:
-            answer = ask(f"{name} centres", white=white, **told)
+            answer = ask(f"{name} centres", white=white, **hints)
             row.append(answer if isinstance(answer, str) else cell(answer.result, answer.seconds))
         yield name, *row
 

@@ -296,8 +296,8 @@ def _growth(report: Report) -> None:
             panels[1, column].plot(
                 places[: len(times)], np.maximum(errors, _FLOOR), ".-", label=name
             )
-        for panel, what in zip(panels[:, column], ("ms", "largest error"), strict=True):
-            panel.set(yscale="log", xlabel=label, ylabel=what)
+        for panel, quantity in zip(panels[:, column], ("ms", "largest error"), strict=True):
+            panel.set(yscale="log", xlabel=label, ylabel=quantity)
             if label[0] != "a":
                 panel.set_xscale("log")
             panel.grid(True, alpha=0.3)

@@ -65,15 +65,15 @@ def _draw_meeting(axes: Axes, lens: str, size: int, a: float) -> None:
     real = real_camera(lens)
     c = (size - 1) / 2
     position = a * c * MICRO_LENSES.pitch_mm
-    found = {
+    traces = {
         border: compare_distances(lens, np.array([a]), size, border=border)
         for border, *_ in _BORDERS
     }
-    middle = float(found[0].real[0])
+    middle = float(traces[0].real[0])
     places = np.linspace(-16.0, 16.0, 3)
     for border, name, colour in _BORDERS:
         start = position + border * MICRO_LENSES.pitch_mm / 2
-        slope = float(found[border].model.chief_ray_slope(-(c - border / 2), position))
+        slope = float(traces[border].model.chief_ray_slope(-(c - border / 2), position))
         rays = trace_to_object(
             real.system, [start, -start], [slope, -slope], real.back_focal_distance_mm
         ).rays
@@ -81,7 +81,7 @@ def _draw_meeting(axes: Axes, lens: str, size: int, a: float) -> None:
             [rays.at(middle + z - real.back_focal_distance_mm)[:, 1] for z in places]
         )
         axes.plot(places, heights, color=colour, linewidth=1, label=[name, ""])
-        meeting = float(found[border].real[0]) - middle
+        meeting = float(traces[border].real[0]) - middle
         axes.axvline(meeting, color=colour, linestyle=":", linewidth=0.8)
     axes.set_xlim(places[0], places[-1])
     axes.set_ylim(-0.8, 0.8)

@@ -94,10 +94,10 @@ def _real_rays(report: Report) -> None:
         extension = part.settings["b_u_mm"] - 99.5044
         for row in part.rows:
             position = np.array([row["s_over_p_m"] * 0.125])
-            found = float(real_micro_image_centres("f100", position, extension)[0])
+            centre = float(real_micro_image_centres("f100", position, extension)[0])
             printed = row.numbers["simulated_mm"]
-            cells = [f"{number}a", f"{row['s_over_p_m']:g}", printed.text, f"{found:.5f}"]
-            rows.append([*cells, f"{abs(found - printed.value):.1e}"])
+            cells = [f"{number}a", f"{row['s_over_p_m']:g}", printed.text, f"{centre:.5f}"]
+            rows.append([*cells, f"{abs(centre - printed.value):.1e}"])
     report.table(["table", "micro lens", "printed / mm", "traced / mm", "difference"], rows)
     report.say(
         "Refocusing distances predicted by the ray model and found with real rays, M = 13, micro "
@@ -109,7 +109,7 @@ def _real_rays(report: Report) -> None:
     rows = []
     for lens in shipped_lenses():
         found_borders = [compare_distances(lens, settings, 13, border=b) for b in (1, 0, -1)]
-        worst = max(float(np.abs(found.deviation_percent).max()) for found in found_borders)
+        worst = max(float(np.abs(centre.deviation_percent).max()) for centre in found_borders)
         plane = found_borders[1]
         axes.plot(settings, plane.deviation_percent, marker="o", label=lens)
         pairs = zip(plane.predicted, plane.real, strict=True)
@@ -150,17 +150,17 @@ def _virtual_cameras(report: Report) -> None:
         for focus in (inf, 3000.0, 1500.0):
             extension = RayModel.focused(real_camera(lens).camera, focus, 13).extension_mm
             per_view = (1.0, 2.0) if focus == inf else (0.0, 1.0, 2.0)
-            found = compare_virtual_cameras(lens, 6, extension_mm=extension, per_view=per_view)
+            cameras = compare_virtual_cameras(lens, 6, extension_mm=extension, per_view=per_view)
             label = "inf" if focus == inf else f"{focus / 1000:g} m"
             row = [
                 lens,
                 label,
-                f"{found.predicted_pupil_mm:.4f} / {found.real_pupil_mm:.4f}",
-                f"{found.predicted_baseline_mm:.4f} / {found.real_baseline_mm:.4f}",
-                f"{found.predicted_tilt_deg:.4f} / {found.real_tilt_deg:.4f}",
+                f"{cameras.predicted_pupil_mm:.4f} / {cameras.real_pupil_mm:.4f}",
+                f"{cameras.predicted_baseline_mm:.4f} / {cameras.real_baseline_mm:.4f}",
+                f"{cameras.predicted_tilt_deg:.4f} / {cameras.real_tilt_deg:.4f}",
             ]
             for name in ("pupil", "baseline", "tilt", "depths"):
-                percent = np.abs(found.deviations_percent[name])
+                percent = np.abs(cameras.deviations_percent[name])
                 row.append("" if np.isnan(percent).all() else f"{percent.max():.3f}")
             rows.append(row)
     heads = ["lens", "focus", "pupil / mm", "baseline / mm", "tilt / degrees"]
@@ -323,8 +323,8 @@ def write_report(folder: Path, progress: NamedProgress | None = None) -> Path:
         "numerical stability": lambda: _stability(report, all_outcomes()),
         "error against run time": lambda: _run_time(report, error_against_run_time()),
     }
-    for done, (name, step) in enumerate(steps.items()):
+    for count, (name, step) in enumerate(steps.items()):
         if progress is not None:
-            progress(name, done, len(steps))
+            progress(name, count, len(steps))
         step()
     return report.write()

@@ -118,8 +118,8 @@ def _plane(
         )
     )
     want = oracle_distance(model, extension, a, border)
-    found = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
-    state, got = found.state(), float(found.mm)
+    distances = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
+    state, got = distances.state(), float(distances.mm)
     if state in (State.INFINITY, State.BEYOND_INFINITY):
         # nan is correct if the oracle's rays are parallel, or meet behind the front of the lens.
         nothing = want is None if state is State.INFINITY else want is not None
@@ -268,13 +268,13 @@ def view_cases() -> Iterator[Outcome]:
             _error(got, tilt),
             {},
         )
-        found = model.depth(2.0, 6, view=2)
+        point = model.depth(2.0, 6, view=2)
         yield Outcome(
             "virtual cameras",
             f"depth at 2 px, d_f = {focus:g}",
             float(depth),
-            found.state().value,
-            _error(float(found.mm), depth),
+            point.state().value,
+            _error(float(point.mm), depth),
             {},
         )
 

@@ -111,13 +111,13 @@ def micro_image_checks(*, rounded: bool = True) -> Iterator[Check]:
 
 def _distance_row(table: str, label: str, model: RayModel, row: Cells) -> Iterator[Check]:
     a = row["a"]
-    for name, found in (
+    for name, distances in (
         ("predicted_near_mm", model.near_border(a)),
         ("predicted_mm", model.distance(a)),
         ("predicted_far_mm", model.far_border(a)),
     ):
         if name in row.numbers:
-            value = _as_printed(found)
+            value = _as_printed(distances)
             yield Check(table, label, name, row.numbers[name], value, row.erratum)
 
 
@@ -138,14 +138,14 @@ def distance_checks(*, rounded: bool = True) -> Iterator[Check]:
         model = table_model(lens, mla, settings["d_f_m"], size, rounded=rounded)
         for row in part.rows:
             a = row["a"]
-            for name, found in (
+            for name, distances in (
                 ("near_cm", model.near_border(a)),
                 ("distance_cm", model.distance(a)),
                 ("far_cm", model.far_border(a)),
             ):
                 if name in row.numbers:
                     # Counted from the front of the lens.
-                    value = _as_printed(found) / 10 - settings["front_cm"]
+                    value = _as_printed(distances) / 10 - settings["front_cm"]
                     label = f"M = {size}, a = {row.numbers['a'].text}"
                     yield Check("5.10" + part.name, label, name, row.numbers[name], value)
 
@@ -171,8 +171,8 @@ def virtual_camera_checks(*, rounded: bool = True) -> Iterator[Check]:
         lens, mla, focus = row.labels["lens"], row.labels["mla"], row["d_f_m"]
         model = table_model(lens, mla, focus, 13, rounded=rounded)
         label = f"{lens}, MLA {mla}, d_f = {focus:g} m, {row['disparity_px']:g} px"
-        found = _as_printed(model.depth(row["disparity_px"], gap, unit="pixels per view"))
-        yield Check("5.9", label, "predicted_mm", row.numbers["predicted_mm"], found)
+        depth_mm = _as_printed(model.depth(row["disparity_px"], gap, unit="pixels per view"))
+        yield Check("5.9", label, "predicted_mm", row.numbers["predicted_mm"], depth_mm)
     for number, name, cell in (
         ("5.11", "baseline", "predicted_baseline_mm"),
         ("5.12", "tilt", "predicted_tilt_deg"),

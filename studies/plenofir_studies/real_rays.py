@@ -180,9 +180,9 @@ def compare_virtual_cameras(
     (central, _), (other, place) = camera(0), camera(gap)
     axis, slope = (rays(view, np.array([0.0])).slopes[:, 1].item() for view in (0, gap))
     # An object on the axis of view 0, seen by the other view so many micro lenses away.
-    seen = rays(gap, -disparities * pitch)
+    slanted = rays(gap, -disparities * pitch)
     straight = rays(0, np.zeros_like(disparities))
-    depths = intersect(straight, seen).points[:, 2] - place
+    depths = intersect(straight, slanted).points[:, 2] - place
     pupil = model.entrance_pupil_from_vertex_mm
     assert pupil is not None
     return VirtualComparison(

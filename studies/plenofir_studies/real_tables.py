@@ -99,13 +99,13 @@ def largest(values: list[Values]) -> float:
     return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else float("nan")
 
 
-def plane_deviations(found: Traced, *, near: bool) -> list[Values]:
+def plane_deviations(traced: Traced, *, near: bool) -> list[Values]:
     """Deviations of planes and borders in percent; nan for those not in front of the lens.
 
     `near`: planes with a of at least 1; otherwise of at most 0, at the focus and beyond.
     """
     deviations = []
-    for comparison in found.planes.values():
+    for comparison in traced.planes.values():
         # Nothing can be inside the lens.
         there = comparison.predicted > comparison.model.image_distance_mm
         chosen = there & ((comparison.a >= 1) == near)
@@ -143,15 +143,15 @@ def summary() -> list[str]:
         cells = ("" if np.isnan(n) else f"{n:.2g} %" for n in numbers)
         rows.append([name, mla, *cells])
 
-    keys = dict.fromkeys((found.lens, found.mla) for found in traced_tables())
+    keys = dict.fromkeys((traced.lens, traced.mla) for traced in traced_tables())
     for lens, mla in keys:
         group = [f for f in traced_tables() if (f.lens, f.mla) == (lens, mla)]
         planes = (
-            largest([v for found in group for v in plane_deviations(found, near=near)])
+            largest([v for traced in group for v in plane_deviations(traced, near=near)])
             for near in (True, False)
         )
         cameras = (
-            largest([found.cameras.deviations_percent[name] for found in group])
+            largest([traced.cameras.deviations_percent[name] for traced in group])
             for name in ("pupil", "baseline", "tilt", "depths")
         )
         row(lens, mla, [*planes, *cameras])
@@ -167,12 +167,12 @@ def summary() -> list[str]:
 def planes_of(lens: str) -> list[str]:
     """Lines of a table: the rows of Tables 5.5 to 5.7 for a lens, predicted and by real rays."""
     rows = []
-    for found in (f for f in traced_tables() if f.lens == lens):
-        for k, a in enumerate(settings_of(found.focus_mm)):
+    for traced in (f for f in traced_tables() if f.lens == lens):
+        for k, a in enumerate(settings_of(traced.focus_mm)):
             cells = [
                 f"{c.predicted[k]:.4f} / {c.real[k]:.4f}" if np.isfinite(c.predicted[k]) else ""
-                for c in found.planes.values()
+                for c in traced.planes.values()
             ]
-            rows.append([found.mla, f"{found.focus_mm:g}", f"{a:g}", *cells])
+            rows.append([traced.mla, f"{traced.focus_mm:g}", f"{a:g}", *cells])
     heads = ["MLA", "focus / mm", "a", *(f"{b}: predicted / real, mm" for b in BORDERS)]
     return table(heads, rows)

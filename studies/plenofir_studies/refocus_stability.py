@@ -124,8 +124,8 @@ def _float_errors(raw: npt.NDArray[np.float64], m: int, shift: int) -> dict[str,
     for name in FLOATING:
         with np.errstate(invalid="ignore"):
             image = METHODS[name](raw, m, shift)
-        wanted = ~np.isnan(exact) & (exact != 0)
-        distance = np.abs(image[wanted] - exact[wanted]) / np.abs(exact[wanted])
+        judged = ~np.isnan(exact) & (exact != 0)
+        distance = np.abs(image[judged] - exact[judged]) / np.abs(exact[judged])
         errors[name] = float("inf") if np.isnan(distance).any() else float(distance.max())
     return errors
 
@@ -150,24 +150,24 @@ def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
     m, tail = 5, 1000
     rng = np.random.default_rng(0)
     carried: dict[str, Any] = {"float32": np.float32(0), "float64": np.float64(0)}
-    found: dict[str, list[float]] = {f"running sums, {kind}": [] for kind in carried}
-    done = 0
+    errors: dict[str, list[float]] = {f"running sums, {kind}": [] for kind in carried}
+    summed = 0
     for length in lengths:
-        while done < length:
-            count = min(_CHUNK, length - done)
+        while summed < length:
+            count = min(_CHUNK, length - summed)
             part = rng.integers(0, 65536, count)
             for name, before in carried.items():
                 kind = np.dtype(name).type
                 sums = np.cumsum(np.concatenate(([before], part.astype(kind))), dtype=kind)
                 carried[name] = sums[-1]
-                if done + count == length:
+                if summed + count == length:
                     last = sums[-min(tail, count - m) :]
                     first = sums[-min(tail, count - m) - m : -m]
                     exact = np.convolve(part, np.ones(m), "valid")[-last.size :]
                     error = np.abs((last.astype(float) - first.astype(float) - exact) / m).max()
-                    found[f"running sums, {name}"].append(float(error))
-            done += count
-    found["refocus"] = []
+                    errors[f"running sums, {name}"].append(float(error))
+            summed += count
+    errors["refocus"] = []
     for length in lengths:
         columns = length // m
         raw = rng.integers(0, 65536, (m, columns), dtype=np.uint16)
@@ -178,8 +178,8 @@ def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
             got = refocus(raw, m, "3/5")[:, -20 * m :]
         want = ExactArithmetic().refocus(raw[:, columns - kept :], m, shift=3)[:, -20 * m :]
         difference = got.astype(int) - want.astype(int)
-        found["refocus"].append(float(np.abs(difference[:, : 20 * m]).max()))
-    return found
+        errors["refocus"].append(float(np.abs(difference[:, : 20 * m]).max()))
+    return errors
 
 
 def _cell(error: float) -> str:
@@ -205,25 +205,25 @@ def rows(
     integers: list[Outcome], floats: list[Outcome], growth: dict[str, list[float]]
 ) -> list[list[str]]:
     """The worst of each kind of input, by method, as in the table of the documentation."""
-    found = []
+    table = []
     for outcomes_of, where in ((integers, ""), (floats, ", floating point: relative")):
         for group in dict.fromkeys(o.group for o in outcomes_of):
             errors = [o.errors for o in outcomes_of if o.group == group]
             worst = [max((e[name] for e in errors if name in e), default=nan) for name in METHODS]
-            found.append([f"{group}{where}", str(len(errors)), *map(_cell, worst)])
+            table.append([f"{group}{where}", str(len(errors)), *map(_cell, worst)])
     ends = [growth.get(name, [nan])[-1] for name in METHODS]
-    return [*found, ["a line of 10^8 pixels", "1", *map(_cell, ends)]]
+    return [*table, ["a line of 10^8 pixels", "1", *map(_cell, ends)]]
 
 
 def record() -> None:
     """Run everything, and keep the rows of the documentation's table."""
-    found = rows(*outcomes(), long_sums())
-    save_records(_RECORDED, found)
+    table = rows(*outcomes(), long_sums())
+    save_records(_RECORDED, table)
 
 
 def load_recorded() -> list[list[str]]:
-    found: list[list[str]] = json.loads(_RECORDED.read_text())
-    return found
+    table: list[list[str]] = json.loads(_RECORDED.read_text())
+    return table
 
 
 def summary() -> list[str]:

@@ -100,14 +100,14 @@ def table_or_figure(words: Sequence[str]) -> tuple[str, str]:
 
     A number alone means the table, or the figure where there is no such table.
     """
-    found = re.fullmatch(
+    match = re.fullmatch(
         r"(table|tab\.?|figure|fig\.?)?\s*(\d+\.\d+)", " ".join(words).strip().lower()
     )
-    if found is None:
+    if match is None:
         raise InputError(
             f"{' '.join(words)!r} names no table or figure; write 5.5, table 5.5 or figure 5.9"
         )
-    kind, number = found.groups()
+    kind, number = match.groups()
     if kind is None:
         kind = "table" if number in TABLES else "figure"
     return "table" if kind.startswith("tab") else "figure", number
@@ -117,7 +117,7 @@ def _table_rows(number: str) -> list[dict[str, object]]:
     """Printed numbers of a table beside the model's, from both kinds of image distances."""
     from plenofir_studies.ray_validation import all_checks
 
-    own = all_checks(rounded=False)
+    unrounded = all_checks(rounded=False)
     return [
         {
             "part": check.table.removeprefix(number),
@@ -131,7 +131,7 @@ def _table_rows(number: str) -> list[dict[str, object]]:
             "agrees_alone": alone.agrees,
             "erratum": check.erratum,
         }
-        for check, alone in zip(all_checks(), own, strict=True)
+        for check, alone in zip(all_checks(), unrounded, strict=True)
         if re.fullmatch(rf"{re.escape(number)}[a-c]?", check.table)
     ]
 
@@ -163,12 +163,12 @@ def errata_of(kind: str, number: str) -> list[tuple[str, str, str]]:
 
 def _mentions(where: str, kind: str, number: str) -> bool:
     name = "Tables?" if kind == "table" else r"Figs?\."
-    chapter, _, own = number.partition(".")
+    chapter, _, local = number.partition(".")
     for listed in re.findall(rf"{name} ([\d.a-c(), and]+(?: to [\d.]+)?)", where):
         numbers = [int(n) for n in re.findall(rf"{chapter}\.(\d+)", listed)]
         if " to " in listed and len(numbers) == 2:
             numbers = list(range(numbers[0], numbers[1] + 1))
-        if int(own) in numbers:
+        if int(local) in numbers:
             return True
     return False
 

@@ -123,8 +123,8 @@ def _over_pitch(report: Report, layout: str) -> None:
         for rotation in ROTATIONS:
             capture = rendered(pitch, rotation, layout)
             calibration = calibration_of_grid(capture.grid, capture.raw.shape[:2])
-            found, turn = raster_difference(capture.raw, calibration, m)
-            row.append(f"{found} ({turn:.2f} px)")
+            apart, turn = raster_difference(capture.raw, calibration, m)
+            row.append(f"{apart} ({turn:.2f} px)")
             report.step()
         rows.append(row)
     report.table(["pitch", "M", *(f"{rotation:g} degrees" for rotation in ROTATIONS)], rows)
@@ -172,8 +172,8 @@ def _refocused(report: Report) -> None:
         captures.append((f"rendered, {rotation:g} degrees", capture.raw, calibration, 13))
     rows = []
     for name, raw, calibration, m in captures:
-        found = refocused_differences(raw, calibration, m)
-        rows.append([name, *(apart for _, apart in found)])
+        differences = refocused_differences(raw, calibration, m)
+        rows.append([name, *(apart for _, apart in differences)])
         report.step()
     report.table(["capture", *(f"a = {a}" for a in SETTINGS)], rows)
 

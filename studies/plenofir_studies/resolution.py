@@ -118,16 +118,18 @@ def transfer(picture: Image | Floats, pixels_a_lens: float) -> Transfer:
     places = bins[used] + last
     count = np.bincount(places, minlength=2 * last + 1)
     total = np.bincount(places, lines[used], minlength=2 * last + 1)
-    known = count > 0
-    spread = np.interp(np.arange(2 * last + 1), np.flatnonzero(known), total[known] / count[known])
+    filled = count > 0
+    spread = np.interp(
+        np.arange(2 * last + 1), np.flatnonzero(filled), total[filled] / count[filled]
+    )
     line = np.diff(spread) * np.hanning(2 * last)
     spectrum = np.abs(np.fft.rfft(line))
     frequency = np.fft.rfftfreq(len(line), 1 / _BINS)
     # Corrects for the filter that differences of neighbouring bins are.
-    own = np.sinc(frequency / _BINS)
-    shown = frequency <= 2
-    contrast = spectrum[shown] / spectrum[0] / own[shown]
-    return Transfer(frequency[shown], np.asarray(contrast))
+    sampling = np.sinc(frequency / _BINS)
+    passband = frequency <= 2
+    contrast = spectrum[passband] / spectrum[0] / sampling[passband]
+    return Transfer(frequency[passband], np.asarray(contrast))
 
 
 def inside(picture: Pixels, border: int) -> Pixels:

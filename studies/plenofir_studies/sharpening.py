@@ -154,7 +154,7 @@ def plane(
     values = np.clip(128 + contrast * (values - values.mean()) / values.std(), 0, _WHITE)
     spline = ndimage.spline_filter(values, order=3)
 
-    def seen(y: Floats, x: Floats) -> Floats:
+    def texture_at(y: Floats, x: Floats) -> Floats:
         places = np.stack(np.meshgrid(y + margin, x + margin, indexing="ij"))
         return np.asarray(ndimage.map_coordinates(spline, places, order=3, prefilter=False))
 
@@ -163,16 +163,16 @@ def plane(
     ideal = np.zeros_like(raw)
     for v in range(m):
         for u in range(m):
-            raw[v::m, u::m] = seen(lens + here * (v - c), lens + here * (u - c))
+            raw[v::m, u::m] = texture_at(lens + here * (v - c), lens + here * (u - c))
             if away:
-                ideal += seen(pixel + float(away) * (v - c), pixel + float(away) * (u - c))
+                ideal += texture_at(pixel + float(away) * (v - c), pixel + float(away) * (u - c))
     raw += np.random.default_rng(seed + 1).normal(0, noise, raw.shape)
-    pixels = seen(pixel, pixel)
+    pixels = texture_at(pixel, pixel)
     return Plane(
         m=m,
         shift=shift,
         raw=np.clip(np.rint(raw), 0, _WHITE).astype(np.uint8),
-        lenses=seen(lens, lens),
+        lenses=texture_at(lens, lens),
         pixels=pixels,
         blurred=ideal / m**2 if away else pixels,
         border=(ceil(abs(shift) / m * c) + 3) * m,

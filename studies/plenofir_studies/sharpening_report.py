@@ -21,8 +21,8 @@ _AWAY = (Fraction(0), Fraction(1, 20), Fraction(1, 10), Fraction(1, 5), Fraction
 _CONTRASTS = (45, 80, 120)
 
 
-def _nearness(found: study.Nearness) -> str:
-    return f"{found.lens:.1f} / {found.pixel:.1f}"
+def _nearness(nearness: study.Nearness) -> str:
+    return f"{nearness.lens:.1f} / {nearness.pixel:.1f}"
 
 
 def _row(field: study.Plane, order: int = 0) -> list[str]:
@@ -79,8 +79,8 @@ def _depths() -> list[str]:
     rows = []
     for away in _AWAY:
         field = study.plane(5, 3, study.TEXTURES[3], away=away)
-        found = [study.measure(field, b) for b in study.WEIGHTS]
-        rows.append([str(away), *(f"{one.pixel:.1f} / {one.ideal:.1f}" for one in found)])
+        measured = [study.measure(field, b) for b in study.WEIGHTS]
+        rows.append([str(away), *(f"{one.pixel:.1f} / {one.ideal:.1f}" for one in measured)])
     return table(_heads(["away by a ="]), rows)
 
 
@@ -133,13 +133,13 @@ def plane_pictures() -> Image:
     field = study.plane(5, 3, study.TEXTURES[2])
     part = slice(40, 160), slice(40, 160)
     want = field.pixels[part]
-    shown = [np.clip(np.rint(want), 0, 255).astype(np.uint8)]
-    off = [np.full_like(shown[0], 128)]
+    pictures = [np.clip(np.rint(want), 0, 255).astype(np.uint8)]
+    off = [np.full_like(pictures[0], 128)]
     for b in (Fraction(0), Fraction(1, 16)):
         image = study.refocused(field, b)[part]
-        shown.append(image)
+        pictures.append(image)
         off.append(np.clip(128 + np.rint(10 * (image - want)), 0, 255).astype(np.uint8))
-    upper, lower = _beside(*shown, scale=2), _beside(*off, scale=2)
+    upper, lower = _beside(*pictures, scale=2), _beside(*off, scale=2)
     return np.concatenate([upper, np.full((6, upper.shape[1]), 255, np.uint8), lower])
 
 

@@ -66,7 +66,7 @@ def load_placed() -> dict[str, Placed]:
 
 def save_placed(placed: dict[str, Placed]) -> None:
     """Write the file, a filter a line."""
-    save_records(FILE, {name: found.model_dump() for name, found in placed.items()})
+    save_records(FILE, {name: record.model_dump() for name, record in placed.items()})
 
 
 def summary() -> list[str]:

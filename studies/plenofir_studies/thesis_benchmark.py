@@ -109,7 +109,7 @@ def time_software(size: int = SIZE, *, step: Step | None = None) -> dict[str, fl
     """
     raw = np.random.default_rng(0).integers(0, 256, (size, size), np.uint8)
     refocus(raw[: 3 * M, : 3 * M], M, Fraction(SHIFT, M))  # compiles
-    want, found = None, dict[str, float]()
+    want, seconds = None, dict[str, float]()
     for name, work in _software().items():
         best, begin, runs = np.inf, time.process_time(), 0
         while runs < _LEAST_RUNS or (
@@ -123,10 +123,10 @@ def time_software(size: int = SIZE, *, step: Step | None = None) -> dict[str, fl
                 break
         want = image if want is None else want
         assert np.array_equal(image, want), name
-        found[name] = float(best)
+        seconds[name] = float(best)
         if step is not None:
             step()
-    return found
+    return seconds
 
 
 def simulate(engine: FirEngine | MovingSumEngine, size: int = SIZE, frames: int = 2) -> Simulated:
@@ -195,8 +195,8 @@ def _clock_rows(recorded: Recorded) -> list[list[str]]:
         case = _array(rows_at_once)
         clocks = case.first_frame, case.next_frame
         add(f"array, {_rows(rows_at_once)} at once", "formula", clocks)
-    for kind, found in recorded.simulated.items():
-        add(f"raster core, {kind}", "simulated", (found.first_frame, found.next_frame))
+    for kind, measured in recorded.simulated.items():
+        add(f"raster core, {kind}", "simulated", (measured.first_frame, measured.next_frame))
     for pixels, placed in load_placed().items():
         core = raster_core(MovingSumEngine.model_validate({"pixels_per_clock": pixels}))
         frame = core.band_steps(SIZE) * core.frame_lines(SIZE)

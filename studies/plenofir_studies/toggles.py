@@ -48,11 +48,11 @@ class Activity:
 
 def read_toggles(path: Path) -> dict[str, int]:
     """Changes of each signal, or bit (``name[bit]``), in both directions, from ``toggles.dat``."""
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for line in path.read_bytes().splitlines():
         if match := _CHANGE.search(line):
-            found[match[1].decode()] += int(match[2])
-    return dict(found)
+            counts[match[1].decode()] += int(match[2])
+    return dict(counts)
 
 
 def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[int, int]:
@@ -60,14 +60,14 @@ def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[
 
     Nets without a signal's name are left out.
     """
-    found = {}
+    counts = {}
     for name, net in netlist["netnames"].items():
         bits, low = net["bits"], net.get("offset", 0)
         for place, bit in enumerate(bits):
             key = name if len(bits) == 1 and name in toggles else f"{name}[{low + place}]"
             if isinstance(bit, int) and key in toggles:
-                found[bit] = toggles[key]
-    return found
+                counts[bit] = toggles[key]
+    return counts
 
 
 def count_activity(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> tuple[int, int, int]:
@@ -145,8 +145,8 @@ def simulate_activity(
         simulator, core, frames, bench, verilog=[directory / "nets.v", cells], toggles=True
     )
     want = np.stack([core.golden(frame) for frame in frames])
-    found = result.frames[:, np.newaxis] if result.stacks is None else result.stacks
-    if not np.array_equal(found, want[:, : found.shape[1]]):
+    frames_out = result.frames[:, np.newaxis] if result.stacks is None else result.stacks
+    if not np.array_equal(frames_out, want[:, : frames_out.shape[1]]):
         raise SimulationError("the netlist's frames are not those of the golden model")
     module = json.loads((directory / "nets.json").read_text())["modules"][CORE]
     nets, toggles, inside = count_activity(module, read_toggles(bench / "toggles.dat"))

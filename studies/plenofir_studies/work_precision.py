@@ -43,7 +43,7 @@ from plenofir_studies.thesis_benchmark import as_printed
 FILE = DATA / "work_precision.json"
 _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 50, 0.3
 # The Fourier slice with the thesis's window.
-_LEFT_OUT = ("window 1.5", "window 2.5", "window 3.5, oversampling 1.25", "window 6")
+_DOMINATED = ("window 1.5", "window 2.5", "window 3.5, oversampling 1.25", "window 6")
 # Stored products that are drawn: fraction and guard bits.
 _STORED = ("F = 0, G = 0", "F = 2, G = 2", "F = 4, G = 4", "F = 8, G = 4")
 # Positions at which errors of 0 are drawn, for software and hardware.
@@ -98,29 +98,29 @@ def _finite(value: float) -> float | None:
 
 
 def _ways() -> list[Method]:
-    found = [m for m in software() if not any(text in m.name for text in _LEFT_OUT)]
-    found.append(Method("thesis's loops, Eq. (6.1)", as_printed))
+    methods = [m for m in software() if not any(text in m.name for text in _DOMINATED)]
+    methods.append(Method("thesis's loops, Eq. (6.1)", as_printed))
     if find_spec("cupy") is not None:
-        found.append(Method("refocus on a GPU (CuPy)", _on_gpu))
-    return found
+        methods.append(Method("refocus on a GPU (CuPy)", _on_gpu))
+    return methods
 
 
 def _on_gpu(raw: Any, m: int, shift: int) -> Any:
     import cupy
 
-    found = cupy.asnumpy(refocus(cupy.asarray(raw), m, f"{shift}/{m}"))
+    picture = cupy.asnumpy(refocus(cupy.asarray(raw), m, f"{shift}/{m}"))
     cupy.cuda.Device().synchronize()
-    return found
+    return picture
 
 
 def _refocusing(field: Field, step: Step) -> list[Point]:
     """All ways in software, and the cores at their placed clocks."""
-    found = []
+    results = []
     pixels = field.raw.size
     for method in _ways():
         result = measured_on(field, method)
         seconds = least_seconds(partial(method.work, field.raw, field.m, field.shift))
-        found.append(
+        results.append(
             Point(
                 way=method.name,
                 nanoseconds=1e9 * seconds / pixels,
@@ -138,7 +138,7 @@ def _refocusing(field: Field, step: Step) -> list[Point]:
             if stored and count > 1:
                 continue
             name = method.name.removeprefix("core, ")
-            found.append(
+            results.append(
                 Point(
                     way=f"VHDL, {name}, {count} px a clock",
                     nanoseconds=1e3 / (count * placed.fmax_mhz),
@@ -147,7 +147,7 @@ def _refocusing(field: Field, step: Step) -> list[Point]:
                     hardware=True,
                 )
             )
-    return found
+    return results
 
 
 def _to_object(decibel: float) -> float | None:
@@ -177,7 +177,7 @@ def _calibration() -> list[Point]:
         "grid fitted to centroids": lambda: calibrate(white).centres,
         "the thesis's centroids": lambda: thesis_calibration(grey(white)).centroids,
     }
-    found = []
+    results = []
     for name, way in ways.items():
         centres = way().reshape(-1, 2)
         # Centroids of micro images that are cut by the border are never their middles.
@@ -185,16 +185,16 @@ def _calibration() -> list[Point]:
         centres = centres[whole]
         error = cKDTree(truth).query(centres)[0]
         rms = float(np.sqrt(np.mean(error[error < pitch / 2] ** 2)))
-        found.append(
+        results.append(
             Point(way=name, nanoseconds=1e9 * least_seconds(way) / len(centres), error=rms)
         )
-    return found
+    return results
 
 
 def _depth(step: Step) -> list[Point]:
     """Methods for depth: root mean square error of a over some rendered scenes."""
     scenes = [rendered(name) for name in _DEPTH_SCENES]
-    found = []
+    results = []
     for name, way in WAYS.items():
         way(scenes[0])
         squares, seconds = [], 0.0
@@ -205,9 +205,9 @@ def _depth(step: Step) -> list[Point]:
             squares.append(score(disparity, truth).mse / 100)
         lenses = sum(truth.a.size for truth in scenes)
         rms = float(np.sqrt(np.mean(squares)))
-        found.append(Point(way=name, nanoseconds=1e9 * seconds / lenses, error=rms))
+        results.append(Point(way=name, nanoseconds=1e9 * seconds / lenses, error=rms))
         step()
-    return found
+    return results
 
 
 def measure(step: Step = lambda: None) -> Recorded:
@@ -234,8 +234,8 @@ def save_recorded(recorded: Recorded) -> None:
 def front(points: Sequence[Point], error: Callable[[Point], float | None]) -> list[Point]:
     """Points that no other one beats in both time and error (Pareto front)."""
     kept: list[Point] = []
-    known = [(p.nanoseconds, e, p) for p in points if (e := error(p)) is not None]
-    for _, value, point in sorted(known, key=lambda one: one[:2]):
+    pairs = [(p.nanoseconds, e, p) for p in points if (e := error(p)) is not None]
+    for _, value, point in sorted(pairs, key=lambda one: one[:2]):
         last = error(kept[-1]) if kept else None
         if last is None or value < last:
             kept.append(point)
@@ -259,19 +259,19 @@ def _draw(
         assert value is not None
         return value or rows[point.hardware]
 
-    known = [p for p in points if error(p) is not None]
+    drawn = [p for p in points if error(p) is not None]
     for hard, style, colour in ((False, "o", "tab:blue"), (True, "s", "tab:orange")):
-        group = [p for p in known if p.hardware == hard]
+        group = [p for p in drawn if p.hardware == hard]
         axes.loglog(
             [p.nanoseconds for p in group], [height(p) for p in group], style, color=colour,
             markersize=5, label=_KINDS[hard],
         )  # fmt: skip
-    best = front(known, error)
+    best = front(drawn, error)
     axes.loglog(
         [p.nanoseconds for p in best], [height(p) for p in best], color="0.6", zorder=0, label=_BEST
     )
-    middle = np.sqrt(np.prod([f(p.nanoseconds for p in known) for f in (min, max)]))
-    for p in known:
+    middle = np.sqrt(np.prod([f(p.nanoseconds for p in drawn) for f in (min, max)]))
+    for p in drawn:
         text = p.way if names is None else names.get(p.way, "")
         x, y, vertical, horizontal = 5, 3, "bottom", "left"
         if error(p) == 0 and p.hardware:
@@ -371,10 +371,10 @@ def page(recorded: Recorded) -> str:
     if recorded.missing:
         lines += [f"Not measured there: {', '.join(recorded.missing)}.", ""]
     for name, points in recorded.refocusing.items():
-        known = any(p.to_object is not None for p in points)
+        has_objects = any(p.to_object is not None for p in points)
         columns: list[Callable[[Point], float | None]] = [lambda p: p.error]
         heads = ["way", "ns a pixel", "RMS error against the exact value / grey levels"]
-        if known:
+        if has_objects:
             columns.append(lambda p: p.to_object)
             heads.append("against the object")
         lines += [f"### Refocusing: {name}", "", *table(heads, _rows(points, *columns))]

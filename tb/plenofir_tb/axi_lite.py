@@ -68,8 +68,8 @@ class Channels:
     async def read(self, address: int) -> tuple[int, int]:
         """Read a word: it and the answer."""
         await self.read_address.send(AxiLiteARTransaction(araddr=address, arprot=0))
-        found = await self.read_data.recv()
-        return int(found.rdata), int(found.rresp)
+        answer = await self.read_data.recv()
+        return int(answer.rdata), int(answer.rresp)
 
 
 class Master:
@@ -89,8 +89,10 @@ class Master:
             read.ar_channel,
             read.r_channel,
         ):
-            own = random.Random(rng.random())
-            channel.set_pause_generator(iter(lambda own=own: own.random() < share, None))
+            generator = random.Random(rng.random())
+            channel.set_pause_generator(
+                iter(lambda generator=generator: generator.random() < share, None)
+            )
 
     async def write(self, address: int, word: int) -> None:
         answer = await self.master.write(address, word.to_bytes(4, "little"))

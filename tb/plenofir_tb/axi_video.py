@@ -101,7 +101,7 @@ class AxiVideoSource(BusDriver):
         ready = levels(bus.tready)
         # Signals are only written when they change: a write costs more than a clock of the
         # simulator.
-        shown: Beat | None = None
+        held: Beat | None = None
         offered = False
         if sync:
             await edge
@@ -114,13 +114,13 @@ class AxiVideoSource(BusDriver):
             if not offered:
                 bus.tvalid.value = 1
                 offered = True
-            if shown is None or shown.data != beat.data:
+            if held is None or held.data != beat.data:
                 bus.tdata.value = beat.data
-            if shown is None or shown.start_of_frame != beat.start_of_frame:
+            if held is None or held.start_of_frame != beat.start_of_frame:
                 bus.tuser.value = int(beat.start_of_frame)
-            if shown is None or shown.end_of_line != beat.end_of_line:
+            if held is None or held.end_of_line != beat.end_of_line:
                 bus.tlast.value = int(beat.end_of_line)
-            shown = beat
+            held = beat
             await edge
             while not int(ready()):
                 self.refused_clocks += 1
@@ -147,9 +147,9 @@ class AxiVideoSink(BusMonitor):
         edge = RisingEdge(self.clock)
         bus = self.bus
         offers = levels(bus.tvalid)
-        shown = [levels(bus.tdata), levels(bus.tuser), levels(bus.tlast)]
+        readers = [levels(bus.tdata), levels(bus.tuser), levels(bus.tlast)]
         if hasattr(bus, "tid"):
-            shown.append(levels(bus.tid))
+            readers.append(levels(bus.tid))
         ready = False
         refused: Beat | None = None
         bus.tready.value = 0
@@ -158,7 +158,7 @@ class AxiVideoSink(BusMonitor):
             offer = None
             # Before the first reset signals may be undefined.
             if offers() == "1":
-                data, start, end, *slices = [int(read(), 2) for read in shown]
+                data, start, end, *slices = [int(read(), 2) for read in readers]
                 offer = Beat(data, bool(start), bool(end), *slices)
             if refused is not None or (offer is not None and not ready):
                 running = str(self.reset.value) == "0"

@@ -77,25 +77,25 @@ class Board:
         source = hdmi_source(info) if info else encode_frames
         inverted = sum(0x3FF << 10 * c for c in range(3) if swapped >> c & 1)
         words = source(mode, frames) ^ np.uint32(inverted)
-        taken = await self.link.play([*script, *signal(mode), words])
-        got = last_frames(taken, mode.h_total)
+        received = await self.link.play([*script, *signal(mode), words])
+        got = last_frames(received, mode.h_total)
         assert got, "no picture"
         assert got[-1].mode == mode.as_measured()
-        shown = [frame for frame in got if frame.pixels.any()]
-        assert shown, "nothing but black"
+        pictures = [frame for frame in got if frame.pixels.any()]
+        assert pictures, "nothing but black"
         # Black frames come before the picture, never in between.
-        assert all(frame.pixels.any() for frame in got[-len(shown) :])
-        wanted = [self.golden(frame, info=info or RGB) for frame in frames]
+        assert all(frame.pixels.any() for frame in got[-len(pictures) :])
+        golden = [self.golden(frame, info=info or RGB) for frame in frames]
         first = next(
-            (i for i, want in enumerate(wanted) if np.array_equal(shown[0].pixels, want)), None
+            (i for i, want in enumerate(golden) if np.array_equal(pictures[0].pixels, want)), None
         )
         assert first is not None, "the first frame is wrong"
         assert first <= lost, f"first frame {first}, {lost} may be lost"
-        for frame, want in zip(shown, wanted[first:], strict=False):
+        for frame, want in zip(pictures, golden[first:], strict=False):
             assert np.array_equal(frame.pixels, want)
         # The last frame is incomplete at the output.
-        assert len(shown) >= len(frames) - first - 2
-        return shown
+        assert len(pictures) >= len(frames) - first - 2
+        return pictures
 
 
 async def uart_send(dut: Any, text: str) -> None:

@@ -24,15 +24,15 @@ def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
     texts = {source.stem: source.read_text() for source in hdl.hdl_sources()}
     stale = []
     for item in items:
-        given = (
+        arguments = (
             item.callspec.params
             if isinstance(item, pytest.Function) and hasattr(item, "callspec")
             else {}
         )
-        if "old" in given:
-            stem = Path(given.get("file", "")).stem
+        if "old" in arguments:
+            stem = Path(arguments.get("file", "")).stem
             within = texts.values() if stem == "" else [texts[stem]]
-            if sum(text.count(given["old"]) for text in within) != 1:
+            if sum(text.count(arguments["old"]) for text in within) != 1:
                 stale.append(item.nodeid)
     return stale
 

@@ -21,10 +21,10 @@ KEPT = Path(__file__).parents[2] / "build" / "verilator"
 def key(command: list[str], source: Path) -> str:
     """Hash of all that an object depends on."""
     compiler = Path(shutil.which(command[0]) or command[0]).resolve()
-    found = hashlib.sha256(repr((command, str(compiler), compiler.stat().st_mtime_ns)).encode())
+    digest = hashlib.sha256(repr((command, str(compiler), compiler.stat().st_mtime_ns)).encode())
     for path in sorted(source.parent.glob("verilated*")):
-        found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
 
 
 def main() -> int:
@@ -34,18 +34,18 @@ def main() -> int:
     if len(sources) != 1 or "-c" not in command or "-o" not in command[:-1]:
         return subprocess.run(command, check=False).returncode
     place = command.index("-o") + 1
-    wanted = Path(command[place])
+    output = Path(command[place])
     kept = KEPT / f"{key(command[:place] + command[place + 1 :], sources[0])}.o"
     if not kept.exists():
         status = subprocess.run(command, check=False).returncode
         if status != 0:
             return status
         KEPT.mkdir(parents=True, exist_ok=True)
-        own = kept.with_suffix(f".{os.getpid()}")
-        shutil.copyfile(wanted, own)
-        own.replace(kept)
+        temporary = kept.with_suffix(f".{os.getpid()}")
+        shutil.copyfile(output, temporary)
+        temporary.replace(kept)
     else:
-        shutil.copyfile(kept, wanted)
+        shutil.copyfile(kept, output)
     return 0
 
 

@@ -58,11 +58,11 @@ class Elaborator:
             assert process.stdout is not None
             for line in process.stdout:
                 text += line
-                found = _REFUSED.search(text)
-                if found:
+                match = _REFUSED.search(text)
+                if match:
                     # GHDL 5 would go on, and take all memory for what it has refused.
                     process.kill()
-                    return found[1], text
+                    return match[1], text
         assert process.returncode == 0, f"{' '.join(command)}\n{text}"
         return "", text
 
@@ -96,10 +96,10 @@ def declared(entity: str) -> dict[str, str]:
 
 
 def _ends(kind: str) -> tuple[int, int]:
-    found = _INTEGER.fullmatch(kind)
-    assert found, kind
-    low = int(found[2]) if found[2] else int(found[1] == "positive")
-    return low, int(found[3]) if found[3] else _LARGEST
+    match = _INTEGER.fullmatch(kind)
+    assert match, kind
+    low = int(match[2]) if match[2] else int(match[1] == "positive")
+    return low, int(match[3]) if match[3] else _LARGEST
 
 
 def may_be(kind: str, value: int | bool | str) -> bool:

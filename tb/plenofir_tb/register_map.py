@@ -38,7 +38,7 @@ class Register:
 def read_map() -> dict[str, Register]:
     """Registers by their names, in order."""
     text = (project.root() / "hdl" / "axi" / "registers.toml").read_text()
-    found: dict[str, Register] = {}
+    registers: dict[str, Register] = {}
     for name, entry in tomllib.loads(text).items():
         if entry.get("type") == "constant":
             continue
@@ -54,8 +54,8 @@ def read_map() -> dict[str, Register]:
         needs = re.match(r"\((.*?)\) ", entry["description"])
         parts = tuple(needs[1].split(", ")) if needs else ()
         assert set(parts) <= set(PARTS), name
-        found[name] = Register(name, 4 * len(found), entry["mode"], fields, parts)
-    return found
+        registers[name] = Register(name, 4 * len(registers), entry["mode"], fields, parts)
+    return registers
 
 
 MAP = read_map()

@@ -28,7 +28,7 @@ async def reset_is_whole(
     for end in ends:
         runs = []
         for begin in (end - 1, end - long):
-            shown = []
+            levels = []
             for clock, values in enumerate(inputs[: end + after]):
                 for name, value in values.items():
                     getattr(dut, name).value = value
@@ -36,9 +36,9 @@ async def reset_is_whole(
                 await FallingEdge(dut.clk)
                 if clock >= end - 1:
                     names = (*cleared, *others) if clock >= end - 1 + settled else cleared
-                    shown.append([str(getattr(dut, name).value) for name in names])
-            runs.append(shown)
-            for values in shown[:2]:
+                    levels.append([str(getattr(dut, name).value) for name in names])
+            runs.append(levels)
+            for values in levels[:2]:
                 assert "1" not in "".join(values[: len(cleared)]), f"reset up to clock {end}"
         for clock, (short, whole) in enumerate(zip(*runs, strict=True)):
             assert short == whole, f"reset up to clock {end}, {clock} clocks later"

@@ -71,8 +71,8 @@ class Case:
     @property
     def label(self) -> str:
         """Short name, the same for the same case."""
-        what = (self.bench, self.generics, self.case, *([self.packages] if self.packages else []))
-        digest = hashlib.sha256(repr(what).encode())
+        facts = (self.bench, self.generics, self.case, *([self.packages] if self.packages else []))
+        digest = hashlib.sha256(repr(facts).encode())
         return f"{self.top}-{digest.hexdigest()[:10]}"
 
 
@@ -101,12 +101,12 @@ def _build(
     # Some entities have a bench in VHDL around them; examples are designs of their own.
     folders = project.root() / "tb", project.root() / "examples" / "vhdl"
     benches = {path.stem: path for folder in folders for path in folder.rglob("*.vhd")}
-    own = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
+    around = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
     # A bench may hold another one.
     held = {
-        benches[name] for bench in own for name in used_units(bench.read_text()) & benches.keys()
+        benches[name] for bench in around for name in used_units(bench.read_text()) & benches.keys()
     }
-    benches_of_case = [*sorted(held), *(bench for bench in own if bench not in held)]
+    benches_of_case = [*sorted(held), *(bench for bench in around if bench not in held)]
     sources += [bench for bench in benches_of_case if bench not in sources]
     there = set(hdl.hdl_sources()) if compiled else set()
     top = work / f"{TOP}.vhd"

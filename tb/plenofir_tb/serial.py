@@ -60,7 +60,7 @@ class SerialLink:
         return self.taken
 
 
-def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
+def last_frames(words: Packed, step: int) -> list[ReceivedFrame]:
     """Whole frames after the last disturbance of a signal, which may last to its end.
 
     The beginning of the regular signal is found to `step` words.
@@ -68,12 +68,12 @@ def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
 
     def frames_from(begin: int) -> list[ReceivedFrame]:
         try:
-            return decode_frames(taken[begin:])
+            return decode_frames(words[begin:])
         except LinkError:
             return []
 
     # A signal that is regular from one point on is regular from any later one too.
-    regular = next((b for b in range(0, len(taken), 16 * step) if frames_from(b)), None)
+    regular = next((b for b in range(0, len(words), 16 * step) if frames_from(b)), None)
     if regular is None:
         return []
     disturbed = max(regular - 16 * step, 0)

@@ -41,12 +41,12 @@ class ShownCamera:
             rotation_degrees=self.rotation_degrees,
             layout=self.layout,  # type: ignore[arg-type]
         )
-        found = calibration_of_grid(grid, self.shape)
+        calibration = calibration_of_grid(grid, self.shape)
         if not self.shading:
-            return found
+            return calibration
         profile = tuple(tuple(1 - 0.1 * abs(k - 1) for k in range(3)) for _ in range(3))
         changes = {"shading": (-0.1, 0.05, 0.0), "profile": profile, "dark_level": 3.0}
-        return found.model_copy(update=changes)
+        return calibration.model_copy(update=changes)
 
 
 def shown_chip(

@@ -81,8 +81,8 @@ def in_the_middle(raster: np.ndarray, m: int, mode: VideoMode) -> np.ndarray:
     """A stored light field in the middle of a frame, at a whole micro image, cropped to it."""
     out = np.zeros((mode.v_active, mode.h_active, 3), np.uint8)
     top, left = (
-        max(there - own, 0) // 2 // m * m
-        for there, own in zip(out.shape, raster.shape[:2], strict=False)
+        max(there - side, 0) // 2 // m * m
+        for there, side in zip(out.shape, raster.shape[:2], strict=False)
     )
     part = out[top : top + raster.shape[0], left : left + raster.shape[1]]
     part[...] = raster[: part.shape[0], : part.shape[1]]
@@ -148,10 +148,10 @@ class VideoTap:
 
     def frames(self, *, from_start: bool = False) -> list[ReceivedFrame]:
         """Whole frames in what was taken since the last call (see `split_frames`)."""
-        taken = np.array(self.taken, np.uint32).reshape(-1, 4)
+        words = np.array(self.taken, np.uint32).reshape(-1, 4)
         self.taken = []
-        pixels = np.stack([taken[:, 3] >> (8 * c) & 255 for c in range(3)], axis=1)
-        flags = taken[:, :3].astype(bool)
+        pixels = np.stack([words[:, 3] >> (8 * c) & 255 for c in range(3)], axis=1)
+        flags = words[:, :3].astype(bool)
         signals = RasterSignals(flags[:, 0], flags[:, 1], flags[:, 2], pixels.astype(np.uint8))
         return split_frames(signals, from_start=from_start)
 

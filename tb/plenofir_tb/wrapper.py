@@ -68,7 +68,7 @@ class _Object:
 
 
 def _split(clause: str | None) -> list[_Object]:
-    found = []
+    objects = []
     for declaration in (clause or "").split(";"):
         if not declaration.strip():
             continue
@@ -76,11 +76,11 @@ def _split(clause: str | None) -> list[_Object]:
         kind, assign, default = kind.partition(":=")
         mode = re.match(r"\s*(in|out|inout)\s", kind, re.IGNORECASE)
         kind = kind[mode.end() :] if mode else kind
-        found += [
+        objects += [
             _Object(name.strip(), kind.strip(), mode[1].lower() if mode else "", assign + default)
             for name in names.split(",")
         ]
-    return found
+    return objects
 
 
 class _Records:
@@ -115,8 +115,8 @@ class _Records:
     def record_of(self, kind: str) -> str | None:
         """The record type of a type, which may be an array of it."""
         name = re.match(r"\w+", kind)
-        found = self.arrays.get(name[0], name[0]) if name else ""
-        return found if found in self.fields else None
+        base = self.arrays.get(name[0], name[0]) if name else ""
+        return base if base in self.fields else None
 
     def flat(self, port: _Object) -> tuple[list[str], list[str]]:
         """Declarations and statements for a signal for each field of a port."""
@@ -159,8 +159,8 @@ class _Records:
                 part = f"{name}({low} + {width} - 1 downto {low})"
                 value = f"std_logic_vector({one})"
             if mode == "in":
-                taken = part if field.kind == "std_logic" else f"unsigned({part})"
-                statements.append(f"  {one} <= {taken};")
+                converted = part if field.kind == "std_logic" else f"unsigned({part})"
+                statements.append(f"  {one} <= {converted};")
             else:
                 statements.append(f"  {part} <= {value};")
             low += f" + {width}"
@@ -182,13 +182,13 @@ class _Records:
             width = count if bit else f"{count} * {sample}'length"
             declarations.append(f"  signal {name} : std_logic_vector({width} - 1 downto 0);")
             part, value = f"{name}(i)", one
-            taken = part
+            value_in = part
             if not bit:
                 part = f"{name}((i + 1) * {one}'length - 1 downto i * {one}'length)"
                 is_vector = kind.startswith("std_logic_vector")
-                taken = part if is_vector else f"unsigned({part})"
+                value_in = part if is_vector else f"unsigned({part})"
                 value = f"std_logic_vector({one})"
-            sides = (one, taken) if port.mode == "in" else (part, value)
+            sides = (one, value_in) if port.mode == "in" else (part, value)
             statements.append(
                 f"  {name}_elements : for i in {rows}'range generate\n"
                 + "    {} <= {};\n".format(*sides)
@@ -204,16 +204,16 @@ class _Declaration:
         self.name = name
         self.records = records
         text = next(text for text in texts if f"\nentity {name} is\n" in text)
-        found = re.search(
+        match = re.search(
             rf"^(?P<context>.*?)\bentity {name} is(?P<body>.*?)\bend entity\b",
             re.sub(r"--.*", "", text),
             re.DOTALL,
         )
-        assert found, name
-        context = re.sub(r"\n\s*\n", "\n", found["context"]).strip()
+        assert match, name
+        context = re.sub(r"\n\s*\n", "\n", match["context"]).strip()
         clauses = re.match(
             r"\s*(?:generic\s*\((?P<generic>.*?)\)\s*;)?\s*(?:port\s*\((?P<port>.*)\)\s*;)?\s*$",
-            found["body"],
+            match["body"],
             re.DOTALL | re.IGNORECASE,
         )
         assert clauses, f"generics and ports of {name}"
@@ -227,14 +227,14 @@ class _Declaration:
     def case(self, number: int, values: Mapping[str, int | bool | str]) -> str:
         """Entity `case_<number>`: the entity, constants as its generics, signals as its ports."""
         declarations, generic_map, port_map, statements = [], [], [], []
-        left = dict(values)
+        remaining = dict(values)
         for generic in self.generics:
             name, default = generic.name, generic.default
-            if name in left:
-                default = f":= {_literal(left.pop(name), generic.kind)}"
+            if name in remaining:
+                default = f":= {_literal(remaining.pop(name), generic.kind)}"
             declarations.append(f"  constant {name} : {generic.kind} {default};")
             generic_map.append(f"{name} => {name}")
-        assert not left, f"{self.name} has no generics {list(left)}"
+        assert not remaining, f"{self.name} has no generics {list(remaining)}"
         for port in self.ports:
             is_record = not self.records.is_flat(port.kind)
             default = "" if is_record else port.default

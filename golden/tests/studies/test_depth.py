@@ -14,14 +14,14 @@ from plenofir.ground.images import write_png
 from plenofir_studies.depth_methods import (
     BAD,
     PICTURES,
-    TAKEN,
+    PRODUCT,
     WAYS,
-    found_disparity,
     likeness,
     ramp_errors,
     reliability,
     rightness,
     score,
+    searched_disparity,
     write_report,
 )
 from plenofir_studies.depth_scenes import SCENES, M, Truth, hci_folders, hci_truth, ramp, rendered
@@ -79,7 +79,7 @@ HARD = {("ramp", 0.02): 0.15, ("twigs", 0.02): 0.06, ("bars", 0.02): 0.08}
 def hard() -> dict[tuple[str, float], tuple[Truth, Disparity]]:
     """Hard light fields of few views and lenses, and what is found."""
     truths = {(name, noise): trial(name, noise, size=72, m=5) for name, noise in HARD}
-    return {key: (truth, found_disparity(truth)) for key, truth in truths.items()}
+    return {key: (truth, searched_disparity(truth)) for key, truth in truths.items()}
 
 
 def test_hard_light_fields(hard: dict[tuple[str, float], tuple[Truth, Disparity]]) -> None:
@@ -112,7 +112,7 @@ def test_all_hard_light_fields() -> None:
     most = {"planes": 0.01, "bars": 0.015, "ramp": 0.01, "twigs": 0.05, "tiles": 0.03}
     sure = []
     for name, _, truth in trials(seed=3):
-        found = found_disparity(truth)
+        found = searched_disparity(truth)
         assert score(found.pixels_per_view, truth).bad[-1] < most[name], truth.name
         sure.append(rightness(found, truth))
     assert reliability(sure)[-1][1] > 0.98
@@ -129,8 +129,8 @@ def test_ways_to_depth() -> None:
         for way, a in found.items():
             bad[way] += score(a, truth).bad[-1] / len(SCENES)
             squares[way] += score(a, truth).mse / len(SCENES)
-        sharp = [likeness(make(truth, found[TAKEN]), truth) for make in PICTURES.values()]
+        sharp = [likeness(make(truth, found[PRODUCT]), truth) for make in PICTURES.values()]
         # Twigs are thinner than what is refocused.
         assert sharp[-1].psnr > sharp[0].psnr - (1 if name == "twigs" else 0)
-    assert bad[TAKEN] < 0.8 * min(bad[way] for way in WAYS if way != TAKEN)
-    assert squares[TAKEN] < 0.6 * min(squares[way] for way in WAYS if way != TAKEN)
+    assert bad[PRODUCT] < 0.8 * min(bad[way] for way in WAYS if way != PRODUCT)
+    assert squares[PRODUCT] < 0.6 * min(squares[way] for way in WAYS if way != PRODUCT)

@@ -40,7 +40,7 @@ def test_wrong_pictures_are_not_timed():
 
 
 def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys):
-    text = gpu_report.write_report(tmp_path, found=["A has no GPU", "B is missing"]).read_text()
+    text = gpu_report.write_report(tmp_path, gpus=["A has no GPU", "B is missing"]).read_text()
     assert "\nNot run on a GPU: A has no GPU; B is missing.\n" in text
     assert capsys.readouterr().out == "Not run on a GPU: A has no GPU; B is missing.\n"
     # Here, whatever is installed: a device or a reason for each library.

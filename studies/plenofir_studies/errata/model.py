@@ -88,7 +88,7 @@ def _borders() -> Shown:
         f"for both, so d- = d+ = {same[0]:.4f} mm = d_a and the depth of field is "
         f"{abs(same[1] - same[0]):.4f} mm. With opposite signs the borders are {near:.4f} and "
         f"{far:.4f} mm, as Table 5.5 prints them.",
-        max(abs(found - value) for found, value in zip(same, want, strict=True)),
+        max(abs(value_mm - value) for value_mm, value in zip(same, want, strict=True)),
         max(abs(near - want[0]), abs(far - want[1])),
         5e-5,
     )
@@ -98,10 +98,10 @@ def _exit_baseline() -> Shown:
     model = table_model("f193", "II", 3.0, 13)
     lenses = model.micro_lens_position(np.arange(-20, 21))
     view = 4
-    seen = model.chief_ray_slope(view, lenses) * model.exit_pupil_mm
+    baseline = model.chief_ray_slope(view, lenses) * model.exit_pupil_mm
     want = -view * model.pixel_slope * model.exit_pupil_mm
-    printed = float(np.abs(seen - want).max())
-    holds = float(np.abs(seen + lenses - want).max())
+    printed = float(np.abs(baseline - want).max())
+    holds = float(np.abs(baseline + lenses - want).max())
     return Shown(
         f"f193, (II), 3 m, view {view}: the rays of all micro lenses pass the exit pupil "
         f"{abs(want):.4f} mm from its centre. As printed, micro lens 20 gives a height that is off "
@@ -180,14 +180,14 @@ def _example_of_the_listings() -> Shown:
         row for row in load_table("5.5").part().rows if row["d_f_m"] == inf and row["a"] == 1
     )
     names = ("predicted_near_mm", "predicted_mm", "predicted_far_mm")
-    wanted = [row[name] for name in names]
-    found, misses = [], []
+    printed = [row[name] for name in names]
+    distances, misses = [], []
     for pupil in (f193.main_lens.exit_pupil_mm, f100.main_lens.exit_pupil_mm):
         model = RayModel.focused(camera_of(f193, {"exit_pupil": pupil}), inf, 13)
         planes = model.near_border(1), model.distance(1), model.far_border(1)
-        found.append([float(plane.mm) for plane in planes])
-        misses.append(max(abs(mm - w) for mm, w in zip(found[-1], wanted, strict=True)))
-    right, mixed = (", ".join(f"{mm:.4f}" for mm in both) for both in found)
+        distances.append([float(plane.mm) for plane in planes])
+        misses.append(max(abs(mm - w) for mm, w in zip(distances[-1], printed, strict=True)))
+    right, mixed = (", ".join(f"{mm:.4f}" for mm in both) for both in distances)
     return Shown(
         f"f193, (II), infinity, a = 1: an exit pupil at {f193.main_lens.exit_pupil_mm:.4f} mm "
         f"gives {right} mm (near border, plane, far border), as Table 5.5 prints them; one at "

@@ -16,8 +16,8 @@ _BORDERS = ("near", "plane", "far")
 
 def _predictions(model: RayModel, a: float) -> list[float]:
     """Near border, plane, far border; nan where there is none."""
-    found = (model.near_border(a), model.distance(a), model.far_border(a))
-    return [float(distances.mm) for distances in found]
+    ranges = (model.near_border(a), model.distance(a), model.far_border(a))
+    return [float(distances.mm) for distances in ranges]
 
 
 def _printed(row: Cells) -> list[float]:
@@ -34,14 +34,14 @@ def _stop() -> Shown:
     camera = real_camera("f100")
     system = camera.system
     stop = float(np.sum(system.gaps[system.stop_surface :])) + camera.back_focal_distance_mm
-    found = camera.camera.main_lens.exit_pupil_mm - stop
+    gap_mm = camera.camera.main_lens.exit_pupil_mm - stop
     settings = load_table("5.3").part("a").settings
     printed = settings["d_exit_mm"] - settings["d_stop_mm"]
     return Shown(
-        f"In the shipped prescription of f100, whose focal length is the printed one, {found:.4f} "
+        f"In the shipped prescription of f100, whose focal length is the printed one, {gap_mm:.4f} "
         f"mm lie between stop and exit pupil, in the table {printed:.4f} mm. The centres that "
         "the table predicts from the stop follow from its own distance.",
-        abs(found - printed),
+        abs(gap_mm - printed),
         _stop_centres(),
         1e-4,
     )
@@ -76,12 +76,12 @@ def _micro_image_centre() -> Shown:
 def _misprinted_error() -> Shown:
     row = load_table("5.4").part("b").rows[0]
     prediction, simulated = row["principal_plane_mm"], row["simulated_mm"]
-    found, printed = _error(prediction, simulated), row["principal_plane_error_pct"]
+    error, printed = _error(prediction, simulated), row["principal_plane_error_pct"]
     return Shown(
-        f"({prediction:.4f} - {simulated:.4f}) / {prediction:.4f} is {found:.6f} %. All other "
+        f"({prediction:.4f} - {simulated:.4f}) / {prediction:.4f} is {error:.6f} %. All other "
         "deviations of Tables 5.3 to 5.9 follow from the two numbers beside them.",
-        abs(found - printed),
-        abs(found + 0.8628),
+        abs(error - printed),
+        abs(error + 0.8628),
         5e-5,
     )
 
@@ -102,7 +102,7 @@ def _exit_pupil() -> Shown:
                 camera = model.camera.model_copy(update={"main_lens": lens})
                 other = RayModel(camera, model.extension, 13)
                 pairs = zip(_predictions(other, row["a"]), _printed(row), strict=True)
-                worst[pupil] = max(before, *(abs(found - want) for found, want in pairs))
+                worst[pupil] = max(before, *(abs(computed - want) for computed, want in pairs))
     first, second = worst.values()
     return Shown(
         f"{3 * rows} predictions in {rows} rows: with 125.0523 mm the largest distance "
@@ -168,13 +168,13 @@ def _shorter_micro_lenses() -> Shown:
 
 def _entrance_pupils() -> Shown:
     rows = load_table("5.8").part().rows
-    found = [100 * abs(1 - row["simulated_pupil_mm"] / row["predicted_pupil_mm"]) for row in rows]
-    beyond = sum(value > 0.35 for value in found)
+    apart = [100 * abs(1 - row["simulated_pupil_mm"] / row["predicted_pupil_mm"]) for row in rows]
+    beyond = sum(value > 0.35 for value in apart)
     return Shown(
-        f"The two columns of Table 5.8 for the entrance pupil differ by up to {max(found):.4f} %, "
-        f"{beyond} of {len(found)} by more than 0.35 %.",
-        max(found) - 0.35,
-        max(found) - 0.9020,
+        f"The two columns of Table 5.8 for the entrance pupil differ by up to {max(apart):.4f} %, "
+        f"{beyond} of {len(apart)} by more than 0.35 %.",
+        max(apart) - 0.35,
+        max(apart) - 0.9020,
         5e-5,
     )
 
@@ -270,8 +270,8 @@ def _disparity() -> Shown:
             continue
         model = table_model(row.labels["lens"], row.labels["mla"], row["d_f_m"], 13)
         for unit in ("pixels", "pixels per view"):
-            found = float(model.depth(row["disparity_px"], 6, unit=unit).mm)
-            miss = inf if isnan(found) else abs(found / row["predicted_mm"] - 1)
+            depth_mm = float(model.depth(row["disparity_px"], 6, unit=unit).mm)
+            miss = inf if isnan(depth_mm) else abs(depth_mm / row["predicted_mm"] - 1)
             if unit == "pixels":
                 printed = max(printed, miss)
             else:
@@ -350,16 +350,16 @@ def _measured_columns() -> Shown:
                 turn = row["disparity_px"] * unit
                 for depth in (10 * row["distance_cm"], predicted):
                     if number == "5.11":
-                        found, printed = depth * turn, row["measured_baseline_mm"]
+                        computed, printed = depth * turn, row["measured_baseline_mm"]
                     else:
-                        found = float(np.degrees(np.arctan(baseline / depth - turn)))
+                        computed = float(np.degrees(np.arctan(baseline / depth - turn)))
                         printed = row["measured_tilt_deg"]
-                    miss = abs(found - printed)
+                    miss = abs(computed - printed)
                     if depth == predicted:
                         exact = max(exact, miss)
                     else:
                         worst = max(worst, miss)
-                        (baselines if number == "5.11" else tilts).append(found)
+                        (baselines if number == "5.11" else tilts).append(computed)
     return Shown(
         "With the printed distances Eq. 5.24 gives B_4 = "
         + ", ".join(f"{value:.4f}" for value in baselines[:4])
