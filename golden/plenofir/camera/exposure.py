@@ -27,6 +27,7 @@ _BRIGHT = 0.5
 # Auto brings the median of what has contrast to this share of the screen's white, if it is darker,
 # and by at most so many EV.
 _KEY, _MOST_LIFT = 0.35, 3.0
+# 16 EV take the least level of 16 bits to white: larger numbers are slips of the hand.
 _MOST_EV = 24.0
 _SETTING = re.compile(r"(auto)?([+-]?\d+\.?\d*|[+-]?\.\d+)?")
 

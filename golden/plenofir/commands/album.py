@@ -31,6 +31,7 @@ Show = Callable[[str, int, int], None]
 _SURE = 0.5
 # Share of a step by which a depth may lie beyond the first or last picture.
 _ASIDE = 0.3
+# The page is mailed: servers take 10 MB, as a rule.
 _VIEWER_BYTES = 8_000_000
 # Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
 _ANIMATION_PIXELS, _STAYS = 640, 120

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.plan import Plan
 
+# A build has hundreds of warnings that repeat; the first ones tell a fault.
 _MOST_WARNINGS = 20
 
 app = typer.Typer(no_args_is_help=True, help="Build the bitstream of a board.")

@@ -14,6 +14,7 @@ from plenofir.ground.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, help="Test picture for a board, and its serial port.")
 
+# A board answers each word at once: silence is a wrong port, rate or cable.
 _TIMEOUT_S = 2.0
 
 

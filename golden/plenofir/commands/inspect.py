@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 # Micro images of this diameter (in pitches) fill their cells; much smaller ones waste sensor area.
 _SMALL = 0.85
+# Hot pixels clip in any sensor; at this share the middles of micro images do.
 _CLIPPED = 0.01
 # The array is tilted if best positions of its sides differ by more than this many standard errors.
 _TILT_ERRORS = 4.0

@@ -104,6 +104,7 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("waves_depth", "waves", ("all",)),
 )
 
+# A mistyped step (0:1:0.0001) would fill a disk with pictures before anyone notices.
 MAX_SETTINGS = 1000
 # Decimals are taken for a multiple of 1/M that is at most this share of a step away.
 _NEAR = Fraction(1, 4)

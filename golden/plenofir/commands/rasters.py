@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from plenofir.camera.recognise import Field, Finding, Hints, LightFieldSource
 
 
+# Pitches in the wrong unit make an M of thousands: refused before memory is asked for by it.
 _LARGEST_M = 10_000
 MAPS = {"a": "disparity", "mm": "distance_mm", "um": "height_um"}
 """Names of maps of depth, by what they count in."""

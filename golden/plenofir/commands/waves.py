@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Compare waveform files.")
 
+# What lies behind the first difference of a pipeline differs by it: more lines tell little.
 _MOST_DIFFERENCES = 8
 
 

@@ -15,6 +15,7 @@ from plenofir.driver.registers import Access
 from plenofir.ground.errors import InputError
 
 _UIO = Path("/sys/class/uio")
+# The kernel maps whole pages; the registers fill a part of one.
 _BYTES = 4096
 # Commands of LiteX's UARTBone: one word each.
 _WRITE, _READ = b"\x01\x01", b"\x02\x01"

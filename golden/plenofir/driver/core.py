@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from plenofir.camera.rays import RayModel
 
 Event = Literal["frame_in", "frame_out", "error"]
+# A frame lasts 17 ms at 60 Hz: a poll each ms misses none and leaves the bus to others.
 _POLL_S = 0.001
 
 

@@ -44,6 +44,7 @@ Image = npt.NDArray[np.integer]
 _ADVICE = "use an 8 to 16 bit grey or RGB image (PNG, TIFF, PGM/PPM, BMP or JPEG)"
 _JPEG_QUALITY = 92
 _WHITE_LEVEL = b"White level"
+# A profile is deflated in a PNG: a few bytes of it may unpack to gigabytes.
 _LARGEST_PROFILE = 1 << 24
 _TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA, _TAG_XMP = 50717, 34675, 42240, 700
 _NUMBER_OF_IMAGES = 0xB001  # of the index of a multi-picture file

@@ -36,6 +36,7 @@ Floats = npt.NDArray[np.float64]
 
 # Entries of the table of distances for each step of the grid.
 _FINE = 8
+# The table is JSON within the page: a wide range with a large M would make it huge.
 _MAX_ENTRIES = 4000
 # Default focus settings of the slider, and of the table of distances.
 _RANGE, _TABLE = (-1.0, 2.0), (-2.0, 4.0)

@@ -15,10 +15,12 @@ from plenofir.ground.images import Picture, read_picture
 from plenofir.ground.pages import Pages
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
+# Folders on a network report no changes, so they are looked into: the delay is at most this.
 _POLL_SECONDS = 0.02
 # Time that a file may take to be written before it counts as unreadable.
 _WRITING_SECONDS = 2.0
 _FIRST_SECONDS = 10.0
+# A page asks again after each answer: the wait bounds how long a closed page holds its thread.
 _WAIT_SECONDS = 10.0
 
 

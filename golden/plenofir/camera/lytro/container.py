@@ -20,7 +20,9 @@ from plenofir.ground.files import input_file
 MAGIC = b"\x89LFP\r\n\x1a\n"
 _KINDS = {b"\x89LFM\r\n\x1a\n": "table", b"\x89LFC\r\n\x1a\n": "content"}
 _HEAD, _NAME = 16, 80
+# A foreign file of many gigabytes is refused by its size, before it fills the memory.
 _LARGEST_FILE = 1 << 30
+# A parser needs many times a text's size in memory: a damaged size must not decide that.
 _LARGEST_JSON = 1 << 24
 _COPY = "copy the file again"
 

@@ -25,8 +25,11 @@ from plenofir.ground.errors import InputError
 
 _METADATA_SUFFIXES = (".txt", ".TXT", ".json", ".JSON")
 _CONTAINERS = (".lfp", ".lfr")
+# Raw frames have no header: their size alone says which camera and packing they are of.
 _CAMERA_OF_SIZE = {7728 * 5368 * 10 // 8: "Illum", 3280 * 3280 * 12 // 8: "F01"}
+# A folder named by mistake (a home, a disk) is left after this many files.
 _MOST_FILES = 20_000
+# A member of an archive is unpacked into memory, whatever size its header claims.
 _LARGEST_MEMBER = 1 << 28
 FRAME_ADVICE = "give a Lytro .lfp or .lfr, or a .raw with its .txt or .json beside it"
 

@@ -17,6 +17,7 @@ from plenofir.ground.errors import InputError, validation_error
 
 Corner = Literal["r", "gr", "gb", "b"]
 CHANNELS: tuple[Corner, ...] = ("r", "gr", "gb", "b")
+# Sizes come from a file, and memory is asked for by them: an absurd one must be refused first.
 _LARGEST_SIDE = 1 << 15
 _MOST_PIXELS = 1 << 27
 _LAYOUTS: dict[str, Layout] = {

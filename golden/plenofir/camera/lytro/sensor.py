@@ -24,6 +24,7 @@ _TILES: dict[Corner, tuple[Corner, Corner, Corner, Corner]] = {
     "b": ("b", "gb", "gr", "r"),
 }
 _PATTERNS: dict[Corner, str] = {"r": "RGGB", "gr": "GRBG", "gb": "GBRG", "b": "BGGR"}
+# Floats of a whole Illum frame take 166 MB for each step; blocks of rows bound that.
 _BLOCK_ROWS = 256
 
 

@@ -15,6 +15,7 @@ from plenofir.refocus.operator import Image
 
 _SIDE = 512
 _SAMPLES = 4  # for each pixel of the picture that is scaled down
+# Two discs happen in any picture; more than 100 are rather micro images, which `lenslets` finds.
 _FEWEST, _MOST = 3, 100
 # Diameter in pixels of the picture that was scaled down, and as a share of its shorter side.
 _SMALLEST, _SMALLEST_SHARE = 24, 0.08

@@ -19,8 +19,10 @@ from plenofir.camera.calibration.shading import lens_indices, within
 from plenofir.camera.patterns.match import Match, match_capture
 from plenofir.ground.errors import InputError
 
+# Texture may repeat more clearly than the lenses do, so the first guess alone is not enough.
 _CANDIDATES = 4
 _LEAST_AGREEMENT, SURE = 0.7, 0.9
+# 2 sqrt(2) pixels: below, a period has fewer than two samples along the diagonals.
 _SMALLEST_PITCH = 2.8
 _FEWEST_LENSES = 5
 # Size of the parts whose pitch of repetition is compared (share of the picture, limit in pixels).

@@ -20,9 +20,12 @@ Complex = npt.NDArray[np.complex128]
 
 # Side of a block in pitches: a compromise between many blocks and large ones.
 _SMALLEST_BLOCK, _LARGEST_BLOCK, _USUAL_BLOCKS = 4.0, 12.0, 6
+# Three blocks fit a shift and a matrix exactly, whatever they hold: the fourth can contradict.
 _FEWEST_BLOCKS = 4
 # Displacements are fitted to blocks within a radius that grows (shares of the largest).
 _FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
+# Phases are known up to whole cycles: a round is right where the one before came within half of
+# one.
 _ROUNDS = 4
 # A grid is scaled and rotated if it then agrees better by the first, which tells in few blocks, or
 # if that explains so many times more than chance, which tells in many.

@@ -15,25 +15,31 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.lattice import lattices
 
+# Longer periods are rather content than micro images: windows of a house, tiles.
 MAX_MICRO_IMAGE = 64
 # How many times more of the differences a period explains than chance does.
 _VERY_CLEAR, _CLEAR, _VISIBLE = 100.0, 20.0, 8.0
+# With fewer repetitions chance looks like a period.
 _FEWEST_PERIODS = 6
 # Coherence of period M (1 if all phases are equal) from which the whole picture has that period.
 COHERENT = 0.75
 # Lenses along each side of the parts whose phases are compared.
 _PART = 4
+# A raster has a micro image's middle in the middle of its square; a crop of a capture may not.
 _CENTRED_PX = 0.75
 # A fractional period is nearly as clear at the neighbouring whole numbers; a true one is clearer by
 # this factor.
 _CLEARER = 1.5
+# JPEG's blocks of 8 (16 with halved colours), their parts and multiples leave joints of their own.
 _BLOCKS_OF_JPEG = {2, 4, 8, 16, 24, 32, 40, 48, 56, 64}
+# Stanford's light fields have 17 x 17 views; more equal parts are rather a pattern.
 _MOST_VIEWS = 21
 _ALIKE = 0.7
 _JOINT = 1.5
 _MOST_DISPARITY = 0.12
 _MOSAIC_SIDE = 1024
 _SMALLEST_VIEW = 12
+# Two equal halves are any picture that repeats once; a line of views needs a third.
 _FEWEST_IN_LINE = 3
 
 # Content repeats near the micro images' pitch: relative tolerance, least autocorrelation.

@@ -27,6 +27,7 @@ ARRAYS = (".npy", ".npz", ".mat", ".h5", ".hdf5", ".hdf", ".he5")
 
 Kind = Literal["views", "sequence", "picture"]
 
+# An array is unpacked into memory in one piece, and its header decides how large that is.
 _LARGEST = 4 << 30
 _MATLAB_5, _HDF5 = b"MATLAB", b"\x89HDF\r\n\x1a\n"
 _CHANNELS = (1, 3, 4)

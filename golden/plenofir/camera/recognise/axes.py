@@ -26,6 +26,7 @@ Image32 = npt.NDArray[np.float32]
 View = Callable[[int, int], Picture]
 _Place = tuple[int, int]
 
+# Smaller views have too few blocks for a standard error; larger ones only take longer.
 _SMALLEST_VIEW, _LARGEST_SIDE, _BLOCK = 24, 384, 8
 # Coarse structures (in standard deviations, pixels) are left out: vignetting, shading.
 _COARSE = 3.0

@@ -30,6 +30,7 @@ _NOT_VIEWS = re.compile(
     r"gt_|depth|disp|mask|label|normal|segment|objectid|thumb|preview|conf|albedo|flow", re.I
 )
 _NOT_FOLDERS = {"__MACOSX", "@eaDir"}
+# Archives put their views one or two folders down; folders below those are other data.
 _DEEPEST = 3
 # A grid with fewer of its views than this share tells nothing.
 _SHARE = 0.75

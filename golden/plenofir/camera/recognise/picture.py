@@ -27,9 +27,12 @@ from plenofir.ground.images import Picture
 from plenofir.ground.shell import command
 from plenofir.refocus.operator import Image
 
+# A part bounds time and memory: what repeats in the picture repeats there, too.
 LARGEST_SIDE = 8192
+# Vignetting is least in the middle, and the size bounds the time of the transforms.
 _MIDDLE = 768
 _SMALLEST_SIDE = 32
+# Noise of an even picture repeats somewhere: without contrast no lattice is believed.
 _LEAST_CONTRAST = 0.01
 # Lattice scores: below the first, repetitions are ignored; from the second on, as in a white image.
 _LEAST_SCORE, _LIKE_WHITE = 0.15, 0.35

@@ -22,6 +22,7 @@ RUNNING = "running number"
 """Kind of a series whose files have one number that runs through all names."""
 LONGER = "longer film"
 """Kind of a series that is the beginning of a film."""
+# All pictures of a series are held at once.
 _MOST_BYTES = 4 << 30
 
 

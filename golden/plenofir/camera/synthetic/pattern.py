@@ -13,6 +13,7 @@ from plenofir.refocus.operator import Image
 
 Form = Literal["disc", "square", "spot"]
 
+# Each pixel needs the places and light of its neighbours in floats: blocks of rows bound that.
 _BLOCK_PIXELS = 1 << 20
 # Rows and columns of neighbours whose light may reach a cell.
 _MIXED = 1

@@ -21,6 +21,7 @@ from plenofir.camera.synthetic.pattern import Form, aperture, pixel_positions, r
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
+# Rays of a block are held for each layer and view; whole pictures would need gigabytes.
 _BLOCK_PIXELS = 1 << 19
 
 

@@ -14,6 +14,7 @@ from plenofir.refocus.operator import Image
 
 STALL_PERCENT = 60
 """Share of the clocks in which one side stalls, the other one in a third of it, in turn."""
+# Some lines fill and empty every FIFO; a whole picture with stalls would take many times longer.
 _PIXELS = 4096
 
 

@@ -29,6 +29,7 @@ _GHDL_BOARD_OPTIONS = ("--ieee-asserts=disable", *GHDL_RUN_OPTIONS[1:])
 _BOARD_STANDARD = {"1993": "2002"}
 _GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
+# Progress is the size of a file that the simulator writes: a bar needs no finer steps.
 _POLL_SECONDS = 0.1
 
 
