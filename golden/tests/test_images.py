@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image as PillowImage
 
-from plenofir.camera.described import described
+from plenofir.camera.description import description_of
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import (
@@ -369,7 +369,7 @@ def xmp_of(path: Path) -> dict[str, str]:
 def test_xmp(tmp_path, name):
     """Other programs read what a picture says of how it was made."""
     model = RayModel.focused(load_camera("f193-mla2"), inf, 5)
-    plain = bare(np.full((40, 30), 9, np.uint8))._replace(xmp=described(5, None, model))
+    plain = bare(np.full((40, 30), 9, np.uint8))._replace(xmp=description_of(5, None, model))
     path = tmp_path / name
     path.write_bytes(encode_picture(path.suffix, plain))
     facts = xmp_of(path)

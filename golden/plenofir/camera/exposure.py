@@ -144,6 +144,7 @@ def one_exposure(
         if look is None:
             look, auto = _asked_for(picture, setting, gamma)
             linear = picture.gamma is not None and SCREEN_GAMMA / picture.gamma > 1.5
+        # Only auto looks at the pixels: frames of a long film need not be read for the rest.
         if not auto:
             break
         middle = _binned(picture.pixels, m)

@@ -207,14 +207,14 @@ class Album:
         *facts: object,
     ) -> "Image":
         """A picture as it is shown; result: a small one."""
-        from plenofir.camera.described import described
+        from plenofir.camera.description import description_of
         from plenofir.ground.images import bare, read_image
 
         if self.reused(name, a, *facts):
             image = read_image(self.results.path(name))
         else:
             image = make()
-            about = described(self.field.micro_image_size, a, self.model)
+            about = description_of(self.field.micro_image_size, a, self.model)
             save(self.results, name, bare(image)._replace(xmp=about))
         small = _small(image)
         self.shown.append((name, caption, _data_uri(small)))

@@ -118,6 +118,7 @@ def _develop_all(
     job = _calibrated(job, out)
     if not per_frame:
         job = job._replace(run=run_exposure(sources, job, out / "exposure.json"))
+    # Those of an earlier run that was stopped are kept: a night of captures starts where it ended.
     waiting = [one for one in sources if not is_developed(one, job, out / one.stem)]
     kept = len(sources) - len(waiting)
     failed: list[str] = []
@@ -129,7 +130,13 @@ def _develop_all(
 
         running = {
             client.submit(
-                _develop_frame, one.absolute(), job, (out / one.stem).absolute(), pure=False
+                # Workers run in folders of their own, so paths are absolute; a run is never a
+                # cached answer.
+                _develop_frame,
+                one.absolute(),
+                job,
+                (out / one.stem).absolute(),
+                pure=False,
             ): one
             for one in waiting
         }

@@ -94,6 +94,7 @@ def scene_plan(path: str, board: str | None = None, device: str | None = None) -
             where=options.typed("board", str(board)),
         )
     if target is not None:
+        # A board that is named may be another than the scene's, without its device.
         usual = scene_device if scene_device in target.devices else target.devices[0]
         chosen = device_of(target, device) if device else usual
         loaded = loaded if chosen == scene_device else load_scene(path, chosen)

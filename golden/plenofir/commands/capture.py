@@ -359,6 +359,7 @@ def decode(
         )
     for text in ready.notes:
         typer.echo(f"note: {raw}: {text}", err=True)
+    # Resampling averages light, so that gamma is applied after it.
     encoded = raster.gamma or 1.0
     decoded = raster._replace(
         pixels=with_gamma(raster.pixels, gamma, raster.full_scale), gamma=encoded * gamma

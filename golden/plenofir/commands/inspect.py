@@ -409,6 +409,7 @@ def _focus_advice(score: "FocusScore") -> list[str]:
 
     smallest = min(score.spots, key=lambda one: one.radius)
     advice = []
+    # A minimum at the end of a series is only its smallest picture: the best may lie beyond.
     if score.best is None or not score.best.bracketed:
         advice.append(f"take more pictures around {smallest.position:g}, on both sides of the best")
     else:

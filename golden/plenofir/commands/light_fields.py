@@ -143,7 +143,7 @@ def compose(
     """
     from plenofir.camera.lightfield.indexing import central
     from plenofir.camera.lightfield.indexing import compose as interleave
-    from plenofir.camera.recognise.asked import as_asked
+    from plenofir.camera.recognise.request import as_asked
 
     source = Path(folder)
     path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))

@@ -196,6 +196,7 @@ def focus_settings(
                 f"{word!r} is empty: FIRST must not be above LAST, and STEP must be positive",
                 where=where,
             )
+        # Counted before a list is made: the range may have any number of settings.
         count = (last - first) // step + 1
         if count > MAX_SETTINGS:
             raise InputError(
@@ -204,6 +205,7 @@ def focus_settings(
         settings += [first + n * step for n in range(count)]
     if not settings:
         raise InputError("give a focus setting, such as -3/5", where=where)
+    # Files of slices are named by their setting: the second would replace the first.
     twice = next((a for n, a in enumerate(settings) if a in settings[:n]), None)
     if twice is not None:
         raise InputError(f"{twice} is given twice", where=where)

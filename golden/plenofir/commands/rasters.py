@@ -71,7 +71,7 @@ def read_field(
     `rectangles`: views (v, u, t, s[, 3]) that are no square are taken as they are.
     What was put right or cannot be known is in its lines, and told if `notes`.
     """
-    from plenofir.camera.recognise.asked import as_asked
+    from plenofir.camera.recognise.request import as_asked
     from plenofir.camera.recognise.source import quiet
 
     source = recognised(path, hints)

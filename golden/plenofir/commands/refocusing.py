@@ -55,7 +55,7 @@ def refocus_command(
     it instead, correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a
     camera also where it is focused.
     """
-    from plenofir.camera.described import described
+    from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import is_rectangle
     from plenofir.camera.lightfield.shift_and_add import refocus_views
     from plenofir.refocus import best_picture, interpolation_order, refocus, sharpening_units
@@ -110,7 +110,7 @@ def refocus_command(
             )
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
-    publish({path.name: look(image)._replace(xmp=described(m, setting, model))}, path.parent)
+    publish({path.name: look(image)._replace(xmp=description_of(m, setting, model))}, path.parent)
     units = sharpening_units(weight, m, int(setting * m), order) if operator.is_set else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
@@ -214,7 +214,7 @@ def stack(
     VHDL's. A volume keeps the light field's values, in 16 bits, and with a microscope as --camera
     has sizes in um.
     """
-    from plenofir.camera.described import described
+    from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import (
         is_rectangle,
         pictures_of,
@@ -273,7 +273,7 @@ def stack(
         names = iter(zip(setting_names(settings, m), settings, strict=True))
         for image in pictures:
             name, setting = next(names)
-            about = described(m, setting, model)
+            about = description_of(m, setting, model)
             save(results, f"refocused_{name}.png", look(image)._replace(xmp=about))
             # Before the next one is made.
             del image

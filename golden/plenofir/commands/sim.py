@@ -206,6 +206,7 @@ class _Bench:
 
 def _check(context: typer.Context, capture: _Capture, core: _Core, bench: _Bench) -> None:
     """Refuse options that cannot be combined."""
+    # A value that equals the default contradicts nothing, typed or not.
     used = {
         parameter.name
         for parameter in context.command.params

@@ -270,7 +270,7 @@ class _Settings:
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
         """What makes a picture an aligned raw image."""
-        from plenofir.camera.recognise.asked import as_asked
+        from plenofir.camera.recognise.request import as_asked
         from plenofir.ground.images import upright
         from plenofir.refocus import check_raw
 

@@ -75,6 +75,7 @@ def slices_of_volume(
     if model is None:
         return Slices(settings, None)
     steps = np.diff([float(one) for one in settings])
+    # Files of volumes hold one step for all slices.
     if steps.size and not (steps[0] > 0 and np.ptp(steps) <= _EQUAL * steps[0]):
         raise InputError(
             "slices of a volume in um rise in equal steps; give FIRST:LAST:STEP",
@@ -118,7 +119,7 @@ class Film:
 
     def aligned(self) -> tuple[Iterator[Picture], int]:
         """Aligned raw images of the frames, each read when it is needed, and their M."""
-        from plenofir.camera.recognise.asked import as_asked
+        from plenofir.camera.recognise.request import as_asked
 
         frames = (one for source in self._sources for one in pictures_of_file(source))
         first, where = next(frames)

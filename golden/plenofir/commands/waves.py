@@ -59,6 +59,7 @@ def _print_comparison(result: "DumpComparison", listed: bool) -> None:
         ("not comparable", result.not_comparable),
         ("never defined", result.never_defined),
     ):
+        # "only in A: none" is news of a comparison, an empty list of the others is not.
         if signals or name.startswith("only"):
             _print_names(name, signals, listed)
     if result.cycles_a != result.cycles_b:

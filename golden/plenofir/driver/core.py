@@ -100,6 +100,8 @@ class Core:
         if parts & {"refocuser", "stack"}:
             engine = registers.read_engine()._asdict()
             details |= {f"engine.{name}": value for name, value in engine.items()}
+            # One register shows the slice that is asked for: the map of registers fits any number
+            # of slices.
             for number in range(geometry.slices):
                 registers.write_asked_slice(number)
                 slices.append(registers.read_slice_shift())

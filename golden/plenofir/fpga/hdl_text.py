@@ -41,6 +41,7 @@ def declarations(text: str, kind: str) -> list[Declaration]:
     for line in body.splitlines():
         code, _, beside = (part.strip() for part in line.partition("--"))
         if not code:
+            # A comment after a declaration, or an empty line, begins a new group.
             above = [] if complete or not beside else above
             above += [beside] if beside else []
             complete = False

@@ -55,10 +55,13 @@ def sensor_picture(file: Any) -> SensorPicture | None:
     first = file.pages[0]
     is_dng = _VERSION in first.tags
     pages = [page for page in _pages(file.pages) if page.photometric in (_CFA, _LINEAR_RAW)]
+    # Other makers' raws are TIFFs too: their first page is a preview, which must not pass for the
+    # picture.
     if not is_dng and pages and pages[0] is not first:
         raise _other_raw(first)
     if not pages:
         return None
+    # Beside the picture a DNG may hold reduced versions with the same photometry.
     page = max(pages, key=lambda one: one.imagewidth * one.imagelength)
     pixels = page.asarray()
     if pixels.ndim == 3 and pixels.shape[2] == 1:
@@ -71,6 +74,7 @@ def sensor_picture(file: Any) -> SensorPicture | None:
     mosaic = _mosaic(page) if page.photometric == _CFA else None
     white = (_numbers(page, _WHITE) or [(1 << page.bitspersample) - 1])[0]
     black = _black(page, pixels.shape)
+    # Black differs by place in the mosaic; full scale is one number, above their mean.
     lowest = int(np.rint(np.mean(black)))
     if white <= lowest:
         raise InputError(f"its white level, {white:g}, is not above black, {lowest}", where="")

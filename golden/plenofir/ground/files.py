@@ -96,6 +96,7 @@ def check_result(target: Path, where: str = "", inputs: Iterable[Path] = ()) -> 
 
 def remove_results(targets: Iterable[Path]) -> None:
     """Remove files and whole folders of an earlier run, none if an `input_file` is among them."""
+    # Two passes: nothing is removed if any of them holds an input.
     there = [target for target in targets if target.exists()]
     for target in there:
         for path in _inputs.get() or ():

@@ -202,8 +202,11 @@ def _tiff(data: bytes) -> Picture:
                 neutral=sensor.neutral,
             )
         page: Any = file.pages[0]
+        # Which page is meant cannot be known: the first of a stack would be a silent choice.
         if len(file.pages) > 1:
             raise InputError(f"has {len(file.pages)} pages; one image is needed", where="")
+        # The decoder fills up a strip that ends early without a word; a cut file would read as
+        # black.
         if page.compression == COMPRESSION.LZW:
             row = -(-page.imagewidth * page.samplesperpixel * page.bitspersample // 8)
             for number, (offset, count) in enumerate(
@@ -304,12 +307,15 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
     where = str(path)
     picture = _decoded(_content(path), where)
     image, full_scale = picture.pixels, picture.full_scale
+    # Files of 1 or 4 bit are decoded to bytes: as pictures of 8 bit they would be black.
     if 0 < full_scale < 128:
         raise InputError(f"pixels of {full_scale.bit_length()} bit; {_ADVICE}", where=where)
     if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16):
         image, full_scale = _counted(image, where)
     alpha = False
     if image.ndim == 3 and image.shape[2] in (2, 4):
+        # Editors add an opaque alpha unasked; one that hides pixels means something that is lost
+        # here.
         alpha = bool((image[:, :, -1] < (full_scale or np.iinfo(image.dtype).max)).any())
         if alpha and not drop_alpha:
             raise InputError(
@@ -317,6 +323,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
                 where=where,
             )
         image = image[:, :, :-1]
+    # Compiled loops take the machine's byte order alone; a TIFF may bring the other.
     image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
@@ -325,6 +332,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
     if image.ndim not in (2, 3):
         raise InputError(f"has {image.ndim} dimensions; {_ADVICE}", where=where)
     most = int(np.iinfo(image.dtype).max)
+    # A tag that contradicts the pixels would make each picture darker than it is.
     if full_scale > most:
         raise InputError(
             f"counts {full_scale} as white, but its pixels hold at most {most}", where=where

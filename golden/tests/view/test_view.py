@@ -265,7 +265,7 @@ def test_a_folder_of_views_needs_nothing_else(tmp_path: Path) -> None:
         done = plenofir("view", str(folder), *options, "--export", str(out))
         assert done.returncode == 0
         # Views of 10 x 7 pixels do not tell their order.
-        assert re.fullmatch("note: axes: what is seen does not tell .*\n", done.stderr)
+        assert re.fullmatch("note: axes: too little parallax to tell .*\n", done.stderr)
         assert '"30 x 21 pixels, M = 3, 8 bit."' in out.read_text()
     done = plenofir("view", str(folder), "-M", "4", "--export", str(out))
     assert done.stderr == "plenofir: --micro-image: 4 is not right: there are 3 x 3 views\n"

@@ -186,6 +186,7 @@ def colours_of_white(
         levels = levels - (dark if dark.ndim == white.ndim else dark[..., np.newaxis])
     light = grey_of(white, order, full_scale) if order else levels.mean(axis=2)
     bright = light > _BRIGHT * np.percentile(light, 99.5)
+    # A channel that is clipped looks weaker than it is: its gain would tint every picture.
     if (white[bright] >= full_scale).mean() > _CLIPPED:
         return None
     means = np.zeros(3)

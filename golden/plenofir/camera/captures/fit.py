@@ -113,6 +113,8 @@ def fitted(
     if turned is not None:
         return turned
     lenses = find_lenslets(levels)
+    # Phases alone may agree with a grid of another pitch whose waves fall on these; lenses that are
+    # found anew decide.
     if match.fits and (lenses is None or _alike(lenses.grid, match.grid)):
         return _moved(levels, calibration, moved.grid, place, match, notes, where)
     if lenses is not None:

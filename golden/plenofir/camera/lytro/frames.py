@@ -140,6 +140,7 @@ def _entries(path: Path) -> Entries:
             files = [file for file in sorted(path.rglob("*")) if file.is_file()][:_MOST_FILES]
             entries: dict[str, Callable[[], bytes]] = {}
             for file in files:
+                # Camera backups hold archives and containers with white images within folders.
                 if file.suffix.lower() == ".tar" or (is_container(file) and not _raw_frame(file)):
                     entries |= _entries(file)
                 else:
@@ -204,6 +205,7 @@ def nearest_white(path: Path, capture: FrameMetadata) -> White:
         if (metadata.width, metadata.height) != (capture.width, capture.height):
             others += 1
             continue
+        # Another camera's array lies elsewhere on its sensor: the grid would be off at every lens.
         if capture.serial and metadata.serial and metadata.serial != capture.serial:
             strangers.add(metadata.serial)
             continue

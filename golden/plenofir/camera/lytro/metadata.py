@@ -134,6 +134,7 @@ class FrameMetadata(Numbers):
                 f"micro lenses {self.pitch_px:.3g} pixels apart, "
                 f"not {_SMALLEST_PITCH} to {_LARGEST_PITCH:.0f}"
             )
+        # An offset in another unit is a number like any other: the picture's size tells.
         offset = hypot(self.mla.sensorOffset.x, self.mla.sensorOffset.y) / self.pixel_pitch
         if offset > max(self.width, self.height):
             raise ValueError(f"a sensorOffset of {offset:.0f} pixels, outside of the picture")

@@ -99,6 +99,7 @@ def _arranged(middles: Floats, diameter: float) -> Floats | None:
     if is_grid:
         grid = np.stack(lines)
         is_grid = bool((np.ptp(grid[..., 1], axis=0) < _ASIDE * diameter).all())
+    # Hexagonal arrays have shorter rows between: views need one length of rows.
     if not is_grid:
         middle = float(np.mean(middles[:, 0]))
         best = max(lines, key=lambda line: (len(line), -abs(float(line[:, 0].mean()) - middle)))

@@ -15,7 +15,7 @@ from plenofir.camera.recognise.source import (
     LightFieldSource,
     Progress,
 )
-from plenofir.camera.recognise.stored import Stored
+from plenofir.camera.recognise.storage import Stored
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 from plenofir.refocus import check_raw

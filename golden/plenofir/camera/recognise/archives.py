@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from plenofir.camera.recognise.source import LightFieldSource
-from plenofir.camera.recognise.stored import Stored
+from plenofir.camera.recognise.storage import Stored
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
 from plenofir.ground.images import Picture

@@ -189,6 +189,7 @@ def _of_matlab_5(path: Path, where: str) -> tuple[str, npt.NDArray[Any]]:
     arrays: dict[str, npt.NDArray[Any]] = {}
 
     def take(name: str, value: Any, depth: int) -> None:
+        # Structures may contain themselves by way of cells.
         if not isinstance(value, np.ndarray) or depth > 3:
             return
         if value.dtype.names is not None and value.size == 1:

@@ -112,13 +112,14 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
     axes = Axes(motion.serpentine, swapped)
 
     def nearer(of: Axes) -> float:
-        """Whether what is nearer hides what is farther, -1 to 1; 0 if that is not seen."""
+        """Occlusion: 1 where near objects hide far ones, -1 the other way round, 0 unknown."""
         return _hiding(lambda v, u: view(*of.place(v, u, counts)), of.counts(counts))
 
     sure = True
     if hints.flip is not None:
         rows, columns = hints.flip in ("rows", "both"), hints.flip in ("columns", "both")
         axes = axes._replace(rows_reversed=rows, columns_reversed=columns)
+    # Motion tells that one axis is mirrored, and occlusion which one of the two.
     elif motion.mirrored:
         axes = axes._replace(rows_reversed=True)
         hiding = nearer(axes)
@@ -130,7 +131,7 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
         axes.rows_reversed != axes.columns_reversed,
     )
     if against:
-        text = "the motion of what is seen contradicts the order and direction that are told"
+        text = "the parallax of the views contradicts the order and direction that are told"
         return axes._replace(finding=Finding("axes", text, "told", notable=True))
     words = ", ".join(
         word
@@ -149,20 +150,21 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
     if hints.order is not None and hints.flip is not None:
         return axes._replace(finding=Finding("axes", f"as told: {words or 'as stored'}", "told"))
     if words:
-        text = f"{words}: put right, by the motion of what is seen"
+        text = f"{words}: put right, by the parallax of the views"
         if not sure:
             text += "; if near is far, --flip columns"
         return axes._replace(finding=Finding("axes", text, notable=True))
     if motion.swapped is None or (motion.mirrored is None and min(counts) > 1):
         text = (
-            "what is seen does not tell the order and direction of rows and columns; taken as "
+            "too little parallax to tell the order and direction of rows and columns; taken as "
             "stored (--order, --flip)"
         )
         return axes._replace(finding=Finding("axes", text, "unknown", notable=named))
-    text = "rows from above, columns from the left, as the motion of what is seen says"
+    text = "rows from above, columns from the left, by the parallax of the views"
     finding = Finding("axes", text)
+    # With both axes mirrored motion looks right: only what hides what can tell.
     if named and hints.flip is None and nearer(axes) < 0:
-        text = "what is nearer seems to be hidden by what is farther: --flip both exchanges them"
+        text = "near objects seem to be hidden by far ones: --flip both exchanges them"
         finding = Finding("axes", text, notable=True)
     return axes._replace(finding=finding)
 

@@ -28,7 +28,7 @@ def recognise(path: Path, hints: Hints = _NO_HINTS) -> LightFieldSource:
         # Readers and classifiers load SciPy, which takes most of a second.
         from plenofir.camera.recognise.kinds import classify
         from plenofir.camera.recognise.readers import read
-        from plenofir.camera.recognise.stored import Stored
+        from plenofir.camera.recognise.storage import Stored
 
         held = read(path, hints)
     except (OSError, ValueError) as error:

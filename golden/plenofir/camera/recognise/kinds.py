@@ -20,7 +20,7 @@ from plenofir.camera.patterns.elemental import find_elemental
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.camera.recognise.answers import mosaic_source, raster_source, views_source
 from plenofir.camera.recognise.captures import capture_source
-from plenofir.camera.recognise.expected import doubt, joints
+from plenofir.camera.recognise.doubts import doubt, joints
 from plenofir.camera.recognise.picture import is_mosaic, recognise_picture
 from plenofir.camera.recognise.sequences import SequenceLayout, sequence_layout
 from plenofir.camera.recognise.source import (
@@ -31,7 +31,7 @@ from plenofir.camera.recognise.source import (
     Progress,
     quiet,
 )
-from plenofir.camera.recognise.stored import (
+from plenofir.camera.recognise.storage import (
     LONGER,
     RUNNING,
     Stored,
@@ -445,6 +445,7 @@ def classify(stored: Stored, hints: Hints) -> LightFieldSource:
             raise InputError(f"is not used for {stored.where}", where=name)
     if hints.dark is not None and (stored.axes != "yx" or not (hints.white or hints.calib)):
         raise InputError(f"is not used for {stored.where}", where="dark")
+    # What a person or a name says goes before what pixels show: the order of CLASSIFIERS.
     for decide in CLASSIFIERS[stored.axes]:
         source = decide(stored, hints)
         if source is not None:

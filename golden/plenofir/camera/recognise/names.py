@@ -61,6 +61,7 @@ def _pictures(folder: Path, deepest: int) -> list[Path]:
     if pictures or deepest == 0:
         return pictures
     parts = {p: files for p in entries if p.is_dir() if (files := _pictures(p, deepest - 1))}
+    # Rows of one light field have equal counts; other folders are data sets of their own.
     if len(parts) > 1 and len({len(files) for files in parts.values()}) > 1:
         names = ", ".join(p.name for p in list(parts)[:_NAMED])
         raise InputError(
@@ -163,6 +164,7 @@ def _problem(names: Sequence[str], count: int) -> str:
     if fields is None:
         return f"some names have more numbers than others; {_ADVICE}"
     numbers, columns = fields
+    # The last numbers of a name count views; those in front are dates and numbers of scenes.
     for first, second in reversed(list(combinations(range(len(columns)), 2))):
         a, b = columns[first], columns[second]
         pairs = {(n[first], n[second]) for n in numbers}

@@ -23,7 +23,7 @@ from plenofir.camera.recognise.benchmark import hci_files, hci_findings, hci_vie
 from plenofir.camera.recognise.captures import lytro_source
 from plenofir.camera.recognise.names import named_views, picture_files
 from plenofir.camera.recognise.source import Finding, Hints, LightFieldSource
-from plenofir.camera.recognise.stored import (
+from plenofir.camera.recognise.storage import (
     LONGER,
     RUNNING,
     Stored,

@@ -58,6 +58,7 @@ def sequence_layout(pictures: Sequence[Image]) -> SequenceLayout | None:
     A sequence whose steps are all alike is a line of views.
     """
     count = len(pictures)
+    # Two pictures have one step, with nothing to compare it with.
     if count < 3 or min(pictures[0].shape[:2]) < _SMALLEST_SIDE:
         return None
     levels = [grey(picture).astype(np.float32) for picture in pictures]
@@ -82,6 +83,7 @@ def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
     """Layout at one scale, and how well the motion explains the steps within its rows."""
     changes = [after - before for before, after in pairwise(levels)]
     contrast = float(np.mean([one.std() for one in levels]))
+    # Noise has a direction too, by chance.
     if float(np.mean([np.abs(change).mean() for change in changes])) < _STILL * contrast:
         return None
     axis = _direction(levels, changes[0])
@@ -100,6 +102,8 @@ def _layout_at(levels: list[Floats]) -> tuple[float, SequenceLayout] | None:
             agree = np.where(serpentine & reversed_, backwards, forwards)
             within = float(np.median(agree[~joints]))
             limit = _OTHER * within
+            # The median bears one odd picture; the least step shows a joint where this length has
+            # none.
             if within < _SAME or float(agree[~joints].min()) < limit:
                 continue
             if (forwards[joints] > limit).any():

@@ -58,6 +58,7 @@ def check_pins(constraints: Constraints, top_text: str) -> list[str]:
     used: dict[str, str] = {}
     for net, attributes in constraints.pins.items():
         ball = str(attributes.get("LOC", ""))
+        # Map fails an hour later, or connects both nets where a tool allows it.
         if ball in used and ball:
             out.append(f"ball {ball} is used by {used[ball]} and {net}")
         used.setdefault(ball, net)

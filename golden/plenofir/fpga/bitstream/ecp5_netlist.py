@@ -63,6 +63,7 @@ def prepare_netlist(netlist: Path, device: str | None = None) -> None:
     named = {cell for cell, _ in _CLOCK_NETS.values()}
     for module in content["modules"].values():
         cells, nets = module["cells"], module["netnames"]
+        # A PLL under another name would be placed without its words.
         if other := {n for n, cell in cells.items() if cell["type"] == "EHXPLLL"} - named:
             raise ToolError(f"PLL {min(other)} is none of {', '.join(sorted(named))}")
         name_nets(module, {**_CLOCK_NETS, "byte_clk": _divided_clock(cells)})

@@ -311,6 +311,7 @@ def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
     pll_places = {entry.constraint: places.get(entry.constraint) for entry in timing if entry.paths}
     clocks: dict[str, str] = {}
     for clock, (plls, multiple) in DERIVED_CLOCKS.items():
+        # A derived constraint without paths is written all the same: such a clock is not timed.
         mine = [text for text, place in pll_places.items() if place == (plls, multiple)]
         if not mine:
             raise InputError(
@@ -322,6 +323,7 @@ def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
             )
         clocks[clock] = mine[0]
     for entry in timing:
+        # Timing that is met tells nothing of paths that nobody asked about.
         if entry.constraint.startswith("Unconstrained") and entry.paths:
             raise InputError(
                 f"{entry.paths} paths are in no constraint: {entry.constraint}; time them, "

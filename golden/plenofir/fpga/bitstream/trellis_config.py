@@ -94,6 +94,7 @@ def check_configuration(
     """
     plls = {}
     for corner, words in config.plls.items():
+        # The text leaves out words that are zero.
         plls[corner] = {name: words.get(name, 0) for name in PLL_WORDS}
         if plls[corner] != PLL_WORDS:
             raise ToolError(f"PLL {corner} is configured with {plls[corner]}, not {PLL_WORDS}")
@@ -108,6 +109,7 @@ def check_configuration(
         is_output = not kind.startswith("INPUT")
         for name, value in asked.items():
             there = kind.partition("_")[2] if name == "IO_TYPE" else placed.get(name)
+            # Constraints of a group set these for inputs too, whose configuration has no such bits.
             if name in ("DRIVE", "SLEWRATE") and not is_output:
                 continue
             if (there or _DEFAULTS.get(name)) != value:

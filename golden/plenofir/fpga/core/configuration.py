@@ -311,6 +311,7 @@ class CoreConfiguration(Raster):
             raise refuse(f"a' = {largest_shift}", "shifts", f"-{MAX_SHIFT} to {MAX_SHIFT}")
         if isinstance(self.arithmetic, ExactArithmetic):
             largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
+            # A natural of VHDL has 31 bits, and rounding adds to the sum before it is divided.
             if largest + m ** (2 * self.order + 2) >= 1 << 31:
                 raise refuse(
                     f"a sum of {largest.bit_length()} bits (M = {m}, interpolation of order "
@@ -328,6 +329,7 @@ class CoreConfiguration(Raster):
                     f"2^{MAX_PRODUCT_ADDRESS_BITS}; use fewer guard bits, or exact arithmetic",
                 )
             white = ((1 << self.pixel_bits) - 1) << self.arithmetic.fraction_bits
+            # A product of the largest pixel rounds to 0 then: such a core is black.
             if 2 * white < m:
                 raise InputError(
                     f"all stored products would be 0 (M = {m}, {self.pixel_bits} bit pixels, "

@@ -75,6 +75,7 @@ def _move_behind(
         or (nets[f"CE{half}"], nets[f"RST{half}"]) != (["1"], ["0"])
     ):
         return 0
+    # A RAM has one output register: one clock, enable and reset for all bits, as the primitive has.
     kinds = {_kind(cells[name]) for name in registers.values()}
     clock, enable = next(iter(kinds))[:2]
     if (

@@ -11,7 +11,7 @@ from PIL import Image as Pillow
 from tifffile import imread
 
 from plenofir.camera.rays import Microscope, MicroscopeModel, load_instrument
-from plenofir.camera.recognise.asked import as_asked
+from plenofir.camera.recognise.request import as_asked
 from plenofir.camera.recognise.source import Hints
 from plenofir.ground.images import Picture, read_image, read_picture
 from plenofir.ground.project import DATA

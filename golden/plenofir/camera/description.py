@@ -22,7 +22,7 @@ _PACKET = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 _INFINITE = "4294967295/1"
 
 
-def described(
+def description_of(
     micro_image_size: int,
     a: Fraction | None = None,
     model: RayModel | MicroscopeModel | None = None,

@@ -7,17 +7,17 @@ import pytest
 from plenofir.camera.calibration import calibrate, decode, largest_odd_size
 from plenofir.camera.calibration.resample import odd_size_within
 from plenofir.camera.patterns.rasters import coherence
-from plenofir.camera.recognise import expected
+from plenofir.camera.recognise import doubts
 from plenofir.ground.images import Picture, bare, read_image
 from plenofir.ground.project import DATA
 
 MICROSCOPE = DATA / "microscope"
 
 
-def doubt(picture: Picture, m: int, name: str) -> expected.Doubt | None:
+def doubt(picture: Picture, m: int, name: str) -> doubts.Doubt | None:
     """What speaks against M, by the picture's own joints."""
-    raster = expected.joints(picture.pixels, is_jpeg=False)
-    return expected.doubt(picture, m, name, raster, is_jpeg=False)
+    raster = doubts.joints(picture.pixels, is_jpeg=False)
+    return doubts.doubt(picture, m, name, raster, is_jpeg=False)
 
 
 @pytest.fixture(scope="module")

@@ -39,6 +39,7 @@ def doubt(
     `raster`: its `joints`.
     """
     m, shape = micro_image_size, picture.pixels.shape[:2]
+    # Few lenses are no evidence: a picture this small is taken as it is given.
     if m < 2 or min(shape) < _FEWEST * m:
         return None
     whole = picture.pixels[:_LARGEST_SIDE, :_LARGEST_SIDE]
@@ -47,6 +48,7 @@ def doubt(
         if size == m or is_flat(whole, size):
             return None
         text = f"its micro images have {size} x {size} pixels, not {m}; give -M {size}"
+        # A multiple or a part of M has joints at the same places, so that is no contradiction.
         return Doubt(text, certain=size % m != 0 and m % size != 0)
     levels = grey(whole)
     inner = middle(levels.shape)
