@@ -167,7 +167,7 @@ class _Pupils:
             )
 
     def lines(self, calibration: "Calibration") -> list[str]:
-        """What to print about them."""
+        """Lines to print about them."""
         from plenofir.camera.captures.prepare import calibrated
         from plenofir.camera.rays import measured_focal_length
         from plenofir.ground.images import read_picture
@@ -225,7 +225,7 @@ def _marked(image: "Image", centres: "Floats") -> "Image":
 
 @dataclass(frozen=True)
 class _Sensor:
-    """What a person may say about a capture's sensor."""
+    """Options of a capture's sensor."""
 
     bayer: file_options.BayerIfGiven = None
     white_balance: file_options.WhiteBalance = "auto"

@@ -44,7 +44,7 @@ class Job(NamedTuple):
     run: "Exposure | None" = None  # that of the run, instead of the capture's own
 
     def marks(self, capture: Path) -> "Marks":
-        """What changes when a result's part of the capture, the job and its files changes."""
+        """Digest that differs when a result's part of the capture, the job or its files differ."""
         hints, name = self.hints, str(capture.absolute())
         source, white, calib, dark = (
             None if path is None else content_mark(Path(path))
@@ -73,7 +73,7 @@ class Marks(NamedTuple):
 
 
 class Developed(NamedTuple):
-    """What became of a capture."""
+    """Outcome of a capture."""
 
     lines: list[str]  # for a summary
     pictures: int
@@ -239,7 +239,7 @@ def _read(path: Path, hints: "Hints", show: Show) -> "Field":
 
 
 def _told(field: "Field") -> list[str]:
-    """What was found in a source, for the summary."""
+    """Lines of the summary about a source."""
     from plenofir.camera.lightfield.any_field import is_rectangle
 
     lines = [f"{one.heading}: {one.text}" for one in field.lines]

@@ -61,7 +61,7 @@ def inspect(
     ] = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
-    out: Annotated[str | None, typer.Option(help="Folder for pictures of what was found.")] = None,
+    out: Annotated[str | None, typer.Option(help="Folder for pictures of the findings.")] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Tell what a file is, and check a camera's optics with its white image.
@@ -100,7 +100,7 @@ def inspect(
 
 
 def _recognised(file: str, hints: "Hints") -> "LightFieldSource":
-    """What a file is."""
+    """Recognise a file behind a progress bar."""
     from plenofir.camera.recognise import recognise
 
     with progress_bar("inspecting"):
@@ -108,7 +108,7 @@ def _recognised(file: str, hints: "Hints") -> "LightFieldSource":
 
 
 def _recognition(source: "LightFieldSource") -> tuple[dict[str, Any], Lines]:
-    """What a file is, for JSON and for people."""
+    """Kind of a file, for JSON and for people."""
     content = {
         "kind": source.kind,
         "evidence": [list(one[:3]) for one in source.findings],
@@ -250,7 +250,7 @@ def _extension(model: "RayModel", infinity: "InfinityFocus") -> float | None:
 
 
 def _advice(inspection: "WhiteInspection") -> list[str]:
-    """What to do about the aperture and the exposure."""
+    """Advice on the aperture and the exposure."""
     fill, advice = inspection.fill, []
     if fill.verdict == "overlapping":
         advice.append(
@@ -279,7 +279,7 @@ def _white_lines(
     pupil: "MeasuredPupil | None",
     infinity: "InfinityFocus | None",
 ) -> Lines:
-    """What was found, in words."""
+    """Findings in words."""
     from plenofir.commands.capture import pupil_text
 
     calibration, fill = inspection.calibration, inspection.fill
@@ -404,7 +404,7 @@ def _best_text(best: "Best | None") -> str:
 
 
 def _focus_advice(score: "FocusScore") -> list[str]:
-    """What to do about the position of the micro lenses."""
+    """Advice on the position of the micro lenses."""
     from plenofir.camera.calibration.spots import LARGEST_SPOT
 
     smallest = min(score.spots, key=lambda one: one.radius)

@@ -43,7 +43,7 @@ def _contents(folder: Path) -> Iterator[tuple[str, str]]:
 
 @cache
 def program_mark() -> str:
-    """What changes with this program, and with whether films can be written."""
+    """Version of this program, and whether films can be written."""
     return f"{content_mark(Path(plenofir.__file__).parent)} {find_spec('cv2') is not None}"
 
 

@@ -42,7 +42,7 @@ def _amounts(amounts: dict[str, int]) -> str:
 
 
 def _takes(plan: "Plan", kind: str) -> str:
-    """What blocks of a kind in a plan's core take of its device."""
+    """Amounts of a device that blocks of a kind in a plan's core take."""
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.resources.estimate import estimate
 

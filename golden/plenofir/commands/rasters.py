@@ -29,7 +29,7 @@ _SURE = 0.5
 
 
 def recognised(path: str | Path, hints: "Hints") -> "LightFieldSource":
-    """What a path is, warnings printed."""
+    """Recognise a path, and print warnings."""
     from plenofir.camera.recognise import recognise
 
     source = recognise(Path(path), hints)
@@ -86,7 +86,7 @@ def read_field(
 
 
 def doubt_of_depth(share: float, field: "Field") -> str:
-    """What is likely wrong where depth is known of a small share of the picture; else empty."""
+    """Likely reason for a depth known of a small share of the picture; else empty."""
     if share >= _SURE:
         return ""
     lost = any(one.heading == "axes" and one.confidence == "unknown" for one in field.lines)
@@ -125,7 +125,7 @@ def model_of(
 
 
 def unit_of(model: "RayModel | MicroscopeModel | None") -> "Unit":
-    """What depth counts in."""
+    """Unit of depth."""
     from plenofir.camera.rays import MicroscopeModel
 
     if model is None:

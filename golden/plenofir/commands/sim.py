@@ -65,7 +65,7 @@ def _only(field: str) -> str:
 
 @dataclass(frozen=True)
 class _Capture:
-    """What is simulated."""
+    """Core and input of a simulation."""
 
     raw: Annotated[
         Path | None,
@@ -151,7 +151,7 @@ class _Core:
 
 @dataclass(frozen=True)
 class _Bench:
-    """What is around the core, and how it is simulated."""
+    """The chain around the core, and the simulator's options."""
 
     simulator: Annotated[SimulatorName, typer.Option(help="Simulator to use.")] = DEFAULT_SIMULATOR
     chain: Annotated[

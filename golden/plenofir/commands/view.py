@@ -269,7 +269,7 @@ class _Settings:
         return search, model
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
-        """What makes a picture an aligned raw image."""
+        """Way from a picture to an aligned raw image."""
         from plenofir.camera.recognise.request import as_asked
         from plenofir.ground.images import upright
         from plenofir.refocus import check_raw

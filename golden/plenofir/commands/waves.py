@@ -23,7 +23,7 @@ _MOST_DIFFERENCES = 8
 
 
 def _content(value: Any) -> Any:
-    """What JSON holds in place of a value: times as text."""
+    """Value for JSON: times as text."""
     if isinstance(value, Fraction):
         from plenofir.fpga.tools.dumps import time_text
 

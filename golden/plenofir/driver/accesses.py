@@ -101,7 +101,7 @@ def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:
 
 
 class SerialPort(Protocol):
-    """What is used of a serial port (pyserial), which has a time-out."""
+    """Used part of a serial port (pyserial), which has a time-out."""
 
     def write(self, data: bytes, /) -> object:
         """Send bytes."""

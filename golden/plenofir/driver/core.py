@@ -27,7 +27,7 @@ _POLL_S = 0.001
 
 @dataclass(frozen=True)
 class Description:
-    """What a core is built for, from its registers."""
+    """Configuration of a core, from its registers."""
 
     release: tuple[int, int, int]  # of plenofir
     parts: frozenset[str]  # refocuser, stack, depth_index, resampler, mosaic

@@ -71,7 +71,7 @@ _MAP = tomllib.loads((project.root() / "hdl" / "axi" / "registers.toml").read_te
 _REGISTERS = _registers({n: e for n, e in _MAP.items() if e.get("type") != "constant"})
 
 IDENTIFICATION_VALUE: int = _MAP["identification_value"]["value"]
-"""What `identification` reads as: Plnf."""
+"""Value of `identification`: Plnf."""
 MAP_NUMBER: int = _MAP["map_number"]["value"]
 """Number of this map, `version.map`. Drivers take no other."""
 ADDRESSES = {name: register.address for name, register in _REGISTERS.items()}

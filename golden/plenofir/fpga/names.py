@@ -13,7 +13,7 @@ DEFAULT_ENGINE: SliceEngineName = "fir"
 
 
 class EngineRow(NamedTuple):
-    """What the command line knows of an engine."""
+    """Names of an engine for the command line."""
 
     method: str  # how it computes
     fields: tuple[str, ...]  # options that users set and not all engines have

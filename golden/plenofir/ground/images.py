@@ -280,7 +280,7 @@ def _pictures_of_mpo(image: Any) -> int:
 
 
 def _first_of(count: int, name: str) -> tuple[str, ...]:
-    """What to tell of a file with several pictures."""
+    """Note on a file with several pictures."""
     return (f"of {count} {name} the first is taken",) if count > 1 else ()
 
 

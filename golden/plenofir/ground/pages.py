@@ -56,7 +56,7 @@ class Pages:
 
     @property
     def left_out_text(self) -> str:
-        """What to tell of pages of other sizes."""
+        """Note on pages of other sizes."""
         return f"{self.left_out} pages of other sizes are left out"
 
     def __len__(self) -> int:

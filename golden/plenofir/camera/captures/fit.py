@@ -174,7 +174,7 @@ def _by_size(
     roi: tuple[int, int] | None,
     where: str,
 ) -> tuple[PixelMap | None, tuple[str, ...]]:
-    """What the sizes of capture and white image say; None if they are the same."""
+    """Finding from the sizes of capture and white image; None if they are equal."""
     white = calibration.image_shape
     sizes = (
         f"has {shape[1]} x {shape[0]} pixels, the calibration's white image {white[1]} x {white[0]}"

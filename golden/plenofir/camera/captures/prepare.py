@@ -33,7 +33,7 @@ from plenofir.ground.whole_numbers import whole_numbers
 
 
 class CaptureHints(NamedTuple):
-    """What a person says about a sensor's captures."""
+    """Hints of a person on a sensor's captures."""
 
     bayer: str | None = None  # order of the colour mosaic, or "none"
     white_balance: str = "auto"  # auto, off, or gains of red and blue: `gains_of_text`

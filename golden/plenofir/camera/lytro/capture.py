@@ -91,7 +91,7 @@ def read_lytro(
 
 
 def match_text(match: Match) -> str:
-    """What became of the metadata's grid, for people."""
+    """Outcome for the metadata's grid, for people."""
     if not match.fits:
         return "of the metadata, unchecked: micro images are not seen in the pixels"
     return (

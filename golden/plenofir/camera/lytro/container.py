@@ -32,7 +32,7 @@ Contents = Literal["raw", "stack", "depth", "storage", "other"]
 
 @dataclass(frozen=True, eq=False)
 class Container:
-    """What a container holds."""
+    """Kind of a container's content."""
 
     where: str
     table: Json  # Table of contents.

@@ -216,7 +216,7 @@ class FrameMetadata(Numbers):
 
 
 def _first(content: Any, *paths: tuple[str | int, ...]) -> Any:
-    """What is at the first of these places that has something."""
+    """Value at the first of these places that has one."""
     for path in paths:
         value = part_of(content, *path)
         if value is not None:

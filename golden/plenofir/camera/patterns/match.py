@@ -37,7 +37,7 @@ _WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
 
 @dataclass(frozen=True)
 class Match:
-    """What a capture's pixels say about a grid."""
+    """Agreement of a capture's pixels with a grid."""
 
     grid: Grid  # moved to where the pixels have it
     fits: bool  # micro images were found at its pitch and rotation

@@ -229,7 +229,7 @@ def _chosen(shapes: Mapping[str, tuple[int, ...]], where: str) -> str:
 
 
 def _meaning(array: npt.NDArray[Any], name: str, where: str) -> StoredArray:
-    """What an array's dimensions are, in the order of this project."""
+    """Meaning of an array's dimensions, in the order of this project."""
     kind, axes = array_axes(array.shape, where)
     ordered = array.transpose(axes)
     lines = [("array", f"{name + ' ' if name else ''}{' x '.join(map(str, array.shape))}")]

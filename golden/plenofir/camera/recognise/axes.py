@@ -89,7 +89,7 @@ class Axes(NamedTuple):
         return raw_image(np.moveaxis(self.arranged(views(raw, m)), (0, 1), (2, 3)))
 
     def findings(self) -> tuple[Finding, ...]:
-        """What was found, for people."""
+        """Findings, for people."""
         return () if self.finding is None else (self.finding,)
 
 
@@ -218,7 +218,7 @@ def _is_worse(remaining: Image32, least: Image32) -> bool:
 
 
 def _motion(view: View, counts: _Place) -> _Motion:
-    """What the motion of the views about the central one says."""
+    """Evidence of the motion of the views about the central one."""
     middle = counts[0] // 2, counts[1] // 2
     size = view(*middle).pixels.shape
     if max(counts) < 2 or min(size[:2]) < _SMALLEST_VIEW:

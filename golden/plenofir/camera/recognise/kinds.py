@@ -439,7 +439,7 @@ CLASSIFIERS: dict[str, tuple[Classifier, ...]] = {
 
 
 def classify(stored: Stored, hints: Hints) -> LightFieldSource:
-    """What stored pixels are."""
+    """Tell the kind of stored pixels."""
     for name, value in (("white", hints.white), ("calib", hints.calib)):
         if value is not None and stored.axes != "yx":
             raise InputError(f"is not used for {stored.where}", where=name)

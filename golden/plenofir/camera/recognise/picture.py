@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
+"""Kind of a picture: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -202,7 +202,7 @@ READERS: tuple[Reader, ...] = (
 
 
 def read(path: Path, hints: Hints) -> Stored | LightFieldSource:
-    """What a path holds, by the first reader that takes it."""
+    """Content of a path, by the first reader that takes it."""
     for reader in READERS:
         if reader.takes(path):
             held = reader.read(path, hints)

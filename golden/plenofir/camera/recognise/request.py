@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a person asks for beyond what is in a file: a part of the light field, other colours."""
+"""Requests of a person beyond a file's content: a part of the light field, other colours."""
 
 import numpy as np
 

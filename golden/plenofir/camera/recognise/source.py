@@ -87,7 +87,7 @@ class Field(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LightFieldSource:
-    """What a file is; its pixels are read when they are asked for."""
+    """Kind of a file; its pixels are read when they are asked for."""
 
     kind: Kind
     findings: tuple[Finding, ...]

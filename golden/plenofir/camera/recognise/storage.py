@@ -138,7 +138,7 @@ def check_sizes(stored: Stored) -> None:
 
 
 def picture_findings(picture: Picture) -> tuple[Finding, ...]:
-    """What a picture's file has that is not used, for people."""
+    """Unused parts of a picture's file, for people."""
     findings = [Finding("file", note, "told", notable=True) for note in picture.notes]
     if picture.alpha:
         text = "transparency, which is not opaque everywhere, is left out"

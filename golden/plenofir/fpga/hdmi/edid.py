@@ -195,7 +195,7 @@ def timing_of(descriptor: bytes) -> tuple[int, int, float] | None:
 
 
 def describe_edid(content: bytes) -> str:
-    """What an EDID tells sources: the preferred mode, and whether they may send HDMI."""
+    """Facts of an EDID for sources: the preferred mode, and whether they may send HDMI."""
     timing = timing_of(content[DESCRIPTORS.start :])
     preferred = "no preferred mode"
     if timing is not None:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board's screen shows besides the refocused slice: depth, all in focus, a text."""
+"""Outputs of a board's screen besides the refocused slice: depth, all in focus, a text."""

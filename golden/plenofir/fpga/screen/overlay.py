@@ -22,7 +22,7 @@ ERROR_COLUMNS = len(ERROR_TEXT) + 2
 MAX_TEXT, MAX_LABEL, MAX_SLICES = 64, 16, 64
 
 Shown = Literal["refocused", "all-in-focus", "depth", "raw"]
-"""What a frame shows."""
+"""Content of a frame."""
 _ORDER = ("all-in-focus", "depth", "raw")
 
 
@@ -40,7 +40,7 @@ def font_digits() -> str:
 
 @dataclass(frozen=True)
 class Overlay:
-    """What is written over the pictures of a scene."""
+    """Texts over the pictures of a scene."""
 
     texts: tuple[str, ...]  # for each slice, then for all in focus, depth, and the unchanged input
     labels: tuple[str, ...]  # for each slice

@@ -81,7 +81,7 @@ def wave_signals(
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What came out of a simulation."""
+    """Results of a simulation."""
 
     # In the shape of the input frames; for a stack the pictures in focus, for a sensor's raw frames
     # the rasters.

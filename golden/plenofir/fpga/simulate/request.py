@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What to simulate: a raw image, a core, and the chain of VHDL around it."""
+"""Request of a simulation: a raw image, a core, and the chain of VHDL around it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -35,7 +35,7 @@ Progress = Callable[[str, int, int], None]
 
 
 class Run(BaseModel):
-    """What to simulate."""
+    """Request of a simulation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 

@@ -12,7 +12,7 @@ from plenofir.ground import project
 # Compiling a fast program takes some seconds more.
 _PIXELS_TO_OPTIMISE_FOR = 100_000
 PROGRAM = Path("model/bench")
-"""What `build_bench` makes, in its folder."""
+"""Results of `build_bench`, in its folder."""
 
 
 def build_bench(
