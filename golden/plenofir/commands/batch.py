@@ -118,7 +118,7 @@ def _develop_all(
     job = _calibrated(job, out)
     if not per_frame:
         job = job._replace(run=run_exposure(sources, job, out / "exposure.json"))
-    # Those of an earlier run that was stopped are kept: a night of captures starts where it ended.
+    # Captures that an earlier run finished are kept: a night of captures starts where it ended.
     waiting = [one for one in sources if not is_developed(one, job, out / one.stem)]
     kept = len(sources) - len(waiting)
     failed: list[str] = []

@@ -112,7 +112,7 @@ def test_little_texture(tmp_path: Path) -> None:
     views = (100 + rng.normal(0, 3, (3, 3, 64, 64))).astype(np.uint8)
     source = recognise(write_views(tmp_path / "views", lambda v, u: f"{u}_{v}", views))
     text, confidence, notable = told(source)
-    assert "does not tell the order and direction" in text
+    assert "too little parallax to tell the order and direction" in text
     assert (confidence, notable) == ("unknown", True)
 
 
