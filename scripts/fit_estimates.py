@@ -75,8 +75,8 @@ def fit_engine(
     }
     tables: dict[str, dict[str, float]] = {}
     within = 0.0
-    for resource, amounts in goals.items():
-        goal = np.array(amounts, dtype=float)
+    for resource, values in goals.items():
+        goal = np.array(values, dtype=float)
         weights = least_worst(parts / goal[:, None])
         rounded = [float(f"{weight:.3g}") for weight in weights]
         tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
