@@ -25,9 +25,17 @@ MODULES = {
     *("fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"),
 }
 OF_OS = {
-    *("O_SYNC", "WNOHANG", "chown", "fork", "forkpty", "geteuid", "getpgid", "getuid", "kill"),
-    *("killpg", "mkfifo", "nice", "pread", "register_at_fork", "sched_getaffinity", "setpgid"),
-    *("setsid", "statvfs", "sync", "uname", "wait3", "wait4"),
+    *("O_CLOEXEC", "O_DIRECTORY", "O_NOCTTY", "O_NOFOLLOW", "O_NONBLOCK", "O_SYNC", "WEXITSTATUS"),
+    *("WIFEXITED", "WIFSIGNALED", "WNOHANG", "WTERMSIG", "chown", "chroot", "confstr", "ctermid"),
+    *("fchdir", "fchmod", "fchown", "fdatasync", "fork", "forkpty", "fpathconf", "fstatvfs"),
+    *("getegid", "geteuid", "getgid", "getgroups", "getloadavg", "getpgid", "getpgrp"),
+    *("getpriority", "getrandom", "getuid", "getxattr", "kill", "killpg", "lchown", "listxattr"),
+    *("lockf", "major", "makedev", "memfd_create", "minor", "mkfifo", "mknod", "nice", "openpty"),
+    *("pathconf", "pidfd_open", "pipe2", "posix_fadvise", "posix_fallocate", "posix_spawn"),
+    *("pread", "preadv", "pwrite", "pwritev", "readv", "register_at_fork", "sched_getaffinity"),
+    *("sched_setaffinity", "sched_yield", "sendfile", "setpgid", "setpriority", "setsid", "setuid"),
+    *("setxattr", "splice", "statvfs", "sync", "sysconf", "tcgetpgrp", "ttyname", "uname", "wait"),
+    *("wait3", "wait4", "waitid", "writev"),
 }
 OF_SIGNAL = {
     *("SIGALRM", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGSTOP", "SIGUSR1", "SIGUSR2", "alarm"),

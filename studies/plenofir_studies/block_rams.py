@@ -10,15 +10,8 @@ _WORD = 256
 """Bits of an INIT parameter."""
 
 
-def _module(
-    name: str, bits: int, ports: Sequence[tuple[str, dict[str, str]]], wide: bool
-) -> Iterator[str]:
-    """Verilog lines of a block RAM with data bits and one parity bit for each eight."""
-    rows, parity_rows = bits // _WORD, bits // 8 // _WORD
-    address = (bits - 1).bit_length()
-    lanes = 2 if wide else 4
-    pins = [pin for _, port in ports for pin in port.values()]
-    yield f"module {name}({', '.join(pins)});"
+def _parameters(rows: int, parity_rows: int) -> Iterator[str]:
+    """Verilog lines of the parameters, with rows of initial data and parity."""
     for letter in "AB":
         yield f"  parameter DATA_WIDTH_{letter} = 0;"
         yield f"  parameter DO{letter}_REG = 0;"
@@ -32,6 +25,18 @@ def _module(
     for kind, count in (("INIT_", rows), ("INITP_", parity_rows)):
         for row in range(count):
             yield f"  parameter [{_WORD - 1}:0] {kind}{row:02X} = 0;"
+
+
+def _module(
+    name: str, bits: int, ports: Sequence[tuple[str, dict[str, str]]], wide: bool
+) -> Iterator[str]:
+    """Verilog lines of a block RAM with data bits and one parity bit for each eight."""
+    rows, parity_rows = bits // _WORD, bits // 8 // _WORD
+    address = (bits - 1).bit_length()
+    lanes = 2 if wide else 4
+    pins = [pin for _, port in ports for pin in port.values()]
+    yield f"module {name}({', '.join(pins)});"
+    yield from _parameters(rows, parity_rows)
     for _, port in ports:
         yield f"  input {port['clock']}, {port['enable']}, {port['reset']}, {port['register']};"
         yield f"  input [{address - 1}:0] {port['address']};"

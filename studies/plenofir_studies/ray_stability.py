@@ -169,6 +169,12 @@ TELESCOPE = Camera(
 def plane_cases() -> Iterator[Outcome]:
     """Planes: near and beyond infinity, inside the lens, small and large M, odd cameras."""
     camera = load_camera("f193-mla2")
+    yield from _planes_of_a_camera(camera)
+    yield from _planes_of_odd_cameras(camera)
+
+
+def _planes_of_a_camera(camera: Camera) -> Iterator[Outcome]:
+    """Near and beyond infinity, inside the lens, parallel light, small and large M."""
     at_infinity = RayModel.focused(camera, inf, 13)
     for power in (-1, -3, -6, -9, -12, -100, -300):
         for sign in (1, -1):
@@ -200,6 +206,10 @@ def plane_cases() -> Iterator[Outcome]:
             for a in (0.0, 1.0, 1.0 / size, -1.0 / size):
                 case = f"M = {size}, {name}, a = {a:.3g}"
                 yield _plane("small and large M", case, model, a, border=border)
+
+
+def _planes_of_odd_cameras(camera: Camera) -> Iterator[Outcome]:
+    """Pupils far away and behind, extreme focal lengths, a microscope and a telescope."""
     for pupil, name in ((inf, "telecentric"), (1e12, "1e12 mm away"), (-50.0, "behind the sensor")):
         lens = camera.main_lens.model_copy(update={"exit_pupil_mm": pupil})
         model = RayModel.focused(camera.model_copy(update={"main_lens": lens}), 1500.0, 13)

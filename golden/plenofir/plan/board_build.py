@@ -25,8 +25,8 @@ def build_scene(
         return gowin.build(*target, out, progress, packages)
     if board.flow == "nexus":
         assert camera is not None
-        wanted = {"clk": camera.wanted_mhz, "byte_clk": camera.byte_mhz}
-        return nexus.build(*target, wanted, out, progress, packages)
+        clocks_mhz = {"clk": camera.wanted_mhz, "byte_clk": camera.byte_mhz}
+        return nexus.build(*target, clocks_mhz, out, progress, packages)
     clocks, lanes = 0, None
     if camera is None:
         clocks = clock_range_of(plan)

@@ -57,6 +57,15 @@ def needed_sources(
     return [source for source in sources if source.stem in needed]
 
 
+def place_from(source: Path, folder: Path) -> str:
+    """Path of a source from a folder, for lists that tools read: with slashes on every system."""
+    try:
+        return Path(os.path.relpath(source, folder)).as_posix()
+    except ValueError:
+        # Windows has no path from one drive to another.
+        return source.resolve().as_posix()
+
+
 def top_of(plan: Plan) -> str:
     """Top level of a scene: the board's, or one of the scene's own."""
     if plan.path == "core":
@@ -95,13 +104,13 @@ def configure(
     order of analysis, those in the folder included.
     """
     top = top_of(plan)
-    own = _core_top(plan) if plan.path == "core" else _board_top(plan)
-    needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources(), plan.core.unbuilt)
+    written = _core_top(plan) if plan.path == "core" else _board_top(plan)
+    needed = needed_sources(written[f"{top}.vhd"], top, hdl.all_sources(), plan.core.unbuilt)
     # Own files take the place of those that they replace; the others follow.
-    sources = [out / path.name if path.name in own else path for path in needed]
-    vhdl = (out / name for name in own if name.endswith(".vhd"))
+    sources = [out / path.name if path.name in written else path for path in needed]
+    vhdl = (out / name for name in written if name.endswith(".vhd"))
     sources += [path for path in vhdl if path not in sources]
-    places = [os.path.relpath(source, out) for source in sources]
+    places = [place_from(source, out) for source in sources]
     lists = {
         "plan.json": plan.model_dump_json(indent=2) + "\n",
         "sources.txt": "".join(f"{place}\n" for place in places),
@@ -109,12 +118,12 @@ def configure(
     if loads is not None:
         lists[CALIBRATION] = "".join(f"{line}\n" for line in load_lines(loads))
     if verilog:
-        lists.update(verilog_files(plan, top, own, sources))
+        lists.update(verilog_files(plan, top, written, sources))
     if DEVICES[plan.device].family != "spartan6":
-        publish({**own, **lists}, out)
+        publish({**written, **lists}, out)
         return sources
     lists[f"{top}.prj"] = "".join(f'vhdl work "{place}"\n' for place in places)
-    publish({**own, **lists}, out)
+    publish({**written, **lists}, out)
     # XST needs an existing folder for its temporary files.
     (out / "xst").mkdir(exist_ok=True)
     return sources
@@ -153,10 +162,10 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
     core, top = plan.core, top_of(plan)
     if plan.camera is not None:
         divide = plan.camera.clock_divide
-        own = {"CLOCK_DIVIDE": divide} if divide else {}
+        generics = {"CLOCK_DIVIDE": divide} if divide else {}
         # Rows of a sensor are in sensor_pkg.
-        own |= {"ROWS": plan.rows} if plan.sensor is None else {}
-        return top_level.camera_generics(core, top) | own
+        generics |= {"ROWS": plan.rows} if plan.sensor is None else {}
+        return top_level.camera_generics(core, top) | generics
     if plan.sensor is not None:
         # Channels and the raster's line length are in sensor_pkg.
         size = {"channels": 3, "max_columns": plan.sensor.columns}
@@ -185,20 +194,20 @@ def board_packages(plan: Plan) -> dict[str, str]:
 
 def _board_top(plan: Plan) -> dict[str, str]:
     """Top level with the scene's generics, its EDID, pins and clocks, XST's script of the board."""
-    own = {f"{name}.vhd": text for name, text in board_packages(plan).items()}
+    packages = {f"{name}.vhd": text for name, text in board_packages(plan).items()}
     board = _board(plan)
     generics = scene_generics(plan)
     if plan.camera is not None:
         top = top_of(plan)
         constraints = board.constraints_of(top)
         return {
-            **own,
+            **packages,
             f"{top}.vhd": top_level.top_with_generics(generics, top),
             f"{top}{constraints.suffix}": constraints.read_text(),
         }
     if board.own_mode is not None:
         return {
-            **own,
+            **packages,
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
             f"{board.top}.cst": board.constraints.read_text(),
             f"{board.top}.sdc": gowin.clock_constraints(board.own_mode),
@@ -208,13 +217,13 @@ def _board_top(plan: Plan) -> dict[str, str]:
         generics |= nextpnr.range_generics(clock_range)
         fastest_mhz = range_limits(clock_range)[1] / 1000
         return {
-            **own,
+            **packages,
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
             f"{board.top}.lpf": board.constraints.read_text()
             + nextpnr.frequencies(board, fastest_mhz),
         }
     return {
-        **own,
+        **packages,
         f"{board.top}.vhd": top_level.top_with_generics(generics),
         f"{board.top}.ucf": ise.constraints_file().read_text(),
         f"{board.top}.xst": ise.xst_script(ise.read_options(ise.option_folder() / "xst.opt")),

@@ -176,9 +176,9 @@ _STACK_SHIFTS = ((-3, 3), (-3, 0, 3))
 def stack_designs() -> Iterator[Design]:
     """Focal stacks of two and three slices, and depth indices behind the larger one."""
     for shifts in _STACK_SHIFTS:
-        shown = ",".join(map(str, shifts))
+        places = ",".join(map(str, shifts))
         core = grey_core(5, shifts, engine=StackEngine())
-        yield Design(f"stack M=5 a'={shown}", core, "focal_stack")
+        yield Design(f"stack M=5 a'={places}", core, "focal_stack")
     index = DepthIndexConfiguration(micro_image_size=5, slices=3, max_columns=640, channels=1)
     yield Design("index M=5 slices=3", None, "depth_index", index.generics(), index=index)
     between = index.model_copy(update={"shifts": _STACK_SHIFTS[1]})
@@ -235,11 +235,11 @@ def picture_designs() -> Iterator[Design]:
     shifts = _STACK_SHIFTS[1]
     core = grey_core(5, shifts, channels=3, engine=StackEngine(input_lines=5))
     screen = Screen(outputs="rad", radius=1, colours=slice_colours(shifts))
-    stack, shown = core.generics(), screen.generics()
+    stack, values_shown = core.generics(), screen.generics()
     sizes = {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")}
-    judged = {name: value for name, value in shown.items() if name != "CONFIDENCE"}
-    made = core_call(sizes | judged, of="work.picture_pkg.picture_core_of")
-    values = {"CORE": made} | {name: literal(value) for name, value in shown.items()}
+    judged = {name: value for name, value in values_shown.items() if name != "CONFIDENCE"}
+    call = core_call(sizes | judged, of="work.picture_pkg.picture_core_of")
+    values = {"CORE": call} | {name: literal(value) for name, value in values_shown.items()}
     wrapper, logic = wrapped(PICTURE, values), screen.blocks(core)
     yield Design("picture M=5 slices=3", core, PICTURE, logic=logic, wrapper=wrapper)
     text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
@@ -263,12 +263,12 @@ SENSORS: dict[str, dict[str, object]] = {
 }
 
 
-def sensor_design(what: str) -> Design:
+def sensor_design(name: str) -> Design:
     """A resampler of `SENSORS`, behind a mosaic if it has one."""
-    values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **SENSORS[what]}
-    core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
+    values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **SENSORS[name]}
+    core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in name
     generics, logic = sensor_generics(core, mosaic=mosaic), SensorLogic(core, mosaic).blocks
-    return Design(f"sensor, {what}", None, SENSOR, generics, logic=logic)
+    return Design(f"sensor, {name}", None, SENSOR, generics, logic=logic)
 
 
 # The second board differs from the first only by its core, which is already listed.

@@ -33,7 +33,7 @@ _NOT_ASKED = "the scene does not ask for it"
 
 
 def _left_out(
-    what: str,
+    feature: str,
     more: Iterable[Block],
     less: Iterable[Block],
     device: Device,
@@ -48,7 +48,7 @@ def _left_out(
     saves = {name: n - before[name] for name, n in after.items() if n > before[name]}
     costs = {name: before[name] - n for name, n in after.items() if n < before[name]}
     is_costly = bool(costs) and _largest_share(saves, device) <= _largest_share(costs, device)
-    return LeftOut(what=what, saves=saves, costs=costs, reason=reason if is_costly else "")
+    return LeftOut(what=feature, saves=saves, costs=costs, reason=reason if is_costly else "")
 
 
 def _largest_share(amounts: Mapping[str, int], device: Device) -> float:
@@ -114,8 +114,8 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             f"{full.channels - core.channels} of {full.channels} channels",
             core.model_copy(update={"channels": full.channels}),
         )
-    for what, other in engine.savings(core):
-        yield what, core.model_copy(update={"engine": other})
+    for feature, other in engine.savings(core):
+        yield feature, core.model_copy(update={"engine": other})
     weights = automatic_sharpening(core, core.shifts)
     if core.exact and core.parallel_rows == 1 and any(weights) and not core.sharpens:
         yield (
@@ -135,32 +135,32 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         yield _STORED_NAME, stored
 
 
-def _stack_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
+def _stack_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> Iterator[LeftOut]:
     """What all slices in one pass could be more, and are not."""
-    shown, full = replace(shown, overlay=None), full_core(core)
-    blocks = shown.blocks(core)
+    screen, full = replace(screen, overlay=None), full_core(core)
+    blocks = screen.blocks(core)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
         wide = core.model_copy(update={"shifts": full.shifts})
         lines = core.engine.lines(wide) - core.engine.lines(core)
-        what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
-        yield _left_out(what, shown.blocks(wide), blocks, device)
+        feature = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
+        yield _left_out(feature, screen.blocks(wide), blocks, device)
     if core.channels < full.channels:
-        what = f"{full.channels - core.channels} of {full.channels} channels"
+        feature = f"{full.channels - core.channels} of {full.channels} channels"
         colour = core.model_copy(update={"channels": full.channels})
-        yield _left_out(what, shown.blocks(colour), blocks, device)
-    further, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, shown.outputs
+        yield _left_out(feature, screen.blocks(colour), blocks, device)
+    further, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, screen.outputs
     judges = len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size
     if outputs in further and judges:
-        what, more_outputs = further[outputs]
-        judged = replace(shown, outputs=more_outputs)
-        yield _left_out(what, judged.blocks(core), blocks, device)
+        feature, more_outputs = further[outputs]
+        judged = replace(screen, outputs=more_outputs)
+        yield _left_out(feature, judged.blocks(core), blocks, device)
 
 
-def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
+def _screen_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> Iterator[LeftOut]:
     """Outputs of a board that the scene does not use."""
-    if shown.needs_stack:
-        yield from _stack_left_out(core, shown, device)
+    if screen.needs_stack:
+        yield from _stack_left_out(core, screen, device)
     elif len(core.shifts) > 1 and core.micro_image_size > 1:
         stack = core.model_copy(
             update={
@@ -170,9 +170,9 @@ def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> 
                 "sharpening": (),
             }
         )
-        what = "all-in-focus and depth: focal stack, depth index"
-        yield _left_out(what, Screen(outputs="rad").blocks(stack), core.blocks, device)
-    if shown.overlay is None:
+        feature = "all-in-focus and depth: focal stack, depth index"
+        yield _left_out(feature, Screen(outputs="rad").blocks(stack), core.blocks, device)
+    if screen.overlay is None:
         text = scene_overlay(core.shifts, core.micro_image_size)
         yield _left_out("text over the picture", text.blocks, (), device)
 
@@ -180,25 +180,25 @@ def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> 
 def left_out(chosen: Candidate) -> tuple[LeftOut, ...]:
     """All features that a scene's core, the board around it, and its sensor leave out."""
     core, device, chip = chosen.core, chosen.device, chosen.loaded.sensor
-    path, shown = chosen.loaded.scene.build.path, chosen.loaded.shown
+    path, screen = chosen.loaded.scene.build.path, chosen.loaded.shown
     features: list[LeftOut] = []
-    if not shown.needs_stack:
+    if not screen.needs_stack:
         features += (
-            _left_out(what, other.blocks, core.blocks, device, _REASONS.get(what, _NOT_ASKED))
-            for what, other in _differences(core)
+            _left_out(feature, other.blocks, core.blocks, device, _REASONS.get(feature, _NOT_ASKED))
+            for feature, other in _differences(core)
         )
         if path == "core" and device.family == "spartan6":
             # The board, a Spartan-6, has a core of three channels.
-            what = "video timing, TMDS ends, the board's control"
-            features.append(_left_out(what, (VIDEO,), (), device))
+            feature = "video timing, TMDS ends, the board's control"
+            features.append(_left_out(feature, (VIDEO,), (), device))
     if path == "video":
-        features += _screen_left_out(core, shown, device)
-    elif shown.needs_stack:
-        features += _stack_left_out(core, shown, device)
+        features += _screen_left_out(core, screen, device)
+    elif screen.needs_stack:
+        features += _stack_left_out(core, screen, device)
     if chip is not None:
         features += (
-            _left_out(what, logic.blocks, chip.logic.blocks, device)
-            for what, logic in _sensor_differences(chip)
+            _left_out(feature, logic.blocks, chip.logic.blocks, device)
+            for feature, logic in _sensor_differences(chip)
         )
     return tuple(features)
 
@@ -213,10 +213,10 @@ def _sensor_differences(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
     if not core.hexagonal:
         hexagonal = core.model_copy(update={"hexagonal": True})
         yield "hexagonal grid", replace(logic, core=hexagonal)
-    for name, what in (
+    for name, feature in (
         ("moves", "table of lenses for distortion"),
         ("gains", "correction of vignetting"),
     ):
         if not getattr(core, name):
             update = {name: True, "lenses": max(core.lenses, lenses)}
-            yield what, replace(logic, core=core.model_copy(update=update))
+            yield feature, replace(logic, core=core.model_copy(update=update))

@@ -85,14 +85,14 @@ class PlannedSensor(BaseModel):
 
     def board_sensor(self, late: int = 0) -> BoardSensor:
         """The sensor of the board's package; calibrations cannot use `late` lines of the ring."""
-        told = self.core.model_copy(update={"lines": self.core.lines - late})
+        core = self.core.model_copy(update={"lines": self.core.lines - late})
         return BoardSensor(
             core=self.core,
             red_place=None if self.mosaic is None else red_place(self.mosaic),
             columns=self.columns,
             rows=self.rows,
             raster_columns=self.raster_columns,
-            description=description(told, self.shown),
+            description=description(core, self.shown),
             loads=self.loads,
         )
 

@@ -97,12 +97,12 @@ def _mode_of(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     board = board_of(loaded.scene.build.device)
     assert board is not None
     if mode not in board.modes:
-        known = ", ".join(
+        modes = ", ".join(
             f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
         )
         raise InputError(
             f"{columns} x {rows} at {frame.rate_hz:g} Hz is not a mode of the "
-            f"{board.title}; use one of {known}",
+            f"{board.title}; use one of {modes}",
             where=f"{loaded.path}: frame" if loaded.sensor is None else f"{loaded.path}: sensor",
         )
     # As video_to_stream decides it.
@@ -149,21 +149,21 @@ def make_plan(loaded: LoadedScene) -> Plan:
     scene, device, model = loaded.scene, DEVICES[loaded.scene.build.device], loaded.model()
     m, columns, rows = scene.camera.micro_image_size, scene.frame.columns, scene.frame.rows
     shifts, gaps = _slices_of(loaded, model)
-    shown = _outputs_of(loaded, shifts, model)
-    loaded = loaded.model_copy(update={"shown": shown})
+    screen = _outputs_of(loaded, shifts, model)
+    loaded = loaded.model_copy(update={"shown": screen})
     chosen = choose_core(loaded, shifts, device)
     core, mode = chosen.core, _mode_of(loaded, chosen.core)
     clock_mhz, frame_clocks = chosen.clock
     if mode is None:
         blanking = None
-        latency_clocks = shown.core_latency_clocks(core, columns, rows)
-        latency_lines = shown.core_delay_lines(core)
+        latency_clocks = screen.core_latency_clocks(core, columns, rows)
+        latency_lines = screen.core_delay_lines(core)
     else:
         lag, (video_columns, video_rows) = _lag_lines(loaded), loaded.video_size
         blanking = mode.h_total - video_columns, mode.v_total - video_rows
         clock_mhz, frame_clocks = mode.pixel_clock / 1000, mode.h_total * mode.v_total
-        latency_clocks = shown.latency_clocks(core, mode.h_total) + lag * mode.h_total
-        latency_lines = shown.delay_lines(core) + lag
+        latency_clocks = screen.latency_clocks(core, mode.h_total) + lag * mode.h_total
+        latency_lines = screen.delay_lines(core) + lag
     engines, reason = engine_choice(chosen)
     if chosen.camera is not None:
         chosen.camera.check_clock(where=str(loaded.path))
@@ -201,8 +201,8 @@ def make_plan(loaded: LoadedScene) -> Plan:
         ),
         available=device.amounts(device.total),
         left_out=left_out(chosen),
-        screen=shown,
-        screen_needs=None if shown.overlay is None else needs(shown.overlay.blocks),
+        screen=screen,
+        screen_needs=None if screen.overlay is None else needs(screen.overlay.blocks),
         stored=loaded.stored,
         stored_needs=None if loaded.stored is None else needs(loaded.stored.blocks),
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),

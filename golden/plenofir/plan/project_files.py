@@ -90,10 +90,10 @@ assert set(TOOLS) == set(get_args(ToolName))
 def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     """The tool for a plan's device; InputError if there is none, or it is another device's."""
     if name is not None and name not in TOOLS:
-        known = ", ".join(TOOLS)
-        raise InputError(f"{name!r} is not a tool; choose from {known}, ipxact", where="tool")
+        choices = ", ".join(TOOLS)
+        raise InputError(f"{name!r} is not a tool; choose from {choices}, ipxact", where="tool")
     device = DEVICES[plan.device]
-    fitting = [tool for tool, known in TOOLS.items() if device.family in known.families]
+    fitting = [tool for tool, other in TOOLS.items() if device.family in other.families]
     title = FAMILIES[device.family].title
     chosen = name or fitting[0]
     if chosen not in fitting:

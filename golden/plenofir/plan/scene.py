@@ -218,7 +218,8 @@ class Scene(_Part):
             )
             for out in (False, True)
         )
-        lanes, shown = self.lanes is not None, bool(board and board.camera and board.camera.screen)
+        lanes = self.lanes is not None
+        has_screen = bool(board and board.camera and board.camera.screen)
         # What asks for a focal stack.
         asks = "stack" if self.stack is not None else "screen.output"
         stack = self.stack is not None or (self.screen is not None and self.screen.judges)
@@ -296,7 +297,7 @@ class Scene(_Part):
                 f"build.path = 'camera' needs build.device of a board with a camera: {cameras}",
             ),
             (
-                lanes and shown,
+                lanes and has_screen,
                 f"lanes need build.device of a board with parallel video: {parallel}",
             ),
             (camera and build.parallel_rows > 1, "build.path = 'camera' needs parallel_rows = 1"),
@@ -448,8 +449,8 @@ def _text_alone(screen: object) -> bool:
 
 def _takes(board: Board, frame: dict[str, Any]) -> bool:
     """Whether a board has video in, or shows frames of this size without a source."""
-    own = board.own_mode
-    size = None if own is None else (own.h_active, own.v_active)
+    mode = board.own_mode
+    size = None if mode is None else (mode.h_active, mode.v_active)
     return bool(board.clock_ranges) or size == (frame.get("columns"), frame.get("rows"))
 
 

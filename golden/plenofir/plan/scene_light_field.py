@@ -69,14 +69,14 @@ def load_stored(part: SceneStored, micro_image_size: int, scene: Path) -> Stored
     margin, lenses = _margin(part, m), [extent // m for extent in moved.shape[:2]]
     first = (part.top, part.left)
     count = [
-        lenses[d] - first[d] - margin if wanted is None else wanted
-        for d, wanted in enumerate((part.rows, part.columns))
+        lenses[d] - first[d] - margin if asked is None else asked
+        for d, asked in enumerate((part.rows, part.columns))
     ]
-    for what, begin, number, there in zip(("rows", "columns"), first, count, lenses, strict=True):
+    for axis, begin, number, there in zip(("rows", "columns"), first, count, lenses, strict=True):
         if number < 1 or begin < margin or begin + number + margin > there:
             beyond = f", as move_focus = {part.move_focus} takes {margin} beyond it"
             raise InputError(
-                f"{what} {begin} to {begin + number - 1} of the {there} of {name}; use a part "
+                f"{axis} {begin} to {begin + number - 1} of the {there} of {name}; use a part "
                 f"within {margin} to {there - 1 - margin}{beyond if margin else ''}",
                 where=where,
             )

@@ -92,9 +92,9 @@ class Lengths:
     """Lengths of a scene as texts, all in mm or all in m."""
 
     def __init__(self, planes: list[Plane]) -> None:
-        known = [mm for p in planes for mm in (p.centre, p.near, p.far) if isfinite(mm)]
+        finite = [mm for p in planes for mm in (p.centre, p.near, p.far) if isfinite(mm)]
         self._unit, self._scale = "mm", 1.0
-        if max(known, default=0.0) >= _METRE_MM:
+        if max(finite, default=0.0) >= _METRE_MM:
             self._unit, self._scale = "m", _METRE_MM
 
     def of(self, mm: float) -> str:
@@ -177,9 +177,9 @@ def screen_of(
     if part is None:
         return Screen()
     outputs = "".join(_LETTERS[name] for name in part.output)
-    shown = Screen(outputs=outputs)
+    screen = Screen(outputs=outputs)
     if part.judges:
-        shown = judged(part, outputs, shifts, micro_image_size, (3, 8), where=f"{where}: screen")
+        screen = judged(part, outputs, shifts, micro_image_size, (3, 8), where=f"{where}: screen")
     shades = SHADES if part.between_slices else 1
     colours = slice_colours(shifts, shades) if "depth" in part.output else ()
     overlay = None
@@ -191,4 +191,4 @@ def screen_of(
                 f"picture of {size[1]} x {size[0]}; use fewer slices, or a larger frame",
                 where=f"{where}: screen.overlay",
             )
-    return replace(shown, colours=colours, overlay=overlay)
+    return replace(screen, colours=colours, overlay=overlay)

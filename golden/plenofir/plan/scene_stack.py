@@ -42,9 +42,9 @@ class Judging(BaseModel):
 
     @model_validator(mode="after")
     def _something_is_judged(self) -> Self:
-        given = set(Judging.model_fields) & self.model_fields_set
-        if given and not self.judges:
-            raise ValueError(f"{min(given)} needs the output 'all-in-focus' or 'depth'")
+        named = set(Judging.model_fields) & self.model_fields_set
+        if named and not self.judges:
+            raise ValueError(f"{min(named)} needs the output 'all-in-focus' or 'depth'")
         return self
 
 

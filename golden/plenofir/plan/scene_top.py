@@ -39,8 +39,8 @@ def package_text(plan: Plan) -> str:
     constants: Generics = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
     if plan.sensor is not None:
         sizes = {"COLUMNS": plan.sensor.columns, "ROWS": plan.sensor.rows}
-        own = {**sensor_generics(plan.sensor), **sizes}
-        constants.update({f"{_SENSOR}{name}": value for name, value in own.items()})
+        generics = {**sensor_generics(plan.sensor), **sizes}
+        constants.update({f"{_SENSOR}{name}": value for name, value in generics.items()})
     constants.update({f"{_INDEX}{name}": value for name, value in index_generics(plan).items()})
     lines = [_constant(name, value) for name, value in constants.items()]
     a = " ".join(part.a for part in plan.slices)

@@ -19,7 +19,7 @@ def sizes_header(plan: Plan, top: str) -> str:
     Macros ``SCENE_...``; ``SCENE_SHIFTS`` has a' of each slice in pixels, 16 bits in two's
     complement, slice 0 in the lowest ones. The guard is named after the entity `top`.
     """
-    core, shown = plan.core, plan.screen
+    core, screen = plan.core, plan.screen
     shifts = "_".join(f"{shift % (1 << _SHIFT_BITS):04x}" for shift in reversed(core.shifts))
     generics = core.generics()
     values = {
@@ -35,9 +35,9 @@ def sizes_header(plan: Plan, top: str) -> str:
         "EXACT": int(core.exact),
         "INTERPOLATION_ORDER": core.order,
     }
-    if shown.needs_stack:
+    if screen.needs_stack:
         # Bits of a pixel that comes out.
-        values["OUT_BITS"] = shown.stack_pixel_bits(core)
+        values["OUT_BITS"] = screen.stack_pixel_bits(core)
     guard = f"{top.upper()}_VH"
     return "\n".join(
         [
@@ -77,8 +77,8 @@ def _named_tables(text: str) -> str:
     def module(match: re.Match[str]) -> str:
         body = match[0]
         names: dict[str, str] = {}
-        found = list(_TABLE.finditer(body))
-        for table, following in zip(found, [*found, None][1:], strict=True):
+        tables = list(_TABLE.finditer(body))
+        for table, following in zip(tables, [*tables, None][1:], strict=True):
             rest = body[table.end() : following.start() if following else len(body)]
             read = re.search(rf"^[^\n]*<?= {table[1]}\[[^\n]*", rest, re.M)
             places = re.match(rf"(?:{_PLACE.pattern})+", rest[read.end() :]) if read else None
@@ -95,13 +95,13 @@ def _named_tables(text: str) -> str:
 def _named_modules(text: str, entities: Sequence[str]) -> str:
     """Name modules after their entities, numbered, instead of GHDL's digests of generics."""
     of_entity: dict[str, list[str]] = {}
-    for found in re.findall(r"^module (\w+_[0-9a-f]{40})$", text, re.M):
-        entity = max((e for e in entities if found.startswith(f"{e}_")), key=len)
-        of_entity.setdefault(entity, []).append(found)
+    for module in re.findall(r"^module (\w+_[0-9a-f]{40})$", text, re.M):
+        entity = max((e for e in entities if module.startswith(f"{e}_")), key=len)
+        of_entity.setdefault(entity, []).append(module)
     names = {
-        found: entity if len(alike) == 1 else f"{entity}_{number}"
+        module: entity if len(alike) == 1 else f"{entity}_{number}"
         for entity, alike in of_entity.items()
-        for number, found in enumerate(alike, 1)
+        for number, module in enumerate(alike, 1)
     }
     return re.sub(r"\b\w+_[0-9a-f]{40}\b", lambda word: names[word[0]], text)
 
@@ -127,7 +127,7 @@ def _tidy(text: str) -> str:
 
 
 def verilog_files(
-    plan: Plan, top: str, own: Mapping[str, str], sources: Sequence[Path]
+    plan: Plan, top: str, written: Mapping[str, str], sources: Sequence[Path]
 ) -> dict[str, str]:
     """Synthesise the entity `top` of a scene's project to Verilog: name to text.
 
@@ -141,9 +141,9 @@ def verilog_files(
     ghdl = ghdl_version()
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
         folder = Path(work)
-        for name, content in own.items():
+        for name, content in written.items():
             (folder / name).write_text(content)
-        places = [folder / path.name if path.name in own else path for path in sources]
+        places = [folder / path.name if path.name in written else path for path in sources]
         text = write_verilog(places, top, {}, folder, primitives=library).read_text()
         text = _named_tables(text)
     text = _named_modules(_tidy(text), [path.stem for path in sources])

@@ -406,7 +406,8 @@ def run_batch(
             progress(len(frames), len(sources))
 
     with Record(out) as record, _staging(out.absolute()) as folder:
-        limit = os.pathconf(out, "PC_NAME_MAX")
+        # Windows has no call that tells it; its file systems take 255.
+        limit = os.pathconf(out, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
         for source, group in zip(sources, names, strict=True):
             if max(len(os.fsencode(name)) for name in group) > limit:
                 raise InputError(

@@ -18,7 +18,14 @@ from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
-from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
+from plenofir.plan.configure import (
+    TOP,
+    configure,
+    needed_sources,
+    package_text,
+    place_from,
+    top_text,
+)
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import without_idle_slices
 from plenofir.plan.scene import scene_files
@@ -435,3 +442,15 @@ def test_sums_wider_than_any_word_are_refused(tmp_path: Path) -> None:
     build = 'interpolation = "3"\narithmetic = "exact"'
     with pytest.raises(InputError, match=r"sum of 44 bits .* exceeds the core's limit of 31 bits"):
         make_plan(scene(tmp_path, *changes, build=build))
+
+
+def test_sources_on_another_drive(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows has no relative path between drives: lists of sources name the whole path then."""
+    source = Path("/hdl/core/token_pkg.vhd")
+    assert place_from(source, Path("/out/scene")) == "../../hdl/core/token_pkg.vhd"
+
+    def refuse(path: Path, start: Path) -> str:
+        raise ValueError(f"path {path} is on another mount than {start}")
+
+    monkeypatch.setattr("os.path.relpath", refuse)
+    assert place_from(source, Path("/out/scene")) == source.resolve().as_posix()

@@ -21,12 +21,12 @@ from plenofir.plan.scene_top import TOP
 def write_components(plan: Plan, out: Path) -> list[str]:
     """Write the components of a scene, all or nothing; returns the files' names, VHDL left out."""
     refuse_board(plan)
-    found = components(plan)
+    parts = components(plan)
     release = version("plenofir")
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: dict[str, list[str]] = {}
-        for component in found:
+        for component in parts:
             text = entity_text(component)
             if component.core == TOP:
                 sources = configure(plan, Path(configured))
@@ -39,15 +39,15 @@ def write_components(plan: Plan, out: Path) -> list[str]:
             files[component.name] = names
             xml = component_xml(component, release, names)
             (folder / f"{component.name}.xml").write_text(xml)
-        of_vivado = scripts(plan, found, files, release)
-        for name, text in {**of_vivado, "README": _readme(plan, found, of_vivado)}.items():
+        of_vivado = scripts(plan, parts, files, release)
+        for name, text in {**of_vivado, "README": _readme(plan, parts, of_vivado)}.items():
             (folder / name).write_text(text)
         publish_files(folder, out)
         return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
 
 
-def _readme(plan: Plan, found: Sequence[Component], of_vivado: Mapping[str, str]) -> str:
-    listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in found)
+def _readme(plan: Plan, parts: Sequence[Component], of_vivado: Mapping[str, str]) -> str:
+    listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in parts)
     text = (
         f"The cores of {plan.scene} as components, IP-XACT of IEEE 1685-2014.\n\n{listed}\n"
         "Ports have fixed widths, those of the scene; the generics of the core inside are listed\n"

@@ -51,22 +51,22 @@ def _named(parent: Element, tag: str, text: str, description: str = "") -> Eleme
 
 
 def _interface(parent: Element, interface: Interface) -> None:
-    found = _named(parent, "busInterface", interface.name)
+    element = _named(parent, "busInterface", interface.name)
     library, name = BUSES[interface.bus]
     reference = {"vendor": BUS_VENDOR, "library": library, "version": BUS_VERSION}
-    _add(found, "busType", name=name, **reference)
-    abstraction = _add(_add(found, "abstractionTypes"), "abstractionType")
+    _add(element, "busType", name=name, **reference)
+    abstraction = _add(_add(element, "abstractionTypes"), "abstractionType")
     _add(abstraction, "abstractionRef", name=f"{name}_rtl", **reference)
     maps = _add(abstraction, "portMaps")
     for logical, port in interface.ports.items():
         link = _add(maps, "portMap")
         _named(link, "logicalPort", logical)
         _named(link, "physicalPort", port.name)
-    mode = _add(found, interface.mode)
+    mode = _add(element, interface.mode)
     if interface.bus == "aximm":
         _add(mode, "memoryMapRef", memoryMapRef=interface.name)
     if interface.parameters:
-        several = _add(found, "parameters")
+        several = _add(element, "parameters")
         for key, value in interface.parameters.items():
             number = f"{interface.name}.{key}"
             parameter = _add(several, "parameter", parameterId=number, type="string")
@@ -75,13 +75,13 @@ def _interface(parent: Element, interface: Interface) -> None:
 
 
 def _register(parent: Element, register: Register) -> None:
-    found = _named(parent, "register", register.name, register.description)
-    _add(found, "addressOffset", f"'h{register.address:x}")
-    _add(found, "size", 32)
-    _add(found, "volatile", register.mode != "r_w")
-    _add(found, "access", _ACCESS[register.mode])
+    element = _named(parent, "register", register.name, register.description)
+    _add(element, "addressOffset", f"'h{register.address:x}")
+    _add(element, "size", 32)
+    _add(element, "volatile", register.mode != "r_w")
+    _add(element, "access", _ACCESS[register.mode])
     for part in register.fields:
-        field = _named(found, "field", part.name, part.description)
+        field = _named(element, "field", part.name, part.description)
         _add(field, "bitOffset", part.first_bit)
         _add(field, "bitWidth", part.bits)
         _add(field, "access", _ACCESS[register.mode])

@@ -176,9 +176,9 @@ def sensor_camera(
 
     InputError if the sensor has no such frames.
     """
-    found = board.camera
-    assert found is not None
-    if found.screen is not None:
+    inputs = board.camera
+    assert inputs is not None
+    if inputs.screen is not None:
         mode = _screen_mode(sensor, board, where=where)
     else:
         plain = imx219_mode(sensor.columns, sensor.rows)
@@ -186,9 +186,9 @@ def sensor_camera(
         if rate_hz is not None:
             lines = round(plain.pixel_rate / (plain.line_pixels * rate_hz))
         mode = imx219_mode(sensor.columns, sensor.rows, frame_lines=lines)
-    lane = max(mbits for mbits in IMX219_LANE_MBITS if mbits <= found.lane_mbits)
+    lane = max(mbits for mbits in IMX219_LANE_MBITS if mbits <= inputs.lane_mbits)
     needed = max(mode.line_rate / 1e6, clock_mhz or 0)
-    divide, at_least, wanted = _clock(found, needed)
+    divide, at_least, fastest = _clock(inputs, needed)
     exposure = sensor.exposure_lines or mode.frame_lines // 2
     return PlannedCamera(
         board=BoardCamera(
@@ -217,10 +217,10 @@ def sensor_camera(
         frames_per_second=round(mode.frames_per_second, 2),
         needed_mhz=needed,
         clock_mhz=round(at_least, 2),
-        wanted_mhz=round(wanted, 2),
+        wanted_mhz=round(fastest, 2),
         clock_divide=divide,
         raster=True,
-        parallel=found.screen is None,
+        parallel=inputs.screen is None,
     )
 
 
@@ -238,22 +238,22 @@ def lanes_camera(
 
     InputError if the lanes are too fast for the board's D-PHY, or have more bits than its output.
     """
-    found = board.camera
-    assert found is not None
-    if lanes.mbits > found.lane_mbits:
+    inputs = board.camera
+    assert inputs is not None
+    if lanes.mbits > inputs.lane_mbits:
         raise InputError(
-            f"a lane brings {lanes.mbits:g} Mb/s; the {board.title} takes {found.lane_mbits:g}",
+            f"a lane brings {lanes.mbits:g} Mb/s; the {board.title} takes {inputs.lane_mbits:g}",
             where=f"{where}.mbits",
         )
     width = core.pixels_per_clock * core.pixel_bits
-    if width > found.out_bits:
+    if width > inputs.out_bits:
         raise InputError(
             f"{core.pixels_per_clock} pixels of {core.pixel_bits} bits a clock do not fit the "
-            f"{found.out_bits} bits that the {board.title} gives out; use slower lanes, or fewer "
+            f"{inputs.out_bits} bits that the {board.title} gives out; use slower lanes, or fewer "
             "bits",
             where=where,
         )
-    divide, at_least, wanted = _clock(found, needed_mhz)
+    divide, at_least, fastest = _clock(inputs, needed_mhz)
     plain = BoardCamera()
     return PlannedCamera(
         board=BoardCamera(
@@ -267,7 +267,7 @@ def lanes_camera(
         frames_per_second=rate_hz,
         needed_mhz=needed_mhz,
         clock_mhz=round(at_least, 2),
-        wanted_mhz=round(wanted, 2),
+        wanted_mhz=round(fastest, 2),
         clock_divide=divide,
         raster=False,
         parallel=True,

@@ -50,9 +50,9 @@ class BoardResampler:
     shown: Shown | None = None  # limits by its screen; None if there is none
 
 
-def description(core: ResamplerConfiguration, shown: Shown | None = None) -> str:
+def description(core: ResamplerConfiguration, limits: Shown | None = None) -> str:
     """A board's answer to "l ?": generic DESCRIPTION of load_port."""
-    values = core.model_dump() | ({} if shown is None else vars(shown))
+    values = core.model_dump() | ({} if limits is None else vars(limits))
     return "resampler " + " ".join(f"{k}={int(v)}" for k, v in values.items())
 
 
@@ -104,8 +104,8 @@ def calibration_loads(board: BoardResampler, calibration: Calibration, *, where:
     limits = {"lines": (lines, core.lines), "raster": (registers.raster_shape[1], shown.raster)}
     for name, (value, limit) in limits.items():
         if value > limit:
-            what = "lines of the ring" if name == "lines" else "pixels in a line of the raster"
-            raise InputError(f"needs {value} {what}; the board has {limit}", where=where)
+            amount = "lines of the ring" if name == "lines" else "pixels in a line of the raster"
+            raise InputError(f"needs {value} {amount}; the board has {limit}", where=where)
     return words
 
 

@@ -76,11 +76,11 @@ def resampling(
     return Resampling(core, registers, tables, accuracy, needs)
 
 
-def check_ring(lines: int, what: str, *, where: str) -> None:
+def check_ring(lines: int, cause: str, *, where: str) -> None:
     """Refuse a ring of more than `MAX_LINES` lines; the message says what it is for."""
     if lines > MAX_LINES:
         raise InputError(
-            f"{what} needs a ring of {lines} lines, more than {MAX_LINES}; use less "
+            f"{cause} needs a ring of {lines} lines, more than {MAX_LINES}; use less "
             "rotation, or M nearer to the pitch",
             where=where,
         )
@@ -123,12 +123,12 @@ def check_fits(
     """
     bits, (rows, columns) = registers.precision, registers.lenses
     hexagonal = registers.layout == "hexagonal-rows"
-    wanted = {
+    expected = {
         "micro_image_size": registers.micro_image_size,
         "hexagonal": hexagonal,
         **bits.model_dump(),
     }
-    for name, value in wanted.items():
+    for name, value in expected.items():
         if value != getattr(core, name):
             raise InputError(
                 f"has {name} {value}, the resampler {getattr(core, name)}", where=where

@@ -42,12 +42,12 @@ def _entries(text: str) -> list[Entry]:
     if pause := _PAUSE.fullmatch(text):
         whole, rest = divmod(int(pause[1]), _LONGEST)
         return [(PAUSE, _LONGEST)] * whole + ([(PAUSE, rest)] if rest or not whole else [])
-    found = _REGISTER.fullmatch(text)
-    if found is None:
+    match = _REGISTER.fullmatch(text)
+    if match is None:
         return []
-    address, digits = int(found[1], 16), found[2] or f"{int(found[3]):02x}"
+    address, digits = int(match[1], 16), match[2] or f"{int(match[3]):02x}"
     value = int(digits, 16)
-    if address == PAUSE or (found[3] and value > 0xFF):
+    if address == PAUSE or (match[3] and value > 0xFF):
         return []
     return [WideEntry(address, value) if len(digits) == 4 else (address, value)]
 
@@ -67,15 +67,15 @@ def load_registers(path: Path, *, where: str) -> tuple[Entry, ...]:
         text = line.partition("#")[0].strip()
         if not text:
             continue
-        found = _entries(text)
-        if not found:
+        of_line = _entries(text)
+        if not of_line:
             raise InputError(
                 f"{path}, line {number}: {text!r} is no register; write an address below 0xffff "
                 "and a value of two digits (one byte) or four (two bytes), such as 0x0100 0x01 or "
                 "0x302a 0x0005, or pause and milliseconds",
                 where=where,
             )
-        entries += found
+        entries += of_line
     if not 0 < len(entries) <= _MOST:
         raise InputError(f"{path} has {len(entries)} registers, not 1 to {_MOST}", where=where)
     return tuple(entries)

@@ -187,16 +187,16 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     drift = ceil(sensor.columns * tan(angle)) + _LINES_OF_MOVES * moves
     # A line is delayed by clocks, which are whole lines if there are few columns.
     lines = drift + m + 4 + 4 * LATENCY // sensor.columns
-    what = f"a rotation of {rotation:g} degrees"
+    cause = f"a rotation of {rotation:g} degrees"
     if video:
         # Lenses of the largest pitch whose rows certainly lie in the image.
         largest = row_pitch / pitch * (sensor.largest_pitch_px or _PITCHES * pitch)
         rows = m * max(floor((sensor.rows - 1 - drift) / largest), 0)
         lines = max(sensor.rows - rows, drift + m) + m // 2 + 3
         lines += sensor_delay_lines(m, mosaic=sensor.mosaic is not None)
-        what += ", pitches and a raster shown under the raw frames' timing"
+        cause += ", pitches and a raster shown under the raw frames' timing"
     lines += lines % 2
-    check_ring(lines, what, where=f"{where}.rotation_degrees")
+    check_ring(lines, cause, where=f"{where}.rotation_degrees")
     raster = lenses_down * m, outputs * m
     # Lenses cut by the border are included, so with few lenses the raster may have more pixels than
     # the raw frame.

@@ -117,12 +117,12 @@ class SensorBoardSimulation(Simulation):
         )
 
 
-def _middle(shown: Image, raster: tuple[int, ...]) -> Image:
+def _middle(picture: Image, raster: tuple[int, ...]) -> Image:
     """The picture in the middle; around it everything must be black."""
-    top, left = ((a - b) // 2 for a, b in zip(shown.shape, raster, strict=False))
-    inside = np.zeros(shown.shape[:2], bool)
+    top, left = ((a - b) // 2 for a, b in zip(picture.shape, raster, strict=False))
+    inside = np.zeros(picture.shape[:2], bool)
     inside[top : top + raster[0], left : left + raster[1]] = True
-    if shown[~inside].any():
-        y, x = np.argwhere((shown != 0).any(axis=-1) & ~inside)[0]
+    if picture[~inside].any():
+        y, x = np.argwhere((picture != 0).any(axis=-1) & ~inside)[0]
         raise SimulationError(f"line {y}, column {x} is not black, outside the picture")
-    return shown[top : top + raster[0], left : left + raster[1]]
+    return picture[top : top + raster[0], left : left + raster[1]]

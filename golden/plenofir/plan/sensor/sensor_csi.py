@@ -230,10 +230,10 @@ class CsiSimulation(Simulation):
         )
 
 
-def _check(counts: dict[str, int], told: Sequence[int], frames: int, raw: Image) -> None:
+def _check(counts: dict[str, int], reported: Sequence[int], frames: int, raw: Image) -> None:
     """Refuse pixels that are missing or wrongly framed, and whatever the receiver counts."""
     pixels = frames * raw.shape[0] * raw.shape[1]
-    texts = [f"{count} {what}" for count, what in zip(told, COUNTS, strict=True) if count]
+    texts = [f"{count} {name}" for count, name in zip(reported, COUNTS, strict=True) if count]
     if identifier := counts["left_out"]:
         texts.append(f"left out last: type {identifier % 64} of channel {identifier // 64}")
     if texts or counts["received"] != pixels:

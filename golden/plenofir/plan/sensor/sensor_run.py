@@ -67,9 +67,9 @@ class Sensor:
         core = chip.core.model_copy(update={"lines": lines})
         rows, columns = chip.registers.image_shape
         raster = chip.registers.raster_shape[1]
-        shown = Shown(rows, raster, 0 if red is None else 1)
-        told = description(core, shown)
-        sensor = BoardSensor(core, red, columns, rows, raster, told, tuple(chip.loads()))
+        limits = Shown(rows, raster, 0 if red is None else 1)
+        text = description(core, limits)
+        sensor = BoardSensor(core, red, columns, rows, raster, text, tuple(chip.loads()))
         return SensorFrame(sensor, self.capture.pixels)
 
     def csi_frame(self, lanes: int) -> CsiFrame:
@@ -201,9 +201,9 @@ def run_raw(
     pixels = golden.shape[0] * golden.shape[1]
     step = f"VHDL resampler in {simulator.name.upper()}"
 
-    def show(done: int) -> None:
+    def show(count: int) -> None:
         if progress is not None:
-            progress(step, done, pixels)
+            progress(step, count, pixels)
 
     with tempfile.TemporaryDirectory(prefix="plenofir-") as name:
         work = Path(name)
