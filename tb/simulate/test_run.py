@@ -15,7 +15,7 @@ from in_process import plenofir
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate.file_bench import run_bench, wave_signals
-from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.simulators import SimulationError, Simulator, find_simulator
 from plenofir.ground.errors import EXIT_MISMATCH, EXIT_TOOL_FAILED
 from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
@@ -30,6 +30,17 @@ def sim(*arguments: str, cwd: Path | None = None) -> CompletedProcess[str]:
 def random_image(shape: tuple[int, ...], dtype: type = np.uint8, seed: int = 0) -> np.ndarray:
     largest = np.iinfo(dtype).max
     return np.random.default_rng(seed).integers(0, largest, shape, dtype, endpoint=True)
+
+
+@pytest.mark.parametrize("severity", ["Error", "Fatal", "Failure"])
+def test_what_nvc_found_is_told(tmp_path: Path, severity: str) -> None:
+    message = f"** {severity}: (init): frame_sequencer: no modulus"
+    notes = [f"   Note: generic G{i} => {i}" for i in range(20)]
+    code = f"print(*{['** Note: a', message, *notes]!r}, sep='\\n'); raise SystemExit(1)"
+    with pytest.raises(SimulationError) as failed:
+        Simulator("nvc", "nvc 1.23", {}).run([sys.executable, "-c", code], tmp_path)
+    told = str(failed.value).splitlines()[1:]
+    assert told == [message, *notes[:14]]
 
 
 @pytest.mark.parametrize("stall_percent", [0, 40])

@@ -172,7 +172,7 @@ class Simulator:
         """Run one command, its output going to ``simulator.log``.
 
         `poll` is called about ten times a second. SimulationError if it fails, with the last lines
-        it printed.
+        it printed, or from NVC's first error on: NVC lists all generics behind one.
         """
         log = directory / "simulator.log"
         with log.open("ab") as output:
@@ -196,10 +196,12 @@ class Simulator:
                     process.kill()
                     process.wait()
         if process.returncode != 0:
-            tail = log.read_text(errors="replace").splitlines()[-15:]
+            lines = log.read_text(errors="replace").splitlines()
+            errors = (i for i, line in enumerate(lines) if re.match(r"\*\* (Err|Fat|Fail)", line))
+            shown = lines[next(errors, -15) :][:15]
             raise SimulationError(
                 f"{' '.join(command[:2])} failed with status {process.returncode}:\n"
-                + "\n".join(tail)
+                + "\n".join(shown)
             )
 
 
