@@ -42,6 +42,8 @@ STACKS: list[dict] = [
     {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
     # Several pixels a clock: slices that hold outputs, and others; a line that ends in a token.
     {"micro_image_size": 3, "shifts": (0, 2, -1), "channels": 3, "pixels": 4},
+    # None that holds outputs, which would take a clock more.
+    {"micro_image_size": 3, "shifts": (2, -1), "pixels": 2},
 ]
 MORE_STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3, 0, -3, 1), "channels": 3},
