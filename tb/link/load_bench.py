@@ -3,6 +3,7 @@
 
 import os
 import pty
+import re
 import subprocess
 import sys
 import time
@@ -95,7 +96,7 @@ class Terminal:
         self.path = os.ttyname(there)
 
     async def load(self, calib: str) -> tuple[int, str, str]:
-        """Run ``plenofir board load``: its exit code, standard output and error."""
+        """Run ``plenofir board load``: its exit code, standard output, error without progress."""
         line, clk = self.line, self.line.dut.clk
         command = [sys.executable, "-c", HOST, "board", "load", calib, "--port", self.path]
         with subprocess.Popen(
@@ -118,7 +119,9 @@ class Terminal:
                     time.sleep(0.005)
             assert host.stdout is not None
             assert host.stderr is not None
-            return host.returncode, host.stdout.read(), host.stderr.read()
+            # A simulated board may take so long that the command tells how far it is.
+            errors = re.sub(r"^ *\d+ s  .*\n", "", host.stderr.read(), flags=re.M)
+            return host.returncode, host.stdout.read(), errors
 
 
 @cocotb.test()
