@@ -57,6 +57,10 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
     ),
     ("core/divide_weighted*", ("tb/core/test_units.py -k {}", f"{BORDER} -k stalls_gaps", BORDER)),
+    (
+        "core/refocus_pkg*",
+        (f"{RASTER} -k stalls_gaps", f"{RASTER} -k array_slices", f"{SUMS} -k sets_stalls", STACK),
+    ),
     ("border/*", (f"{BORDER} -k stalls_gaps", BORDER)),
     ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
