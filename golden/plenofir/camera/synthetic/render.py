@@ -7,7 +7,10 @@ a pixel sees of it: the pixel's width and the micro lens's width, each thrown on
 in the paraxial model is the same everywhere. Nearer planes cover farther ones.
 
 Micro image centres are true to the exit pupil: rays leave it, so the micro images' pitch is the
-micro lenses' times 1 + f_s / d_A'.
+micro lenses' times 1 + b_s / d_A'.
+
+Of a focused camera each type of micro lens throws its own width onto the plane, by the thin lens
+equation: a ray through its rim is bent by 1 / b_s - 1 / f_s times the rim's height.
 """
 
 from dataclasses import dataclass
@@ -15,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.grid import Floats, Grid, Layout
+from plenofir.camera.calibration.grid import Floats, Grid, Indices, Layout
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.synthetic.pattern import Form, aperture, pixel_positions, regular_grid
 from plenofir.ground.errors import InputError
@@ -78,7 +81,7 @@ class Capture:
 
 
 def micro_image_pitch(model: RayModel) -> float:
-    """Pitch of the micro images in pixels: p_M (1 + f_s / d_A') / p_p.
+    """Pitch of the micro images in pixels: p_M (1 + b_s / d_A') / p_p.
 
     Result in pixels.
     """
@@ -155,12 +158,17 @@ class _Layer:
                 f"a plane at {plane.distance_mm} mm, {plane.width_mm} mm wide, cannot be "
                 "seen; it must lie in front of the main lens and have a width"
             )
-        # Where the ray hits if only its place on the micro lens changes, not its slope.
-        across = abs(1 - z / lens.focal_length_mm) * model.camera.micro_lenses.pitch_mm
-        widths = across / self.step, abs(self.scale_i) / self.step
+        # Where the ray hits if its place on the micro lens changes, and its slope by what a micro
+        # lens bends it that is not focused at infinity.
+        array = model.camera.micro_lenses
+        bent = 1 / array.spacing_mm - 1 / np.array(array.focal_lengths_mm)
+        across = 1 - z / lens.focal_length_mm - bent * self.scale_i / model.pixel_slope
+        widths = [
+            (abs(one) * array.pitch_mm / self.step, abs(self.scale_i) / self.step) for one in across
+        ]
         if blur is not None:
-            widths = abs(self.scale_s) * blur / self.step, 0.0
-        margin = int(np.ceil(sum(widths))) + 2
+            widths = [(abs(self.scale_s) * blur / self.step, 0.0)]
+        margin = int(np.ceil(max(map(sum, widths)))) + 2
         coverage = np.ones(texture.shape[:2]) if plane.coverage is None else plane.coverage
         if coverage.shape != texture.shape[:2]:
             raise InputError(
@@ -168,10 +176,7 @@ class _Layer:
             )
         canvas = np.dstack([colours * coverage[..., np.newaxis], coverage])
         canvas = np.pad(canvas, ((margin, margin), (margin, margin), (0, 0)))
-        for width in widths:
-            for axis in (0, 1):
-                canvas = ndimage.convolve1d(canvas, box_kernel(width), axis=axis, mode="constant")
-        self.canvas = canvas
+        self.canvases = [_averaged(canvas, pair) for pair in widths]
         middle = (np.array(texture.shape[:2]) - 1) / 2 + margin
         self.origin = middle - np.array(plane.centre_mm) / self.step
 
@@ -186,16 +191,42 @@ class _Layer:
         deeper = ((flat - middle) @ tilt) / (1 - slope @ tilt)
         return flat + slope * deeper[..., np.newaxis], self.plane.distance_mm + deeper
 
-    def texture_at(self, place_mm: Floats) -> Floats:
-        """Colours times coverage, and coverage, at places; shape (..., channels + 1)."""
+    def texture_at(self, place_mm: Floats, lens_type: Indices | int = 0) -> Floats:
+        """Colours times coverage, and coverage, at places; shape (..., channels + 1).
+
+        `lens_type`: of the micro lens that sees each place, shape (...).
+        """
         points = np.moveaxis(place_mm / self.step + self.origin, -1, 0)
-        return np.stack(
-            [
-                ndimage.map_coordinates(self.canvas[:, :, k], points, order=1, mode="constant")
-                for k in range(self.canvas.shape[2])
-            ],
-            axis=-1,
-        )
+        types = np.broadcast_to(lens_type, points.shape[1:])
+        picture = np.empty((*types.shape, self.canvases[0].shape[2]))
+        for number, canvas in enumerate(self.canvases):
+            chosen = types == number
+            for k in range(canvas.shape[2]):
+                picture[chosen, k] = ndimage.map_coordinates(
+                    canvas[:, :, k], points[:, chosen], order=1, mode="constant"
+                )
+        return picture
+
+
+def _averaged(canvas: Floats, widths: tuple[float, float]) -> Floats:
+    """A canvas averaged over squares of two widths in pixels."""
+    for width in widths:
+        for axis in (0, 1):
+            canvas = ndimage.convolve1d(canvas, box_kernel(width), axis=axis, mode="constant")
+    return canvas
+
+
+def lens_types(grid: Grid, t: Indices, s: Indices, types: int) -> Indices:
+    """Type of micro lenses, counted from 0, in an array of several types in the usual order.
+
+    On a hexagonal grid no lens of three types has a neighbour of its own type, on a square one none
+    of two has one beside it. `t`, `s`: rows and columns, any shape. Result: same shape.
+    """
+    if grid.layout == "rectangular":
+        return np.asarray((t + s) % types)
+    row, place = (t, s) if grid.layout == "hexagonal-rows" else (s, t)
+    shifted = row + grid.stagger
+    return np.asarray((place + (shifted % 2 - shifted) // 2 - row) % types)
 
 
 def render(
@@ -259,7 +290,7 @@ def render(
             offset=(half[0] + offset[0], half[1] + offset[1]),
         )
     layers = [_Layer(model, p) for p in sorted(planes, key=lambda p: -p.distance_mm)]
-    channels = max((layer.canvas.shape[2] - 1 for layer in layers), default=1)
+    channels = max((layer.canvases[0].shape[2] - 1 for layer in layers), default=1)
     rng = np.random.default_rng(seed)
     pixel = model.camera.sensor.pixel_pitch_mm
     stretch = 1 + model.camera.micro_lenses.spacing_mm / model.exit_pupil_mm
@@ -270,7 +301,8 @@ def render(
     for start in range(0, shape[0], block):
         part = slice(start, min(start + block, shape[0]))
         places = pixel_positions(part, shape[1])
-        _, _, from_centre = grid.nearest(places)
+        t, s, from_centre = grid.nearest(places)
+        types = lens_types(grid, t, s, len(model.camera.micro_lenses.focal_lengths_mm))
         position = (places - from_centre - middle) * pixel / stretch
         slope = model.chief_ray_slope(from_centre, position)
         light = aperture(from_centre, radius * pitch, form, softness)
@@ -278,7 +310,7 @@ def render(
         light *= 1 - shading * (((places - middle) / middle) ** 2).sum(axis=-1) / 2
         picture = np.zeros((*light.shape, channels))
         for layer in layers:
-            layer_picture = layer.texture_at(layer.hit(position, from_centre)[0])
+            layer_picture = layer.texture_at(layer.hit(position, from_centre)[0], types)
             picture = layer_picture[..., :-1] + (1 - layer_picture[..., -1:]) * picture
         raw[part] = picture * light[..., np.newaxis]
         white[part] = light
@@ -312,7 +344,7 @@ def pinhole_view(
     layers = [_Layer(model, p, step) for p in sorted(planes, key=lambda p: -p.distance_mm)]
     places = [(np.arange(n * samples) - (n * samples - 1) / 2) * step for n in lenses]
     position = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
-    channels = max((layer.canvas.shape[2] - 1 for layer in layers), default=1)
+    channels = max((layer.canvases[0].shape[2] - 1 for layer in layers), default=1)
     picture = np.zeros((*position.shape[:2], channels))
     distance = np.full(position.shape[:2], np.nan)
     for layer in layers:
