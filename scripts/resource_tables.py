@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from device_tables import device_table, plan_on, scene_names
+from netlist_parts import PARTS, left_out_in_turn, needed_parts
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
@@ -34,7 +35,7 @@ from plenofir.fpga.synthesis.comparison import (
     shown_shifts,
     widest,
 )
-from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
+from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.designs import (

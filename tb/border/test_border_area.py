@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from netlist_parts import count_parts, needed_parts
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.resources.estimate import estimate
-from plenofir.fpga.synthesis.parts import count_parts, needed_parts
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.fpga.tools.synthesis import write_verilog
 

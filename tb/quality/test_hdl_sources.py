@@ -14,7 +14,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.hdl_text import declarations, unexplained_ports, used_units
+from plenofir.fpga.hdl_text import declarations, used_units
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.refocus import StoredProductArithmetic
@@ -41,6 +41,15 @@ def analyse_as_the_page_says(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         ["sh", "-e", "-c", commands], cwd=folder, capture_output=True, text=True, check=False
     )
+
+
+def unexplained_ports(text: str) -> list[str]:
+    """Names of the ports that no comment explains; ``clk`` and ``reset`` explain themselves."""
+    return [
+        port.name
+        for port in declarations(text, "port")
+        if not port.comment and port.name not in ("clk", "reset")
+    ]
 
 
 def test_the_list_is_all_but_the_boards(library: Path) -> None:

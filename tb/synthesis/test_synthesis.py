@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from netlist_parts import count_parts, left_out_in_turn, needed_parts
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.synthesis.comparison import measured_cells
-from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
+from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.fpga.tools import synthesis as tools_module
 from plenofir.fpga.tools.primitives import component_package, with_primitives
 from plenofir.fpga.tools.synthesis import (

@@ -56,15 +56,6 @@ def declarations(text: str, kind: str) -> list[Declaration]:
     return entries
 
 
-def unexplained_ports(text: str) -> list[str]:
-    """Names of the ports that no comment explains; ``clk`` and ``reset`` explain themselves."""
-    return [
-        port.name
-        for port in declarations(text, "port")
-        if not port.comment and port.name not in ("clk", "reset")
-    ]
-
-
 @dataclass(frozen=True)
 class Instance:
     """One instance: label, entity or component, and the actuals of its generics and ports."""

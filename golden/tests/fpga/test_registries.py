@@ -76,7 +76,6 @@ def test_engines() -> None:
         # Designs whose figures are recorded: those that say most of these two engines.
         "fpga/synthesis/comparison.py",
         "fpga/synthesis/counts.py",
-        "fpga/synthesis/parts.py",
         "plan/designs.py",
     }
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.resources.record import Figures
-from plenofir.fpga.synthesis.parts import TMDS_ENDS
 from plenofir.fpga.tools.synthesis import Generics, cell_declarations, run_yosys, write_verilog
 
 # Look-up tables of a cell; LUTs as memory come in slices of four.
@@ -25,6 +24,17 @@ _LUT_CELLS = {
 }
 _FLIP_FLOP_CELLS = ("FDRE", "FDSE", "FDCE", "FDPE")
 _LATCH_CELLS = ("LDCE", "LDPE")
+TMDS_ENDS = {
+    "IBUFDS": 4,
+    "IODELAY2": 6,
+    "ISERDES2": 6,
+    "OSERDES2": 8,
+    "OBUFDS": 4,
+    "BUFPLL": 2,
+    "PLL_ADV": 2,
+    "DCM_CLKGEN": 1,
+}
+"""Primitives of the TMDS ends and their clocks: three channels and a clock in, the same out."""
 # Cells that end a path from register to register.
 _REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
 

@@ -11,6 +11,7 @@ from functools import cache
 
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
 # Entities that are counted, with the name of the part.
@@ -29,18 +30,6 @@ PARTS = tuple(
     for name in ((part, "taps") if part == "filters" else (part,))
 )
 """Parts of a core that are counted, with the taps of filters."""
-
-TMDS_ENDS = {
-    "IBUFDS": 4,
-    "IODELAY2": 6,
-    "ISERDES2": 6,
-    "OSERDES2": 8,
-    "OBUFDS": 4,
-    "BUFPLL": 2,
-    "PLL_ADV": 2,
-    "DCM_CLKGEN": 1,
-}
-"""Primitives of the TMDS ends and their clocks: three channels and a clock in, the same out."""
 
 
 def count_instances(verilog: str, top: str) -> Counter[str]:
