@@ -47,6 +47,12 @@ _TRUST, _CHANGE, _JUMP, _EDGE, _TIE = 0.1, 1.5, 12.0, 0.03, 1e-4
 # What fits best lies at most so many candidates aside. Weight of a neighbour; iterations; how often
 # the fit is refined.
 _ASIDE, _STIFFNESS, _TIMES, _TURNS = 1.5, 20.0, 40, 2
+# Surroundings whose slopes of brightness tell whether there is anything to match: sigma, and end in
+# sigmas. Share of the slopes that views agree on: noise has 0.1 (M = 9) to 0.25 (3) at most.
+_NEAR_SIGMA, _NEAR_END, _AGREED = 3.0, 2.0, (0.25, 0.5)
+# Mean confidence of the surroundings (sigma) from - to which one counts in part: among many
+# unsure ones a sure one is a chance.
+_AMONG_SIGMA, _AMONG_SURE = 2.0, (0.4, 0.7)
 # Sharpness of the distribution of probability over the candidates, by what `plenofir report depth`
 # shows as reliable.
 _SHARP = 2.0
@@ -182,7 +188,7 @@ class Matcher:
         step = float(self.candidates[1] - self.candidates[0])
         pixels = self.candidates[best].astype(np.float32)
         for _ in range(_TURNS):
-            fits, bends = refined(
+            fits, bends, others = refined(
                 other_views,
                 self.gaps,
                 self.pad,
@@ -202,7 +208,35 @@ class Matcher:
                 np.float32(step),
                 _TIMES,
             )
-        return pixels, self._confidence(sums, pixels)
+        confidence = self._confidence(sums, pixels) * self._textured(seen, others, inverse)
+        around = ndimage.gaussian_filter(confidence, _AMONG_SIGMA, mode="nearest", truncate=2.0)
+        # Between two candidates that are far apart nothing is surer.
+        low, high = np.float32(min(1, RIGHT / step)) * np.array(_AMONG_SURE, np.float32)
+        return pixels, confidence * np.clip((around - low) / (high - low), 0, 1)
+
+    def _textured(self, seen: Floats32, others: Floats32, inverse: Floats32) -> Floats32:
+        """From 0 to 1, whether the views agree on slopes of brightness near a pixel.
+
+        Paths carry the depth of an object far into what is empty. Slopes of noise are not those of
+        the mean of the other views, at any disparity.
+
+        `others`: the mean of the other views at the disparities.
+        """
+        common, alone = np.zeros_like(seen), np.zeros_like(seen)
+        for axis, reach in enumerate((self.gaps**2).sum(0)):
+            here, there = (
+                ndimage.correlate1d(values, [-0.5, 0, 0.5], axis, mode="nearest")
+                for values in (seen, others)
+            )
+            common += np.float32(reach) * here * there * inverse
+            alone += np.float32(reach) * here * here * inverse
+        common, alone = (
+            ndimage.gaussian_filter(each, _NEAR_SIGMA, mode="nearest", truncate=_NEAR_END)
+            for each in (common, alone)
+        )
+        low, high = _AGREED
+        share = common / np.maximum(alone, 1e-9)
+        return np.asarray(np.clip((share - low) / (high - low), 0, 1))
 
     def _count_ends(self, costs: Floats32) -> None:
         """Count where windows of some pixels fit best: what lies beyond the range fits its end."""

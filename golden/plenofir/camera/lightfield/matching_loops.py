@@ -119,8 +119,10 @@ def refined(
     slopes: Floats32,
     values: Floats32,
     most: np.float32,
-) -> tuple[Floats32, Floats32]:
+) -> tuple[Floats32, Floats32, Floats32]:
     """Disparities that fit best near given ones, to first order, and the bend of their cost there.
+
+    The third result is the mean of the other views there, of those that fit.
 
     The slope of the central view stands for that of the others: noise of a view at a pixel and of
     the slope there are independent, so the mean of the result has no bias by how much the
@@ -136,10 +138,10 @@ def refined(
         Disparities to begin with, shape (t, s).
     """
     height, width = seen.shape
-    better, bends = values.copy(), np.zeros_like(values)
+    better, bends, means = values.copy(), np.zeros_like(values), seen.copy()
     for y in range(height):
         for x in range(width):
-            moves, bend = 0.0, 0.0
+            moves, bend, difference, fitting = 0.0, 0.0, 0.0, 0
             for k in range(len(gaps)):
                 down, right = -values[y, x] * gaps[k, 0], -values[y, x] * gaps[k, 1]
                 if not (-0.5 <= y + down <= height - 0.5 and -0.5 <= x + right <= width - 0.5):
@@ -162,10 +164,14 @@ def refined(
                     slope = gaps[k, 0] * slopes[0, y, x] + gaps[k, 1] * slopes[1, y, x]
                     moves += slope * off
                     bend += slope * slope
+                    difference += off
+                    fitting += 1
             if bend > 0:
                 better[y, x] += moves / bend
                 bends[y, x] = 2 * bend * inverse[y, x] / len(gaps)
-    return better, bends
+            if fitting:
+                means[y, x] += difference / fitting
+    return better, bends, means
 
 
 @_compiled

@@ -8,7 +8,8 @@ import pytest
 from matplotlib import colormaps
 
 from plenofir.camera.depth_picture import Unit, depth_picture, distance_ticks
-from plenofir.camera.lightfield.disparity import MANY, search_disparity
+from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, MANY, search_disparity
+from plenofir.camera.lightfield.matching import RIGHT
 from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.ground.viridis import VIRIDIS
@@ -41,6 +42,27 @@ def test_range_grows_unless_it_is_given(a: float) -> None:
     found = search_disparity(raw, 3, smallest=-1, largest=2)
     assert found.search == (-1, 2)
     assert found.at_ends[int(a > 0)] > MANY
+
+
+def test_depth_of_what_is_empty_is_unknown() -> None:
+    """A textured disc in the dark, with noise: what is far from it has no depth, near its own."""
+    m, lenses, a, radius, noise = 5, 64, 0.5, 12, 0.01
+    rng = np.random.default_rng(5)
+    row = np.arange(lenses)[:, np.newaxis] - lenses // 2
+    waves = [(rng.uniform(0.2, 1.2, 2), phase) for phase in rng.uniform(0, 6, 12)]
+    raw = np.empty((lenses * m, lenses * m), np.uint16)
+    for v, u in np.ndindex(m, m):
+        y, x = row + a * (v - m // 2), row.T + a * (u - m // 2)
+        texture = 0.5 + 0.04 * sum(np.sin(s[0] * y + s[1] * x + p) for s, p in waves)
+        view = np.where(np.hypot(y, x) < radius, texture, 0.1)
+        view = view + rng.normal(0, noise, view.shape)
+        raw[v::m, u::m] = np.rint(65535 * np.clip(view, 0, 1))
+    disparity = search_disparity(raw, m).disparity
+    away, known = np.hypot(row, row.T), disparity.confidence >= LEAST_CONFIDENCE
+    disc = away < radius - 2
+    assert known[disc].mean() > 0.95
+    assert np.abs(disparity.pixels_per_view - a)[disc].max() < RIGHT
+    assert known[away > radius + 8].mean() < 0.03
 
 
 def _parts(picture: np.ndarray, colour: tuple[float, ...]) -> float:
