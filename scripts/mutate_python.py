@@ -48,8 +48,7 @@ ROOMS = {"golden": "refocus", "rays": "camera/rays", "calibration": "camera/cali
 NO_MODULES = {
     "__init__",
     "batch",
-    "finished_frames",
-    "kept_code",
+    "batch_record",
     "machine_code",
     "threads",
     "arrays",
@@ -58,8 +57,11 @@ NO_MODULES = {
 NO_TESTS = {"test_batch", "test_batch_kills", "test_arrays", "test_kept_code"}
 # Compiled modules, whose lines are not traced, and the one that calls them.
 COMPILED, CALLER = (
-    {"blocks", "kernels", "row_vectors", "rows", "vector_code", "vectors"},
-    "refocus/fast.py",
+    {
+        *("blocks", "column_vectors", "columns", "pieces", "places", "row_vectors", "rows"),
+        *("strips", "vector_code", "weights"),
+    },
+    "refocus/compiled/frames.py",
 )
 OPERATORS = (
     *("AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ZeroIterationForLoop"),
@@ -152,7 +154,7 @@ def mutant_at(path: Path, name: str, occurrence: int, line: int) -> PythonMutant
 
 def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
     """Mutants that come first in an order of hashes; files that are compiled lie side by side."""
-    sources = [p for p in sorted((PACKAGE / ROOMS[room]).glob("*.py")) if p.stem not in NO_MODULES]
+    sources = [p for p in sorted((PACKAGE / ROOMS[room]).rglob("*.py")) if p.stem not in NO_MODULES]
     every = [place for path in sources if only in path.name for place in places_of(path)]
     every.sort(key=lambda p: hashlib.sha256(repr((seed, p[0].name, *p[1:])).encode()).hexdigest())
     mutants: list[PythonMutant] = []

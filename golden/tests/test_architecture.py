@@ -113,3 +113,47 @@ def test_what_lies_in_a_room_is_imported_one_way(folder: Path) -> None:
         if own := part(name):
             graph.setdefault(own, set()).update(map(part, imported(name)))
     TopologicalSorter({own: others - {own, ""} for own, others in graph.items()}).prepare()
+
+
+def test_the_compiled_room_has_one_entry() -> None:
+    """Nobody reaches behind it; loops of pictures for people are called one by one."""
+    room = "plenofir.refocus.compiled"
+    inside = {
+        (name, other)
+        for name in MODULES
+        if not name.startswith(room)
+        for other in imported(name)
+        if other.startswith(f"{room}.") and other != f"{room}.picture_lines"
+    }
+    assert not inside
+
+
+def far_too_much(source: str) -> list[str]:
+    """Functions of a source that no one keeps in mind, and calls whose arguments have no order."""
+    much = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call):
+            stars = [part for part in node.args if isinstance(part, ast.Starred)]
+            if any(isinstance(star.value, ast.Tuple) for star in stars):
+                much.append(f"line {node.lineno}: *(...)")
+        if isinstance(node, ast.FunctionDef):
+            # Loops that are compiled by themselves are called with addresses and numbers.
+            loop = {ast.unparse(mark) for mark in node.decorator_list} & {"loop", "compiled"}
+            lines = len(node.body) and node.body[-1].end_lineno - node.body[0].lineno + 1
+            if ast.get_docstring(node):
+                lines -= node.body[0].end_lineno - node.body[0].lineno + 1
+            many = len(node.args.args + node.args.kwonlyargs) > 8
+            if not loop and (lines > 60 or many):
+                much.append(f"{node.name}: {lines} lines")
+    return much
+
+
+def test_the_fast_refocuser_is_read_in_small_parts() -> None:
+    long = "def f():\n" + "    x = 1\n" * 61
+    nine = "def f(a, b, c, d, *, e, f, g, h, i):\n    x(*(a, b), c)\n"
+    assert far_too_much(long) == ["f: 61 lines"]
+    assert far_too_much(nine) == ["f: 1 lines", "line 2: *(...)"]
+    room = ROOT / "refocus"
+    paths = [*(room / "compiled").glob("*.py"), room / "plain.py", room / "first_calls.py"]
+    for path in (*paths, room / "slices.py", room / "arrays.py"):
+        assert far_too_much(path.read_text()) == [], path

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from math import gcd
 from typing import Any
 
 import numpy as np
@@ -53,70 +54,64 @@ def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np
 
 
 def plain_numba(raw: Image, m: int, shift: int) -> Image:
-    """The method of `refocus` as plain loops for Numba, vectorised only by its compiler."""
+    """The method of `refocus` as plain loops for Numba: 8 bit pixels, M of up to 60.
+
+    Its compiler finds vectors by itself, but for the running sum along a line.
+    """
     out = np.empty_like(raw)
-    offset = output_offset(m, shift, "centred")
-    # Which pixels of a micro image have u a' = p modulo M, for each p.
-    phases = np.array([[int(u * shift % m == p) for u in range(m)] for p in range(m)])
-    _plain_loops(raw, out, m, shift, offset, phases)
+    rows, columns = (_moving_box(length, m, shift) for length in raw.shape)
+    _plain_loops(raw, out, m, rows, columns)
     return out
 
 
-_LINES = 32
+def _moving_box(length: int, m: int, shift: int) -> tuple[Any, Any, Any]:
+    """For each step the pixel that enters the box and the one that leaves it, `length` for none.
+
+    Then for each output the step whose sum it takes. With g = gcd(a', M) the g pixels that enter
+    together have a step each, as in `plenofir.refocus.moving_sum`.
+    """
+    common, offset = gcd(shift, m), output_offset(m, shift, "centred")
+    places = np.arange(offset // common * common - m, offset + length + common)
+    groups = places // common * common
+    phases = np.arange(m // common)
+    first = np.zeros(m, np.int64)
+    first[phases * shift % m] = phases
+    pixels = groups - (first[groups % m] + (places - groups) * len(phases)) * (shift - 1)
+    enters = np.where((pixels >= 0) & (pixels < length), pixels, length)
+    leaves = np.concatenate([np.full(m, length), enters[:-m]])
+    outputs = np.arange(length) + offset
+    return enters, leaves, outputs // common * common + common - 1 - places[0]
 
 
 @njit(nogil=True)
-def _plain_loops(raw: Any, out: Any, m: int, shift: int, offset: int, phases: Any) -> None:
-    rows, columns = raw.shape
-    half = np.uint32(m * m // 2)
-    # 2^32 over M^2, rounded up: exact for sums of 8 bit pixels and M of up to 60.
-    scale = np.uint64((1 << 32) // (m * m) + 1)
-    sums = np.zeros(columns, np.uint32)
-    # A number of lines side by side, so that sums along them are vectors.
-    words = np.zeros((columns + 3 * m, _LINES), np.uint32)
-    total, values = np.zeros(_LINES, np.uint32), np.zeros((columns, _LINES), np.uint8)
-    places, ends = np.empty(2 * columns + 2 * m, np.int64), np.zeros(columns + 1, np.int64)
-    n = 0
-    for p in range(offset + 1, offset + columns):
-        for u in range(m):
-            k = p - u * (shift - 1)
-            if phases[p % m, u] and 0 <= k < columns + m:
-                places[n] = m + k
-                n += 1
-        ends[p - offset] = n
-    for top in range(0, rows, _LINES):
-        count = min(_LINES, rows - top)
-        for j in range(count):
-            r = top + j
-            for u in range(m):
-                k = r + offset - u * (shift - 1)
-                if r == 0:
-                    k = m * ((offset - u * shift) // m) + u
-                    if 0 <= k < rows:
-                        sums += raw[k]
-                elif phases[(r + offset) % m, u]:
-                    if 0 <= k < rows:
-                        sums += raw[k]
-                    if 0 <= k - m < rows:
-                        sums -= raw[k - m]
-            for c in range(columns):
-                words[m + c, j] = sums[c]
-        total[:] = 0
-        for u in range(m):
-            k = m * ((offset - u * shift) // m) + u
-            if 0 <= k < columns:
-                total += words[m + k]
-        for c in range(columns):
-            for i in range(ends[c - 1] if c else 0, ends[c]):
-                enters, leaves = words[places[i]], words[places[i] - m]
-                for j in range(_LINES):
-                    total[j] += enters[j] - leaves[j]
-            value = values[c]
-            for j in range(_LINES):
-                value[j] = (np.uint64(total[j] + half) * scale) >> np.uint64(32)
-        for j in range(count):
-            for c in range(columns):
-                out[top + j, c] = values[c, j]
+def _plain_loops(raw: Any, out: Any, m: int, rows: Any, columns: Any) -> None:
+    height, width = raw.shape
+    half = np.int32(m * m // 2)
+    # Rounded up, so that multiples of M^2 are not missed; exact for sums below 2^22.
+    inverse = np.nextafter(np.float32(1 / (m * m)), np.float32(1))
+    # The last sum of columns is no pixel's, and stays 0.
+    sums, totals = np.zeros(width + 1, np.int32), np.zeros(len(columns[0]), np.int32)
+    step = 0
+    for r in range(height):
+        for n in range(step, rows[2][r] + 1):
+            enters, leaves = rows[0][n], rows[1][n]
+            if enters < height and leaves < height:
+                for c in range(width):
+                    sums[c] += np.int32(raw[enters, c]) - np.int32(raw[leaves, c])
+            elif enters < height:
+                for c in range(width):
+                    sums[c] += raw[enters, c]
+            elif leaves < height:
+                for c in range(width):
+                    sums[c] -= raw[leaves, c]
+        step = rows[2][r] + 1
+        for n in range(totals.size):
+            totals[n] = sums[columns[0][n]] - sums[columns[1][n]]
+        for n in range(1, totals.size):
+            totals[n] += totals[n - 1]
+        for c in range(width):
+            total = np.float32(totals[columns[2][c]] + half)
+            out[r, c] = np.int32(total * inverse)
 
 
 def shift_and_sum(raw: Any, m: int, shift: int, kind: type[np.floating[Any]]) -> Floats:

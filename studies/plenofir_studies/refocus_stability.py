@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
-from plenofir.refocus.fast import division
+from plenofir.refocus.division import division
 from plenofir.refocus.operator import Image
 from plenofir_studies import DATA
 from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum

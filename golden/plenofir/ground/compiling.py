@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who is told that code is compiled for this machine, and what hinders keeping it.
 
-`plenofir.refocus.kept_code` tells; this module loads nothing, so that commands may listen.
+`plenofir.ground.kept_code` tells; this module loads nothing, so that commands may listen.
 """
 
 import threading

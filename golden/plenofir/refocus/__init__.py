@@ -59,6 +59,7 @@ from plenofir.refocus.shifts import (
     shift_to_name,
     shift_to_text,
 )
+from plenofir.refocus.slices import Slice
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
@@ -140,9 +141,9 @@ def refocus(
 ) -> Image:
     """Refocus a calibrated raw image: shift and integration (Eq. 6.1), correctly rounded.
 
-    The result equals `ExactArithmetic`'s to the bit; `plenofir.refocus.fast` makes it, at a cost
-    that depends on neither M nor a. Its loops are compiled once on a machine, in a thread; until
-    they are there, pictures come from NumPy (`plenofir.refocus.plain`), equal to the bit.
+    The result equals `ExactArithmetic`'s to the bit; `plenofir.refocus.compiled` makes it, at a
+    cost that depends on neither M nor a. Its loops are compiled once on a machine, in a thread;
+    until they are there, pictures come from NumPy (`plenofir.refocus.plain`), equal to the bit.
 
     Parameters
     ----------
@@ -198,9 +199,10 @@ def refocus(
     other_library = not isinstance(raw, np.ndarray)
     if other_library:
         # Checks need only shape and type, so pixels are not copied from the GPU.
-        check_raw(_like(raw), M)
+        pixel_bits = 8 * check_raw(_like(raw), M).itemsize
     else:
         raw = check_raw(raw, M)
+        pixel_bits = 8 * raw.itemsize
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     check_align(align)
@@ -222,6 +224,18 @@ def refocus(
     shift = clamped_shift(M, shift, raw.shape)
     step = 1 if upsample else M
     ranges = region_ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
+    slice_ = Slice(
+        tuple(raw.shape),
+        pixel_bits,
+        M,
+        shift,
+        ranges,
+        align=align,
+        order=order,
+        units=units,
+        upsample=upsample,
+        normalise=border == "normalise",
+    )
     if other_library:
         from plenofir.refocus.arrays import device_refocus
 
@@ -229,31 +243,7 @@ def refocus(
             raise InputError("is for NumPy arrays only", where="out")
         if border != "zero":
             raise InputError("'normalise' is for NumPy arrays only", where="border")
-        return cast(
-            "Image",
-            device_refocus(
-                raw,
-                M,
-                shift,
-                align=align,
-                order=order,
-                units=units,
-                region=ranges,
-                upsample=upsample,
-            ),
-        )
+        return cast("Image", device_refocus(raw, slice_))
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
-    return refocus_image(
-        raw,
-        M,
-        shift,
-        align=align,
-        order=order,
-        units=units,
-        region=ranges,
-        upsample=upsample,
-        normalise=border == "normalise",
-        out=out,
-        threads=threads,
-    )
+    return refocus_image(raw, slice_, out=out, threads=threads)

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
 
-from plenofir.refocus.operator import Align, check_sums, output_offset
-from plenofir.refocus.sharpening import taps
+from plenofir.refocus.operator import output_offset
+from plenofir.refocus.slices import Slice
 
 
-def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, wanted: range) -> Any:
+def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, outputs: range) -> Any:
     """S[k'] along an axis for equally spaced k'."""
     length = x.shape[axis]
-    start, stop = wanted[0] - m + 1, wanted[-1] + 1
+    start, stop = outputs[0] - m + 1, outputs[-1] + 1
     p = np.arange(start, stop)
     entering = None
     for u in range(m):
@@ -35,50 +35,38 @@ def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, wanted: range) -> Any:
         part = part * xp.reshape(mask, shape)
         entering = part if entering is None else entering + part
     if entering is None:
-        shape_out = [len(wanted) if n == axis else size for n, size in enumerate(x.shape)]
+        shape_out = [len(outputs) if n == axis else size for n, size in enumerate(x.shape)]
         return xp.zeros(tuple(shape_out), dtype=xp.int64, device=device(x))
-    return _moving_sum(xp, entering, m, axis, range(m - 1, stop - start, wanted.step))
+    return _moving_sum(xp, entering, m, axis, range(m - 1, stop - start, outputs.step))
 
 
-def device_refocus(
-    raw: Any,
-    m: int,
-    shift: int,
-    *,
-    align: Align,
-    order: int,
-    units: int = 0,
-    region: tuple[range, range],
-    upsample: bool,
-) -> Any:
+def device_refocus(raw: Any, slice_: Slice) -> Any:
     """Refocus an array of any library, arguments checked by the caller."""
     xp = array_namespace(raw)
-    bits = int(xp.iinfo(raw.dtype).bits)
-    divisor = m ** (2 + 2 * order)
-    filter_ = taps(units)
-    check_sums(divisor * ((1 << bits) - 1) * (filter_.centre + 2 * filter_.side) ** 2)
-    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
+    m, units, region, filter_ = slice_.micro_image_size, slice_.units, slice_.region, slice_.taps
+    shape = slice_.result_shape
     if 0 in shape:
         return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
-    if units == 0 and order == 0 and upsample and align == "centred" and m > 1:
-        result = _fused(xp, raw, m, shift, bits, region)
+    fits = slice_.upsample and slice_.align == "centred" and m > 1
+    if fits and units == 0 and slice_.order == 0:
+        result = _fused(xp, raw, m, slice_.shift, slice_.pixel_bits, region)
         if result is not None:
             return result
     # Sharpening needs one more lens on each side.
-    taken = region
+    wider = region
     if units:
-        taken = (_wider(region[0], m, raw.shape[0]), _wider(region[1], m, raw.shape[1]))
-    x = _both_sums(xp, raw, m, shift, align=align, order=order, region=taken, upsample=upsample)
+        wider = (_wider(region[0], m, raw.shape[0]), _wider(region[1], m, raw.shape[1]))
+    x = _both_sums(xp, raw, slice_, wider)
     for axis in (0, 1) if units else ():
-        own = np.arange(region[axis].start, region[axis].stop)
-        around = [
-            _at(xp, x, np.where((k >= 0) & (k < raw.shape[axis]), k, own) - taken[axis].start, axis)
-            for k in (own - m, own + m)
-        ]
-        middle = _at(xp, x, own - taken[axis].start, axis)
-        x = filter_.centre * middle - filter_.side * (around[0] + around[1])
-    divisor *= filter_.scale**2
-    result = xp.clip((x + divisor // 2) // divisor, 0, (1 << bits) - 1)
+        pixels, first = np.arange(region[axis].start, region[axis].stop), wider[axis].start
+        before, behind = (
+            _at(xp, x, np.where((k >= 0) & (k < raw.shape[axis]), k, pixels) - first, axis)
+            for k in (pixels - m, pixels + m)
+        )
+        middle = _at(xp, x, pixels - first, axis)
+        x = filter_.centre * middle - filter_.side * (before + behind)
+    divisor = slice_.divisor * filter_.scale**2
+    result = xp.clip((x + divisor // 2) // divisor, 0, slice_.white)
     return xp.reshape(xp.astype(result, raw.dtype), shape)
 
 
@@ -90,32 +78,22 @@ def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
     return xp.take(x, xp.asarray(places, dtype=xp.int64, device=device(x)), axis=axis)
 
 
-def _both_sums(
-    xp: Any,
-    raw: Any,
-    m: int,
-    shift: int,
-    *,
-    align: Align,
-    order: int,
-    region: tuple[range, range],
-    upsample: bool,
-) -> Any:
+def _both_sums(xp: Any, raw: Any, slice_: Slice, region: tuple[range, range]) -> Any:
     """Sums of both dimensions, shape (rows, columns, channels) of the region."""
     x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
-    step = 1 if upsample else m
-    box = output_offset(m, 1, align)
+    m, step = slice_.micro_image_size, slice_.step
+    box = output_offset(m, 1, slice_.align)
     for axis in (1, 0):
         part, length = region[axis], raw.shape[axis]
         # Ranges that each of the interpolation's moving sums needs, the last one first.
         low, high = part.start * step, (part.stop - 1) * step + 1
         ranges = [(low, high)]
-        for _ in range(order):
+        for _ in range(slice_.order):
             low, high = max(0, low + box - m + 1), min(length, high + box)
             ranges.append((low, high))
         low, high = ranges.pop()
-        offset = output_offset(m, shift, align)
-        x = _sums(xp, x, m, shift, axis, range(low + offset, high + offset, step))
+        offset = output_offset(m, slice_.shift, slice_.align)
+        x = _sums(xp, x, m, slice_.shift, axis, range(low + offset, high + offset, step))
         for first, last in reversed(ranges):
             # Index 0 of x is output `low`; a' = 1 is the moving sum.
             x = _moving_sum(xp, x, m, axis, range(first + box - low, last + box - low))
@@ -157,11 +135,11 @@ def _fused(
     return out
 
 
-def _moving_sum(xp: Any, x: Any, m: int, axis: int, wanted: range) -> Any:
-    """Sums of the M pixels up to each wanted one; 0 outside of x."""
+def _moving_sum(xp: Any, x: Any, m: int, axis: int, outputs: range) -> Any:
+    """Sums of the M pixels up to each output; 0 outside of x."""
     length = x.shape[axis]
     total = xp.cumulative_sum(x, axis=axis, dtype=xp.int64, include_initial=True)
-    last = np.asarray(wanted) + 1
+    last = np.asarray(outputs) + 1
 
     def at(places: Any) -> Any:
         inside = np.clip(places, 0, length)

@@ -43,8 +43,8 @@ from plenofir.refocus import (
     setting_names,
     sharpening_units,
 )
+from plenofir.refocus.batch_record import Content, Entry, Record
 from plenofir.refocus.checks import whole_number
-from plenofir.refocus.finished_frames import Content, Entry, Record
 from plenofir.refocus.pictures import WEIGHT
 
 Progress = Callable[[int, int], None]
@@ -149,19 +149,19 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
     for pattern in patterns:
         named = Path(pattern)
         try:
-            found = [named] if named.exists() else []
-            if not found:
+            files = [named] if named.exists() else []
+            if not files:
                 names = sorted(glob.glob(pattern, recursive=True), key=by_number)
-                found = [path for path in map(Path, names) if path.is_file()]
+                files = [path for path in map(Path, names) if path.is_file()]
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise InputError(f"{reason}; {_ADVICE}", where=pattern) from None
-        if not found:
+        if not files:
             raise InputError(f"no such files; {_ADVICE}", where=pattern)
-        if found[0].is_dir():
+        if files[0].is_dir():
             inside = Path(glob.escape(str(named))) / "*.png"
             raise InputError(f"is a folder; give a pattern such as {quoted(inside)}", where=pattern)
-        frames |= dict.fromkeys(found)
+        frames |= dict.fromkeys(files)
     return list(frames)
 
 
@@ -170,14 +170,15 @@ def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str,
     named = setting_names(settings.a, settings.micro_image_size)
     suffixes = [f"_{name}.png" for name in named]
     names = []
-    seen: dict[str, Path] = {}
+    sources_of: dict[str, Path] = {}
     for source in sources:
-        if source.stem in seen:
+        if source.stem in sources_of:
             raise InputError(
-                f"{seen[source.stem]} has the same name; results are named after their frames",
+                f"{sources_of[source.stem]} has the same name; results are named after their "
+                "frames",
                 where=str(source),
             )
-        seen[source.stem] = source
+        sources_of[source.stem] = source
         names.append(tuple(source.stem + suffix for suffix in suffixes))
     return names
 
@@ -206,8 +207,8 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
                 write_flushed(path, content)
             except OSError as error:
                 return Made(tuple(results), stop=error)
-            found = Content(size=len(content), sha256=sha256(content).hexdigest())
-            results.append((path, found))
+            digest = sha256(content).hexdigest()
+            results.append((path, Content(size=len(content), sha256=digest)))
     except InputError as error:
         return Made(failure=str(error))
     except MemoryError:

@@ -48,9 +48,10 @@ def sharpened_inside(
     filter_ = taps(units)
     for axis, reached in enumerate(weights):
         before, behind = neighbours(len(reached), micro_image_size)
-        own = np.arange(len(reached))
-        sharp = reached == full
-        around = [np.take(sums, np.where(sharp & sharp[k], k, own), axis) for k in (before, behind)]
+        pixels, sharp = np.arange(len(reached)), reached == full
+        around = [
+            np.take(sums, np.where(sharp & sharp[k], k, pixels), axis) for k in (before, behind)
+        ]
         sums = filter_.centre * sums - filter_.side * (around[0] + around[1])
     return sums
 

@@ -18,12 +18,12 @@ Region = tuple[slice, slice]
 
 def whole_number(value: object, where: str, least: int | None = None) -> int:
     """A Python integer from an integer of Python or NumPy."""
-    wanted = "an integer" if least is None else f"an integer, {least} or more"
+    kind = "an integer" if least is None else f"an integer, {least} or more"
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise InputError(f"must be {wanted}, not {value!r}", where=where)
+        raise InputError(f"must be {kind}, not {value!r}", where=where)
     number = int(value)
     if least is not None and number < least:
-        raise InputError(f"must be {wanted}, not {number}", where=where)
+        raise InputError(f"must be {kind}, not {number}", where=where)
     return number
 
 
@@ -110,13 +110,13 @@ def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range,
 
 def check_out(out: Any, raw: Image, shape: tuple[int, ...]) -> None:
     """Refuse memory that a result of a shape cannot be written to."""
-    wanted = f"a C-contiguous array of shape {shape}, {raw.dtype}, that can be written"
+    kind = f"a C-contiguous array of shape {shape}, {raw.dtype}, that can be written"
     if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray):
-        raise InputError(f"is a {type(out).__name__}; it must be {wanted}", where="out")
+        raise InputError(f"is a {type(out).__name__}; it must be {kind}", where="out")
     if out.shape != shape or out.dtype != raw.dtype:
-        raise InputError(f"has shape {out.shape}, {out.dtype}; it must be {wanted}", where="out")
+        raise InputError(f"has shape {out.shape}, {out.dtype}; it must be {kind}", where="out")
     if not out.flags.c_contiguous or not out.flags.writeable:
-        what = "not contiguous" if out.flags.writeable else "read-only"
-        raise InputError(f"is {what}; it must be {wanted}", where="out")
+        fault = "not contiguous" if out.flags.writeable else "read-only"
+        raise InputError(f"is {fault}; it must be {kind}", where="out")
     if np.may_share_memory(out, raw) and np.shares_memory(out, raw):
         raise InputError("shares its memory with the raw image; use other memory", where="out")

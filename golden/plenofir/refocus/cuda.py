@@ -15,7 +15,7 @@ import numpy as np
 from numba import cuda as numba_cuda
 from numba import int32
 
-from plenofir.refocus.fast import division
+from plenofir.refocus.division import division
 from plenofir.refocus.operator import output_offset
 
 # numba has types for it on the host only.

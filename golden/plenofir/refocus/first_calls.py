@@ -12,13 +12,14 @@ import sys
 import threading
 import time
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from plenofir.ground import compiling
 from plenofir.refocus.operator import Image
 from plenofir.refocus.plain import plain_refocus
+from plenofir.refocus.slices import Slice
 
 patient = False
 """Whether `refocus` waits for compiled code: for benchmarks, and where many pictures follow."""
@@ -57,12 +58,21 @@ class _Job:
         before = sys.getswitchinterval()
         _of_thread.job = self
         try:
-            from plenofir.refocus.fast import fast_refocus
+            from plenofir.refocus import compiled
 
-            kind, one = self._kind, (range(1), range(1))
+            kind = self._kind
             raw = np.zeros((1, 1, *kind.channels), f"u{kind.pixel_bytes}")
-            fast_refocus(
-                raw, kind.micro_image_size, 0, order=kind.order, units=kind.units, region=one
+            compiled.compiled_refocus(
+                raw,
+                Slice(
+                    raw.shape,
+                    8 * kind.pixel_bytes,
+                    kind.micro_image_size,
+                    0,
+                    (range(1), range(1)),
+                    order=kind.order,
+                    units=kind.units,
+                ),
             )
         finally:
             sys.setswitchinterval(before)
@@ -131,17 +141,19 @@ def _job_of(kind: Kind) -> _Job | None:
         return _jobs[kind]
 
 
-def refocus_image(raw: Image, m: int, shift: int, *, order: int, units: int, **more: Any) -> Image:
-    """`plenofir.refocus.fast.fast_refocus`, or its equal in NumPy until that is compiled."""
-    job = None
+def refocus_image(
+    raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
+) -> Image:
+    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled."""
+    job, m, units = None, slice_.micro_image_size, slice_.units
     if m > 1 or units:
-        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, order, units))
+        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.order, units))
     try:
         if job and job.ready():
-            from plenofir.refocus.fast import fast_refocus
+            from plenofir.refocus import compiled
 
-            return fast_refocus(raw, m, shift, order=order, units=units, **more)
-        return plain_refocus(raw, m, shift, order=order, units=units, **more)
+            return compiled.compiled_refocus(raw, slice_, out=out, threads=threads)
+        return plain_refocus(raw, slice_, out=out, threads=threads)
     finally:
         if job:
             job.answered.set()

@@ -56,13 +56,13 @@ class SumLayout:
         """Phase of the pixel that enters the sum with an output."""
         m = self.micro_image_size
         place = output + self._offset(slice_) + self.group_size(slice_) - 1
-        found = [
+        phases = [
             v
             for v in range(m)
             if (v * self.shifts[slice_] + self.place_in_group(slice_, v) - place) % m == 0
         ]
-        assert len(found) == 1
-        return found[0]
+        assert len(phases) == 1
+        return phases[0]
 
     def entering_age(self, slice_: int, phase: int) -> int:
         """Steps from a pixel of a phase to its entering the sum; it leaves M steps later."""
@@ -205,13 +205,13 @@ def moving_sum_lines(
     results: list[list[int]] = [[] for _ in queue]
     for now, (begins, index, sample) in enumerate(steps):
         if begins is not None:
-            own = begins
+            current = begins
             base = list(write)
             first_sum = held_sum = 0
         phase = index % m
         if sample is not None:
-            first_sum += sample * (index == first_index(order[own], phase, held=False))
-            held_sum += sample * (index == first_index(order[own], phase, held=True))
+            first_sum += sample * (index == first_index(order[current], phase, held=False))
+            held_sum += sample * (index == first_index(order[current], phase, held=True))
         due_begins = steps[now - delay][0] if now >= delay else None
         if due_begins is not None:
             due, output = due_begins, 0
@@ -232,7 +232,7 @@ def moving_sum_lines(
             if 0 <= i < len(queue[due]):
                 total += (
                     sample
-                    if i == index and sample is not None and due == own
+                    if i == index and sample is not None and due == current
                     else int(ring[enter[v] % len(ring)])
                 )
             if layout.pixels_leave and 0 <= i - m < len(queue[due]):

@@ -20,6 +20,7 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus import checks
 from plenofir.refocus.border import Border, check_border
 from plenofir.refocus.operator import Image, clamped_shift
+from plenofir.refocus.slices import Slice
 from plenofir.refocus.threads import in_threads, processors
 
 Floats32 = npt.NDArray[np.float32]
@@ -119,7 +120,7 @@ def best_picture(
         If the image, M, a or an option is not supported.
     """
     # Compiled code is loaded only when needed.
-    from plenofir.refocus.picture_loops import sharpened_bytes, sharpened_lines
+    from plenofir.refocus.compiled.picture_lines import sharpened_bytes, sharpened_lines
 
     raw = checks.check_raw(raw, M)
     m, focus = int(M), real_focus(a)
@@ -198,8 +199,8 @@ def registered_slice(
     them. Result: type of `raw`, or 32 bit floats for such means. The last line and column of the
     picture, which the operator has no pixels beyond, stay where they are.
     """
-    from plenofir.refocus.fast import fast_refocus
-    from plenofir.refocus.picture_loops import means_of_four
+    from plenofir.refocus.compiled import compiled_refocus
+    from plenofir.refocus.compiled.picture_lines import means_of_four
 
     beyond = 0 if m % 2 else 1
     first = [part.start + beyond * (shift % 2) for part in region]
@@ -207,15 +208,16 @@ def registered_slice(
     rows, columns = (
         range(min(a, n - 1), min(b, n)) for a, b, n in zip(first, last, raw.shape, strict=False)
     )
-    image = fast_refocus(
-        raw,
+    slice_ = Slice(
+        raw.shape,
+        8 * raw.itemsize,
         m,
         clamped_shift(m, shift, raw.shape),
+        (rows, columns),
         order=1,
-        region=(rows, columns),
         normalise=normalise,
-        threads=threads,
     )
+    image = compiled_refocus(raw, slice_, threads=threads)
     lacking = [b - a - n for a, b, n in zip(first, last, image.shape, strict=False)]
     if any(lacking):
         ends = [(0, n) for n in lacking]
@@ -253,7 +255,7 @@ def _mean_of_views(
     region: tuple[slice, slice],
 ) -> Floats32:
     """Weighted mean of the views that reach each pixel, each interpolated linearly."""
-    from plenofir.refocus.picture_loops import views_of_lines
+    from plenofir.refocus.compiled.picture_lines import views_of_lines
 
     rows, columns = (part.stop - part.start for part in region)
     cube = np.ascontiguousarray(raw).reshape(*raw.shape[:2], -1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The moving sums of `plenofir.refocus.fast` in plain NumPy, a line at a time.
+"""Refocusing in plain NumPy, a line at a time: the oracle of the compiled code, to the bit.
 
 Nothing is compiled, so the first picture of a machine comes from here
 (`plenofir.refocus.first_calls`). The cost depends on neither M nor a': a line of sums is the line
@@ -7,14 +7,15 @@ before, plus the lines that enter the box, minus those that leave it. Columns ar
 transposed sums.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.refocus.border import arrived
-from plenofir.refocus.operator import Align, Image, check_sums, output_offset
-from plenofir.refocus.sharpening import Taps, taps
+from plenofir.refocus.operator import Image, output_offset
+from plenofir.refocus.sharpening import Taps
+from plenofir.refocus.slices import Slice
 from plenofir.refocus.threads import in_threads, processors
 
 # Lines of a picture in one go: all arrays in between are bounded by it, and a column is still long
@@ -24,9 +25,30 @@ _BAND = 512
 Integers = npt.NDArray[Any]
 
 
-def _word(largest: int, *, signed: bool) -> Any:
+class _Words(NamedTuple):
+    """The narrowest types for sums: of lines, of both dimensions, of sharpened lines."""
+
+    lines: Any
+    sums: Any
+    sharpened: Any
+
+
+def _word(largest: int, *, signed: bool = False) -> Any:
     """The narrowest type for sums."""
     return np.promote_types(np.min_scalar_type(-largest if signed else largest), np.uint8)
+
+
+def _words(slice_: Slice) -> _Words:
+    """Types for the sums of a slice; half of the divisor is added before a division."""
+    full, gain, sums = slice_.full, slice_.taps.gain, slice_.white * slice_.divisor * 3 // 2
+    lines = _word(slice_.white * full + full)
+    if slice_.units == 0:
+        return _Words(lines, _word(sums), lines)
+    return _Words(
+        lines,
+        _word(gain**2 * slice_.white * slice_.divisor * 3 // 2, signed=True),
+        _word(gain * slice_.white * full, signed=True),
+    )
 
 
 def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Integers:
@@ -56,20 +78,19 @@ def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Int
     return sums
 
 
-def _sums(
-    x: Integers, m: int, shift: int, align: Align, order: int, wanted: range, step: int, word: Any
-) -> Integers:
-    """Sums of lines for each wanted output, with moving sums for the interpolation."""
-    box, length = output_offset(m, 1, align), len(x)
-    low, high = wanted.start * step, (wanted.stop - 1) * step + 1
+def _sums(x: Integers, slice_: Slice, outputs: range, word: Any) -> Integers:
+    """Sums of lines for each output, with moving sums for the interpolation."""
+    m, step, length = slice_.micro_image_size, slice_.step, len(x)
+    box = output_offset(m, 1, slice_.align)
+    low, high = outputs.start * step, (outputs.stop - 1) * step + 1
     # Ranges that each of the interpolation's moving sums needs, the last one first.
     ranges = [(low, high)]
-    for _ in range(order):
+    for _ in range(slice_.order):
         low, high = max(0, low + box - m + 1), min(length, high + box)
         ranges.append((low, high))
     low, high = ranges.pop()
-    offset = output_offset(m, shift, align)
-    x = _line_sums(x, m, shift, range(low + offset, high + offset, step), word)
+    offset = output_offset(m, slice_.shift, slice_.align)
+    x = _line_sums(x, m, slice_.shift, range(low + offset, high + offset, step), word)
     for first, last in reversed(ranges):
         # Further moving sums, those of the interpolation, have the focus setting 1 / M.
         x = _line_sums(x, m, 1, range(first + box - low, last + box - low), word)
@@ -81,113 +102,61 @@ def _sharpened(
     x: Integers,
     filter_: Taps,
     m: int,
-    wanted: range,
+    outputs: range,
     start: int,
     inside: npt.NDArray[np.bool_],
     word: Any,
 ) -> Integers:
     """The filter along lines; x begins with line `start`, and a tap outside is the line itself."""
-    sharp = np.empty((len(wanted), *x.shape[1:]), word)
+    sharp = np.empty((len(outputs), *x.shape[1:]), word)
     around = np.empty(x.shape[1:], word)
-    for target, line in zip(sharp, wanted, strict=True):
-        taken = [
+    for target, line in zip(sharp, outputs, strict=True):
+        before, behind = (
             k if 0 <= k < inside.size and inside[line] and inside[k] else line
             for k in (line - m, line + m)
-        ]
-        np.add(x[taken[0] - start], x[taken[1] - start], out=around, dtype=word)
+        )
+        np.add(x[before - start], x[behind - start], out=around, dtype=word)
         around *= filter_.side
         np.multiply(x[line - start], filter_.centre, out=target, dtype=word)
         target -= around
     return sharp
 
 
-def _check(white: int, divisor: int, filter_: Taps, units: int) -> None:
-    """Refuse what `plenofir.refocus.fast.plan` refuses."""
-    check_sums(white * divisor)
-    if units:
-        gain, drop = (filter_.centre + 2 * filter_.side) ** 2, 2 * filter_.bits - 1
-        most = -(-white * gain >> 2 * filter_.bits)
-        check_sums(max(2 * most * divisor, gain * white * divisor + (2 << drop)))
+def _wider(outputs: range, slice_: Slice, axis: int) -> range:
+    """Outputs that sharpening needs: its taps reach a lens farther."""
+    if slice_.units == 0:
+        return outputs
+    m, length = slice_.micro_image_size, slice_.shape[axis]
+    return range(max(0, outputs.start - m), min(length, outputs.stop + m))
 
 
-def plain_refocus(
-    raw: Image,
-    micro_image_size: int,
-    shift: int,
-    *,
-    align: Align = "centred",
-    order: int = 0,
-    units: int = 0,
-    region: tuple[range, range],
-    upsample: bool = True,
-    normalise: bool = False,
-    out: Image | None = None,
-    threads: int | None = None,
-) -> Image:
-    """`plenofir.refocus.fast.fast_refocus`, equal to the bit."""
-    m, lengths = micro_image_size, raw.shape[:2]
-    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
-    image: Image = np.empty(shape, raw.dtype) if out is None else out
-    if image.size == 0:
-        return image
-    filter_, full, white = taps(units), m ** (1 + order), int(np.iinfo(raw.dtype).max)
-    _check(white, full**2, filter_, units)
-    step = 1 if upsample else m
-    reached = [np.full(length, full) for length in lengths]
-    if normalise:
-        reached = [arrived(length, m, shift, order, align) for length in lengths]
-    down, across = (
-        weights[::step][part.start : part.stop]
-        for weights, part in zip(reached, region, strict=True)
-    )
-    # Half of the divisor is added before a division.
-    words = [
-        _word(white * full + full, signed=False),
-        _word(3 * white * full**2 // 2, signed=False),
-    ]
-    if units:
-        gain = filter_.centre + 2 * filter_.side
-        words += [_word(gain * white * full, signed=True)]
-        words[1] = _word(gain**2 * white * full**2 * 3 // 2, signed=True)
-    # Taps of sharpening reach a lens farther.
-    wider = region[1]
-    if units:
-        wider = range(max(0, wider.start - m), min(lengths[1], wider.stop + m))
-    pixels, picture = raw.reshape(*lengths, -1), image.reshape(*shape[:2], -1)
-    bands = iter(range(0, shape[0], _BAND))
-
-    def some() -> None:
-        for first in bands:
-            last = min(first + _BAND, shape[0])
-            rows = range(region[0].start + first, region[0].start + last)
-            lines = range(max(0, rows.start - m), min(lengths[0], rows.stop + m)) if units else rows
-            x = _sums(pixels, m, shift, align, order, lines, step, words[0])
-            if units:
-                x = _sharpened(x, filter_, m, rows, lines.start, reached[0] == full, words[2])
-            # Columns become lines.
-            x = np.ascontiguousarray(x.transpose(1, 0, 2))
-            x = _sums(x, m, shift, align, order, wider, step, words[1])
-            if units:
-                columns = region[1], wider.start
-                x = _sharpened(x, filter_, m, *columns, reached[1] == full, words[1])
-            weights = across, down[first:last]
-            x = _quotients(x, weights, filter_.scale**2, white, normalise)
-            picture[first:last] = x.transpose(1, 0, 2)
-
-    count = processors() if threads is None else threads
-    in_threads(some, min(count, -(-shape[0] // _BAND)))
-    return image
-
-
-def _quotients(
-    x: Integers, weights: tuple[Integers, Integers], scale: int, white: int, normalise: bool
+def _both_sums(
+    pixels: Integers, slice_: Slice, reached: list[Integers], rows: range, words: _Words
 ) -> Integers:
-    """Sums over the product of their weights, halves rounded up, limited to 0 .. `white`."""
-    if normalise:
+    """Sums of both dimensions for rows of the picture, shape (columns, rows, channels)."""
+    m, filter_, columns = slice_.micro_image_size, slice_.taps, slice_.region[1]
+    lines, wider = _wider(rows, slice_, 0), _wider(columns, slice_, 1)
+    x = _sums(pixels, slice_, lines, words.lines)
+    if slice_.units:
+        inside = reached[0] == slice_.full
+        x = _sharpened(x, filter_, m, rows, lines.start, inside, words.sharpened)
+    # Columns become lines.
+    x = np.ascontiguousarray(x.transpose(1, 0, 2))
+    x = _sums(x, slice_, wider, words.sums)
+    if slice_.units:
+        inside = reached[1] == slice_.full
+        x = _sharpened(x, filter_, m, columns, wider.start, inside, words.sums)
+    return x
+
+
+def _quotients(x: Integers, weights: tuple[Integers, Integers], slice_: Slice) -> Integers:
+    """Sums over the product of their weights, halves rounded up, limited to the pixels' range."""
+    white, scale = slice_.white, slice_.taps.scale**2
+    if slice_.normalise:
         divisors = scale * np.outer(*weights)[..., None]
         x = (x.astype(np.int64) + divisors // 2) // np.maximum(divisors, 1)
         return np.where(divisors > 0, np.clip(x, 0, white), 0)
-    divisor = scale * int(weights[0][0] * weights[1][0])
+    divisor = scale * slice_.divisor
     x += x.dtype.type(divisor // 2)
     if scale > 1:
         np.clip(x, 0, (white + 1) * divisor - 1, out=x)
@@ -195,3 +164,34 @@ def _quotients(
     x = x.view(f"u{x.itemsize}")
     x //= x.dtype.type(divisor)
     return x
+
+
+def plain_refocus(
+    raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
+) -> Image:
+    """Refocus an image, as `plenofir.refocus.compiled.compiled_refocus`."""
+    lengths, shape = slice_.shape[:2], slice_.result_shape
+    image: Image = np.empty(shape, raw.dtype) if out is None else out
+    if image.size == 0:
+        return image
+    words, reached = _words(slice_), [np.full(length, slice_.full) for length in lengths]
+    if slice_.normalise:
+        m, shift = slice_.micro_image_size, slice_.shift
+        reached = [arrived(length, m, shift, slice_.order, slice_.align) for length in lengths]
+    down, across = (
+        weights[:: slice_.step][part.start : part.stop]
+        for weights, part in zip(reached, slice_.region, strict=True)
+    )
+    pixels, picture = raw.reshape(*lengths, -1), image.reshape(*shape[:2], -1)
+    bands = iter(range(0, shape[0], _BAND))
+
+    def some() -> None:
+        for first in bands:
+            last, top = min(first + _BAND, shape[0]), slice_.region[0].start
+            x = _both_sums(pixels, slice_, reached, range(top + first, top + last), words)
+            x = _quotients(x, (across, down[first:last]), slice_)
+            picture[first:last] = x.transpose(1, 0, 2)
+
+    count = processors() if threads is None else threads
+    in_threads(some, min(count, -(-shape[0] // _BAND)))
+    return image

@@ -47,6 +47,11 @@ class Taps(NamedTuple):
         return 1 << self.bits
 
     @property
+    def gain(self) -> int:
+        """Sum of the weights' magnitudes."""
+        return self.centre + 2 * self.side
+
+    @property
     def noise_gain(self) -> float:
         """Noise after over noise before the filter of one dimension, as standard deviations."""
         return float(np.hypot(self.centre, np.sqrt(2) * self.side)) / self.scale
@@ -80,7 +85,7 @@ def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
     return int(share * WEIGHT_UNITS + Fraction(1, 2))
 
 
-def _given_units(sharpen: Sharpen, where: str) -> int | None:
+def _fixed_units(sharpen: Sharpen, where: str) -> int | None:
     """Weight of an option, in 64ths; None for "auto", whose weight depends on the focus."""
     if isinstance(sharpen, str) and sharpen in ("auto", "off"):
         return None if sharpen == "auto" else 0
@@ -109,21 +114,21 @@ def sharpening_units(
     `sharpen`: "auto", "off", or b itself, as a number or as text such as "1/16". Result: 64 b, 0 to
     16. Raises `InputError` if there is no such sharpening.
     """
-    given = _given_units(sharpen, where)
-    return automatic_units(micro_image_size, shift, order) if given is None else given
+    units = _fixed_units(sharpen, where)
+    return automatic_units(micro_image_size, shift, order) if units is None else units
 
 
 def check_sharpen(sharpen: Sharpen, where: str = "sharpen") -> Sharpen:
     """Refuse a sharpening that no focus setting could have; the same."""
-    _given_units(sharpen, where)
+    _fixed_units(sharpen, where)
     return sharpen
 
 
 def neighbours(length: int, distance: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
     """Indices of the pixels a distance before and after each; its own if there is none."""
-    own = np.arange(length)
-    before = np.where(own >= distance, own - distance, own)
-    behind = np.where(own + distance < length, own + distance, own)
+    pixels = np.arange(length)
+    before = np.where(pixels >= distance, pixels - distance, pixels)
+    behind = np.where(pixels + distance < length, pixels + distance, pixels)
     return before, behind
 
 

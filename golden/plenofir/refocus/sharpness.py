@@ -76,13 +76,14 @@ class DepthIndex:
 
     def focus(self, shifts: Sequence[int], micro_image_size: int) -> npt.NDArray[np.float64]:
         """Focus setting a of each micro image, of slices a' = `shifts`; shape (t, s)."""
-        own = np.array(shifts, np.float64) / micro_image_size
+        settings = np.array(shifts, np.float64) / micro_image_size
         if self.fraction is None:
-            return np.asarray(own[self.index])
-        borders = np.concatenate([own[:1], (own[1:] + own[:-1]) / 2, own[-1:]])
+            return np.asarray(settings[self.index])
+        middles = (settings[1:] + settings[:-1]) / 2
+        borders = np.concatenate([settings[:1], middles, settings[-1:]])
         place = (self.fraction + 0.5) / (1 << FRACTION_BITS)
         low, high = borders[self.index], borders[self.index.astype(int) + 1]
-        return np.where(self.confidence == 0, own[self.index], low + (high - low) * place)
+        return np.where(self.confidence == 0, settings[self.index], low + (high - low) * place)
 
 
 def lens_sums(image: Image, m: int) -> Integers:
@@ -150,13 +151,13 @@ def vote(
         counts.append(window)
     most = np.max(counts, axis=0)
     voted = np.where(sure, index, np.argmax(counts, axis=0)).astype(np.uint8)
-    known = sure | (most > 0)
+    decided = sure | (most > 0)
     for t in range(len(index)):
         if t:
-            voted[t] = np.where(known[t], voted[t], voted[t - 1])
+            voted[t] = np.where(decided[t], voted[t], voted[t - 1])
             continue
         for s in range(index.shape[1]):
-            if not known[t, s]:
+            if not decided[t, s]:
                 voted[t, s] = voted[t, s - 1] if s else index[t, s]
     return voted
 
@@ -181,7 +182,7 @@ def has_order(shifts: Sequence[int]) -> bool:
 def between_slices(
     index: npt.NDArray[np.uint8],
     peak: tuple[Integers, Integers, Integers],
-    known: npt.NDArray[np.bool_],
+    textured: npt.NDArray[np.bool_],
     shifts: Sequence[int],
     confidence: int,
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
@@ -190,18 +191,18 @@ def between_slices(
     `peak`: sharpness of the slice before, of the sharpest one, of the one after it. Their a' lie l
     and r apart (`shifts`). The parabola falls to them by slopes that are equal and opposite at the
     vertex, and change evenly between the middles of both intervals: from one middle to the other
-    the vertex lies at p / (p + q), p = r (own - before), q = l (own - after). So it never leaves
-    the slice's half of either interval.
+    the vertex lies at p / (p + q), p = r (sharpest - before), q = l (sharpest - after). So it never
+    leaves the slice's half of either interval.
 
-    Returns floor(256 p / (p + q)), at most 255; and the confidence, the curvature 2 own - before -
-    after over the power of two for which `confidence` becomes 16 to 31, limited to 1 to 255. The
-    first and the last slice, and those not `known`, have 128 and 0.
+    Returns floor(256 p / (p + q)), at most 255; and the confidence, the curvature 2 sharpest -
+    before - after over the power of two for which `confidence` becomes 16 to 31, limited to 1 to
+    255. The first and the last slice, and those not `textured`, have 128 and 0.
     """
-    before, own, after = peak
-    inner = known & (index > 0) & (index < len(shifts) - 1)
+    before, sharpest, after = peak
+    inner = textured & (index > 0) & (index < len(shifts) - 1)
     steps = np.pad(np.abs(np.diff(np.array(shifts, np.int64))), 1, constant_values=1)
-    p = np.where(inner, (own - before) * steps[index.astype(int) + 1], 0)
-    whole = p + np.where(inner, (own - after) * steps[index], 1)
+    p = np.where(inner, (sharpest - before) * steps[index.astype(int) + 1], 0)
+    whole = p + np.where(inner, (sharpest - after) * steps[index], 1)
     fraction = np.zeros_like(p)
     for _ in range(FRACTION_BITS):
         # Bit by bit, as 256 p may have more than 64 bits.
@@ -209,7 +210,7 @@ def between_slices(
         bit = p >= whole
         p -= np.where(bit, whole, 0)
         fraction = 2 * fraction + bit
-    curvature = (2 * own - before - after) >> max(confidence.bit_length() - 5, 0)
+    curvature = (2 * sharpest - before - after) >> max(confidence.bit_length() - 5, 0)
     return (
         np.where(inner, fraction, _MIDDLE).astype(np.uint8),
         np.where(inner, np.clip(curvature, 1, 255), 0).astype(np.uint8),
@@ -283,14 +284,14 @@ def depth_index(
         shape, kind = image.shape, image.dtype
         del image
     assert peaks is not None, "one slice at least"
-    best, known = peaks.index, np.ones(peaks.index.shape, bool)
+    best, textured = peaks.index, np.ones(peaks.index.shape, bool)
     if vote_radius:
-        known = peaks.most - peaks.least >= confidence
-        best = vote(best, known, len(stack), vote_radius)
+        textured = peaks.most - peaks.least >= confidence
+        best = vote(best, textured, len(stack), vote_radius)
     fraction = certainty = None
     if shifts:
-        own = peaks.before, peaks.most, peaks.after
-        fraction, certainty = between_slices(peaks.index, own, known, shifts, confidence)
+        peak = peaks.before, peaks.most, peaks.after
+        fraction, certainty = between_slices(peaks.index, peak, textured, shifts, confidence)
     picture = np.empty(shape, kind)
     columns = np.arange(shape[1]) // micro_image_size
     for part, slices in bands(stack, shape[0]):

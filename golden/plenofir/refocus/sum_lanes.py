@@ -118,7 +118,7 @@ def lane_sums(
         due_begins = tokens[now - delay][0] if now >= delay else None
         if begins is not None:
             frozen = (next_row, next_place)
-            own, count = begins, 0
+            current, count = begins, 0
             next_row, next_place = next_row + 1, 0
             base = next_row
             first = held_first = 0
@@ -130,8 +130,8 @@ def lane_sums(
                 wraps, bank = divmod(next_place + j, banks)
                 memory[bank, (next_row + wraps) % layout.rows] = word[j]
                 index = count * p + j
-                first += word[j] * layout.is_initial(order[own], index, held=False)
-                held_first += word[j] * layout.is_initial(order[own], index, held=True)
+                first += word[j] * layout.is_initial(order[current], index, held=False)
+                held_first += word[j] * layout.is_initial(order[current], index, held=True)
             wraps, next_place = divmod(next_place + p, banks)
             next_row += wraps
         if due_begins is not None:

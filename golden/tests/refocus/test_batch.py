@@ -28,7 +28,7 @@ from plenofir.refocus.batch import (
     result_names,
     run_batch,
 )
-from plenofir.refocus.finished_frames import RECORD, Content, Entry, Record
+from plenofir.refocus.batch_record import RECORD, Content, Entry, Record
 
 SETTINGS = Settings(5, (Fraction(1), Fraction(1, 5)))
 NAMES = ("_2_a1.png", "_1_a1_5.png")

@@ -17,7 +17,7 @@ from test_batch import check_results
 
 from plenofir.ground.images import write_png
 from plenofir.refocus.batch import find_frames
-from plenofir.refocus.finished_frames import RECORD
+from plenofir.refocus.batch_record import RECORD
 
 OPTIONS = ("--interpolation", "nearest")
 COMMAND = ("batch", "in/*.png", "-M", "5", "-a", "1 1/5", *OPTIONS, "--out", "out", "--workers")

@@ -15,15 +15,19 @@ from hypothesis import strategies as st
 from test_refocus import random_image
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, blocks, fast, refocus, threads
-from plenofir.refocus.kernels import compiled
+from plenofir.ground.kept_code import compiled
+from plenofir.refocus import ExactArithmetic, refocus, threads
+from plenofir.refocus.compiled import frames, plans, weights
+from plenofir.refocus.compiled.parameters import Weights
+from plenofir.refocus.division import division
+from plenofir.refocus.slices import Slice
 
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
 bounds = st.tuples(st.integers(0, 60), st.integers(0, 60)).map(sorted)
 
 weights_table, inverse_bits = (
-    compiled(function.py_func) for function in (blocks.weights_table, blocks.inverse_bits)
+    compiled(function.py_func) for function in (weights.weights_table, weights.inverse_bits)
 )
 """Functions for compiled code, with a way from Python."""
 
@@ -38,10 +42,10 @@ def test_equals_the_reference(data):
     raw = random_image(shape, dtype, data.draw(st.integers(0, 9)))
     with pytest.MonkeyPatch.context() as patch:
         # Blocks of a few pixels, and threads for them, so that their borders lie everywhere.
-        patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
-        patch.setattr(fast, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
-        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
-        patch.setattr(fast, "_PAST_CACHES", data.draw(st.sampled_from([0, 4 << 20])))
+        patch.setattr(plans, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
+        patch.setattr(plans, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
+        patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
+        patch.setattr(frames, "_PAST_CACHES", data.draw(st.sampled_from([0, 4 << 20])))
         image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
     assert image.dtype == raw.dtype
@@ -107,11 +111,11 @@ def test_where_words_get_wider(m, dtype):
 @given(st.integers(2, 400), st.integers(0, 3), st.sampled_from([8, 16]))
 def test_division_by_multiplication_is_exact(m, order, pixel_bits):
     divisor, white = m ** (2 + 2 * order), (1 << pixel_bits) - 1
-    try:
-        made = fast.division(divisor, white)
-    except InputError:
-        assert (divisor * white).bit_length() > 61
+    if (divisor * white).bit_length() > 61:
+        with pytest.raises(InputError, match="sums"):
+            Slice((9, 9), pixel_bits, m, 1, (range(9), range(9)), order=order)
         return
+    made = division(divisor, white)
     assert divisor * white + made.half < 1 << made.bits
     assert made.multiplier < 1 << made.bits <= 1 << made.drop
     # The quotient can only be wrong next to where it changes.
@@ -133,9 +137,9 @@ def test_division_by_weights_is_exact(columns, row, widths, twice):
     largest = math.isqrt((1 << bits - quotient_bits) // twice)
     columns, row = [min(c * largest // 300, largest) for c in columns], row * largest // 300
     none = np.empty(0, np.int64)
-    weights = blocks.Weights(none, none, np.array(columns), twice, quotient_bits)
+    factors = Weights(none, none, np.array(columns), twice, quotient_bits)
     table = np.empty((len(columns), 3, 2), np.uint64)
-    weights_table(weights, np.array([row, largest]), bits, table.reshape(-1))
+    weights_table(factors, np.array([row, largest]), bits, table.reshape(-1))
     assert int(table.max()) < 1 << bits
     drop, most = 2 * bits - quotient_bits - 1, (1 << quotient_bits) - 1
     for column, numbers in zip(columns, table.astype(object), strict=True):
@@ -155,8 +159,8 @@ def test_division_where_the_multiplier_is_almost_exact(weight, quotient_bits):
     # These numbers, 15841 = 7 31 73 and 8803969 = 31 89 3191, divide a power of two less 1.
     none, columns = np.empty(0, np.int64), np.array([weight])
     table = np.empty(3, np.uint64)
-    weights = blocks.Weights(none, none, columns, 1, quotient_bits)
-    weights_table(weights, np.array([1]), 32, table)
+    factors = Weights(none, none, columns, 1, quotient_bits)
+    weights_table(factors, np.array([1]), 32, table)
     half, scale, multiplier = table.tolist()
     for quotient in (1, 2, 100, (1 << quotient_bits) - 1):
         # The sum that is just rounded up, and the one before it.
@@ -192,7 +196,7 @@ def test_threads_are_kept_and_hand_on_what_fails():
     assert len(seen) == 3
     assert set(threads._idle) == set(kept)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", 1)
+        patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", 1)
         assert np.array_equal(refocus(raw, 11, "1/11", threads=3), want)
 
 
@@ -238,8 +242,8 @@ def test_bad_options(options, message):
 def test_most_of_what_is_reached_lies_outside(m, shift, order, align, threads):
     raw = random_image((m + 33, m + 58), np.uint8)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", 99)
-        patch.setattr(fast, "_BLOCK_LENSES", 0)
+        patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", 99)
+        patch.setattr(plans, "_BLOCK_LENSES", 0)
         a = Fraction(shift, m)
         image = refocus(raw, m, a, align=align, interpolation=order, threads=threads)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
@@ -292,7 +296,7 @@ def test_any_blocks(order, sharpen, monkeypatch) -> None:
         rows, columns = (cut_anyhow(rng, axis.outputs) for axis in (work.rows, work.columns))
         return np.array([(*row, *column) for column in columns for row in rows])
 
-    monkeypatch.setattr(fast, "_blocks", cut)
+    monkeypatch.setattr(frames, "blocks_of", cut)
     for m, shift in ((2, 1), (2, -3), (3, 1), (3, 2), (4, 2), (4, 5), (5, 0), (5, -4), (6, 3)):
         for dtype, border in ((np.uint8, "zero"), (np.uint16, "normalise")):
             raw = random_image((int(rng.integers(m, 90)), int(rng.integers(m, 90))), dtype)
@@ -308,12 +312,9 @@ def test_blocks_cover_each_pixel_once(data) -> None:
     rows, columns = data.draw(st.integers(1, 5000)), data.draw(st.integers(1, 5000))
     upsample = data.draw(st.booleans())
     shift *= 1 if upsample else m
-    work = fast.plan(
-        *((rows * m, columns * m), 8, m, shift),
-        **{"align": "centred", "order": 0, "units": 0, "upsample": upsample, "normalise": False},
-        region=(range(rows), range(columns)),
-    )
-    cut = fast._blocks(work.plan, work.line_bits // 8, data.draw(st.integers(1, 9)))
+    shape, region = (rows * m, columns * m), (range(rows), range(columns))
+    work = plans.work_of(Slice(shape, 8, m, shift, region, upsample=upsample))
+    cut = plans.blocks_of(work.plan, work.loops.word_bytes, data.draw(st.integers(1, 9)))
     corners = {(row, column) for row, _, column, _ in cut.tolist()}
     for axis, length in ((0, rows), (1, columns)):
         parts = sorted(set(map(tuple, cut[:, 2 * axis : 2 * axis + 2].tolist())))

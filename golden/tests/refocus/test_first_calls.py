@@ -15,10 +15,11 @@ import pytest
 from test_refocus import random_image
 
 from plenofir.ground import compiling
-from plenofir.refocus import fast, first_calls, refocus
-from plenofir.refocus.fast import fast_refocus
+from plenofir.refocus import compiled, first_calls, refocus
+from plenofir.refocus.compiled import compiled_refocus
 from plenofir.refocus.operator import clamped_shift
 from plenofir.refocus.plain import plain_refocus
+from plenofir.refocus.slices import Slice
 
 
 def test_plain_equals_compiled() -> None:
@@ -33,30 +34,30 @@ def test_plain_equals_compiled() -> None:
         upsample = bool(order or units or shift % m) or draw.random() < 0.5
         lengths = [n if upsample else n // m for n in shape[:2]]
         bounds = [sorted((draw.randint(0, n), draw.randint(0, n))) for n in lengths]
+        dtype = draw.choice([np.uint8, np.uint16])
+        region = tuple(
+            draw.choice([range(n), range(*part)]) for n, part in zip(lengths, bounds, strict=True)
+        )
         options = {
             "align": draw.choice(["centred", "causal"]),
             "order": order,
             "units": units,
             "upsample": upsample,
             "normalise": draw.random() < 0.5,
-            "region": tuple(
-                draw.choice([range(n), range(*part)])
-                for n, part in zip(lengths, bounds, strict=True)
-            ),
         }
-        raw = random_image(shape, draw.choice([np.uint8, np.uint16]))
-        case = m, shift, shape, raw.dtype, options
-        plain, compiled = (work(raw, m, shift, **options) for work in (plain_refocus, fast_refocus))
-        assert plain.dtype == compiled.dtype, case
-        assert np.array_equal(plain, compiled), case
+        raw = random_image(shape, dtype)
+        case = Slice(shape, 8 * raw.itemsize, m, shift, region, **options)
+        plain, fast = (work(raw, case) for work in (plain_refocus, compiled_refocus))
+        assert plain.dtype == fast.dtype, case
+        assert np.array_equal(plain, fast), case
 
 
 def test_plain_in_many_bands() -> None:
     raw = random_image((1300, 40), np.uint16)
     out = np.empty_like(raw)
-    options = {"region": (range(1300), range(40)), "units": 4, "order": 1}
-    assert plain_refocus(raw, 5, 3, out=out, threads=2, **options) is out
-    assert np.array_equal(out, fast_refocus(raw, 5, 3, **options))
+    case = Slice(raw.shape, 16, 5, 3, (range(1300), range(40)), units=4, order=1)
+    assert plain_refocus(raw, case, out=out, threads=2) is out
+    assert np.array_equal(out, compiled_refocus(raw, case))
 
 
 class SlowCompiler:
@@ -71,13 +72,13 @@ class SlowCompiler:
             self.go.wait()
             compiling.end("loops")
         self.calls += 1
-        return fast_refocus(*arguments, **options)
+        return compiled_refocus(*arguments, **options)
 
 
 @pytest.fixture
 def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCompiler]:
     compiler = SlowCompiler()
-    monkeypatch.setattr(fast, "fast_refocus", compiler)
+    monkeypatch.setattr(compiled, "compiled_refocus", compiler)
     monkeypatch.setattr(first_calls, "patient", False)
     monkeypatch.setattr(first_calls, "_jobs", {})
     monkeypatch.setattr(first_calls, "_LOADING_SECONDS", 60)
@@ -87,7 +88,7 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCompiler]:
 
 
 RAW = random_image((50, 40), np.uint8)
-WANTED = fast_refocus(RAW, 5, 2, region=(range(50), range(40)))
+WANTED = compiled_refocus(RAW, Slice(RAW.shape, 8, 5, 2, (range(50), range(40))))
 
 
 def test_pictures_while_loops_compile(slow: SlowCompiler) -> None:
@@ -142,12 +143,12 @@ def test_the_end_of_a_process_waits(tmp_path) -> None:
     code = f"""
 import time, numpy as np
 from plenofir.ground import compiling
-from plenofir.refocus import refocus, fast
+from plenofir.refocus import refocus, compiled
 def slow(*arguments, **options):
     compiling.begin("loops")
     time.sleep(0.5)
     open({str(tmp_path / "kept")!r}, "w").close()
-fast.fast_refocus = slow
+compiled.compiled_refocus = slow
 assert refocus(np.ones((9, 9), np.uint8), 3, 0).all()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -16,18 +16,21 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from plenofir.ground import compiling
-from plenofir.refocus import blocks, kernels, machine_code, row_vectors, rows, vectors
-from plenofir.refocus.kept_code import KeptCode
+from plenofir.ground.kept_code import KeptCode
+from plenofir.refocus.compiled import blocks, column_vectors, machine_code, row_vectors
 
 OF_NUMBA = """
-from plenofir.refocus.kernels import compiled, inner
+from functools import partial
+from pathlib import Path
+
+from plenofir.ground.kept_code import compiled, inner
 
 @inner
 def add(target, values):
     for k in range(target.size):
         target[k] += values[k]
 
-@compiled
+@partial(compiled, inlined=[Path(__file__).with_name("shared.py")])
 def twice(values):
     add(values, values)
 
@@ -37,8 +40,8 @@ def loaded():
 LOOP = """
 from ctypes import CFUNCTYPE, c_int64
 
-from plenofir.refocus.machine_code import loop
-from plenofir.refocus.vector_code import Array, Value
+from plenofir.refocus.compiled.machine_code import loop
+from plenofir.refocus.compiled.vector_code import Array, Value
 
 written = []
 
@@ -62,6 +65,7 @@ def twice(request, tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
     """Load the function again, from disk if it is cached, and call it."""
     path = tmp_path / "of_a_test.py"
     path.write_text(request.param)
+    path.with_name("shared.py").touch()
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def call() -> list[int]:
@@ -156,8 +160,7 @@ def test_other_sources(tmp_path: Path, twice, monkeypatch) -> None:
     """Code is made anew when a module changes whose functions are inlined into it."""
     shared = tmp_path / "shared.py"
     shared.write_text("1")
-    for module in kernels, machine_code:
-        monkeypatch.setattr(module, "_SHARED", (shared,))
+    monkeypatch.setattr(machine_code, "_SHARED", (shared,))
     for text, loaded in (("1", False), ("1", True), ("2", False), ("2", True)):
         shared.write_text(text)
         assert twice() == [0, 2, 4, 6, 8]
@@ -170,19 +173,26 @@ def of_code(value: object) -> bool:
     return tuples or isinstance(value, int | FunctionType | Dispatcher)
 
 
-@pytest.mark.parametrize(
-    ("module", "shared"),
-    [
-        *((module, kernels) for module in (blocks, kernels, rows)),
-        *((module, machine_code) for module in (row_vectors, vectors)),
-    ],
-)
-def test_code_depends_on_all_that_it_takes_in(module: ModuleType, shared: ModuleType) -> None:
-    origins = {
+def origins(module: ModuleType) -> set[Path]:
+    """Files whose functions and numbers become part of a module's compiled code."""
+    return {
         Path(importlib.util.find_spec(node.module).origin)
         for node in ast.walk(ast.parse(Path(module.__file__).read_text()))
-        if isinstance(node, ast.ImportFrom) and node.module.startswith("plenofir")
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("plenofir.refocus")
         if any(of_code(getattr(module, alias.name)) for alias in node.names)
     }
-    assert origins
-    assert origins <= set(shared._SHARED)
+
+
+@pytest.mark.parametrize("module", [row_vectors, column_vectors])
+def test_loops_depend_on_all_that_they_take_in(module: ModuleType) -> None:
+    assert origins(module)
+    assert origins(module) <= set(machine_code._SHARED)
+
+
+@pytest.mark.parametrize("path", [Path(blocks.__file__), *blocks.INLINED], ids=lambda p: p.stem)
+def test_blocks_depend_on_all_that_they_take_in(path: Path) -> None:
+    """Loops are called by address: their modules give compiled code names of arguments only."""
+    loops = {Path(module.__file__) for module in (row_vectors, column_vectors)}
+    if path.stem not in ("machine_code", "vector_code"):
+        module = importlib.import_module(f"plenofir.refocus.compiled.{path.stem}")
+        assert origins(module) - loops <= set(blocks.INLINED)

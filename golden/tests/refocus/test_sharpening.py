@@ -16,13 +16,12 @@ from plenofir.refocus import (
     StoredProductArithmetic,
     automatic_units,
     derived_moment,
-    fast,
     interpolated_sums,
-    kernels,
     refocus,
     refocus_sums,
     sharpening_units,
 )
+from plenofir.refocus.compiled import columns, frames, plans
 from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, check_sharpen, sharpened_sums, taps
 
 aligns = st.sampled_from(["centred", "causal"])
@@ -78,8 +77,8 @@ def test_fast_path_equals_the_definition(data) -> None:
     region = data.draw(st.sampled_from([None, tuple(slice(*pair) for pair in ends)]))
     with pytest.MonkeyPatch.context() as patch:
         # Strips of a few pixels, and threads for them.
-        patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
-        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
+        patch.setattr(plans, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
+        patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
         how = {"align": align, "interpolation": order, "region": region, "threads": 2}
         image = refocus(raw, m, Fraction(shift, m), sharpen=b, **how)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order, sharpen=b)
@@ -123,9 +122,9 @@ def test_largest_and_smallest_sums(units, dtype) -> None:
 
 
 def test_long_lines_and_many_lines() -> None:
-    # More samples than a chunk of the kernels, more lines than a vector has lanes.
+    # More samples than a chunk of the columns, more lines than a vector has lanes.
     for m in (3, 33):
-        raw = random_image((2 * m + 70, kernels.CHUNK + 2 * m + 5), np.uint8)
+        raw = random_image((2 * m + 70, columns.CHUNK + 2 * m + 5), np.uint8)
         want = ExactArithmetic().refocus(raw, m, shift=2, sharpen="1/16")
         assert np.array_equal(refocus(raw, m, Fraction(2, m), sharpen="1/16", threads=1), want)
 

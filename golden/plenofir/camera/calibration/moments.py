@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.calibration.grid import Floats, Indices
-from plenofir.refocus.kernels import compiled
+from plenofir.ground.kept_code import compiled
 
 
 @compiled

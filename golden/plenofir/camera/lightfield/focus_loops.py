@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled loops of the picture that is sharp everywhere.
 
-Arrays are filled element by element, as in `plenofir.refocus.kernels`. Lines hold the samples of
-all channels, one pixel after the other.
+Arrays are filled element by element, as in `plenofir.refocus.compiled.parameters`. Lines hold the
+samples of all channels, one pixel after the other.
 """
 
 from typing import Any
 
 import numpy as np
 
-from plenofir.refocus.kernels import compiled
+from plenofir.ground.kept_code import compiled
 
 
 @compiled

@@ -5,7 +5,7 @@ H. Hirschmüller, Stereo processing by semiglobal matching and mutual informatio
 2008: costs of neighbouring pixels are joined along straight paths from eight sides, on which small
 changes of depth cost little, and large ones no more than a jump.
 
-Arrays are filled element by element, as in `plenofir.refocus.kernels`.
+Arrays are filled element by element, as in `plenofir.refocus.compiled.parameters`.
 """
 
 from functools import partial
@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus.kernels import compiled
+from plenofir.ground.kept_code import compiled
 
 Floats32 = npt.NDArray[np.float32]
 

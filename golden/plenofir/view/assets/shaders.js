@@ -130,7 +130,7 @@ bool inPicture(int lens, int i, int limit, int length) {
     return lens >= 0 && lens < limit && lens * M + i < length;
 }
 
-// Mean of the views in the aperture, each interpolated at its place, as picture_loops.py has it.
+// Mean of the views in the aperture, each interpolated at its place, as picture_lines.py has it.
 vec3 meanBetween(ivec2 k, float shift) {
     const float c = float(M - 1) * 0.5;
     vec2 straight = (vec2(k) - c) / float(M);

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled loops of `plenofir.refocus.pictures`.
 
-Arrays are filled element by element, as in `plenofir.refocus.kernels`.
+Arrays are filled element by element, as in `plenofir.refocus.compiled.parameters`.
 """
 
 from typing import Any
 
 import numpy as np
 
-from plenofir.refocus.kernels import compiled
+from plenofir.ground.kept_code import compiled
 
 
 @compiled

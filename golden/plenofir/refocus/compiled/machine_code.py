@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles loops of `plenofir.refocus.vector_code`, each for itself, and calls them by address.
+"""Compiles loops of `vector_code`, each for itself, and calls them by address.
 
 A loop depends on how many bits its arrays have, and the compiled code that calls it does not, so
 that is compiled once for all pixel types. Only the loops that a picture takes are compiled.
@@ -19,9 +19,9 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 from plenofir.ground import compiling
-from plenofir.refocus import vector_code
-from plenofir.refocus.kept_code import KeptCode, nowhere_to_keep
-from plenofir.refocus.vector_code import Array, Value
+from plenofir.ground.kept_code import KeptCode, nowhere_to_keep
+from plenofir.refocus.compiled import vector_code
+from plenofir.refocus.compiled.vector_code import Array, Value
 
 _SHARED = (Path(__file__), Path(vector_code.__file__))
 _NUMBER = ir.IntType(64)

@@ -2,7 +2,7 @@
 """Generates LLVM code with vector types, by way of values, variables and arrays.
 
 LLVM maps the vectors to those of the processor: AVX-512, AVX2, NEON.
-`plenofir.refocus.machine_code` compiles it.
+`plenofir.refocus.compiled.machine_code` compiles it.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sums along several lines at once, their division and the way back to lines, as vectors.
 
-A vector of `LINE_BYTES` holds one sample of several lines (`plenofir.refocus.vectors`).
+A vector of `LINE_BYTES` holds one sample of several lines (`column_vectors`).
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from operator import or_
 
 from llvmlite import ir
 
-from plenofir.refocus.machine_code import loop
-from plenofir.refocus.vector_code import (
+from plenofir.refocus.compiled.machine_code import loop
+from plenofir.refocus.compiled.vector_code import (
     LINE_BYTES,
     TILE_BYTES,
     Array,
@@ -23,52 +24,62 @@ from plenofir.refocus.vector_code import (
 
 
 @loop
-def take_number(counter: Array, taken: Array) -> None:
-    """taken[0] = counter[0], which becomes the next; each number is taken by one thread."""
+def take_number(counter: Array, claimed: Array) -> None:
+    """claimed[0] = counter[0], which becomes the next; each number is taken by one thread."""
     builder = counter.builder
     number = builder.atomic_rmw("add", counter.data, ir.Constant(ir.IntType(64), 1), "seq_cst")
-    taken.store(Value(builder, ir.Constant(ir.IntType(64), 0)), Value(builder, number))
+    claimed.store(Value(builder, ir.Constant(ir.IntType(64), 0)), Value(builder, number))
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """Running sums of several lines at once: sums r = 0 .. count - 1.
+
+    Sum r adds a change for each of the places with the numbers ends[first + r] to
+    ends[first + r + 1] - 1, or if `several` is 0 for number first + r; each sample of a pixel has a
+    sum of its own. `carry` has the sum before the first, and afterwards the last one.
+    """
+
+    places: Array
+    ends: Array
+    several: Value
+    first: Value
+    count: Value
+    pixel: Value
+    carry: Array
+    lanes: int
 
 
 def _moving(
-    places: Array,
-    ends: Array,
-    several: Value,
-    first: Value,
-    count: Value,
-    pixel: Value,
-    carry: Array,
-    lanes_of: Array,
-    change: Callable[[Value], Value],
-    use: Callable[[Value, Value], None],
+    sums: _Moving, change: Callable[[Value], Value], use: Callable[[Value, Value], None]
 ) -> None:
-    """Running sums of several lines at once; `use` is called with r pixel and sum number r."""
-    # Sum r adds change(place) for the places with the numbers ends[first + r] to
-    # ends[first + r + 1] - 1, or if `several` is 0 for number first + r;
-    # each sample of a pixel has its own sum. `carry` has the sum before the first, and afterwards
-    # the last one.
-    lanes = lanes_in_line(lanes_of)
-    with (pixel // lanes).times() as sample:
+    """Write running sums that change by change(place); `use` is called with r pixel and sum r."""
+    first, count, carry, lanes = sums.first, sums.count, sums.carry, sums.lanes
+    with (sums.pixel // lanes).times() as sample:
         channel = sample * lanes
         total = Variable(carry.load(channel, lanes))
 
         def take(place: Value) -> None:
             total.set(total.get() + change(place + channel))
 
-        with several.is_nothing() as (one_each, any_number):
+        with sums.several.is_nothing() as (one_each, any_number):
             with one_each, count.times() as r:
-                take(places.load(first + r))
-                use(r * pixel + channel, total.get())
+                take(sums.places.load(first + r))
+                use(r * sums.pixel + channel, total.get())
             with any_number, count.times() as r:
-                begin = ends.load(first + r)
-                with (ends.load(first + r + 1) - begin).times() as i:
-                    take(places.load(begin + i))
-                use(r * pixel + channel, total.get())
+                begin = sums.ends.load(first + r)
+                with (sums.ends.load(first + r + 1) - begin).times() as i:
+                    take(sums.places.load(begin + i))
+                use(r * sums.pixel + channel, total.get())
         carry.store(channel, total.get())
 
 
 def _box(words: Array, behind: Value, carry: Array, lanes_of: Array) -> Callable[[Value], Value]:
-    """How a place changes a plain sum: words[place ...] - words[place - behind ...]."""
+    """How a place changes a plain sum: words[place ...] - words[place - behind ...].
+
+    The box is a micro image wide, so the pixel that leaves lies one before that which enters. With
+    another box the pixel that leaves is the one that entered so many sums before.
+    """
     lanes = lanes_in_line(lanes_of)
 
     def change(place: Value) -> Value:
@@ -106,8 +117,9 @@ def running_sum(
     lanes_of: Array,
 ) -> None:
     """totals[target + r pixel ...], r = 0 .. count - 1, as `_moving` has them."""
+    lanes = lanes_in_line(lanes_of)
     _moving(
-        *(places, ends, several, first, count, pixel, carry, lanes_of),
+        _Moving(places, ends, several, first, count, pixel, carry, lanes),
         _box(words, behind, carry, lanes_of),
         lambda place, total: totals.store(target + place, total),
     )
@@ -135,7 +147,7 @@ def quotients(
     """Sums of `running_sum`, each divided as `divide` does: values[r pixel ...]."""
     lanes = lanes_in_line(values)
     box = _box(words, behind, carry, values)
-    moving = places, ends, several, first, count, pixel, carry, values, box
+    moving = _Moving(places, ends, several, first, count, pixel, carry, lanes)
 
     def store(place: Value, total: Value, factors: Sequence[Value]) -> None:
         quotient = _quotient(total, factors, drop, most)
@@ -144,20 +156,20 @@ def quotients(
     with alike.is_nothing() as (different, all_alike):
         with different:
 
-            def own(place: Value, total: Value) -> None:
+            def of_place(place: Value, total: Value) -> None:
                 entry = index.load(from_entry + place // lanes)
                 store(place, total, _factors(table, entry, lanes, 0, 1, 2))
 
-            _moving(*moving, own)
+            _moving(moving, box, of_place)
         with all_alike:
             entry = index.load(from_entry)
-            known = _factors(table, entry, lanes, 0, 1)
+            addends = _factors(table, entry, lanes, 0, 1)
 
             def same(place: Value, total: Value) -> None:
                 # Loaded from memory, so that LLVM knows the multiplier's width.
-                store(place, total, [*known, *_factors(table, entry, lanes, 2)])
+                store(place, total, [*addends, *_factors(table, entry, lanes, 2)])
 
-            _moving(*moving, same)
+            _moving(moving, box, same)
 
 
 @loop
@@ -199,8 +211,8 @@ def transpose_back(
     lanes, width = lanes_in_line(values), _tile_samples(picture)
     with ((count + (width - 1)) // width).times() as tile:
         first_here = first + tile * width
-        taken = [values.load(index.load(first_here + i) - base, lanes) for i in range(width)]
-        _store_tile(taken, picture, target + tile * width, pitch)
+        vectors = [values.load(index.load(first_here + i) - base, lanes) for i in range(width)]
+        _store_tile(vectors, picture, target + tile * width, pitch)
 
 
 def _tile_samples(picture: Array) -> int:
@@ -208,12 +220,12 @@ def _tile_samples(picture: Array) -> int:
     return int(2 * 8 * TILE_BYTES // picture.bits)
 
 
-def _store_tile(taken: Sequence[Value], picture: Array, target: Value, pitch: Value) -> None:
+def _store_tile(vectors: Sequence[Value], picture: Array, target: Value, pitch: Value) -> None:
     """Transpose vectors of values back: lane l of number k to picture[target + l pitch + k]."""
-    together = taken[0].bits // picture.bits
+    together = vectors[0].bits // picture.bits
     rows = [
-        reduce(or_, (taken[i + j] << (picture.bits * j) for j in range(together)))
-        for i in range(0, len(taken), together)
+        reduce(or_, (vectors[i + j] << (picture.bits * j) for j in range(together)))
+        for i in range(0, len(vectors), together)
     ]
     for line, piece in transposed_pieces(rows):
         picture.store(target + pitch * line, piece)
@@ -258,15 +270,15 @@ def finished_lines(
         places_of = [count - count + c * lanes for c in range(channels)]
         totals = [Variable(carry.load(place, lanes) + above) for place in places_of]
         with ((count + (width - 1)) // width).times() as tile:
-            taken, goal = [], target + tile * (width * channels)
+            vectors, goal = [], target + tile * (width * channels)
             for k in range(width):
                 place = places.load(first + tile * width + k)
                 for total, channel in zip(totals, places_of, strict=True):
                     total.set(total.get() + change(place + channel))
-                    taken.append(divide(total.get()).as_wide_as(lanes_of.bits))
-                    if len(taken) == width:
-                        _store_tile(taken, picture, goal, pitch)
-                        taken, goal = [], goal + width
+                    vectors.append(divide(total.get()).as_wide_as(lanes_of.bits))
+                    if len(vectors) == width:
+                        _store_tile(vectors, picture, goal, pitch)
+                        vectors, goal = [], goal + width
         for place, total in zip(places_of, totals, strict=True):
             carry.store(place, total.get() - above)
 
@@ -287,22 +299,22 @@ def copy_line(
     """target[place + k] = source[first + k], k < count; `past` 1: past the caches."""
     line, tile = (8 * size // target.bits for size in (LINE_BYTES, TILE_BYTES))
 
-    def part(done: Value, end: Value, lanes: int, *, aligned: bool = False) -> Value:
-        with ((end - done) // lanes).times() as n:
-            k = done + n * lanes
+    def part(start: Value, end: Value, lanes: int, *, aligned: bool = False) -> Value:
+        with ((end - start) // lanes).times() as n:
+            k = start + n * lanes
             target.store(place + k, source.load(first + k, lanes), past_caches=aligned)
-        return done + (end - done) // lanes * lanes
+        return start + (end - start) // lanes * lanes
 
     # Whole cache lines in between, if there are any.
     head = (target.beyond_line(place) * past).at_most(count)
-    done = part(part(count - count, head, tile), head, 1)
+    start = part(part(count - count, head, tile), head, 1)
     with past.is_nothing() as (through, around):
         with through:
-            part(done, count, line)
+            part(start, count, line)
         with around:
-            part(done, count, line, aligned=True)
-    done = done + (count - done) // line * line
-    part(part(done, count, tile), count, 1)
+            part(start, count, line, aligned=True)
+    start = start + (count - start) // line * line
+    part(part(start, count, tile), count, 1)
 
 
 def _four_words(words: Array, place: Value, behind: Value, lanes: int) -> list[Value]:
@@ -319,7 +331,7 @@ def sharpened_start(
     behind: Value,
     pixel: Value,
     carry: Array,
-    own: Value,
+    middle: Value,
     before: Value,
     after: Value,
     bias: Value,
@@ -336,7 +348,7 @@ def sharpened_start(
                 words.load(at, lanes).as_wide_as(carry.bits)
                 for at in (place, place - behind, place + behind)
             )
-            total.set(total.get() + (here * own - one * before - other * after))
+            total.set(total.get() + (here * middle - one * before - other * after))
         carry.store(channel, total.get() - bias)
 
 
@@ -363,7 +375,7 @@ def sharpened_sums(
     # A sum is centre S(t) - before S(t - M) - after S(t + M), and the pixels of S(t + M) lie
     # `behind` after those of S(t): so one running sum with four weights makes it. `bias`, a
     # multiple of 2^drop, is the largest magnitude of a negative one.
-    own, gone = centre + after, centre + before
+    near, far = centre + after, centre + before
     floor = bias >> drop
 
     def change(place: Value) -> Value:
@@ -371,12 +383,13 @@ def sharpened_sums(
             word.as_wide_as(carry.bits)
             for word in _four_words(words, place, behind, lanes_in_line(lanes_of))
         )
-        return enters * own - leaves * gone - (comes * after - last * before)
+        return enters * near - leaves * far - (comes * after - last * before)
 
     def use(place: Value, total: Value) -> None:
         totals.store(place, ((total + bias) >> drop).beyond(floor))
 
-    _moving(places, ends, several, first, count, pixel, carry, lanes_of, change, use)
+    lanes = lanes_in_line(lanes_of)
+    _moving(_Moving(places, ends, several, first, count, pixel, carry, lanes), change, use)
 
 
 @loop
@@ -415,8 +428,8 @@ def sharpened_quotients(
                 word.in_lanes_of(32)
                 for word in _four_words(words, places.load(first + r) + channel, behind, lanes)
             ]
-            for total, taken in ((both, pairs), (upper, [pair >> 16 for pair in pairs])):
-                comes, enters, leaves, last = taken
+            for total, words_of in ((both, pairs), (upper, [pair >> 16 for pair in pairs])):
+                comes, enters, leaves, last = words_of
                 total.set(total.get() + ((enters - leaves) * near - (comes - last)))
             lower = both.get() - (upper.get() << 16)
             dropped = (lower >> drop).lowest(1 << 16) | (upper.get() >> drop << 16)

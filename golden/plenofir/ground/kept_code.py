@@ -13,7 +13,7 @@ from contextlib import suppress
 from hashlib import sha256
 from inspect import getfile
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 from uuid import uuid4
 
 import llvmlite
@@ -22,6 +22,8 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
 from plenofir.ground import compiling
+
+Work = TypeVar("Work", bound=Callable[..., Any])
 
 _HASH_BYTES = 32
 
@@ -124,3 +126,32 @@ def nowhere_to_keep() -> None:
         "no folder can be written that keeps compiled code, so each run compiles anew; set "
         "NUMBA_CACHE_DIR to one",
     )
+
+
+def compiled(work: Work, fastmath: bool | set[str] = False, inlined: Iterable[Path] = ()) -> Work:
+    """Compile for this machine at the first call; kept on disk if possible.
+
+    `inlined`: other sources whose functions and numbers become part of the code.
+    """
+    dispatcher: Any = numba.njit(nogil=True, fastmath=fastmath)(work)
+    try:
+        dispatcher._cache = KeptCode(work, inlined)
+    except (RuntimeError, OSError):
+        dispatcher._cache = Unkept(work)
+    return cast("Work", dispatcher)
+
+
+def inner(work: Work) -> Work:
+    """Compile for compiled functions only: without the way from Python, which takes longer."""
+    options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return cast("Work", numba.njit(nogil=True, **options)(work))
+
+
+def borrowing(work: Work) -> Work:
+    """As `inner`, for functions that allocate nothing and are called by their like or by one owner.
+
+    Numba counts the references of every array that is handed on, also as a part of a tuple: that
+    takes a quarter of a picture's time. Only the owner of the arrays needs to count.
+    """
+    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+    return cast("Work", numba.njit(nogil=True, **cast("Any", options))(work))

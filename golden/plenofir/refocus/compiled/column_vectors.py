@@ -6,8 +6,8 @@ A vector of `LINE_BYTES` holds one sample of several lines.
 
 from collections.abc import Callable
 
-from plenofir.refocus.machine_code import loop
-from plenofir.refocus.vector_code import (
+from plenofir.refocus.compiled.machine_code import loop
+from plenofir.refocus.compiled.vector_code import (
     LINE_BYTES,
     TILE_BYTES,
     Array,
@@ -40,11 +40,11 @@ def sum_lines(
 ) -> None:
     """sums[target + k] = sums[base + k] + lines that enter - lines that leave, k < count."""
     # Lines enter at x[left + lines[begin .. middle - 1] + k], leave at those of middle .. end - 1.
-    done = count - count
+    start = count - count
     most = 8 * LINE_BYTES // x.bits
     for lanes in (most, _FEW, 1):
-        with ((count - done) // lanes).times() as n:
-            k = done + n * lanes
+        with ((count - start) // lanes).times() as n:
+            k = start + n * lanes
             total = Variable(sums.load(base + k, lanes))
             with (middle - begin).times() as i:
                 place = lines.load(begin + i) + left + k
@@ -55,7 +55,7 @@ def sum_lines(
                 place = lines.load(middle + i) + left + k
                 total.set(total.get() - x.load(place, lanes).as_wide_as(sums.bits))
             sums.store(target + k, total.get())
-        done = done + (count - done) // lanes * lanes
+        start = start + (count - start) // lanes * lanes
 
 
 @loop
@@ -70,23 +70,23 @@ def next_line(
     count: Value,
 ) -> None:
     """Sums of `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
-    done = count - count
+    start = count - count
     most = 8 * LINE_BYTES // x.bits
     for lanes in (most, _FEW, 1):
-        with ((count - done) // lanes).times() as n:
-            k = done + n * lanes
+        with ((count - start) // lanes).times() as n:
+            k = start + n * lanes
             if lanes == most:
                 x.prefetch(ahead + k)
             change = x.load(enters + k, lanes).as_wide_as(sums.bits)
             change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
             sums.store(target + k, sums.load(base + k, lanes) + change)
-        done = done + (count - done) // lanes * lanes
+        start = start + (count - start) // lanes * lanes
 
 
 @loop
 def next_words(
     x: Array,
-    found: Array,
+    starts: Array,
     coming: Array,
     left: Value,
     sums: Array,
@@ -105,7 +105,7 @@ def next_words(
 
     For nearest neighbour, linear interpolation (order 1), or nearest neighbour, sharpened (1).
     """
-    # With line l of position p x[left + found[2 (p lanes + l)] ...] enters, and that of the next
+    # With line l of position p x[left + starts[2 (p lanes + l)] ...] enters, and that of the next
     # number leaves, which enters at the next position. sums[state + p span ...] becomes the last
     # sum of each, and behind them that of their moving sum. It asks for what is at coming[l].
     # Samples: twice as many a tile as lanes.
@@ -123,10 +123,10 @@ def next_words(
                         number = group * size + line
                         if half == 0:
                             x.prefetch(coming.load(number) + left + k)
-                        own = number * 2
-                        places = [own, *(own + (2 * lanes * p + 1) for p in range(positions))]
+                        here = number * 2
+                        places = [here, *(here + (2 * lanes * p + 1) for p in range(positions))]
                         pixels = [
-                            x.load(found.load(place) + left + k, lanes).as_wide_as(sums.bits)
+                            x.load(starts.load(place) + left + k, lanes).as_wide_as(sums.bits)
                             for place in places
                         ]
                         for p in range(positions):
@@ -173,7 +173,7 @@ def transpose(
 @loop
 def three_lines(
     sums: Array,
-    own: Value,
+    middle: Value,
     before: Value,
     behind: Value,
     target: Value,
@@ -182,15 +182,15 @@ def three_lines(
     side: Value,
     zero: Value,
 ) -> None:
-    """sums[target + k] = centre sums[own + k] - side (sums[before + k] + sums[behind + k]) + zero.
+    """Sharpened sums: sums[target + k], k = 0 .. count - 1, rounded up to whole vectors.
 
-    For k = 0 .. count - 1, rounded up to whole vectors.
+    They are centre sums[middle + k] - side (sums[before + k] + sums[behind + k]) + zero.
     """
     lanes = lanes_in_line(sums)
     with ((count + (lanes - 1)) // lanes).times() as n:
         k = n * lanes
         around = sums.load(before + k, lanes) + sums.load(behind + k, lanes)
-        sums.store(target + k, sums.load(own + k, lanes) * centre - around * side + zero)
+        sums.store(target + k, sums.load(middle + k, lanes) * centre - around * side + zero)
 
 
 @loop
@@ -199,14 +199,14 @@ def add_line(sums: Array, target: Value, source: Value, count: Value, negative: 
     with negative.is_nothing() as (plus, minus):
         for branch, sign in ((plus, 1), (minus, -1)):
             with branch:
-                done = count - count
+                start = count - count
                 for lanes in (lanes_in_line(sums), 1):
-                    with ((count - done) // lanes).times() as n:
-                        k = done + n * lanes
+                    with ((count - start) // lanes).times() as n:
+                        k = start + n * lanes
                         change = sums.load(source + k, lanes)
                         total = sums.load(target + k, lanes)
                         sums.store(target + k, total + change if sign > 0 else total - change)
-                    done = done + (count - done) // lanes * lanes
+                    start = start + (count - start) // lanes * lanes
 
 
 @loop
