@@ -120,11 +120,11 @@ class Lenses:
         sides = [len(np.unique(np.floor(line))) for line in self.lattice.T]
         return len(self.points) >= lenses and min(sides) >= rows
 
-    def _known(self, groups: tuple[str, ...]) -> Floats:
+    def _precisions(self, groups: tuple[str, ...]) -> Floats:
         """Priors of the factors: the reciprocals of their variances."""
-        known = 1 / (SPREADS[places_of(groups)] * self.frame.half) ** 2
+        precisions = 1 / (SPREADS[places_of(groups)] * self.frame.half) ** 2
         pulls = (self.pitch / USUAL) ** 2 if self.pulled else np.empty(0)
-        return np.concatenate([known, pulls])
+        return np.concatenate([precisions, pulls])
 
     def _part(self, lenses: Indices) -> "Lenses":
         return replace(
@@ -149,15 +149,15 @@ class Lenses:
         terms = np.stack([complexes.real, complexes.imag], axis=1).reshape(-1, size)
         measured = values = (self.values - self.frame.middle).ravel()
         shift = np.tile(self.frame.middle, len(self.values))
-        known = self._known(groups)
-        factors = np.zeros(len(known))
-        design, target = np.hstack([terms, np.zeros((len(terms), len(known) - size))]), values
+        precisions = self._precisions(groups)
+        factors = np.zeros(len(precisions))
+        design, target = np.hstack([terms, np.zeros((len(terms), len(precisions) - size))]), values
         tukey, scatter = np.ones(len(self.values)), 1.0
         for n in range(_FIRST_ROUNDS + _ROUNDS):
             root = np.sqrt(self.prior * tukey).repeat(2)
             rows = root[:, np.newaxis] * design
             gram = rows.T @ rows
-            system = gram + scatter**2 * np.diag(known)
+            system = gram + scatter**2 * np.diag(precisions)
             # The equations, and beside them those of the degrees of freedom.
             rights = np.column_stack([rows.T @ (root * target), gram])
             factors, *shares = np.linalg.lstsq(system, rights, rcond=None)[0].T
@@ -205,8 +205,8 @@ class Lenses:
         if len(self.points) > _COMPARED:
             drawn = np.random.default_rng(1).permutation(len(self.points))[:_COMPARED]
             few = self._part(drawn)
-        given = None if order is None else FULL[order]
-        models = tuple(m for m in models if all(map(few.tried, m.needs)) or m is given)
+        required = None if order is None else FULL[order]
+        models = tuple(m for m in models if all(map(few.tried, m.needs)) or m is required)
         groups = tuple(n for n in GROUPS if any(n in m.groups for m in models))
         exact = BENT in models and FULL[3] not in models
         rich = few._robust(groups, perspective=exact)
@@ -217,7 +217,7 @@ class Lenses:
         fits = [compared.solve(model) for model in models]
         chances = np.exp(np.array([f.evidence for f in fits]) - max(f.evidence for f in fits))
         chances /= chances.sum()
-        allowed = [n for n, m in enumerate(models) if given in (None, m)]
+        allowed = [n for n, m in enumerate(models) if required in (None, m)]
         odds = [_EVEN_ODDS if m is EVEN else 0.0 for m in models]
         best = max(allowed, key=lambda n: fits[n].evidence + odds[n])
         model, chosen = models[best], fits[best]
@@ -307,11 +307,11 @@ class _Compared:
         targets = plain, plain - more
         self.rights = [rows.T @ target for target in targets]
         self.squares = [float(self.weights @ target**2) for target in targets]
-        self.known = lenses._known(groups)
+        self.precisions = lenses._precisions(groups)
         squares = float(self.weights @ (rich.target - rich.design @ rich.factors) ** 2)
         self.noise = rich.scatter**2
         for _ in range(2):
-            system = self.gram + self.noise * np.diag(self.known)
+            system = self.gram + self.noise * np.diag(self.precisions)
             freedom = float(np.trace(np.linalg.lstsq(system, self.gram, rcond=None)[0]))
             count = 2 * float(rich.tukey.sum())
             self.noise = max(squares / max(1.0, count - freedom), lenses.floor**2)
@@ -328,19 +328,19 @@ class _Compared:
     def solve(self, model: Model) -> _Solved:
         """Fit a model."""
         part = self.part(model)
-        gram, known = self.gram[np.ix_(part, part)], self.known[part]
+        gram, precisions = self.gram[np.ix_(part, part)], self.precisions[part]
         right = self.rights[model.perspective][part]
         # A common error in proportion to the scatter: it must not be taken for distortion.
         noise = self.noise * (1 + _TOGETHER**2 * float(self.weights.sum() / 2)) + self.common
-        system = gram / noise + np.diag(known)
+        system = gram / noise + np.diag(precisions)
         evidence = 0.5 * (
-            np.log(known[known > 0]).sum()
+            np.log(precisions[precisions > 0]).sum()
             - np.linalg.slogdet(system)[1]
             + right @ np.linalg.solve(system, right) / noise**2
             - self.squares[model.perspective] / noise
         )
         noise = self.noise + self.common
-        inverse = np.linalg.inv(gram / noise + np.diag(known))
+        inverse = np.linalg.inv(gram / noise + np.diag(precisions))
         factors, covariance = np.zeros(len(self.gram)), np.zeros_like(self.gram)
         factors[part] = inverse @ right / noise
         covariance[np.ix_(part, part)] = inverse
@@ -356,16 +356,16 @@ class _Compared:
         result: list[float] = []
         least = None
         for order in (1, 2, 3):
-            own = [n for n, m in enumerate(models) if m.order == order]
-            if not own:
+            of_order = [n for n, m in enumerate(models) if m.order == order]
+            if not of_order:
                 break
-            place = max(own, key=lambda n: fits[n].evidence)
+            place = max(of_order, key=lambda n: fits[n].evidence)
             best = fits[place]
             design = self.rich.design
             share = ((design @ best.covariance) * design).sum(axis=1) * self.weights
             share /= self.noise + self.common
-            left = self.left(models[place], best) / np.maximum(1 - share, 0.05)
-            squares = (left**2 * self.weights).reshape(-1, 2).sum(axis=1)
+            missed = self.left(models[place], best) / np.maximum(1 - share, 0.05)
+            squares = (missed**2 * self.weights).reshape(-1, 2).sum(axis=1)
             if least is None:
                 least = squares
                 continue

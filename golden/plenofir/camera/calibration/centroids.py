@@ -190,8 +190,8 @@ def matched_offsets(
     flat = template.ravel()
     columns = [flat, *slopes]
     for slope, distance in zip(slopes, (y, x), strict=True):
-        own, other = slope * window, flat * distance * window
-        if abs(own @ other) < _ALIKE * np.sqrt((own @ own) * (other @ other)):
+        moving, other = slope * window, flat * distance * window
+        if abs(moving @ other) < _ALIKE * np.sqrt((moving @ moving) * (other @ other)):
             columns.append(flat * distance)
     basis = np.stack(columns, axis=-1) * window[:, np.newaxis]
     solve = np.linalg.pinv(basis)[:3] * window

@@ -145,12 +145,12 @@ def fit_grid(
             f"there is no layout {layout!r}; choose from {', '.join(get_args(Layout))}"
         )
     image = equalised(image)
-    found = lattices(image, layout)
+    candidates = lattices(image, layout)
     first: InputError | None = None
-    strongest = max((lattice.score for lattice in found), default=0.0)
-    likely = [lattice for lattice in found if lattice.score > _LIKELY * strongest]
+    strongest = max((lattice.score for lattice in candidates), default=0.0)
+    likely = [lattice for lattice in candidates if lattice.score > _LIKELY * strongest]
     for lattice in likely[:_CANDIDATES]:
-        others = [other.score for other in found if other is not lattice]
+        others = [other.score for other in candidates if other is not lattice]
         try:
             fitter = GrowingFit(image, guess(image, lattice.vectors, layout), clipped)
             return _fit(fitter, lattice.score, max(others, default=0.0), layout, order)
@@ -260,14 +260,14 @@ def _fit(
     missing = 1 - float(fit.present[lit].mean()) if lit.any() else 1.0
     if missing > _LARGEST_MISSING:
         raise no_grid(f"{100 * missing:.0f} % of the micro images missing")
-    known = evidence.model_copy(
+    complete = evidence.model_copy(
         update={
             "missing_share": missing,
             "centre_error_px": error,
             "mean_error_px": float(np.sqrt(every.mean())),
         }
     )
-    return replace(fit, evidence=known)
+    return replace(fit, evidence=complete)
 
 
 def pitch_error(fitter: GrowingFit, again: Floats) -> float:

@@ -207,7 +207,7 @@ class GrowingFit(WhiteImage):
         if np.abs(turns.mean(axis=0)).max() < _ALIKE_PLACES:
             return
         terms = polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order)
-        found = pixel_fit(
+        refined = pixel_fit(
             self.padded,
             self.margin,
             primitive_vectors(grid),
@@ -217,12 +217,14 @@ class GrowingFit(WhiteImage):
             self.weights,
             square=grid.layout == "rectangular",
         )
-        coefficients = self.bent.fixed + self.bent.basis @ found.factors
+        coefficients = self.bent.fixed + self.bent.basis @ refined.factors
         count = terms.shape[1]
-        own = np.einsum("iap,pq,jbq->aibj", self.bent.basis, found.covariance, self.bent.basis)
+        certain = np.einsum(
+            "iap,pq,jbq->aibj", self.bent.basis, refined.covariance, self.bent.basis
+        )
         doubt = self.covariance - self.own
         self.own = np.zeros_like(doubt)
-        self.own[:, :count, :, :count] = own
+        self.own[:, :count, :, :count] = certain
         self.covariance = self.own + doubt
         self.grid = grid.model_copy(update={"coefficients": tuple(map(tuple, coefficients))})
 

@@ -134,7 +134,7 @@ def _peaks(correlation: Floats) -> Floats:
     inner = (y > 0) & (x > 0) & (y < 2 * middle[0]) & (x < 2 * middle[1])
     y, x = y[inner], x[inner]
     order = np.argsort(-correlation[y, x])
-    found = []
+    shifts = []
     for row, column in zip(y[order], x[order], strict=True):
         place = []
         for line, k in ((correlation[:, column], row), (correlation[row], column)):
@@ -144,10 +144,10 @@ def _peaks(correlation: Floats) -> Floats:
         shift = np.array(place) - middle
         half = shift[0] > 0.5 or (abs(shift[0]) <= 0.5 and shift[1] > 0)
         if half and _SHORTEST < hypot(*shift) < _LONGEST:
-            found.append(shift)
-        if len(found) == _PEAKS:
+            shifts.append(shift)
+        if len(shifts) == _PEAKS:
             break
-    return np.array(found).reshape(-1, 2)
+    return np.array(shifts).reshape(-1, 2)
 
 
 def reduced(a: Floats, b: Floats) -> tuple[Floats, Floats]:
@@ -187,7 +187,7 @@ def lattices(
     """Candidate lattices of an image, best score first; of `smallest_pitch` or more."""
     starts = [max(0, (n - _CROP) // 2) for n in image.shape]
     work = image[tuple(slice(b, b + _CROP) for b in starts)].astype(np.float32)
-    found: list[Lattice] = []
+    scored: list[Lattice] = []
     # The first version is twice as fine, for pitches of a few pixels.
     starts = [max(0, (n - _CROP // 2) // 2) for n in work.shape]
     work_fine = work[tuple(slice(b, b + _CROP // 2) for b in starts)]
@@ -216,10 +216,10 @@ def lattices(
                 continue
             score = _score(splines, overlap, vectors)
             if score > _WEAKEST:
-                found.append(Lattice(zoom * vectors, score))
-    found.sort(key=lambda lattice: -lattice.score)
+                scored.append(Lattice(zoom * vectors, score))
+    scored.sort(key=lambda lattice: -lattice.score)
     different: list[Lattice] = []
-    for lattice in found:
+    for lattice in scored:
         if not any(_same(lattice.vectors, other.vectors) for other in different):
             different.append(lattice)
     # Every second or third lens forms a lattice too; such sublattices go behind the full one.
@@ -329,9 +329,9 @@ def guess(image: Image32, vectors: Floats, layout: Layout | None = None) -> Grid
     )
 
 
-def no_grid(what: str) -> InputError:
+def no_grid(problem: str) -> InputError:
     """Error of a white image without a grid."""
-    return InputError(f"{what}; {GRID_ADVICE}", where="white image")
+    return InputError(f"{problem}; {GRID_ADVICE}", where="white image")
 
 
 def reduced_lengths(grid: Grid) -> tuple[float, float]:

@@ -74,8 +74,8 @@ class Model:
     @property
     def needs(self) -> tuple[int, ...]:
         """Orders of which it has all terms."""
-        found = {"quadratic": 2, "cubic": 3, "high": 4, "quintic": 5}
-        return tuple(found[name] for name in self.groups if name in found)
+        order_of_group = {"quadratic": 2, "cubic": 3, "high": 4, "quintic": 5}
+        return tuple(order_of_group[name] for name in self.groups if name in order_of_group)
 
 
 EVEN = Model(("even",), 1)

@@ -166,8 +166,8 @@ def _shading(calibration: Calibration, place: PixelMap) -> tuple[float, ...]:
     sides = [np.linspace(0, n - 1, _SAMPLES) for n in place.shape]
     points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
     before = (points - place.shift) @ np.linalg.inv(place.matrix).T
-    seen = within(before, calibration.image_shape)
+    inside = within(before, calibration.image_shape)
     coefficients = np.array(calibration.shading)
-    logs = np.log(shading_at(coefficients, before[seen], calibration.image_shape))
-    terms = polynomial_terms(unit_positions(points[seen], place.shape), order_of(coefficients))
+    logs = np.log(shading_at(coefficients, before[inside], calibration.image_shape))
+    terms = polynomial_terms(unit_positions(points[inside], place.shape), order_of(coefficients))
     return tuple(float(c) for c in np.linalg.lstsq(terms, logs, rcond=None)[0])

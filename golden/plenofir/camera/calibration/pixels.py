@@ -114,15 +114,15 @@ def pixel_fit(
     ends = np.cumsum([0, len(factors), 1 + classes.shape[1], len(exponents(_LIGHT_ORDER)) - 1])
     grid, spot, light = (slice(*part) for part in pairwise(ends))
     # Parameters: the grid's factors, a_k (k = 0 first), the light's coefficients (constant first).
-    found = np.zeros(ends[-1])
-    found[grid] = factors
-    known = np.zeros(len(found))
+    parameters = np.zeros(ends[-1])
+    parameters[grid] = factors
+    precisions = np.zeros(len(parameters))
     block = max(1, _ROWS // len(steps) ** 2)
     for n in range(_STEPS + 1):
-        matrix = np.zeros((len(found), len(found)))
-        scores = np.zeros((len(lenses), len(found)))
+        matrix = np.zeros((len(parameters), len(parameters)))
+        scores = np.zeros((len(lenses), len(parameters)))
         noise = total = 0.0
-        centres = places + terms @ found[grid]
+        centres = places + terms @ parameters[grid]
         for start in range(0, len(lenses), block):
             part = slice(start, start + block)
             corner = np.rint(centres[part]).astype(np.int64)
@@ -136,12 +136,12 @@ def pixel_fit(
             away = away.reshape(*values.shape, 2)
             turns = _turns(away @ inverse, k)
             waves = np.concatenate([np.ones((*values.shape, 1)), turns.real @ classes], axis=-1)
-            model = waves @ found[spot]
-            slopes = turns.imag @ ((classes @ found[spot][1:])[:, np.newaxis] * k)
+            model = waves @ parameters[spot]
+            slopes = turns.imag @ ((classes @ parameters[spot][1:])[:, np.newaxis] * k)
             slopes = 2 * np.pi * slopes @ inverse.T
             position = unit_positions(away + centres[part, np.newaxis] - margin, shape)
             bends = polynomial_terms(position, _LIGHT_ORDER)[..., 1:]
-            level = 1 + bends @ found[light]
+            level = 1 + bends @ parameters[light]
             columns = np.concatenate(
                 [
                     (slopes * level[..., np.newaxis]) @ terms[part],
@@ -150,26 +150,26 @@ def pixel_fit(
                 ],
                 axis=-1,
             )
-            left = values - level * model
+            residuals = values - level * model
             weighted = columns * window[..., np.newaxis]
-            matrix += weighted.reshape(-1, len(found)).T @ columns.reshape(-1, len(found))
-            scores[part] = np.einsum("npc,np->nc", weighted, left)
-            noise += float((window * left**2).sum())
+            matrix += weighted.reshape(-1, len(parameters)).T @ columns.reshape(-1, len(parameters))
+            scores[part] = np.einsum("npc,np->nc", weighted, residuals)
+            noise += float((window * residuals**2).sum())
             total += float(window.sum())
         sums = scores.sum(axis=0)
         if n == 0:
             # S is unknown in the first round, so its slopes, and shifts of centres, are too.
-            own = matrix[spot, spot]
-            ridge = 1e-9 * np.trace(own) * np.eye(len(own))
-            found[spot] = np.linalg.solve(own + ridge, sums[spot])
+            gram = matrix[spot, spot]
+            ridge = 1e-9 * np.trace(gram) * np.eye(len(gram))
+            parameters[spot] = np.linalg.solve(gram + ridge, sums[spot])
             continue
-        known[spot][1:] = noise / total / (found[spot][0] * usual) ** 2
-        uncertainty = np.linalg.inv(matrix + np.diag(known))
-        step = uncertainty @ (sums - known * found)
-        found += step
+        precisions[spot][1:] = noise / total / (parameters[spot][0] * usual) ** 2
+        uncertainty = np.linalg.inv(matrix + np.diag(precisions))
+        step = uncertainty @ (sums - precisions * parameters)
+        parameters += step
         if np.abs(step[grid]).max() < _SMALL_STEP:
             break
     # From the scatter of single lenses' contributions, with the prior of a_k.
-    spread = scores.T @ scores + noise / total * np.diag(known)
+    spread = scores.T @ scores + noise / total * np.diag(precisions)
     covariance = uncertainty @ spread @ uncertainty
-    return PixelFit(found[grid], covariance[grid, grid])
+    return PixelFit(parameters[grid], covariance[grid, grid])

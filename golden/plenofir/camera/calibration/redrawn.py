@@ -70,8 +70,8 @@ def usual_spot(
         system, right = ridge.copy(), np.zeros(count)
         add_spot_system(distance, brightness, values, weights, system, right)
         profile = np.append(np.linalg.lstsq(system, right, rcond=None)[0], 0.0)
-        left = np.abs(values - spot_values(distance, brightness, profile))
-        weights = (left <= _OUTLIERS * np.percentile(left, 90)).astype(np.float64)
+        residuals = np.abs(values - spot_values(distance, brightness, profile))
+        weights = (residuals <= _OUTLIERS * np.percentile(residuals, 90)).astype(np.float64)
     return profile, step
 
 

@@ -84,8 +84,8 @@ def best_position(positions: Sequence[float], radii: Sequence[float]) -> Best | 
     vertex = -slope / (2 * bend)
     error = None
     if len(z) > _FEWEST_POSITIONS:
-        left = (variances - terms @ coefficients) * weights
-        covariance = covariance * float(left @ left) / (len(z) - _FEWEST_POSITIONS)
+        residuals = (variances - terms @ coefficients) * weights
+        covariance = covariance * float(residuals @ residuals) / (len(z) - _FEWEST_POSITIONS)
         gradient = np.array([0.0, -1 / (2 * bend), slope / (2 * bend**2)])
         error = scale * sqrt(max(float(gradient @ covariance @ gradient), 0.0))
     return Best(float(middle + scale * vertex), error, bool(abs(vertex) <= 1))
@@ -232,8 +232,10 @@ def infinity_focus(
     top = float(signal.max())
     lit = signal > base + max(_STANDS_OUT * noise, _SHARE_OF_BRIGHTEST * (top - base))
     if not lit.any() or lit.mean() > _LARGEST_LIT_SHARE:
-        what = "light everywhere" if lit.any() else "no light that stands out"
-        raise InputError(f"{what}; photograph a collimator or a star on a dark ground", where=where)
+        problem = "light everywhere" if lit.any() else "no light that stands out"
+        raise InputError(
+            f"{problem}; photograph a collimator or a star on a dark ground", where=where
+        )
     places = np.argwhere(lit).astype(np.float64)
     weights = (signal[lit] - base).astype(np.float64)
     t, s, offsets = calibration.grid.nearest(places)
@@ -244,10 +246,10 @@ def infinity_focus(
     _, number = np.unique(np.stack([t, s]), axis=1, return_inverse=True)
     light = np.bincount(number.ravel(), weights=weights)
     count = float(light.sum() ** 2 / (light**2).sum())
-    left = float(weights @ ((j + a * i) ** 2).sum(axis=1))
+    squares = float(weights @ ((j + a * i) ** 2).sum(axis=1))
     return InfinityFocus(
         a=a,
-        error=sqrt(left / spread / count) if spread else 0.0,
+        error=sqrt(squares / spread / count) if spread else 0.0,
         resolution=1 / diameter_px,
         lenses=count,
     )

@@ -162,10 +162,10 @@ class WhiteImage:
     def whole_lenses(self, radius: float) -> tuple[Indices, Indices, Floats]:
         """Lenses with whole micro images; if they are few, also those close to the border."""
         pitch = max(extents(self.grid))
-        found = self.lenses(radius, 0.5 * pitch)
-        if len(found[0]) > MANY_LENSES:
-            found = self.lenses(radius, 0.65 * pitch + 1)
-        return found
+        lenses = self.lenses(radius, 0.5 * pitch)
+        if len(lenses[0]) > MANY_LENSES:
+            lenses = self.lenses(radius, 0.65 * pitch + 1)
+        return lenses
 
     def core(self, centres: Floats) -> Floats:
         """Brightness of the middle of micro images."""
@@ -237,19 +237,19 @@ class WhiteImage:
         core_factors = response(image, places, pitch, CORE_HALF_WIDTH)
         # The place d and the slope g show in both windows: offset = factor d + variance g.
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
-        known = factors * core_spread - core_factors * spread
+        difference = factors * core_spread - core_factors * spread
         result, errors = np.zeros_like(centres), self.stretch * self.end / 2
         if image is self.padded:
             self._sloped, errors = {}, np.zeros(2)
         far = unit_positions(centres, self.shape)
         for axis in (0, 1):
-            if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
+            if difference[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
                 continue
             slope = (
                 factors[axis] * core.offsets[:, axis]
                 - core_factors[axis] * (moments.offsets[few, axis])
             )
-            slope = (slope / known[axis])[:, np.newaxis]
+            slope = (slope / difference[axis])[:, np.newaxis]
             terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
             coefficients, weights, _ = robust_fit(terms, slope, 1e-9)
             # Drop the constant term: on the axis the slope is 0; a constant is a sampling artefact.
@@ -305,8 +305,8 @@ class WhiteImage:
         bright = places[lit]
         if self.clipped is not None:
             # The light cannot be measured on clipped ones.
-            told = lit & (level < _TOLD_BELOW * (self.clipped - self.dark))
-            lit = told if told.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
+            unclipped = lit & (level < _TOLD_BELOW * (self.clipped - self.dark))
+            lit = unclipped if unclipped.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
         self.shading, self.unsure_light = fitted_light(
             places[lit], level[lit], probes[lit], self.shape
         )
@@ -353,17 +353,17 @@ class WhiteImage:
             return
         centres = centres[self.core(centres) > DIMMEST * self.cut]
         brighter = np.minimum(np.float32(_BRIGHTER) * self.padded, self.cut)
-        found, drawn, more = (
+        measured, drawn, more = (
             np.log(np.maximum(level, DARK * self.cut))
             for level in (
                 core_brightness(image, centres + self.margin, extents(self.grid), _AS_WIDE)
                 for image in (self.padded, self.redrawn, brighter)
             )
         )
-        wider = float(np.median(more - found)) / np.log(_BRIGHTER)
+        wider = float(np.median(more - measured)) / np.log(_BRIGHTER)
         if len(centres) < _FEWEST_TOLD or wider < _LEAST_WIDER:
             return
-        level = self.light(centres) * np.exp((found - drawn) / wider)
+        level = self.light(centres) * np.exp((measured - drawn) / wider)
         self.shading, self.unsure_light = fitted_light(
             centres, level, np.zeros(len(centres)), self.shape
         )
@@ -429,9 +429,9 @@ class WhiteImage:
         share = core / high
         terms = np.stack([np.ones_like(core), share, share * wider], axis=-1).astype(np.float64)
         _, weights, scatter = robust_fit(terms, gap[:, np.newaxis], 1e-6 * float(high))
-        known = np.diag([0.0, 0.0, (scatter / (_WIDER * float(high))) ** 2])
+        precisions = np.diag([0.0, 0.0, (scatter / (_WIDER * float(high))) ** 2])
         weighted = terms * weights[:, np.newaxis]
-        level = np.linalg.lstsq(weighted.T @ terms + known, weighted.T @ gap, rcond=None)[0]
+        level = np.linalg.lstsq(weighted.T @ terms + precisions, weighted.T @ gap, rcond=None)[0]
         # The gap between lenses is at most as bright as an unlit lens.
         darkest = min(float(np.percentile(gap, 5)), float(core.min()))
         return float(np.clip(level[0], 0.0, max(0.0, darkest)))
