@@ -26,6 +26,15 @@ package count_pkg is
     clear  : std_logic
   ) return std_logic_vector;
 
+  -- The next value of a count that is one less than what is left, so that its sign tells whether any is left. A load
+  -- sets what is left, a step takes one off.
+  function counted_down (
+    count : integer;
+    load  : boolean;
+    left  : natural;
+    step  : boolean
+  ) return integer;
+
   -- Number of a token modulo a constant, from the number of the token before. The token with restart has number 0
   -- in the same clock.
   function place_in_turn (
@@ -63,6 +72,24 @@ package body count_pkg is
     return std_logic_vector(events);
 
   end function counted;
+
+  function counted_down (
+    count : integer;
+    load  : boolean;
+    left  : natural;
+    step  : boolean
+  ) return integer is
+  begin
+
+    if load then
+      return left - 1;
+    elsif step and count >= 0 then
+      return count - 1;
+    end if;
+
+    return count;
+
+  end function counted_down;
 
   function place_in_turn (
     before  : natural;

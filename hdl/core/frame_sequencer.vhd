@@ -75,8 +75,7 @@ entity frame_sequencer is
     token      : out   token_t;
     token_row  : out   natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     token_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
-    -- Bits 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4
-    -- frame size that the core does not support. Bits stay set until error_clear.
+    -- Faults of the stream by the bits of fault_pkg; they stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );
@@ -106,8 +105,8 @@ architecture rtl of frame_sequencer is
     slice       : slice_t;
   end record frame_t;
 
-  -- What has to be flushed or waited for. Each count is one less than what is left, so that its sign tells whether
-  -- any is left: the decision is the longest path of the stream and leaves no time for comparisons.
+  -- What has to be flushed or waited for. Each count is one less than what is left (counted_down): the decision is the
+  -- longest path of the stream and leaves no time for comparisons.
   type waits_t is record
     -- Tokens and bands that push pixels out of the row filters, and lines out of the column filters.
     tokens : integer range -1 to larger(ROW_FLUSH - 1, 0);
@@ -178,25 +177,6 @@ architecture rtl of frame_sequencer is
     turn           : turn_t;
     frame          : frame_t;
   end record step_t;
-
-  -- The next value of a count of waits_t: a load sets what is left, a step takes one off.
-  function counted_down (
-    count : integer;
-    load  : boolean;
-    left  : natural;
-    step  : boolean
-  ) return integer is
-  begin
-
-    if load then
-      return left - 1;
-    elsif step and count >= 0 then
-      return count - 1;
-    end if;
-
-    return count;
-
-  end function counted_down;
 
   function waits_after (
     state : state_t;

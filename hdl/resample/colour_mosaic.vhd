@@ -42,7 +42,7 @@ entity colour_mosaic is
     m_axis_tdata  : out   std_logic_vector(3 * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream in, by the bits of frame_sequencer; bits stay set until error_clear.
+    -- Faults of the stream in, by the bits of fault_pkg; they stay set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic := '0'
   );

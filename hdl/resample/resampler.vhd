@@ -89,9 +89,9 @@ entity resampler is
     -- Size of the raster: of the frame that is processed, between frames of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- Bits 0 to 4 as in frame_sequencer. Bit 5: the grid needs more lines than the ring has or has no lens, the frame
-    -- is a single line or column or has more than 8192 lines, or a commit came before all registers. Bits stay set
-    -- until error_clear.
+    -- Bits 0 to 4: faults of the stream (fault_pkg). Bit 5: the grid needs more lines than the ring has or has no
+    -- lens, the frame is a single line or column or has more than 8192 lines, or a commit came before all registers.
+    -- Bits stay set until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic := '0'
   );
