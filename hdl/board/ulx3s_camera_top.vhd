@@ -178,10 +178,13 @@ begin
   -- Clocks and resets.
 
   oscillator : entity work.oscillator_clocks
+    generic map (
+      OSCILLATOR_MHZ => 25
+    )
     port map (
-      clk_25  => clk_25,
-      own_clk => own_clk,
-      locked  => own_ready
+      oscillator_clk => clk_25,
+      own_clk        => own_clk,
+      locked         => own_ready
     );
 
   -- The oscillator's PLL makes the source of the pixel clock; the second PLL, which multiplies it, starts behind the

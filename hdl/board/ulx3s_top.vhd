@@ -259,14 +259,15 @@ begin
   -- Control and test pattern have clocks even without a source.
   oscillator : entity work.oscillator_clocks
     generic map (
-      CONTROL_MHZ => CONTROL_MHZ,
-      OWN_DIVIDE  => OWN_DIVIDE
+      OSCILLATOR_MHZ => 25,
+      CONTROL_MHZ    => CONTROL_MHZ,
+      OWN_DIVIDE     => OWN_DIVIDE
     )
     port map (
-      clk_25      => clk_25,
-      control_clk => control_clk,
-      own_clk     => own_clk,
-      locked      => own_ready
+      oscillator_clk => clk_25,
+      control_clk    => control_clk,
+      own_clk        => own_clk,
+      locked         => own_ready
     );
 
   -- Before the oscillator's PLL has locked, the control clock cannot be trusted.
