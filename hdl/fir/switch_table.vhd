@@ -40,20 +40,28 @@ architecture rtl of switch_table is
   constant PHASE_BITS : positive := bits_for(GEOMETRY.micro_image_size - 1);
   constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
-  -- A row with all taps; the ROM keeps only those that some slice closes.
-  subtype taps_t is std_logic_vector(0 to TAPS - 1);
+  -- Switches of all taps for a slice and a phase. A power of two of rows makes every address valid.
+  type switches_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of std_logic_vector(0 to TAPS - 1);
 
-  -- Switches of all taps. A power of two of rows makes every address valid.
-  type switches_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of taps_t;
+  -- For each tap, the number of taps before it that some row closes: its column in the ROM.
+  type columns_t is array (natural range 0 to TAPS) of natural range 0 to TAPS;
 
-  function all_switches return switches_t is
+  type table_t is record
+    switches : switches_t;
+    columns  : columns_t;
+  end record table_t;
 
-    variable switches : switches_t;
-    variable last     : natural;
+  function all_switches return table_t is
+
+    variable table : table_t;
+    variable last  : natural;
+    variable used  : std_logic_vector(0 to TAPS - 1);
 
   begin
 
-    switches := (others => (others => '0'));
+    table.switches := (others => (others => '0'));
+
+    used := (others => '0');
 
     for s in 0 to GEOMETRY.slices - 1 loop
 
@@ -65,7 +73,9 @@ architecture rtl of switch_table is
         -- M neighbouring taps are closed, or with hold one.
         for i in 0 to closed_width(GEOMETRY.micro_image_size, HOLD) - 1 loop
 
-          switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
+          table.switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
+
+          used(last - i) := '1';
 
         end loop;
 
@@ -73,85 +83,40 @@ architecture rtl of switch_table is
 
     end loop;
 
-    return switches;
+    table.columns(0) := 0;
+
+    -- Most of many taps are closed by few phases; a tap that no phase closes needs no column.
+    for w in 0 to TAPS - 1 loop
+
+      table.columns(w + 1) := table.columns(w) + choose(used(w) = '1', 1, 0);
+
+    end loop;
+
+    return table;
 
   end function all_switches;
 
-  constant SWITCHES : switches_t := all_switches;
+  constant TABLE : table_t := all_switches;
 
-  -- Columns of the ROM: the taps that some row closes, from tap 0 on.
-  function switched_taps return taps_t is
-
-    variable taps_used : taps_t;
-
-  begin
-
-    -- Most of many taps are closed by few phases; a tap that no phase closes needs no column.
-    taps_used := (others => '0');
-
-    for r in switches_t'range loop
-
-      taps_used := taps_used or SWITCHES(r);
-
-    end loop;
-
-    return taps_used;
-
-  end function switched_taps;
-
-  constant SWITCHED : taps_t := switched_taps;
-
-  -- ROM column of a tap: the number of switched taps before it.
-  function column_of (
-    place : natural
-  ) return natural is
-
-    variable count : natural;
-
-  begin
-
-    count := 0;
-
-    -- A loop is enough, because it runs only at elaboration.
-    for w in natural range 0 to TAPS - 1 loop
-
-      if w < place and SWITCHED(w) = '1' then
-        count := count + 1;
-      end if;
-
-    end loop;
-
-    return count;
-
-  end function column_of;
-
-  constant COLUMNS : positive := column_of(TAPS);
-
-  subtype row_t is std_logic_vector(0 to COLUMNS - 1);
+  subtype row_t is std_logic_vector(0 to TABLE.columns(TAPS) - 1);
 
   type rows_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of row_t;
 
   function all_rows return rows_t is
 
-    variable rows   : rows_t;
-    variable column : natural;
+    variable rows : rows_t;
 
   begin
 
-    column := 0;
-
     for w in 0 to TAPS - 1 loop
 
-      if SWITCHED(w) = '1' then
+      for r in rows_t'range loop
 
-        for r in rows_t'range loop
+        if TABLE.columns(w + 1) > TABLE.columns(w) then
+          rows(r)(TABLE.columns(w)) := TABLE.switches(r)(w);
+        end if;
 
-          rows(r)(column) := SWITCHES(r)(w);
-
-        end loop;
-
-        column := column + 1;
-      end if;
+      end loop;
 
     end loop;
 
@@ -179,12 +144,12 @@ begin
 
   tap : for w in 0 to TAPS - 1 generate
 
-    switch : if SWITCHED(w) = '1' generate
-      closed(w) <= row(column_of(w));
+    switch : if TABLE.columns(w + 1) > TABLE.columns(w) generate
+      closed(w) <= row(TABLE.columns(w));
     end generate switch;
 
     -- A tap that no slice closes takes no logic: synthesis removes its adder with its switch.
-    no_switch : if SWITCHED(w) = '0' generate
+    no_switch : if TABLE.columns(w + 1) = TABLE.columns(w) generate
       closed(w) <= '0';
     end generate no_switch;
 

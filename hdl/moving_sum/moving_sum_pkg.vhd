@@ -62,6 +62,12 @@ package moving_sum_pkg is
     moves_3       : std_logic;
   end record ring_control_t;
 
+  -- Rows of a bank, counted from that of an output, that hold the pixels that the output adds.
+  type row_range_t is record
+    lowest  : integer;
+    highest : integer;
+  end record row_range_t;
+
   -- Sizes of a row stage with several pixels a token, computed once.
   type lanes_build_t is record
     -- Geometry of one slice alone if the slice is always the same.
@@ -76,6 +82,7 @@ package moving_sum_pkg is
     -- row_bits: width of a row's number; most_rows: how many rows of a line are counted.
     row_bits  : positive;
     most_rows : positive;
+    rows      : row_range_t;
   end record lanes_build_t;
 
   -- Where the pixels of a token go in the banks: valid: they go there; their place and their row.
@@ -286,7 +293,7 @@ package body moving_sum_pkg is
   ) return positive is
   begin
 
-    -- Control 3, addresses 2, words 2, sums 3. The memory of lines (ram_blocks) takes a clock more than that of
+    -- Control 3, addresses 2, words 2, sums 3. The memory of lines takes a clock more than that of
     -- a row's pixels.
     return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 

@@ -49,8 +49,8 @@ architecture rtl of pixel_banks is
   constant PLACES : positive := token_places(M, P);
   -- The range of rows, counted from the output's own row, in which its pixels can lie; includes leaving pixels and
   -- the next row.
-  constant LOWEST  : integer  := -larger(1 - lowest_row(GEOMETRY, P), 1);
-  constant HIGHEST : integer  := larger(highest_row(GEOMETRY, P) + 1, 1);
+  constant LOWEST  : integer  := -larger(1 - BUILD.rows.lowest, 1);
+  constant HIGHEST : integer  := larger(BUILD.rows.highest + 1, 1);
   constant WIDTH   : positive := BUILD.channels * BUILD.pixel_bits;
   -- Width of a difference of one channel, and of all channels.
   constant DIFFERENCE_BITS  : positive := BUILD.pixel_bits + 1;

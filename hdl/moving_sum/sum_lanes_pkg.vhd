@@ -71,15 +71,10 @@ package sum_lanes_pkg is
   ) return integer;
 
   -- The least and the largest row among all slices.
-  function lowest_row (
+  function row_range (
     geometry : geometry_t;
     pixels   : positive
-  ) return integer;
-
-  function highest_row (
-    geometry : geometry_t;
-    pixels   : positive
-  ) return integer;
+  ) return row_range_t;
 
   -- Whether a pixel is in the sum ahead of output 0. With held: whether it is in the sum that output 0 shows,
   -- which differs if output 0's group began before the line.
@@ -213,56 +208,36 @@ package body sum_lanes_pkg is
 
   end function entering_row;
 
-  function lowest_row (
+  function row_range (
     geometry : geometry_t;
     pixels   : positive
-  ) return integer is
+  ) return row_range_t is
 
-    variable row : integer;
+    variable row  : integer;
+    variable rows : row_range_t;
 
   begin
 
-    row := entering_row(geometry, pixels, 0, 0);
+    row  := entering_row(geometry, pixels, 0, 0);
+    rows := (lowest => row, highest => row);
 
     for s in 0 to geometry.slices - 1 loop
 
       for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
+
+        row := entering_row(geometry, pixels, s, r);
 
         -- The least of all rows, as the negated largest of the negated rows.
-        row := -larger(-row, -entering_row(geometry, pixels, s, r));
+        rows.lowest  := -larger(-rows.lowest, -row);
+        rows.highest := larger(rows.highest, row);
 
       end loop;
 
     end loop;
 
-    return row;
+    return rows;
 
-  end function lowest_row;
-
-  function highest_row (
-    geometry : geometry_t;
-    pixels   : positive
-  ) return integer is
-
-    variable row : integer;
-
-  begin
-
-    row := entering_row(geometry, pixels, 0, 0);
-
-    for s in 0 to geometry.slices - 1 loop
-
-      for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
-
-        row := larger(row, entering_row(geometry, pixels, s, r));
-
-      end loop;
-
-    end loop;
-
-    return row;
-
-  end function highest_row;
+  end function row_range;
 
   function is_ahead (
     geometry : geometry_t;
@@ -316,7 +291,8 @@ package body sum_lanes_pkg is
     pixel_bits : positive
   ) return lanes_build_t is
 
-    constant M : positive := geometry.micro_image_size;
+    constant M    : positive    := geometry.micro_image_size;
+    constant ROWS : row_range_t := row_range(geometry, pixels);
 
   begin
 
@@ -329,7 +305,8 @@ package body sum_lanes_pkg is
       places     => token_places(M, pixels),
       banks      => bank_count(M, pixels),
       row_bits   => bits_for(bank_rows(geometry, pixels) - 1),
-      most_rows  => larger(2 - lowest_row(geometry, pixels), 1)
+      most_rows  => larger(2 - ROWS.lowest, 1),
+      ROWS       => ROWS
     );
 
   end function to_lanes;
