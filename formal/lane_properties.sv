@@ -64,6 +64,7 @@ module lane_properties #(
       .token_slice(8'b0),
       .data(data),
       .tag(now),
+      .line_end({P{1'b1}}),
       .out_token_strobe(out_strobe),
       .out_token_pixel(pixel),
       .out_data(sums),

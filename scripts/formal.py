@@ -101,9 +101,7 @@ class LaneProof:
         m, shift, p = self.micro_image_size, self.shift, self.pixels
         lanes = LaneLayout(SumLayout(m, (shift,)), p)
         values = {
-            "GEOMETRY": _geometry(m, shift),
-            "PIXELS_PER_CLOCK": p,
-            "DATA_BITS": 1,
+            "BUILD": f"to_lanes({_geometry(m, shift)}, {p}, 1, 1)",
             "SUM_BITS": m.bit_length(),
         }
         parameters = {

@@ -23,11 +23,14 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.all;
 use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.core_pkg.all;
+use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.token_pkg.all;
 use work.border_pkg.all;
 
@@ -52,6 +55,26 @@ entity border_weights is
 end entity border_weights;
 
 architecture rtl of border_weights is
+
+  -- Projects of one pixel a token need no file of lane_stage, so it is a component.
+  component lane_stage is
+    generic (
+      BUILD    : lanes_build_t;
+      SUM_BITS : positive;
+      TAG_BITS : positive
+    );
+    port (
+      clk       : in    std_logic;
+      reset     : in    std_logic;
+      token     : in    token_t;
+      data      : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
+      tag       : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+      line_end  : in    std_logic_vector(BUILD.pixels - 1 downto 0);
+      out_token : out   token_t;
+      out_data  : out   std_logic_vector(BUILD.pixels * BUILD.channels * SUM_BITS - 1 downto 0);
+      out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
+    );
+  end component lane_stage;
 
   constant GEOMETRY     : geometry_t                       := CORE.geometry;
   constant M            : positive                         := GEOMETRY.micro_image_size;
@@ -133,29 +156,54 @@ begin
 
     across_pass : for i in 0 to PASSES - 1 generate
 
-      constant SIZES : pass_t := exact_pass(largest_count(M, i), M);
+      constant SIZES      : pass_t  := exact_pass(largest_count(M, i), M);
+      constant PASS_SLICE : integer := choose(i = 0, FIXED_SLICE, - 1);
 
     begin
 
-      stage : entity work.row_pass
-        generic map (
-          GEOMETRY    => pass_geometry(GEOMETRY, i),
-          SIZES       => SIZES,
-          FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
-          PIXELS      => P,
-          TAG_BITS    => COUNT_BITS
-        )
-        port map (
-          clk       => clk,
-          reset     => reset,
-          token     => row_token(i),
-          data      => across(i)(P * SIZES.data_bits - 1 downto 0),
-          tag       => row_down(i),
-          line_end  => line_end,
-          out_token => row_token(i + 1),
-          out_data  => across(i + 1)(P * SIZES.result_bits - 1 downto 0),
-          out_tag   => row_down(i + 1)
-        );
+      one_pixel : if P = 1 generate
+
+        stage : entity work.moving_sum_stage
+          generic map (
+            GEOMETRY    => pass_geometry(GEOMETRY, i),
+            SIZES       => SIZES,
+            FIXED_SLICE => PASS_SLICE,
+            TAG_BITS    => COUNT_BITS
+          )
+          port map (
+            clk       => clk,
+            reset     => reset,
+            token     => row_token(i),
+            data      => across(i)(SIZES.data_bits - 1 downto 0),
+            tag       => row_down(i),
+            out_token => row_token(i + 1),
+            out_data  => across(i + 1)(SIZES.result_bits - 1 downto 0),
+            out_tag   => row_down(i + 1)
+          );
+
+      end generate one_pixel;
+
+      several_pixels : if P > 1 generate
+
+        stage : component lane_stage
+          generic map (
+            BUILD    => to_lanes(slice_geometry(pass_geometry(GEOMETRY, i), PASS_SLICE), P, 1, SIZES.data_bits),
+            SUM_BITS => SIZES.result_bits,
+            TAG_BITS => COUNT_BITS
+          )
+          port map (
+            clk       => clk,
+            reset     => reset,
+            token     => row_token(i),
+            data      => across(i)(P * SIZES.data_bits - 1 downto 0),
+            tag       => row_down(i),
+            line_end  => line_end,
+            out_token => row_token(i + 1),
+            out_data  => across(i + 1)(P * SIZES.result_bits - 1 downto 0),
+            out_tag   => row_down(i + 1)
+          );
+
+      end generate several_pixels;
 
     end generate across_pass;
 

@@ -5,7 +5,8 @@
 --        -> sum ahead of the line --------------^
 --
 -- The results equal those of moving_sum_stage, which takes one pixel a token, bit for bit. Pixels behind the end of
--- a line must be zero; outputs behind it have no meaning. Lines must begin at least lane_delay + 1 tokens apart.
+-- a line must be zero; sums behind it come out as zero, because the next pass goes on there. Lines must begin at least
+-- lane_delay + 1 tokens apart.
 --
 -- Latency: lane_delay tokens and lane_stage_latency clocks. Throughput: one token each clock.
 -- Equation: see sum_lanes_pkg.
@@ -24,14 +25,9 @@ use work.sum_lanes_pkg.all;
 
 entity lane_stage is
   generic (
-    -- Geometry of the slices; of one slice alone if the slice is always the same.
-    GEOMETRY : geometry_t;
-    -- P, pixels of a token.
-    PIXELS_PER_CLOCK : positive range 2 to 32;
-    -- Channels of a pixel.
-    CHANNELS : positive := 1;
-    -- Width of a channel of the input.
-    DATA_BITS : positive;
+    -- Geometry of the slices (of one slice alone if the slice is always the same), at least two pixels a token, their
+    -- channels and width.
+    BUILD : lanes_build_t;
     -- Width of a channel of the output: holds M times the largest input.
     SUM_BITS : positive;
     -- Width of the tag that goes with a token.
@@ -42,19 +38,25 @@ entity lane_stage is
     reset : in    std_logic;
     -- A token, its pixels (pixel 0 and channel 0 in the low bits), and a tag.
     token : in    token_t;
-    data  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DATA_BITS - 1 downto 0);
+    data  : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
     tag   : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+    -- Which pixels a line's last token has; constant while a frame is under way.
+    line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- The token of lane_delay tokens before, its sums, and its tag.
     out_token : out   token_t;
-    out_data  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0);
+    out_data  : out   std_logic_vector(BUILD.pixels * BUILD.channels * SUM_BITS - 1 downto 0);
     out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
   );
 end entity lane_stage;
 
 architecture rtl of lane_stage is
 
+  constant GEOMETRY  : geometry_t := BUILD.geometry;
+  constant CHANNELS  : positive   := BUILD.channels;
+  constant DATA_BITS : positive   := BUILD.pixel_bits;
+
   constant M      : positive := GEOMETRY.micro_image_size;
-  constant P      : positive := PIXELS_PER_CLOCK;
+  constant P      : positive := BUILD.pixels;
   constant SLICES : positive := GEOMETRY.slices;
   constant PLACES : positive := token_places(M, P);
   constant LEVELS : positive := bits_for(P - 1);
@@ -67,8 +69,6 @@ architecture rtl of lane_stage is
   constant HOLDING : boolean := holds_outputs(GEOMETRY);
 
   constant SLICE_BITS : positive := bits_for(SLICES - 1);
-
-  constant BUILD : lanes_build_t := to_lanes(GEOMETRY, P, CHANNELS, DATA_BITS);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
@@ -145,6 +145,9 @@ architecture rtl of lane_stage is
   signal held     : sums_t;
   signal chosen_1 : begins_list_t(0 to 1);
   signal gathered : gathered_t;
+  -- The token behind the stage, and the sums of all its pixels.
+  signal sum_token : token_t;
+  signal sums      : std_logic_vector(out_data'range);
 
 begin
 
@@ -310,7 +313,7 @@ begin
       begins      => begins_at(SUMMED),
       ahead       => ahead,
       held        => held,
-      sums        => out_data
+      sums        => sums
     );
 
   path : entity work.token_path
@@ -325,8 +328,11 @@ begin
       token     => token,
       step      => token.strobe,
       tag       => tag,
-      out_token => out_token,
+      out_token => sum_token,
       out_tag   => out_tag
     );
+
+  out_token <= sum_token;
+  out_data  <= in_line(sums, CHANNELS * SUM_BITS, sum_token, line_end);
 
 end architecture rtl;

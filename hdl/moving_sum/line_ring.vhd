@@ -414,10 +414,12 @@ begin
     write_enable <= active_5 and stored_5 when in_bank_5 = b else
                     '0';
 
-    lines : entity work.ram_blocks
+    lines : entity work.ram_simple_dual_port
       generic map (
-        WIDTH => WIDTH,
-        WORDS => WORDS
+        WIDTH        => WIDTH,
+        WORDS        => WORDS,
+        READ_LATENCY => 3,
+        DIVIDED      => true
       )
       port map (
         clk           => clk,

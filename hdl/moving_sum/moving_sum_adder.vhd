@@ -236,11 +236,12 @@ begin
       in_use : if (i /= HELD_KEPT or SPLIT) and (i /= RESULTS_KEPT or HOLDING) generate
 
         -- Each memory is written when its value is ready, and read two clocks ahead of the token that changes it.
-        memory : entity work.ram_blocks
+        memory : entity work.ram_simple_dual_port
           generic map (
             WIDTH        => SUMS_BITS,
             WORDS        => COLUMNS,
-            READ_LATENCY => 2
+            READ_LATENCY => 2,
+            DIVIDED      => true
           )
           port map (
             clk           => clk,

@@ -24,10 +24,13 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.core_pkg.all;
+use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.token_pkg.all;
 
 entity moving_sum_array is
@@ -50,6 +53,26 @@ entity moving_sum_array is
 end entity moving_sum_array;
 
 architecture rtl of moving_sum_array is
+
+  -- Projects of one pixel a token need no file of lane_stage, so it is a component.
+  component lane_stage is
+    generic (
+      BUILD    : lanes_build_t;
+      SUM_BITS : positive;
+      TAG_BITS : positive
+    );
+    port (
+      clk       : in    std_logic;
+      reset     : in    std_logic;
+      token     : in    token_t;
+      data      : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
+      tag       : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+      line_end  : in    std_logic_vector(BUILD.pixels - 1 downto 0);
+      out_token : out   token_t;
+      out_data  : out   std_logic_vector(BUILD.pixels * BUILD.channels * SUM_BITS - 1 downto 0);
+      out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
+    );
+  end component lane_stage;
 
   constant GEOMETRY   : geometry_t   := CORE.geometry;
   constant ARITHMETIC : arithmetic_t := CORE.arithmetic;
@@ -84,55 +107,54 @@ begin
 
   every_stage : for i in 0 to LAST_STAGE generate
 
-    constant COLUMNS  : boolean  := filters_columns(i);
-    constant IN_BITS  : positive := value_bits(ARITHMETIC, i);
-    constant OUT_BITS : positive := value_bits(ARITHMETIC, i + 1);
+    constant COLUMNS : boolean := filters_columns(i);
+    constant SIZES   : pass_t  := pass_of(ARITHMETIC, i);
 
   begin
 
     -- Column filters treat the pixels of a token as channels, so a stage of one pixel serves all of them.
-    columns_stage : if COLUMNS generate
+    one_pixel : if COLUMNS or CORE.pixels = 1 generate
 
       stage : entity work.moving_sum_stage
         generic map (
           GEOMETRY => pass_geometry(GEOMETRY, i mod PASSES),
-          SIZES    => pass_of(ARITHMETIC, i),
-          COLUMNS  => true,
-          ANY_ROWS => CORE.any_rows,
-          DEPTH    => tokens_of(CORE),
+          SIZES    => SIZES,
+          COLUMNS  => COLUMNS,
+          ANY_ROWS => COLUMNS and CORE.any_rows,
+          DEPTH    => choose(COLUMNS, tokens_of(CORE), 1),
           LANES    => LANES
         )
         port map (
           clk       => clk,
           reset     => reset,
           token     => token_at(i),
-          data      => data(i)(LANES * IN_BITS - 1 downto 0),
+          data      => data(i)(LANES * SIZES.data_bits - 1 downto 0),
           out_token => token_at(i + 1),
-          out_data  => data(i + 1)(LANES * OUT_BITS - 1 downto 0)
+          out_data  => data(i + 1)(LANES * SIZES.result_bits - 1 downto 0)
         );
 
-    end generate columns_stage;
+    end generate one_pixel;
 
-    rows_stage : if not COLUMNS generate
+    several_pixels : if not COLUMNS and CORE.pixels > 1 generate
 
-      stage : entity work.row_pass
+      stage : component lane_stage
         generic map (
-          GEOMETRY => pass_geometry(GEOMETRY, i mod PASSES),
-          SIZES    => pass_of(ARITHMETIC, i),
-          PIXELS   => CORE.pixels,
-          CHANNELS => CORE.channels
+          BUILD    => to_lanes(pass_geometry(GEOMETRY, i mod PASSES), CORE.pixels, CORE.channels, SIZES.data_bits),
+          SUM_BITS => SIZES.result_bits,
+          TAG_BITS => 1
         )
         port map (
           clk       => clk,
           reset     => reset,
           token     => token_at(i),
-          data      => data(i)(LANES * IN_BITS - 1 downto 0),
+          data      => data(i)(LANES * SIZES.data_bits - 1 downto 0),
           line_end  => line_end,
           out_token => token_at(i + 1),
-          out_data  => data(i + 1)(LANES * OUT_BITS - 1 downto 0)
+          out_data  => data(i + 1)(LANES * SIZES.result_bits - 1 downto 0),
+          out_tag   => open
         );
 
-    end generate rows_stage;
+    end generate several_pixels;
 
   end generate every_stage;
 

@@ -282,10 +282,12 @@ begin
   memories : for i in 0 to 3 generate
 
     -- Deep memories are divided into blocks with a register behind each, which block RAM needs at sensor clocks.
-    memory : entity work.ram_blocks
+    memory : entity work.ram_simple_dual_port
       generic map (
-        WIDTH => DATA_BITS,
-        WORDS => WORDS
+        WIDTH        => DATA_BITS,
+        WORDS        => WORDS,
+        READ_LATENCY => 3,
+        DIVIDED      => true
       )
       port map (
         clk           => clk,

@@ -224,10 +224,12 @@ begin
 
   word_back <= word(LINE_BITS - 1 downto 0) & sums_at(READ);
 
-  memory : entity work.ram_blocks
+  memory : entity work.ram_simple_dual_port
     generic map (
-      WIDTH => 2 * LINE_BITS,
-      WORDS => WORDS
+      WIDTH        => 2 * LINE_BITS,
+      WORDS        => WORDS,
+      READ_LATENCY => 3,
+      DIVIDED      => true
     )
     port map (
       clk           => clk,

@@ -5,7 +5,7 @@
 -- has its own moving sums, over columns and then over rows, and one division at the end.
 --
 -- A token may hold several neighbouring pixels. Column filters treat them as channels of one wider pixel. For rows each
--- slice has a row_pass, because sums over columns differ from slice to slice. In a line's last token, pixels behind
+-- slice has a row stage, because sums over columns differ from slice to slice. In a line's last token, pixels behind
 -- the line's end count as zero and come out as zero.
 --
 -- Latency: D lines, D + 1 tokens and sum_clocks clocks with one pixel a token, D = output_delay; D lines, D' tokens and
@@ -20,6 +20,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.all;
 use work.delay_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
@@ -52,6 +53,26 @@ end entity stack_array;
 
 architecture rtl of stack_array is
 
+  -- Projects of one pixel a token need no file of lane_stage, so it is a component.
+  component lane_stage is
+    generic (
+      BUILD    : lanes_build_t;
+      SUM_BITS : positive;
+      TAG_BITS : positive
+    );
+    port (
+      clk       : in    std_logic;
+      reset     : in    std_logic;
+      token     : in    token_t;
+      data      : in    std_logic_vector(BUILD.pixels * BUILD.channels * BUILD.pixel_bits - 1 downto 0);
+      tag       : in    std_logic_vector(TAG_BITS - 1 downto 0) := (others => '0');
+      line_end  : in    std_logic_vector(BUILD.pixels - 1 downto 0);
+      out_token : out   token_t;
+      out_data  : out   std_logic_vector(BUILD.pixels * BUILD.channels * SUM_BITS - 1 downto 0);
+      out_tag   : out   std_logic_vector(TAG_BITS - 1 downto 0)
+    );
+  end component lane_stage;
+
   constant GEOMETRY   : geometry_t := CORE.geometry;
   constant M          : positive   := GEOMETRY.micro_image_size;
   constant P          : positive   := CORE.pixels;
@@ -60,6 +81,7 @@ architecture rtl of stack_array is
   constant LANES      : positive   := P * CHANNELS;
   constant SLICES     : positive   := GEOMETRY.slices;
   constant COLUMN_MAX : positive   := M * (2 ** PIXEL_BITS - 1);
+  constant SIZES      : pass_t     := exact_pass(COLUMN_MAX, M);
 
   -- Widths of a column sum and of a sum over columns and rows of one channel; WIDE_BITS: the column sums of a slice for
   -- a whole token.
@@ -121,23 +143,46 @@ begin
 
   begin
 
-    rows : entity work.row_pass
-      generic map (
-        GEOMETRY    => GEOMETRY,
-        SIZES       => exact_pass(COLUMN_MAX, M),
-        FIXED_SLICE => s,
-        PIXELS      => P,
-        CHANNELS    => CHANNELS
-      )
-      port map (
-        clk       => clk,
-        reset     => reset,
-        token     => column_token,
-        data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
-        line_end  => line_end,
-        out_token => row_token(s),
-        out_data  => row_sums
-      );
+    one_pixel : if P = 1 generate
+
+      stage : entity work.moving_sum_stage
+        generic map (
+          GEOMETRY    => GEOMETRY,
+          SIZES       => SIZES,
+          FIXED_SLICE => s,
+          LANES       => CHANNELS
+        )
+        port map (
+          clk       => clk,
+          reset     => reset,
+          token     => column_token,
+          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
+          out_token => row_token(s),
+          out_data  => row_sums
+        );
+
+    end generate one_pixel;
+
+    several_pixels : if P > 1 generate
+
+      stage : component lane_stage
+        generic map (
+          BUILD    => to_lanes(slice_geometry(GEOMETRY, s), P, CHANNELS, SIZES.data_bits),
+          SUM_BITS => SIZES.result_bits,
+          TAG_BITS => 1
+        )
+        port map (
+          clk       => clk,
+          reset     => reset,
+          token     => column_token,
+          data      => column_data((s + 1) * WIDE_BITS - 1 downto s * WIDE_BITS),
+          line_end  => line_end,
+          out_token => row_token(s),
+          out_data  => row_sums,
+          out_tag   => open
+        );
+
+    end generate several_pixels;
 
     -- With several pixels slices that hold outputs take a clock more.
     wait_for_slowest : process (clk) is

@@ -1,6 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The column pass of a focal stack: one memory of pixels, and for each slice its moving sums.
 --
+-- From the memory each slice takes the pixel that enters its sum and the one that leaves it. Their places depend on
+-- the phase of the line alone.
+--
 -- Frames must begin at least output_delay + 1 lines apart, and a multiple of M lines; the sequencer appends flush
 -- lines.
 --
@@ -16,6 +19,8 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.token_pkg.all;
+use work.sum_schedule_pkg.all;
+use work.moving_sum_pkg.all;
 use work.focal_stack_pkg.all;
 
 entity stack_columns is
@@ -46,7 +51,8 @@ architecture rtl of stack_columns is
   constant M            : positive := GEOMETRY.micro_image_size;
   constant SLICES       : positive := GEOMETRY.slices;
   constant PIXEL_BITS   : positive := LANES * LANE_BITS;
-  constant SUMS_BITS    : positive := LANES * column_sum_bits(M, LANE_BITS);
+  constant SUM_BITS     : positive := column_sum_bits(M, LANE_BITS);
+  constant SUMS_BITS    : positive := LANES * SUM_BITS;
   constant COLUMN_BITS  : positive := bits_for(COLUMNS - 1);
   constant HISTORY_BITS : positive := history_word_bits(GEOMETRY, PIXEL_BITS);
 
@@ -56,8 +62,62 @@ architecture rtl of stack_columns is
 
   type columns_t is array (1 to 3) of unsigned(COLUMN_BITS - 1 downto 0);
 
-  type pixels_t is array (1 to 3) of std_logic_vector(PIXEL_BITS - 1 downto 0);
+  subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
 
+  type pixels_t is array (1 to 3) of pixel_t;
+
+  constant NO_SLICE : unsigned(bits_for(SLICES - 1) - 1 downto 0) := (others => '0');
+
+  -- enters_at: place of a phase's entering pixel in the shift register of the phase (-1 for the line that is just
+  -- coming in); base: place of that register in the word.
+  type history_t is record
+    enters_at : integer;
+    base      : natural;
+  end record history_t;
+
+  type histories_t is array (natural range 0 to M - 1) of history_t;
+
+  function all_histories (
+    slice : natural
+  ) return histories_t is
+
+    variable histories : histories_t;
+
+  begin
+
+    -- The phase alone decides which pixel enters: a multiplexer with M fixed inputs, no address.
+    for v in 0 to M - 1 loop
+
+      histories(v) := (enters_at => history_place(GEOMETRY, slice, v), base => history_base(GEOMETRY, v));
+
+    end loop;
+
+    return histories;
+
+  end function all_histories;
+
+  -- The phase's pixel that enters, or the one `later` places behind it; zero if the memory does not hold it yet.
+  function pixel_in (
+    words   : std_logic_vector;
+    history : history_t;
+    later   : natural
+  ) return pixel_t is
+
+    variable low : natural;
+
+  begin
+
+    if history.enters_at + later < 0 then
+      return (others => '0');
+    end if;
+
+    low := (history.base + history.enters_at + later) * PIXEL_BITS;
+
+    return words(low + PIXEL_BITS - 1 downto low);
+
+  end function pixel_in;
+
+  -- Names of signals end in the number of clocks behind the token.
   -- active: the token has a pixel; step: the first pixel of its line.
   signal active : std_logic;
   signal step   : std_logic;
@@ -121,26 +181,99 @@ begin
   -- The large memory of pixels is shared. Each slice adds only an adder and a word for each column.
   slice : for s in 0 to SLICES - 1 generate
 
-    sums : entity work.column_sum
+    constant HISTORY_OF : histories_t := all_histories(s);
+
+    signal ring          : ring_control_t;
+    signal enter_phase_3 : phase_t       := 0;
+    signal choice_3      : pixel_choice_t;
+    signal command_3     : sum_command_t;
+    signal command_4     : sum_command_t := NO_COMMAND;
+    signal active_4      : std_logic     := '0';
+    signal in_4          : pixel_t       := (others => '0');
+    signal entering_4    : pixel_t       := (others => '0');
+    signal leaving_4     : pixel_t       := (others => '0');
+
+  begin
+
+    phase_1(s) <= ring.phase_1;
+
+    -- The control is built for one slice alone, so its tables are constants.
+    control : entity work.moving_sum_control
       generic map (
-        GEOMETRY  => GEOMETRY,
-        SLICE     => s,
-        COLUMNS   => COLUMNS,
-        LANES     => LANES,
-        LANE_BITS => LANE_BITS
+        GEOMETRY    => GEOMETRY,
+        FIXED_SLICE => s
       )
       port map (
         clk       => clk,
         reset     => reset,
-        step      => step,
+        advance   => step,
         first     => token.frame_first,
         live      => token.image,
-        phase_1   => phase_1(s),
-        column_2  => column_at(2),
-        active_3  => active_at(3),
-        pixel_3   => pixel_at(3),
-        history_3 => history_3,
-        sum       => out_data((s + 1) * SUMS_BITS - 1 downto s * SUMS_BITS)
+        slice     => NO_SLICE,
+        ring      => ring,
+        choice_3  => choice_3,
+        command_3 => command_3
+      );
+
+    pick : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        enter_phase_3 <= ring.enter_phase_2;
+
+        active_4   <= active_at(3);
+        command_4  <= command_3;
+        in_4       <= pixel_at(3);
+        entering_4 <= (others => '0');
+        leaving_4  <= (others => '0');
+
+        -- The loop compares with each phase: its pixels are at fixed places of the word, so no address is computed.
+        for v in 0 to M - 1 loop
+
+          if enter_phase_3 = v then
+            if choice_3.enter = '1' then
+              entering_4 <= pixel_in(history_3, HISTORY_OF(v), 0);
+            end if;
+            -- If no pixel ever leaves, the memory does not hold the place.
+            if choice_3.leave = '1' and pixels_leave(GEOMETRY) then
+              leaving_4 <= pixel_in(history_3, HISTORY_OF(v), 1);
+            end if;
+          end if;
+
+        end loop;
+
+        -- This assignment comes last and wins: the pixel that has just come is not in the memory yet.
+        if choice_3.enter = '1' and choice_3.enter_now = '1' then
+          entering_4 <= pixel_at(3);
+        end if;
+        if reset = '1' then
+          active_4 <= '0';
+        end if;
+      end if;
+
+    end process pick;
+
+    -- The adder keeps running and first sums of each column; with held outputs their results too.
+    adder : entity work.moving_sum_adder
+      generic map (
+        COLUMNS      => COLUMNS,
+        LANES        => LANES,
+        PIXEL_BITS   => LANE_BITS,
+        SUM_BITS     => SUM_BITS,
+        WITH_LEAVING => pixels_leave(GEOMETRY),
+        HOLDING      => group_size(GEOMETRY, s) > 1,
+        SPLIT        => not begins_group(GEOMETRY, s, 0)
+      )
+      port map (
+        clk      => clk,
+        reset    => reset,
+        column   => column_at(2),
+        active   => active_4,
+        command  => command_4,
+        own      => in_4,
+        entering => entering_4,
+        leaving  => leaving_4,
+        sums     => out_data((s + 1) * SUMS_BITS - 1 downto s * SUMS_BITS)
       );
 
   end generate slice;

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Video in, refocused video out with the same timing, delayed by the latency of the refocuser; a text over it.
 --
--- Input -> video_to_stream -> (sensor_front) -> picture_core -> stream_to_video -> (text_overlay) -> output. No frame
--- is stored: the output's syncs are generated from the measured timing, delayed as much as the pixels. With
--- pass_through, or if the timing cannot be followed (lines too long, frames not all alike), the input goes to the
--- output unchanged. screen_pkg has the possible outputs, and the text over them; sensor_pkg says whether the input is a
--- sensor's raw frames.
+-- Input -> video_to_stream -> (sensor_raster -> sensor_front) -> picture_core -> stream_to_video -> (text_overlay)
+-- -> output. No frame is stored: the output's syncs are generated from the measured timing, delayed as much as the
+-- pixels. With pass_through, or if the timing cannot be followed (lines too long, frames not all alike), the input goes
+-- to the output unchanged. screen_pkg has the possible outputs, and the text over them; sensor_pkg says whether the
+-- input is a sensor's raw frames.
 --
 -- Blanking. The refocuser pushes the last lines of a frame out in the vertical blanking, or with the first lines of the
 -- next frame if the blanking is shorter than D lines. Pixels that arrive meanwhile wait in its input FIFO (a line),
@@ -173,8 +173,16 @@ begin
 
   sensor_first : if WITH_SENSOR generate
 
+    constant RED : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
+
     signal followed_before : std_logic := '0';
     signal front_reset     : std_logic;
+    signal frame_columns   : std_logic_vector(15 downto 0);
+    signal raster          : stream_t;
+    signal raster_ready    : std_logic;
+    signal raster_data     : std_logic_vector(8 * PIXEL_CHANNELS - 1 downto 0);
+    signal raster_columns  : std_logic_vector(15 downto 0);
+    signal raster_rows     : std_logic_vector(15 downto 0);
 
   begin
 
@@ -190,6 +198,52 @@ begin
 
     end process note_following;
 
+    frame_columns <= std_logic_vector(resize(followed.timing.columns, 16));
+
+    -- A grey sensor, or one with a mosaic, has pixels in red (the low bits) only.
+    sensor : entity work.sensor_raster
+      generic map (
+        MOSAIC           => MOSAIC,
+        MICRO_IMAGE_SIZE => M,
+        HEXAGONAL        => HEXAGONAL,
+        MAX_COLUMNS      => SENSOR_COLUMNS,
+        LINES            => RING_LINES,
+        LENSES           => LENSES,
+        MOVES            => MOVES,
+        GAINS            => GAINS,
+        CHANNELS         => PIXEL_CHANNELS
+      )
+      port map (
+        clk            => clk,
+        reset          => front_reset,
+        columns        => frame_columns,
+        rows           => rows,
+        red_place      => RED,
+        load_write     => load.write,
+        load_kind      => load.kind,
+        load_address   => load.address,
+        load_data      => load.data,
+        s_axis_tvalid  => raw.tvalid,
+        s_axis_tready  => raw_ready,
+        s_axis_tdata   => raw.tdata(choose(MOSAIC, 1, PIXEL_CHANNELS) * 8 - 1 downto 0),
+        s_axis_tuser   => raw.tuser,
+        s_axis_tlast   => raw.tlast,
+        m_axis_tvalid  => raster.tvalid,
+        m_axis_tready  => raster_ready,
+        m_axis_tdata   => raster_data,
+        m_axis_tuser   => raster.tuser,
+        m_axis_tlast   => raster.tlast,
+        raster_columns => raster_columns,
+        raster_rows    => raster_rows,
+        error_flags    => sensor_errors,
+        error_clear    => '1'
+      );
+
+    all_channels : for i in 0 to 2 generate
+      raster.tdata(8 * i + 7 downto 8 * i) <= raster_data(8 * (i mod PIXEL_CHANNELS) + 7 downto
+                                                          8 * (i mod PIXEL_CHANNELS));
+    end generate all_channels;
+
     in_front : entity work.sensor_front
       generic map (
         MICRO_IMAGE_SIZE => M,
@@ -200,13 +254,13 @@ begin
         reset         => front_reset,
         following     => followed,
         shown         => choice.shown,
-        load          => load,
-        s_axis        => raw,
-        s_axis_tready => raw_ready,
+        s_axis        => raster,
+        s_axis_tready => raster_ready,
+        size_columns  => raster_columns,
+        size_rows     => raster_rows,
         m_axis        => lens,
         m_axis_tready => lens_ready,
-        front         => front,
-        errors        => sensor_errors
+        front         => front
       );
 
   end generate sensor_first;

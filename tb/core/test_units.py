@@ -26,12 +26,13 @@ def divide_round() -> Iterator[Case]:
         yield unit("divide_round", generics, value_max=largest, divisor=divisor)
 
 
-def ram_blocks() -> Iterator[Case]:
+def divided_memory() -> Iterator[Case]:
     sizes = [(2, 1), (8, 700), (8, 5000), (9, 4099), (24, 6656), (1, 40000)]
     for latency, (width, words) in zip(cycle((2, 3)), sizes, strict=False):
-        generics = {"WIDTH": width, "WORDS": words, "READ_LATENCY": latency}
+        generics = {"WIDTH": width, "WORDS": words, "READ_LATENCY": latency, "DIVIDED": True}
         blocks = block_sizes(words, width)
-        yield unit("ram_blocks", generics, width=width, words=words, latency=latency, blocks=blocks)
+        case = {"width": width, "words": words, "latency": latency, "blocks": blocks}
+        yield unit("ram_simple_dual_port", generics, **case)
 
 
 def stored_product() -> Iterator[Case]:
@@ -140,7 +141,7 @@ def function_ports() -> Iterator[Case]:
 
 # One simulation, as start-up takes most of the time. `make mutants` selects by names of entities.
 PARTS = [
-    [divide_round, ram_blocks, stored_product, switch_table],
+    [divide_round, divided_memory, stored_product, switch_table],
     [switched_fir, lane_skew, lane_exchange, slice_select],
     [axis_fifo, bus_crossing, row_scatter, function_ports],
 ]

@@ -54,7 +54,7 @@ async def every_quotient(dut: Any) -> None:
     assert not wrong, f"{len(wrong)} wrong, first (value, got, want) {wrong[0]}"
 
 
-@for_entity("ram_blocks")
+@for_entity("ram_simple_dual_port")
 async def words_are_kept(dut: Any) -> None:
     """Words at the ends of all blocks and at random, read while others are written."""
     rng = random.Random(cocotb.RANDOM_SEED)

@@ -12,7 +12,7 @@ from hunt.references.focal_stack import stack
 ENTITY = "focal_stack"
 FAULTS = [
     ("focal_stack_pkg.vhd", "plan.keeps_modulus := true;", "plan.keeps_modulus := false;"),
-    ("column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
+    ("stack_columns.vhd", "GEOMETRY, slice, v)", "GEOMETRY, 0, v)"),
     # Lines of one pixel.
     ("focal_stack_pkg.vhd", "plan.row_tokens + 1);", "1);", 209853),
     ("border_weights.vhd", "choose(SLICES > 1, s, - 1)", "choose(SLICES > 1, 0, - 1)"),

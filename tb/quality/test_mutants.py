@@ -59,11 +59,11 @@ def test_lines_that_are_not_changed_exist() -> None:
 
 def test_what_simulation_leaves_out_is_not_changed() -> None:
     memory = [m for m in mutants.mutants(hdl.hdl_sources()) if m.file == "ram_simple_dual_port.vhd"]
-    enables = [m for m in memory if "write_enable = " in m.old]
+    enables = [m for m in memory if "if writes = " in m.old]
     # Of two branches with this line the simulated one; once its =, once its '1'.
     assert [(m.place, m.new.strip()) for m in enables] == [
-        (2, "if write_enable /= '1' then"),
-        (2, "if write_enable = '0' then"),
+        (2, "if writes /= '1' then"),
+        (2, "if writes = '0' then"),
     ]
     assert not any("not is_simulation" in m.old for m in memory)
 

@@ -213,8 +213,8 @@ def test_few_levels_of_instances() -> None:
     def levels(entity: str) -> int:
         return 1 + max((levels(part) for part in parts[entity]), default=0)
 
-    assert levels("raster_refocuser") <= 8
-    assert max(levels(entity) for entity in entities if entity.endswith("_top")) <= 11
+    assert levels("raster_refocuser") <= 6
+    assert max(levels(entity) for entity in entities if entity.endswith("_top")) <= 9
 
 
 def test_files_are_short() -> None:

@@ -91,8 +91,8 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
     sources = plant(
         tmp_path / "hdl",
         file_bench.core_sources(),
-        "column_sum.vhd",
-        "GEOMETRY, SLICE, v)",
+        "stack_columns.vhd",
+        "GEOMETRY, slice, v)",
         "GEOMETRY, 0, v)",
     )
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)

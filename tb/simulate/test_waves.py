@@ -184,7 +184,7 @@ def test_all_signals_hold_records_down_to_a_depth(good_of, tmp_path: Path) -> No
         file_bench.run_bench(simulator, core, FRAME, work, waves=waves, built=True)
         names[depth] = {signal.canonical for signal in Dump(waves.path).signals}
     stage = "file_bench.design.raster.core.planned.moving_sum_engine."
-    stage += "moving_sums.every_stage[0].columns_stage.stage."
+    stage += "moving_sums.every_stage[0].one_pixel.stage."
     assert {f"{stage}command_at[3].take", f"{stage}token.strobe"} <= names[0]
     # The bench, the core of any engine, its generate region, the refocuser, and records in it.
     assert "file_bench.design.raster.core.planned.token.strobe" in names[5] < names[0]
@@ -209,14 +209,14 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
             "moving_sum_stage.vhd",
             "read_leave when choice_at(READ).leave = '1'",
             "read_leave when false",
-            "every_stage[0].columns_stage.stage.leaving",
+            "every_stage[0].one_pixel.stage.leaving",
         ),
         (
             "sums",
             "moving_sum_control.vhd",
             "out_first <= out_now;",
             "out_first <= first;",
-            "every_stage[0].columns_stage.stage.control.out_first",
+            "every_stage[0].one_pixel.stage.control.out_first",
         ),
         (
             "pixels",
@@ -230,14 +230,14 @@ def check_named(good: Path, bad: Path, signal: str) -> None:
             "lane_control.vhd",
             "ended    <= following;",
             "null;",
-            "every_stage[1].rows_stage.stage.several_pixels.stage.banks.end_row_1",
+            "every_stage[1].several_pixels.stage.banks.end_row_1",
         ),
         (
             "stack",
-            "column_sum.vhd",
+            "stack_columns.vhd",
             "choice_3.enter = '1' and choice_3.enter_now = '1'",
             "choice_3.enter_now = '1' and false",
-            "columns.slice[0].sums.entering_4",
+            "columns.slice[0].entering_4",
         ),
         (
             "stack",

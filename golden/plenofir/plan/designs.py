@@ -212,14 +212,13 @@ def lane_part_designs() -> Iterator[Design]:
         return stage(pixels * core.channels, white, COLUMNS=True, DEPTH=depth)
 
     of_tokens: Generics = {"PIXELS_PER_CLOCK": p, "CHANNELS": core.channels}
-    rows = {"GEOMETRY": geometry, **of_tokens, "DATA_BITS": row.data, "SUM_BITS": row.sum}
     build = f"to_lanes({geometry}, {p}, {core.channels}, {row.data})"
     sums: Generics = {"DIFFERENCE_BITS": row.data + 1, "SUM_BITS": row.sum, "HOLDING": False}
     parts: tuple[tuple[str, str, Mapping[str, object]], ...] = (
         ("P=1 columns", "moving_sum_stage", columns(1)),
         ("P=1 rows", "moving_sum_stage", stage(core.channels, m * white)),
         (f"P={p} columns", "moving_sum_stage", columns(p)),
-        (f"P={p} rows", "lane_stage", rows),
+        (f"P={p} rows", "lane_stage", {"BUILD": build, "SUM_BITS": row.sum}),
         (f"P={p} rows: banks", "pixel_banks", {"BUILD": build}),
     )
     for name, entity, values in parts:

@@ -407,7 +407,12 @@ def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:
 
 def test_sources_of_a_core_are_those_it_is_built_of() -> None:
     sources = needed_sources("core : entity work.axis_fifo", TOP, hdl.hdl_sources())
-    assert [source.stem for source in sources] == ["math_pkg", "ram_simple_dual_port", "axis_fifo"]
+    assert [source.stem for source in sources] == [
+        "math_pkg",
+        "ram_blocks_pkg",
+        "ram_simple_dual_port",
+        "axis_fifo",
+    ]
 
 
 def test_cover_needs_its_greedy_choice() -> None:

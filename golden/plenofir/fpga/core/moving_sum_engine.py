@@ -46,7 +46,7 @@ LANE_WAVES: tuple[Scope, ...] = (
 
 
 def row_waves(pixels: int) -> tuple[Scope, ...]:
-    """Signals of ``row_pass`` for so many pixels a token."""
+    """Signals of a row stage for so many pixels a token."""
     if pixels > 1:
         return within("several_pixels/stage", LANE_WAVES)
     return within("one_pixel/stage", STAGE_WAVES)
@@ -80,12 +80,9 @@ class MovingSumEngine(SliceEngine):
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
         signals: list[Scope] = []
         for stage in range(2 * raster.passes):
-            rows = stage not in self._column_stages(raster)
+            pixels = 1 if stage in self._column_stages(raster) else self.pixels_per_clock
             place = f"moving_sum_engine/moving_sums/every_stage({stage})"
-            if not rows:
-                signals += within(f"{place}/columns_stage/stage", STAGE_WAVES)
-            else:
-                signals += within(f"{place}/rows_stage/stage", row_waves(self.pixels_per_clock))
+            signals += within(place, row_waves(pixels))
         return (*signals, ("downto", "tail/", "last_sums"))
 
     @property
@@ -112,7 +109,7 @@ class MovingSumEngine(SliceEngine):
         return raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
 
     def pass_clocks(self, raster: Raster) -> int:
-        # The memory of lines (ram_blocks) takes one clock more than that of a line's last pixels.
+        # The memory of lines takes one clock more than that of a line's last pixels.
         return 2 * _STAGE_CLOCKS + 1
 
     def stages_clocks(self, raster: Raster) -> int:

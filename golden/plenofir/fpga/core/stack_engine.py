@@ -27,11 +27,9 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 _COLUMN_WAVES: tuple[Scope, ...] = (
-    ("bit", "", "step first live"),
     *CONTROL_WAVES,
     ("downto", "", "in_4 entering_4 leaving_4"),
     *ADDER_WAVES,
-    ("downto", "", "sum"),
 )
 # stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), and a row stage of one pixel a clock.
 _COLUMN_CLOCKS = 7
@@ -61,8 +59,8 @@ class StackEngine(Engine):
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
         signals: list[Scope] = [("bit", "columns/", "active step")]
         for number in range(len(raster.shifts)):
-            signals += within(f"columns/slice({number})/sums", _COLUMN_WAVES)
-            signals += within(f"slice({number})/rows", row_waves(self.pixels_per_clock))
+            signals += within(f"columns/slice({number})", _COLUMN_WAVES)
+            signals += within(f"slice({number})", row_waves(self.pixels_per_clock))
         return within("stack_engine/slices", (*signals, ("downto", "", "column_data sums")))
 
     @property

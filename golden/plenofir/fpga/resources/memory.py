@@ -8,7 +8,7 @@ from functools import cache
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import FAMILIES, Facts, Family, LutRam
 
-# Block RAM by which ram_blocks.vhd divides memories.
+# Block RAM by which ram_blocks_pkg.vhd divides memories.
 _DIVIDED = FAMILIES["ecp5"].block_rams[0].widths
 # Yosys's cost for each bit that is selected from several banks: a multiplexer of two.
 _MULTIPLEXER_COST = 0.5
@@ -124,7 +124,7 @@ def rom_luts(address_bits: int, width: int) -> int:
 
 
 def block_sizes(words: int, width: int) -> list[int]:
-    """Words of each block that ram_blocks.vhd divides a memory into.
+    """Words of each block that ram_blocks_pkg.vhd divides a memory into.
 
     No block needs a multiplexer between block RAMs, and no other such division into blocks of 2**n
     words takes fewer block RAMs, or as many in fewer blocks.
