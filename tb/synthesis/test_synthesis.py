@@ -11,7 +11,9 @@ from netlist_parts import count_parts, left_out_in_turn, needed_parts
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.synthesis.comparison import measured_cells
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
@@ -154,6 +156,37 @@ def test_sharpener_is_there_for_those_that_want_it(tmp_path: Path) -> None:
             **dict.fromkeys(TMDS_ENDS, 0),
             **needed_parts(core),
         }
+
+
+# A core of each engine and its products: of each value two taps of a sharpener and a division.
+MULTIPLIED = [
+    (FirEngine(), {"shifts": (0, 2), "sharpening": (4, 3)}, 3),
+    (MovingSumEngine(), {"shifts": (-1, 2), "sharpening": (3, 4), "channels": 3}, 9),
+    (StackEngine(pixels_per_clock=2), {"shifts": (-1, 0)}, 4),
+]
+
+
+@pytest.mark.parametrize(
+    ("engine", "more", "count"),
+    [
+        pytest.param(*row, id=row[0].kind, marks=pytest.mark.drawn(1, "multipliers"))
+        for row in MULTIPLIED
+    ],
+)
+def test_each_product_takes_one_multiplier(
+    tmp_path: Path, engine: FirEngine | MovingSumEngine | StackEngine, more: dict, count: int
+) -> None:
+    """Yosys splits a product into two if it does not see that a factor is signed."""
+    core = CoreConfiguration(micro_image_size=3, max_columns=16, engine=engine, **more)
+    verilog = write_verilog(hdl.hdl_sources(), engine.ENTITY, core.generics(), tmp_path)
+    synth = f"synth_xilinx -family xc6s -flatten -ise -top {engine.ENTITY} -run begin:map_memory"
+    commands = [
+        f"read_verilog {verilog.name}",
+        synth,
+        "tee -q -o cells.txt select -count t:DSP48A1",
+    ]
+    run_yosys(commands, tmp_path / "yosys.log", reads=[verilog], writes=["cells.txt"])
+    assert (tmp_path / "cells.txt").read_text().split()[0] == str(count)
 
 
 def test_what_is_left_out_saves_parts_and_area() -> None:
