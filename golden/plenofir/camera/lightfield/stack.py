@@ -317,7 +317,7 @@ class _CentralView:
         padded = np.pad(self.seen, ((1, 1), (1, 1), (0, 0))[: view.ndim], mode="edge")
         self.limits = [
             np.atleast_3d(
-                of_corners(padded, sizes, mode="nearest", origin=(-1, -1, 0)[: view.ndim])[:-1, :-1]
+                of_corners(padded, sizes, mode="nearest", origin=(-1, -1, 0)[: view.ndim])
             )
             for of_corners in (ndimage.minimum_filter, ndimage.maximum_filter)
         ]
@@ -332,11 +332,6 @@ class _CentralView:
             for length, lenses in zip(self.shape, self.settings.shape, strict=False)
         )
         self.rows, self.columns = rows, columns[0]
-        # ... and of the places between four lenses, which lie half a lens before.
-        self.between = [
-            _shares(length, lenses + 1, m, 1, 0.5)
-            for length, lenses in zip(self.shape, self.settings.shape, strict=False)
-        ]
         # What follows from a pixel's column is computed once.
         self.enlarged_lines = np.stack([(columns[1] @ one.T).T for one in self.splines], axis=-1)
 
@@ -357,36 +352,34 @@ class _CentralView:
         return np.asarray(ndimage.map_coordinates(self.settings, places, order=1, mode="nearest"))
 
     def enlarged(self, part: slice) -> Floats:
-        """Lines of the view, in the range of the four lenses around; shape of the picture's.
-
-        The range is interpolated: if it had steps, so had the picture beside bright edges.
-        """
+        """Lines of the view, in the range of the four lenses around; shape of the picture's."""
+        places: Sequence[Floats] | Floats
         if self.m % 2:
             # Places are a grid.
-            lines, columns = self.between
-            lenses = len(self.enlarged_lines)
-            colours = self.rows[1][part] @ self.enlarged_lines.reshape(lenses, -1)
-            low, high = (
-                np.stack(
-                    [lines[part] @ (columns @ one.T).T for one in np.moveaxis(limit, 2, 0)], axis=-1
-                )
-                for limit in self.limits
-            )
+            c = (self.m - 1) / 2
+            lines = np.arange(part.start, part.stop), np.arange(self.shape[1])
+            places = [(line - c) / self.m for line in lines]
         else:
             places = self.places(part)
-            low, high = (_at(np.moveaxis(one, 2, 0), places + 0.5, 1) for one in self.limits)
-            colours = _at(self.splines, places, 3)
+        cells = [
+            np.clip(np.floor(axis).astype(int) + 1, 0, n - 1)
+            for axis, n in zip(places, self.limits[0].shape, strict=False)
+        ]
+        if self.m % 2:
+            low, high = (limit[cells[0]][:, cells[1]] for limit in self.limits)
+            lenses = len(self.enlarged_lines)
+            colours = self.rows[1][part] @ self.enlarged_lines.reshape(lenses, -1)
+        else:
+            low, high = (limit[cells[0], cells[1]] for limit in self.limits)
+            colours = np.stack(
+                [
+                    ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
+                    for s in self.splines
+                ],
+                axis=-1,
+            )
         limited = np.clip(colours.reshape(low.shape), low, high)
         return np.asarray(limited.reshape(*limited.shape[:2], *self.shape[2:]))
-
-
-def _at(channels: Iterable[Floats], places: Floats, order: int) -> Floats:
-    """Channels at places, from coefficients of splines; shape (lines, columns, channels)."""
-    values = [
-        ndimage.map_coordinates(one, places, order=order, mode="nearest", prefilter=False)
-        for one in channels
-    ]
-    return np.stack(values, axis=-1)
 
 
 def enlarged_view(view: Image, times: int) -> Image:
@@ -407,12 +400,9 @@ def enlarged_view(view: Image, times: int) -> Image:
     return large
 
 
-def _shares(pixels: int, lenses: int, m: int, order: int, before: float = 0.0) -> sparse.csr_array:
-    """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses).
-
-    `before`: so much of a lens before lies what takes the place of the lenses.
-    """
-    places = (np.arange(pixels) - (m - 1) / 2) / m + before
+def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
+    """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
+    places = (np.arange(pixels) - (m - 1) / 2) / m
     parts = []
     for first in range(min(_APART, lenses)):
         # Several lenses at once, so far apart that each pixel sees one of them at most.

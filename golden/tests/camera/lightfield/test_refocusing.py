@@ -236,17 +236,6 @@ def test_all_in_focus_takes_the_central_view_where_slices_differ() -> None:
         all_in_focus(np.zeros((4, 4), np.uint8), 5)
 
 
-@pytest.mark.parametrize("m", [14, 15])
-def test_no_squares_beside_a_bright_edge(m: int) -> None:
-    """All in focus has no steps between lenses in the noise beside something bright."""
-    view = np.where(np.arange(16) < 8, 900, 100)
-    view = view + np.random.default_rng(3).normal(0, 20, (16, 16))
-    raw = np.kron(np.rint(view), np.ones((m, m))).astype(np.uint16)
-    sharp = all_in_focus(raw, m, np.zeros(view.shape)).astype(np.float64)
-    beside = sharp[:, int(8.6 * m) : int(9.4 * m)]
-    assert np.abs(np.diff(beside, axis=0)).max() < 15
-
-
 @pytest.mark.parametrize("rgb", [False, True])
 def test_slices_made_one_by_one_give_the_same(rgb: bool) -> None:
     m, places = 5, [f"{k}/5" for k in range(-3, 4)]
