@@ -29,16 +29,14 @@ In a standard camera c = g: the box of M samples is as wide as the light of a mi
 
 from dataclasses import dataclass
 from math import inf, isnan, sqrt
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.rays.camera import MicroLensArray
+from plenofir.camera.rays.camera import Camera, MicroLensArray
+from plenofir.camera.rays.distances import Distances
 from plenofir.camera.rays.precise import Values
-
-if TYPE_CHECKING:
-    from plenofir.camera.rays.model import RayModel
 
 # A blur that is wider than a pixel or the box by so little is as sharp: that of a camera that is
 # standard but for rounding.
@@ -55,6 +53,32 @@ _COVERING = {
     ("hexagonal", 1): 2 / sqrt(3.0),
     ("hexagonal", 3): 2.0,
 }
+
+
+class Refocusing(Protocol):
+    """The parts of `plenofir.camera.rays.model.RayModel`, which needs this module, used here."""
+
+    @property
+    def camera(self) -> Camera:
+        """Its camera."""
+
+    @property
+    def micro_image_size(self) -> int:
+        """M in pixels."""
+
+    @property
+    def box(self) -> int | None:
+        """Samples of the box; None for those of the kind of camera."""
+
+    @property
+    def exit_pupil_mm(self) -> float:
+        """d_A' in mm."""
+
+    def box_at(self, a: npt.ArrayLike) -> Values:
+        """Samples of the box at focus settings."""
+
+    def distance(self, a: npt.ArrayLike) -> Distances:
+        """Distances of planes from the micro lenses."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +129,7 @@ class UsableRange:
     near_mm: float
 
 
-def virtual_depth(model: "RayModel", a: npt.ArrayLike) -> Values:
+def virtual_depth(model: Refocusing, a: npt.ArrayLike) -> Values:
     """Virtual depths v of refocused planes; `a`: focus settings, any shape. Result: same shape."""
     array = model.camera.micro_lenses
     shift = np.asarray(a, dtype=np.float64) * array.pitch_mm
@@ -116,7 +140,7 @@ def virtual_depth(model: "RayModel", a: npt.ArrayLike) -> Values:
         return np.asarray(shift / share)
 
 
-def setting_of_virtual_depth(model: "RayModel", depth: npt.ArrayLike) -> Values:
+def setting_of_virtual_depth(model: Refocusing, depth: npt.ArrayLike) -> Values:
     """Focus settings a of planes at virtual depths v: the inverse of `virtual_depth`.
 
     `depth`: v, any shape; inf is allowed. Result: a, same shape; infinite where no a is there.
@@ -137,7 +161,7 @@ def displacement_px(a: npt.ArrayLike) -> Values:
         return np.asarray(1 / np.asarray(a, dtype=np.float64))
 
 
-def _turns(model: "RayModel") -> tuple[Values, float]:
+def _turns(model: Refocusing) -> tuple[Values, float]:
     """For each type of micro lens c, shape (types,), and g."""
     array = model.camera.micro_lenses
     pixels = array.pitch_mm / model.camera.sensor.pixel_pitch_mm
@@ -145,7 +169,7 @@ def _turns(model: "RayModel") -> tuple[Values, float]:
     return g + pixels * (1 - array.spacing_mm / np.array(array.focal_lengths_mm)), g
 
 
-def blur_px(model: "RayModel", a: npt.ArrayLike) -> Values:
+def blur_px(model: Refocusing, a: npt.ArrayLike) -> Values:
     """Diameters of the blur of each type of micro lens on the sensor.
 
     `a`: focus settings, any shape. Result: pixels, shape (types, *a.shape).
@@ -155,7 +179,7 @@ def blur_px(model: "RayModel", a: npt.ArrayLike) -> Values:
         return np.asarray(np.abs(np.multiply.outer(_turns(model)[0], values) - 1) / np.abs(values))
 
 
-def pupil_blur_px(model: "RayModel") -> Values:
+def pupil_blur_px(model: Refocusing) -> Values:
     """Diameters of the blur of each type of micro lens for a point of the exit pupil, in pixels.
 
     Micro images are wider by so much than the pupil's image, with a soft rim. Result: (types,).
@@ -163,7 +187,7 @@ def pupil_blur_px(model: "RayModel") -> Values:
     return np.abs(_turns(model)[0])
 
 
-def sharpest_type(model: "RayModel", a: npt.ArrayLike) -> Sharpness:
+def sharpest_type(model: Refocusing, a: npt.ArrayLike) -> Sharpness:
     """Which type of micro lens is sharpest at focus settings `a` (any shape), and how sharp."""
     values = np.asarray(a, dtype=np.float64)
     turns, g = _turns(model)
@@ -178,7 +202,7 @@ def sharpest_type(model: "RayModel", a: npt.ArrayLike) -> Sharpness:
         return Sharpness(best, width / np.abs(values), width <= bound * (1 + _AS_SHARP))
 
 
-def resolution_ratio(model: "RayModel", a: npt.ArrayLike) -> Values:
+def resolution_ratio(model: Refocusing, a: npt.ArrayLike) -> Values:
     """Effective resolution ratio of planes: pixels of a picture over those of the sensor.
 
     Along one dimension, under the sharpest type of micro lens. `a`: focus settings, any shape.
@@ -190,7 +214,7 @@ def resolution_ratio(model: "RayModel", a: npt.ArrayLike) -> Values:
     return np.where(np.isfinite(blur), ratio, 0.0)
 
 
-def usable_ranges(model: "RayModel") -> tuple[UsableRange, ...]:
+def usable_ranges(model: Refocusing) -> tuple[UsableRange, ...]:
     """Ranges in which each type of micro lens is sharp."""
     array = model.camera.micro_lenses
     m = model.micro_image_size
