@@ -257,9 +257,10 @@ begin
                         (new_start = '1' and state.open_frame = '0' and size_supported = '0') else
                '0';
 
-  -- The decision has few bits. All that follows uses `send` alone, so that the logic stays shallow. A stray pixel is
-  -- dropped without delaying a flush.
-  decide : process (state, offered, s_axis_tvalid, new_start, stray, credit, drained) is
+  -- The decision has few bits. All that follows uses them alone, so that the logic stays shallow. The branches give
+  -- `take` and `starts_frame` beside `send`, and sizes of one are read at the ports, for the same reason. A stray pixel
+  -- is dropped without delaying a flush.
+  decide : process (state, offered, columns, rows, s_axis_tvalid, new_start, stray, credit, drained) is
 
     -- The next band, and the next frame, may not begin yet.
     variable band_waits  : boolean;
@@ -275,53 +276,72 @@ begin
     frame_waits := state.waits.frame >= 0 or state.waits.modulus >= 0;
     completes   := LAST_BAND_ROW = 0 or state.band_row = LAST_BAND_ROW or state.at_last_row = '1';
     -- A frame of one line is a band by itself, whatever PARALLEL_ROWS is.
-    first_completes := LAST_BAND_ROW = 0 or offered.last_row = 0;
+    first_completes := LAST_BAND_ROW = 0 or unsigned(rows) = 1;
 
-    if credit = '0' then
-      now.send := nothing;
-    elsif state.mode = fill then
-      now.send := zero_pixel;
-    elsif state.mode = flush then
-      now.send := flush_pixel;
-    elsif state.open_frame = '0' and state.band_row /= 0 then
-      -- Lines that are left of a frame cut short wait until the next band may begin.
-      now.send := flush_pixel;
-      if band_waits then
-        now.send := empty;
-      end if;
-    elsif s_axis_tvalid = '0' or stray = '1' then
-      -- The stream pauses. Within a line nothing need move; between lines and frames the filters are emptied.
-      if state.at_first = '1' and state.open_frame = '0' and (state.waits.bands >= 0 or frame_waits) and
-         not band_waits and drained = '1' and (PARALLEL_ROWS = 1 or state.waits.tokens < 0) then
-        now.send := flush_pixel;
-      elsif state.at_first = '1' and (state.waits.tokens >= 0 or state.waits.steps >= 0) then
-        now.send := empty;
-      else
-        now.send := nothing;
-      end if;
-    elsif state.open_frame = '1' and new_start = '1' then
-      -- A start of frame inside a frame waits until the frame cut short has ended.
-      now.send := nothing;
-    elsif state.open_frame = '1' then
-      now.send := stream_pixel;
-      if band_waits and completes then
-        now.send := empty;
-      end if;
-    -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
-    elsif band_waits and (first_completes or frame_waits) then
-      now.send := empty;
-    elsif frame_waits then
-      now.send := flush_pixel;
-    else
-      now.send := stream_pixel;
+    now.send         := nothing;
+    now.take         := '0';
+    now.starts_frame := '0';
+
+    if credit = '1' then
+      now.take := s_axis_tvalid and stray;
+
+      case state.mode is
+
+        when fill =>
+
+          now.send := zero_pixel;
+
+        when flush =>
+
+          now.send := flush_pixel;
+
+        when accept =>
+
+          if state.open_frame = '0' and state.band_row /= 0 then
+            -- Lines that are left of a frame cut short wait until the next band may begin.
+            now.send := flush_pixel;
+            if band_waits then
+              now.send := empty;
+            end if;
+          elsif s_axis_tvalid = '0' or stray = '1' then
+            -- The stream pauses. Within a line nothing need move; between lines and frames the filters are emptied.
+            if state.at_first = '1' then
+              if state.open_frame = '0' and (state.waits.bands >= 0 or frame_waits) and
+                 not band_waits and drained = '1' and (PARALLEL_ROWS = 1 or state.waits.tokens < 0) then
+                now.send := flush_pixel;
+              elsif state.waits.tokens >= 0 or state.waits.steps >= 0 then
+                now.send := empty;
+              end if;
+            end if;
+          elsif state.open_frame = '1' then
+            -- A start of frame inside a frame waits until the frame cut short has ended.
+            if new_start = '0' then
+              now.send := stream_pixel;
+              now.take := '1';
+              if band_waits and completes then
+                now.send := empty;
+                now.take := '0';
+              end if;
+            end if;
+          -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
+          elsif band_waits and (first_completes or frame_waits) then
+            now.send := empty;
+          elsif frame_waits then
+            now.send := flush_pixel;
+          else
+            now.send         := stream_pixel;
+            now.take         := '1';
+            now.starts_frame := '1';
+          end if;
+
+      end case;
+
     end if;
 
-    now.takes_pixel  := to_logic(now.send = stream_pixel);
-    now.take         := now.takes_pixel or (credit and s_axis_tvalid and stray);
-    now.starts_frame := now.takes_pixel and not state.open_frame;
-    now.sends_image  := to_logic(now.send = stream_pixel or now.send = zero_pixel);
-    now.sends_pixel  := now.sends_image or to_logic(now.send = flush_pixel);
-    now.turn         := place_in_turn(state.turn, state.at_first, PARALLEL_ROWS);
+    now.takes_pixel := to_logic(now.send = stream_pixel);
+    now.sends_image := to_logic(now.send = stream_pixel or now.send = zero_pixel);
+    now.sends_pixel := now.sends_image or to_logic(now.send = flush_pixel);
+    now.turn        := place_in_turn(state.turn, state.at_first, PARALLEL_ROWS);
     -- A frame ends with its last line; a frame that was cut short ends with its filled-up line.
     now.frame          := state.frame;
     now.ends_line      := state.at_last;
@@ -331,8 +351,8 @@ begin
     -- The first pixel of a frame takes its size from the ports, the others from the registers.
     if now.starts_frame = '1' then
       now.frame          := offered;
-      now.ends_line      := to_logic(offered.last_column = 0);
-      now.ends_frame     := to_logic(offered.last_row = 0);
+      now.ends_line      := to_logic(unsigned(columns) <= PIXELS_PER_CLOCK);
+      now.ends_frame     := to_logic(unsigned(rows) = 1);
       now.completes_band := to_logic(first_completes);
     end if;
 
@@ -357,48 +377,47 @@ begin
       if step.takes_pixel = '1' then
         state.start_lasts <= s_axis_tuser and not s_axis_tlast and not step.ends_line;
       end if;
-      if step.send = flush_pixel then
+      -- The end of a line comes first, as a line of one pixel ends with the token that begins it.
+      if step.sends_pixel = '1' and step.ends_line = '1' then
+        state.mode <= accept;
+      elsif step.send = flush_pixel then
         state.mode <= flush;
       elsif (step.takes_pixel = '1' and s_axis_tlast = '1') or (frame_broken = '1' and state.at_first = '0') then
         state.mode <= fill;
       end if;
       if step.starts_frame = '1' then
-        state.open_frame  <= '1';
         state.at_last_row <= step.ends_frame;
-        state.first_band  <= '1';
       end if;
+      -- Inner branches clear, and two bits are equations: behind an enable, a branch that clears would become a
+      -- synchronous reset at the end of the longest path.
       if step.sends_pixel = '1' then
-        state.turn     <= step.turn;
-        state.column   <= state.column + 1;
-        state.at_first <= '0';
-        state.at_last  <= to_logic(state.column + 1 = step.frame.last_column);
+        state.turn <= step.turn;
+        if step.ends_line = '1' then
+          state.column   <= (others => '0');
+          state.at_first <= '1';
+          state.at_last  <= to_logic(step.frame.last_column = 0);
+          state.band_row <= place_in_turn(state.band_row, step.completes_band, PARALLEL_ROWS);
+        else
+          state.column   <= state.column + 1;
+          state.at_first <= '0';
+          state.at_last  <= to_logic(state.column + 1 = step.frame.last_column);
+        end if;
       end if;
-      -- The end of a line comes behind its pixels, as a line of one pixel ends with the token that begins it.
-      if step.sends_pixel = '1' and step.ends_line = '1' then
-        state.mode     <= accept;
-        state.column   <= (others => '0');
-        state.at_first <= '1';
-        state.at_last  <= to_logic(step.frame.last_column = 0);
-        state.band_row <= place_in_turn(state.band_row, step.completes_band, PARALLEL_ROWS);
-      end if;
-      if step.ends_band = '1' then
-        state.first_band <= '0';
-      end if;
+      state.first_band <= (step.starts_frame or state.first_band) and not step.ends_band;
+      state.open_frame <= (step.starts_frame or state.open_frame) and
+                          not (frame_broken or (step.sends_image and step.ends_line and step.ends_frame));
       if step.sends_image = '1' and step.ends_line = '1' then
-        state.row         <= state.row + 1;
-        state.at_last_row <= to_logic(state.row + 1 = step.frame.last_row);
         if step.ends_frame = '1' then
-          state.open_frame <= '0';
-          state.row        <= (others => '0');
+          state.row <= (others => '0');
+        else
+          state.row         <= state.row + 1;
+          state.at_last_row <= to_logic(state.row + 1 = step.frame.last_row);
         end if;
       end if;
       -- Tokens of the broken frame are already under way, so its line and its band are filled up before the new
       -- frame begins.
-      if frame_broken = '1' then
-        state.open_frame <= '0';
-        if state.at_first = '1' then
-          state.row <= (others => '0');
-        end if;
+      if frame_broken = '1' and state.at_first = '1' then
+        state.row <= (others => '0');
       end if;
       if reset = '1' then
         state <= AT_RESET;
